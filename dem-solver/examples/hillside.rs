@@ -10,12 +10,12 @@
 mod statistics;
 
 use dem_solver::DemSolver;
-use dem_solver::model::runout::Ending;
 use dem_solver::rock::Motion;
 use dem_solver::terrain::raster::Raster;
 use dem_solver::terrain::slope::Slope;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
+use interface_defs::verdict::Fate;
 use interface_defs::{Plan, Solver, Window};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use statistics::{distance, quantile, with_error};
@@ -109,7 +109,7 @@ fn fall(solver: &mut DemSolver, output: &mut [f64], k: usize) -> Result<Fall, St
             overlap,
             path.impacts as f64,
         ],
-        rests: path.ending.is_some_and(|end| end.how == Ending::Rest),
+        rests: path.ending.is_some_and(|end| end.how == Fate::AtRest),
         imbalance: imbalance / fastest,
     })
 }

@@ -7,12 +7,12 @@
 //! 4.4 and 10.2 microseconds (5 000 times less than the 22 and 51 ms of the reference implementation).
 
 use dem_solver::DemSolver;
-use dem_solver::model::runout::Ending;
 use dem_solver::rock::Motion;
 use dem_solver::terrain::slope::Slope;
 use interface_defs::ipc::serve::cpu_seconds;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
+use interface_defs::verdict::Fate;
 use interface_defs::{Plan, Solver, Window};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use std::path::Path;
@@ -104,7 +104,7 @@ fn trajectories(dir: &Path, name: &str, shape: &str, contact: &str, steps: f64, 
             runner.advance(INTERVAL);
         }
         let body = &runner.solver.state().bodies[0];
-        rested += usize::from(body.path.ending.is_some_and(|end| end.how == Ending::Rest));
+        rested += usize::from(body.path.ending.is_some_and(|end| end.how == Fate::AtRest));
         most = most.max(body.path.impacts);
         impacts += body.path.impacts;
         touching += body.path.in_contact;

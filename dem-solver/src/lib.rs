@@ -12,51 +12,25 @@
 //!
 //! # From the ground up
 //!
-//! Each of these uses only what stands above it.
+//! Five libraries, each of which uses only those before it; their first pages say what is in them.
 //!
-//! - [`geometry`]: spheres, triangles, closest points, trees of boxes
-//! - [`input`]: files that users give, their lines and numbers
-//! - [`shape`]: the true solid of a rock as a closed surface, from built-in shapes and files ([`shape::formats`])
-//! - [`cluster`](mod@cluster): spheres that stand for a surface, and their error
-//! - [`terrain`]: triangles that never move, from files ([`terrain::formats`]), and what is asked of them
-//! - [`law`]: the law of contact, part by part
-//! - [`settings`]: the tables of a scene, with units and defaults
-//! - [`rock`]: mass, spheres, motion, rotation
-//! - [`interface_mesh`]: the structure as contact partner: its elements, their motion in a window
-//! - [`contact`]: which spheres touch what, and the forces
-//! - [`model`]: the prepared scene, the largest stable step, the state of all rocks
-//! - [`gate`]: what is refused and warned of before anything starts
-//! - [`guard`]: what stops a run that would end with a wrong answer
-//! - [`results`]: what is reported
-//! - [`integrator`]: the steps of a window
-//! - [`solver`]: the contract; [`granular`]: the same for thousands of separate spheres alone
-//! - [`study`]: many releases on one terrain, `rockfall ensemble`
-//! - [`check`](mod@check), [`command`], [`reference`]: what would be built, `rockfall cluster`, what is read and written, for editors
+//! - `dem-solid`: [`geometry`], [`input`], [`shape`], [`cluster`](mod@cluster)
+//! - `dem-terrain`: [`terrain`]
+//! - `dem-contact`: [`law`], [`settings`], [`rock`], [`interface_mesh`], [`contact`]
+//! - `dem-rocks`: [`model`], [`gate`], [`guard`], [`results`], [`integrator`], [`solver`], [`granular`], [`check`](mod@check)
+//! - `dem-study`: [`study`], many releases on one terrain, `rockfall ensemble`
+//!
+//! Here is the program that is made of them, and [`command`], `rockfall cluster`.
 
-pub mod check;
-pub mod cluster;
 pub mod command;
-pub mod contact;
-pub mod gate;
-pub mod geometry;
-pub mod granular;
-pub mod guard;
-pub mod input;
-pub mod integrator;
-pub mod interface_mesh;
-pub mod law;
-pub mod model;
-pub mod net_contact;
-pub mod reference;
-pub mod results;
-pub mod rock;
-pub mod settings;
-pub mod shape;
-pub mod solver;
-pub mod study;
-pub mod terrain;
 
-pub use solver::DemSolver;
+pub use dem_contact::{contact, interface_mesh, law, rock, settings};
+pub use dem_rocks::{
+    DemSolver, check, gate, granular, guard, integrator, model, net_contact, reference, results, solver,
+};
+pub use dem_solid::{cluster, geometry, input, shape};
+pub use dem_study as study;
+pub use dem_terrain as terrain;
 
 use interface_defs::toolkit::program::Program;
 

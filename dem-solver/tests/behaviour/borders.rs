@@ -35,8 +35,11 @@ fn of_a_plane() -> f64 {
 #[test]
 fn a_sphere_exactly_on_a_vertex_of_six_triangles_has_one_contact_in_the_plane_and_on_a_peak() {
     for rise in [0.0, -0.3] {
-        let bench =
-            placed(fan(rise), Vector3::new(0.0, 0.0, 0.095), "friction = 0.5\nhierarchy = \"nearest\"");
+        let bench = placed(
+            fan(rise),
+            Vector3::new(0.0, 0.0, 0.095),
+            "friction = 0.5\n[dem]\ncontact_selection = \"nearest\"",
+        );
         assert_eq!(bench.value("contacts"), 1.0, "rise {rise}");
         let force = bench.total_force(Sampling::AtEnds);
         // The overlap is a difference of 0.1 and 0.095: 1e-17 / 5e-3, times 1.5.
@@ -48,14 +51,14 @@ fn a_sphere_exactly_on_a_vertex_of_six_triangles_has_one_contact_in_the_plane_an
             let (sin, cos) = (f64::from(k) * std::f64::consts::TAU / 13.0).sin_cos();
             let off = 10.0_f64.powi(power);
             let at = Vector3::new(cos * off, sin * off, 0.095);
-            let bench = placed(fan(0.0), at, "friction = 0.5\nhierarchy = \"nearest\"");
+            let bench = placed(fan(0.0), at, "friction = 0.5\n[dem]\ncontact_selection = \"nearest\"");
             assert_eq!(bench.value("contacts"), 1.0, "{off:e} m beside, direction {k}");
             let force = bench.total_force(Sampling::AtEnds);
             assert!((force + Vector3::z() * of_a_plane()).norm() < 1e-12 * of_a_plane(), "{off:e}: {force}");
         }
     }
     // In a pit of the same slope all six faces are met alike.
-    let bench = placed(fan(0.3), Vector3::new(0.0, 0.0, 0.1), "hierarchy = \"nearest\"");
+    let bench = placed(fan(0.3), Vector3::new(0.0, 0.0, 0.1), "[dem]\ncontact_selection = \"nearest\"");
     assert_eq!(bench.value("contacts"), 6.0);
     let force = bench.total_force(Sampling::AtEnds);
     assert!(force.x.abs() + force.y.abs() < 1e-12 * force.z.abs(), "{force}");
@@ -95,21 +98,21 @@ fn crossing(rise: f64) -> InterfaceMesh {
 }
 
 /// Force on the sphere and stored energy.
-fn force_and_energy(mesh: &InterfaceMesh, position: Vector3<f64>, hierarchy: &str) -> (Vector3<f64>, f64) {
-    let bench = placed(mesh.clone(), position, &format!("hierarchy = \"{hierarchy}\""));
+fn force_and_energy(mesh: &InterfaceMesh, position: Vector3<f64>, selection: &str) -> (Vector3<f64>, f64) {
+    let bench = placed(mesh.clone(), position, &format!("[dem]\ncontact_selection = \"{selection}\""));
     (-bench.total_force(Sampling::AtEnds), bench.value("energy_stored_dem"))
 }
 
-/// Along a path over a crossing: the continuous hierarchy changes its force by no more than the stiffness
+/// Along a path over a crossing: the continuous selection changes its force by no more than the stiffness
 /// times the path (four wires, each k = 2 E* sqrt(R d)), the nearest one jumps by a share of the whole.
 #[test]
-fn over_a_crossing_with_kinks_the_continuous_hierarchy_has_no_jump_and_is_the_gradient_of_its_energy() {
+fn over_a_crossing_with_kinks_the_continuous_selection_has_no_jump_and_is_the_gradient_of_its_energy() {
     let mesh = crossing(0.08);
     let (from, path) = (Vector3::new(-0.06, -0.021, 0.088), Vector3::new(0.12, 0.043, 0.004));
     let steps = 240;
-    let largest = |hierarchy: &str| {
+    let largest = |selection: &str| {
         let at =
-            |i: u32| force_and_energy(&mesh, from + path * (f64::from(i) / f64::from(steps)), hierarchy).0;
+            |i: u32| force_and_energy(&mesh, from + path * (f64::from(i) / f64::from(steps)), selection).0;
         let mut last = at(0);
         let (mut jump, mut most) = (0.0_f64, 0.0_f64);
         for i in 1..=steps {
@@ -190,7 +193,7 @@ fn at_the_head_of_a_post_with_thin_ropes_force_is_the_gradient_of_an_energy_that
     }
 }
 
-/// V-D9 for wires: a straight wire is one contact, however it is divided and whichever hierarchy it has.
+/// V-D9 for wires: a straight wire is one contact, however it is divided and whichever selection it has.
 #[test]
 fn a_straight_wire_is_one_contact_however_it_is_divided() {
     for parts in [1_u32, 2, 7, 40] {
@@ -211,16 +214,16 @@ fn a_straight_wire_is_one_contact_however_it_is_divided() {
                 smooth.0
             );
             assert!(near.0.norm() > 0.0);
-            let bench = placed(mesh.clone(), position, "hierarchy = \"continuous\"");
+            let bench = placed(mesh.clone(), position, "[dem]\ncontact_selection = \"continuous\"");
             assert_eq!(bench.value("contacts"), 1.0, "{parts} parts, {x}");
         }
     }
 }
 
-/// A ball rolls along a wire with friction over its nodes: no kick, with either hierarchy.
+/// A ball rolls along a wire with friction over its nodes: no kick, with either selection.
 #[test]
 fn a_ball_that_slides_along_a_divided_wire_is_not_kicked_by_its_nodes() {
-    let run = |parts: u32, hierarchy: &str| {
+    let run = |parts: u32, selection: &str| {
         let mut mesh = InterfaceMesh::default();
         for i in 0..=parts {
             mesh.coordinates.extend([2.0 * f64::from(i) / f64::from(parts) - 1.0, 0.0, 0.0]);
@@ -231,10 +234,9 @@ fn a_ball_that_slides_along_a_divided_wire_is_not_kicked_by_its_nodes() {
         mesh.masses = vec![f64::INFINITY; mesh.node_count()];
         let more = "position = [-0.5, 0.0, 0.0995]\nvelocity = [1.0, 0.0, -0.02]";
         let text = format!(
-            "end_time = 1.0\ngravity = [0.0, 0.0, -9.81]\n{}{}[dem]\ntime_step = 1e-4\n",
+            "end_time = 1.0\ngravity = [0.0, 0.0, -9.81]\n{}{}[dem]\ntime_step = 1e-4\ncontact_selection = \"{selection}\"\n",
             sphere(0.1, 2500.0, more),
-            contact(&format!("friction = 0.3\nhierarchy = \"{hierarchy}\""))
-                .replace("restitution = 1.0", "restitution = 0.5")
+            contact("friction = 0.3").replace("restitution = 1.0", "restitution = 0.5")
         );
         let mut bench = Setup::new(text, mesh).build();
         for _ in 0..800 {
@@ -243,10 +245,10 @@ fn a_ball_that_slides_along_a_divided_wire_is_not_kicked_by_its_nodes() {
         (bench.position(), bench.velocity(), bench.spin())
     };
     let whole = run(1, "nearest");
-    for hierarchy in ["nearest", "continuous"] {
-        let parts = run(23, hierarchy);
+    for selection in ["nearest", "continuous"] {
+        let parts = run(23, selection);
         // Handed over in the tangent plane, which differs by rounding.
-        assert!((parts.0 - whole.0).norm() < 1e-9, "{hierarchy}: {} {}", parts.0, whole.0);
-        assert!((parts.1 - whole.1).norm() + (parts.2 - whole.2).norm() < 1e-8, "{hierarchy}");
+        assert!((parts.0 - whole.0).norm() < 1e-9, "{selection}: {} {}", parts.0, whole.0);
+        assert!((parts.1 - whole.1).norm() + (parts.2 - whole.2).norm() < 1e-8, "{selection}");
     }
 }

@@ -2,6 +2,8 @@
 
 use crate::bench::{Bench, Setup, cube, fixed_plane};
 use interface_defs::Solver;
+use interface_defs::diagnostic::code;
+use interface_defs::verdict::Fate;
 
 fn land(spheres: u32, mass: &str, steps: f64) -> Bench {
     let more = "position = [0.0, 0.0, 0.205]\nvelocity = [0.0, 0.0, -1.0]";
@@ -77,7 +79,9 @@ fn measures_that_never_came_about_are_absent_with_a_reason() {
     bench.advance(1e-3);
     let statistics = bench.solver.finish().expect("finished");
     assert!(statistics.measures.is_empty());
-    let [verdict, why] = &statistics.warnings[..] else { panic!("{:?}", statistics.warnings) };
-    assert!(verdict.starts_with("verdict: rock `rock` "), "{verdict}");
-    assert!(why.contains("impact_speed") && why.contains("not touched the net"), "{why}");
+    let [why] = &statistics.warnings[..] else { panic!("{:?}", statistics.warnings) };
+    assert_eq!(why.code, code::ABSENT_MEASURE);
+    assert!(why.message.contains("impact_speed") && why.message.contains("not touched the net"), "{why}");
+    let [verdict] = &statistics.verdicts[..] else { panic!("{:?}", statistics.verdicts) };
+    assert_eq!((verdict.rock.as_str(), verdict.fate), ("rock", Fate::StillMoving));
 }

@@ -53,8 +53,8 @@ fn from_pebble_to_hillside_an_impact_is_right_or_refused() {
                     }
                     Err(fault) => {
                         assert!(deepest > 0.5, "{case}: {fault}");
-                        let told =
-                            fault.message.contains("contact.young") || fault.message.contains("time_step");
+                        let told = fault.diagnostic.message.contains("contact.young")
+                            || fault.diagnostic.message.contains("time_step");
                         assert!(told, "{case}: {fault}");
                         refused += 1;
                     }

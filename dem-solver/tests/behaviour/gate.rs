@@ -1,9 +1,11 @@
-//! The gate: what no one can mean is refused with its place, the numbers and the cure; what someone might mean is warned of.
+//! The gate: what is certainly wrong is refused with its place, the numbers and the cure; what is possible, but unusual, is warned of.
 
 use crate::bench::{cube, fixed_plane, net, sphere};
 use dem_solver::DemSolver;
 use dem_solver::check::{check, check_with};
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::message::FaultKind;
+use interface_defs::toolkit::check::CheckReport;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::{Plan, Solver};
@@ -17,11 +19,16 @@ fn ball(more: &str) -> String {
     sphere(0.2, 2500.0, &format!("position = [0.0, 0.0, 1.0]\n{more}"))
 }
 
+/// Warnings of a check.
+fn sentences(report: &CheckReport) -> Vec<String> {
+    report.warnings.iter().map(Diagnostic::to_string).collect()
+}
+
 /// Warnings of the check of a scene that lies in `dir`.
 fn said_in(dir: &Path, text: &str) -> Result<Vec<String>, String> {
     let name = dir.join("test.toml").display().to_string();
     let scene = Scene::from_text(&name, text).map_err(|e| e.to_string())?;
-    check(&scene).map(|report| report.warnings).map_err(|e| e.to_string())
+    check(&scene).map(|report| sentences(&report)).map_err(|e| e.to_string())
 }
 
 fn said(text: &str) -> Result<Vec<String>, String> {
@@ -102,7 +109,7 @@ fn on_a_terrain_gravity_must_be_there_and_point_down() {
         let message = of(gravity).expect_err(gravity);
         assert!(message.contains(words) && message.contains("[0.0, 0.0, -9.81]"), "{message}");
     }
-    let tilted = of("gravity = [1.0, 0.0, -9.75]").expect("someone might");
+    let tilted = of("gravity = [1.0, 0.0, -9.75]").expect("a warning");
     // atan(1 / 9.75) = 5.86 degrees.
     assert!(tilted.len() == 1 && tilted[0].contains("5.9 degrees off -z"), "{tilted:?}");
     assert_eq!(of("gravity = [0.0, 0.0, 0.0]"), Ok(vec![]));
@@ -121,7 +128,7 @@ fn other_units_of_a_rock_are_named_with_what_they_would_be() {
     // 4/3 pi 0.2^3 = 0.03351 m3.
     warned(&with("density = 2500.0", "mass = 1000.0"), &["29840 kg/m3", "0.03351 m3"]);
     refused(&with("radius = 0.2", "radius = 200.0"), &["400 m x 400 m", "metres"]);
-    let large = said(&with("radius = 0.2", "radius = 12.0")).expect("someone might");
+    let large = said(&with("radius = 0.2", "radius = 12.0")).expect("a warning");
     assert!(large.iter().any(|w| w.contains("24 m x 24 m") && w.contains("metres")), "{large:?}");
     refused(&with("young = 1e9", "young = 30.0"), &["test.toml:10:9", "3e1 Pa", "young = 3e10"]);
     warned(
@@ -191,12 +198,12 @@ fn a_cluster_file_of_another_body_is_refused_or_warned_of() {
         let message = of(&text).expect_err(words);
         assert!(message.contains(words) && message.contains("test.toml:7"), "{message}");
     }
-    let large = of(&lattice(1.4, 0.0)).expect("someone might");
+    let large = of(&lattice(1.4, 0.0)).expect("a warning");
     assert!(
         large[0].contains("0.5628 m x 0.5628 m x 1.123 m") && large[0].contains("0.4 m x 0.4 m x 0.8 m"),
         "{large:?}"
     );
-    let beside = of(&lattice(1.0, 0.06)).expect("someone might");
+    let beside = of(&lattice(1.0, 0.06)).expect("a warning");
     assert!(beside[0].contains("0.06 m x 0 m x 0 m off"), "{beside:?}");
 }
 
@@ -237,7 +244,7 @@ fn a_rock_that_starts_in_the_net_is_refused_by_check_and_run_in_the_same_words()
         if let Err(fault) = &prepared {
             assert_eq!(fault.kind, FaultKind::Input);
         }
-        assert_eq!(checked, prepared.map_err(|f| f.message));
+        assert_eq!(checked, prepared.map_err(|f| f.to_string()));
         checked
     };
     assert_eq!(of(&text(0.2055, ""), fixed_plane(1.0, 1)), Ok(()));
@@ -294,7 +301,7 @@ fn a_rock_that_does_not_reach_the_net_is_warned_of_with_the_distance() {
     let of = |z: f64, more: &str, head: &str| {
         let text = format!("{head}{}{CONTACT}", cube(64, &format!("position = [0.0, 0.0, {z:?}]\n{more}")));
         let scene = Scene::from_text("test.toml", &text).expect("a scene");
-        check_with(&scene, Some(&fixed_plane(1.0, 1))).unwrap_or_else(|e| panic!("{e}")).warnings
+        sentences(&check_with(&scene, Some(&fixed_plane(1.0, 1))).unwrap_or_else(|e| panic!("{e}")))
     };
     assert_eq!(of(2.0, "", HEAD), Vec::<String>::new());
     assert_eq!(of(2.0, "velocity = [0.0, 0.0, -50.0]", HEAD), Vec::<String>::new(), "fast");
@@ -336,7 +343,7 @@ fn a_terrain_mesh_in_millimetres_or_on_its_side_is_named() {
     assert!(message.contains("t.obj: heights from 1e5 to 1.01e5 m"), "{message}");
     // The same surface with y upward: 10 m2 from above, 100 m2 seen along y.
     let upright = flat.map(|[x, y, z]| [x, z, -y]);
-    let warnings = of(upright, "[0.0, 0.5, 7.0]").expect("someone might");
+    let warnings = of(upright, "[0.0, 0.5, 7.0]").expect("a warning");
     assert!(
         warnings.iter().any(|w| w.contains("seen along y") && w.contains("upward axis is y")),
         "{warnings:?}"
@@ -361,7 +368,7 @@ fn of_several_rocks_each_that_misses_the_net_is_warned_of() {
     let of = |stone: String| {
         let text = format!("{HEAD}{}{stone}{CONTACT}", cube(64, "position = [0.0, 0.0, 2.0]\n"));
         let scene = Scene::from_text("test.toml", &text).expect("a scene");
-        check_with(&scene, Some(&fixed_plane(1.0, 1))).unwrap_or_else(|e| panic!("{e}")).warnings
+        sentences(&check_with(&scene, Some(&fixed_plane(1.0, 1))).unwrap_or_else(|e| panic!("{e}")))
     };
     assert_eq!(of(stone(0.7, "")), Vec::<String>::new());
     let beside = of(stone(9.0, ""));
@@ -386,12 +393,12 @@ fn a_net_that_no_rock_of_a_terrain_can_get_to_and_one_without_a_law_are_named() 
         let mut net = net(4, 1.0, 0.0);
         net.coordinates.chunks_exact_mut(3).for_each(|p| (0..3).for_each(|a| p[a] += by[a]));
         let scene = Scene::from_text(&name, &text).expect("a scene");
-        check_with(&scene, Some(&net)).map(|r| r.warnings).map_err(|e| e.to_string())
+        check_with(&scene, Some(&net)).map(|r| sentences(&r)).map_err(|e| e.to_string())
     };
     assert_eq!(of(CONTACT, [0.0, 0.0, 0.2]), Ok(vec![]));
-    let beside = of(CONTACT, [500.0, 0.0, 0.2]).expect("someone might");
+    let beside = of(CONTACT, [500.0, 0.0, 0.2]).expect("a warning");
     assert!(beside.len() == 1 && beside[0].contains("m beside the terrain"), "{beside:?}");
-    let above = of(CONTACT, [0.0, 0.0, 40.0]).expect("someone might");
+    let above = of(CONTACT, [0.0, 0.0, 40.0]).expect("a warning");
     assert!(above.len() == 1 && above[0].contains("above all that the rock can get to"), "{above:?}");
     let falls = said(&format!("{HEAD}{}[structure]\n", ball(""))).expect_err("no law");
     assert!(falls.contains("no contact law") && falls.contains("add a table [[contact]]"), "{falls}");
@@ -442,8 +449,8 @@ fn other_units_of_contact_terrain_clusters_and_gravel_are_named() {
         dem_solver::gate::of_spheres(&settings, &scene).map_err(|e| e.to_string())
     };
     assert_eq!(said_of(&gravel("[0.009, 0.011]", "[0.2, 0.2, 0.2]")), Ok(vec![]));
-    let wide = said_of(&gravel("[0.009, 0.011]", "[200, 200, 200]")).expect("someone might");
-    assert!(wide.len() == 1 && wide[0].starts_with("box: 200 m x 200 m x 200 m"), "{wide:?}");
+    let wide = said_of(&gravel("[0.009, 0.011]", "[200, 200, 200]")).expect("a warning");
+    assert!(wide.len() == 1 && wide[0].to_string().starts_with("box: 200 m x 200 m x 200 m"), "{wide:?}");
     let large = said_of(&gravel("[9.0, 11.0]", "[0.2, 0.2, 0.2]")).expect_err("too large");
     assert!(large.starts_with("test.toml:5:10: ") && large.contains("9 mm is 0.009"), "{large}");
 }

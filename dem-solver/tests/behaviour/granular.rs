@@ -3,6 +3,7 @@
 use dem_solver::granular::GranularSolver;
 use dem_solver::granular::check::check;
 use dem_solver::granular::state::GranularState;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::{Plan, Solver, Window};
@@ -299,7 +300,7 @@ fn spheres_of_a_file_start_where_it_has_them() {
     let mut solver = build(&text).unwrap_or_else(|e| panic!("{e}"));
     let said = solver.prepare(&Plan::default(), &mut |_| Ok(())).unwrap_or_else(|e| panic!("{e}")).warnings;
     assert!(
-        said.iter().any(|w| w.contains("1 pair overlaps at the start, the deepest by 2.00 %")),
+        said.iter().any(|w| w.message.contains("1 pair overlaps at the start, the deepest by 2.00 %")),
         "{said:?}"
     );
     for (content, expected) in [
@@ -345,7 +346,10 @@ fn spheres_of_another_density_than_rock_are_named_by_check_and_run() {
         let warnings = check(&Scene::from_text("a.toml", &text).expect("a scene")).expect("checked").warnings;
         let mut solver = build(&text).unwrap_or_else(|e| panic!("{e}"));
         let ready = solver.prepare(&Plan::default(), &mut |_| Ok(())).unwrap_or_else(|e| panic!("{e}"));
-        let found = |warnings: &[String]| warnings.iter().filter(|w| w.contains("kg/m3")).cloned().collect();
+        let found = |warnings: &[Diagnostic]| {
+            let of_density = warnings.iter().filter(|w| w.key.as_deref() == Some("spheres.0.density"));
+            of_density.map(|w| w.message.clone()).collect()
+        };
         let [checked, run]: [Vec<String>; 2] = [found(&warnings), found(&ready.warnings)];
         assert_eq!(checked, run);
         run
@@ -353,29 +357,4 @@ fn spheres_of_another_density_than_rock_are_named_by_check_and_run() {
     assert_eq!(said("2500.0"), [""; 0]);
     let steel = said("7850.0");
     assert!(steel.len() == 1 && steel[0].contains("spheres `spheres` have a density of 7850"), "{steel:?}");
-}
-
-#[test]
-fn old_names_of_keys_are_named_by_check_and_run_of_spheres_too() {
-    let old = settling(10, "restitution = 0.5\nwall_young = 1e8\nwall_poisson = 0.3", "critical_share = 0.4");
-    let new = old.replace("wall_", "partner_").replace("critical_share", "time_step_scale");
-    let notes = |text: &str| -> Vec<String> {
-        let report = check(&Scene::from_text("a.toml", text).expect("a scene")).expect("checked");
-        let ready = build(text).expect("valid").prepare(&Plan::default(), &mut |_| Ok(())).expect("prepared");
-        let found = |all: Vec<String>| all.into_iter().filter(|w| w.contains("is the old name of")).collect();
-        let [checked, run]: [Vec<String>; 2] = [found(report.warnings), found(ready.warnings)];
-        assert_eq!(checked, run);
-        run
-    };
-    let said = notes(&old);
-    assert_eq!(said.len(), 2, "{said:?}");
-    assert!(said[0].contains("write partner_young") && said[1].contains("write time_step_scale"), "{said:?}");
-    assert_eq!(notes(&new), [""; 0]);
-    // The same step by either name.
-    let step = |text: &str| {
-        check(&Scene::from_text("a.toml", text).expect("a scene")).expect("checked").numbers["time_step_s"]
-    };
-    assert_eq!(step(&old), step(&new));
-    let both = old.replace("critical_share", "time_step_scale = 0.4\ncritical_share");
-    assert!(build(&both).is_err_and(|e| e.contains("leave `critical_share` out")));
 }

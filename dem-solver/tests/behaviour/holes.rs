@@ -54,7 +54,11 @@ fn files_with_several_bodies_and_with_holes_are_refused_with_a_cure_that_works()
     );
     let scene = Scene::from_text("test.toml", &scene).expect("a scene");
     let solver = DemSolver::new(&scene, &Options::default()).unwrap_or_else(|e| panic!("{e}"));
-    assert!(solver.notices().iter().any(|n| n.contains("1 hole was closed")), "{:?}", solver.notices());
+    assert!(
+        solver.notices().iter().any(|n| n.message.contains("1 hole was closed")),
+        "{:?}",
+        solver.notices()
+    );
 }
 
 /// Three single triangles that do not touch: their own areas are those of the holes.

@@ -188,7 +188,7 @@ fn a_wall_that_tells_no_masses_takes_the_rocks_and_warns() {
         sphere(0.1, 2500.0, "position = [0.0, 0.0, 1.0]")
     );
     let bench = Setup::new(&*scene, plane(1.0, 1)).build();
-    assert!(bench.ready.warnings[0].contains("nodal masses"), "{:?}", bench.ready.warnings);
+    assert!(bench.ready.warnings[0].message.contains("nodal masses"), "{:?}", bench.ready.warnings);
     let silent = Setup::new(scene, fixed_plane(1.0, 1)).build();
     assert!(silent.ready.warnings.is_empty());
 }

@@ -3,6 +3,7 @@
 use crate::bench::{Bench, Setup, cube, fixed_plane, net, sphere};
 use dem_solver::DemSolver;
 use dem_solver::check::check;
+use interface_defs::diagnostic::code;
 use interface_defs::message::FaultKind;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
@@ -90,7 +91,7 @@ fn a_step_above_the_critical_one_is_taken_where_the_scene_allows_it() {
         cube(64, ROCK)
     );
     let report = check(&scene(&text)).expect("allowed");
-    assert!(report.warnings[0].contains("above the critical step"), "{:?}", report.warnings);
+    assert!(report.warnings[0].code == code::TIME_STEP, "{:?}", report.warnings);
 }
 
 /// The resolved scene runs again as it is, and resolves to itself.
@@ -118,7 +119,7 @@ fn a_wall_without_a_contact_law_is_refused() {
         Plan { end_time: 1.0, window: 1e-3, partner_mesh: Some(fixed_plane(1.0, 1)), ..Plan::default() };
     let fault = solver.prepare(&plan, &mut |_| Ok(())).expect_err("no law");
     assert_eq!(fault.kind, FaultKind::Input);
-    assert!(fault.message.contains("[[contact]]"));
+    assert!(fault.diagnostic.message.contains("[[contact]]"));
 }
 
 #[test]
@@ -134,7 +135,7 @@ fn a_plan_that_asks_for_what_was_not_offered_is_refused() {
             gives: vec![field],
             ..Plan::default()
         };
-        solver.prepare(&plan, &mut |_| Ok(())).expect_err("not offered").message
+        solver.prepare(&plan, &mut |_| Ok(())).expect_err("not offered").diagnostic.message
     };
     assert!(try_plan(FieldSpec::nodal("contact_tangent", 9, Sampling::Once)).contains("contact_tangent"));
     let many = FieldSpec { samples: 65, ..FieldSpec::nodal(name::FORCE, 3, Sampling::Means) };
@@ -158,7 +159,7 @@ fn fault_of(bench: &mut Bench, length: f64) -> String {
             Ok(()) => bench.commit(length),
             Err(fault) => {
                 assert_eq!(fault.kind, FaultKind::Window, "{fault}");
-                return fault.message;
+                return fault.diagnostic.message;
             }
         }
     }
@@ -199,7 +200,7 @@ fn a_step_in_which_the_wall_could_pass_unseen_fails_the_window() {
 fn a_displacement_that_is_not_finite_fails_the_window_and_names_the_node() {
     let mut bench = falling(6.0, "1e8", 2e-5);
     bench.displace(1, |node, _| Vector3::repeat(if node == 40 { f64::NAN } else { 0.0 }));
-    let message = bench.solve(1e-4).expect_err("NaN").message;
+    let message = bench.solve(1e-4).expect_err("NaN").diagnostic.message;
     assert!(message.contains("node 40"), "{message}");
     bench.input.fill(0.0);
     bench.solve(1e-4).expect("the state is as before");
@@ -234,9 +235,9 @@ fn a_wall_held_still_by_the_predictor_damps_with_its_transmitted_velocity() {
 #[test]
 fn a_request_that_is_not_of_the_plan_is_refused() {
     let mut bench = falling(6.0, "1e8", 2e-5);
-    assert!(bench.solve(0.0).expect_err("no length").message.contains("window of 0 s"));
+    assert!(bench.solve(0.0).expect_err("no length").diagnostic.message.contains("window of 0 s"));
     bench.input.pop();
-    assert!(bench.solve(1e-3).expect_err("short").message.contains("by the plan they are"));
+    assert!(bench.solve(1e-3).expect_err("short").diagnostic.message.contains("by the plan they are"));
 }
 
 #[test]

@@ -33,7 +33,7 @@ const LAW: &str = "law = \"hertz_mindlin\"\nyoung = 1e7\npoisson = 0.2\nrestitut
                    friction_dynamic = 0.2\nrolling_friction = 0.1\nrolling = \"spring\"\nrolling_damping = 0.2\n";
 
 /// For each key the lines of [`LAW`] that give way to it, what stands there instead, and where it is refused.
-const KEYS: [(&str, &str, &str, &[Touched]); 22] = [
+const KEYS: [(&str, &str, &str, &[Touched]); 21] = [
     ("law", "law = \"hertz_mindlin\"", "law = \"linear\"", &[]),
     ("young", "young = 1e7", "young = 2e7", &[]),
     ("poisson", "poisson = 0.2", "poisson = 0.4", &[]),
@@ -50,7 +50,6 @@ const KEYS: [(&str, &str, &str, &[Touched]); 22] = [
     ("rolling", "rolling = \"spring\"\nrolling_damping = 0.2", "rolling = \"constant\"", &[]),
     ("rolling_damping", "rolling_damping = 0.2", "rolling_damping = 0.9", &[]),
     ("effective_mass", "", "effective_mass = \"rock\"", &[OtherSphere, Box]),
-    ("hierarchy", "", "hierarchy = \"nearest\"", &[OtherRock, OtherSphere, Box, BoxOfRock]),
     (
         "friction_max",
         "friction_dynamic = 0.2",
@@ -163,8 +162,6 @@ fn every_key_of_a_contact_works_with_every_partner_or_is_refused_by_name() {
                 Ok(other) if refused.contains(&touched) => {
                     wrong.push(format!("{key} with {touched:?}: taken, {other:?}"))
                 }
-                // This terrain's kinks lie beside the spheres; `terrain/bounces.rs` compares both selections over rough ground.
-                Ok(_) if key == "hierarchy" && matches!(touched, Terrain | Mixed) => {}
                 Ok(other) if other == plain => wrong.push(format!("{key} with {touched:?}: ignored")),
                 Ok(_) => {}
                 Err(why) if !refused.contains(&touched) => {
@@ -206,9 +203,6 @@ fn tables_of_the_other_engine_are_refused_by_both_names() {
         Scene::from_text("test.toml", &format!("{rocks}contact_selection = \"nearest\"\n")).expect("a scene");
     let message = check(&alone).expect_err("refused").to_string();
     assert!(message.contains("contact_selection") && message.contains("terrain"), "{message}");
-    let net = scene(Net, &format!("{LAW}hierarchy = \"nearest\"\n"));
-    let both = refused(&format!("{net}contact_selection = \"nearest\"\n"));
-    assert!(both.contains("old name of `dem.contact_selection`"), "{both}");
 }
 
 /// A law that is added to the registry is tried here with every partner.

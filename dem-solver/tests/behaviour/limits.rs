@@ -4,6 +4,7 @@
 use crate::bench::sphere;
 use dem_solver::DemSolver;
 use dem_solver::check::check;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 
@@ -21,7 +22,7 @@ fn scene(keys: &[(&str, String)]) -> String {
     text
 }
 
-fn notices(text: &str) -> Result<Vec<String>, String> {
+fn notices(text: &str) -> Result<Vec<Diagnostic>, String> {
     let scene = Scene::from_text("test.toml", text).expect("a scene");
     let solver = DemSolver::new(&scene, &Options::default()).map_err(|e| e.to_string())?;
     Ok(solver.notices().to_vec())
@@ -49,8 +50,8 @@ fn within_the_documented_limits_nothing_is_said_and_beyond_each_of_them_a_warnin
         for &value in beyond {
             let text = scene(&[(key, write(value))]);
             let said = notices(&text).unwrap_or_else(|e| panic!("{e}"));
-            let named = said.len() == 1 && said[0].contains(&format!("{:e}", value.abs()));
-            assert!(named && said[0].contains("is tested"), "{key} = {value}: {said:?}");
+            let named = said.len() == 1 && said[0].message.contains(&format!("{:e}", value.abs()));
+            assert!(named && said[0].message.contains("is tested"), "{key} = {value}: {said:?}");
             // Also before anything runs.
             let report = check(&Scene::from_text("test.toml", &text).expect("a scene")).expect("checked");
             assert!(report.warnings.contains(&said[0]), "{:?}", report.warnings);

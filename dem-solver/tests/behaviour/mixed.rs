@@ -185,7 +185,7 @@ fn a_rock_that_rests_on_a_box_over_terrain_has_not_come_to_rest_on_the_terrain()
     let told = solver.finish().expect("finished");
     let impacts = told.measures.iter().find(|m| m.name == "impacts").expect("counted");
     assert_eq!(impacts.value, 0.0);
-    let verdict = told.warnings.iter().find(|w| w.starts_with("verdict: ")).expect("a verdict");
+    let verdict = told.verdicts[0].to_string();
     assert!(!verdict.contains("terrain") && verdict.contains("0.60)"), "{verdict}");
 }
 

@@ -1,4 +1,4 @@
-//! Faces at kinks: with `hierarchy = "continuous"` neither force nor energy jumps.
+//! Faces at kinks: with `contact_selection = "continuous"` neither force nor energy jumps.
 
 use crate::bench::{Setup, sphere};
 use interface_defs::{InterfaceMesh, Sampling};
@@ -30,28 +30,28 @@ fn relief() -> InterfaceMesh {
 }
 
 /// Force on a sphere of 0.1 m and the energy of its contacts.
-fn force_and_energy(mesh: &InterfaceMesh, position: Vector3<f64>, hierarchy: &str) -> (Vector3<f64>, f64) {
+fn force_and_energy(mesh: &InterfaceMesh, position: Vector3<f64>, selection: &str) -> (Vector3<f64>, f64) {
     let at = format!("position = {:?}", position.as_slice());
     let scene = format!(
         "end_time = 1.0\n{}[[contact]]\nlaw = \"hertz_mindlin\"\nyoung = 1e7\npoisson = 0.3\nrestitution = 1.0\n\
-         hierarchy = \"{hierarchy}\"\n",
+         [dem]\ncontact_selection = \"{selection}\"\n",
         sphere(0.1, 2500.0, &at)
     );
     let bench = Setup::new(scene, mesh.clone()).build();
     (-bench.total_force(Sampling::AtEnds), bench.value("energy_stored_dem"))
 }
 
-/// Along a way over the relief at 0.1 mm a step, overlaps of some 15 mm: the stiffness of a contact is below 2 E* sqrt(R d), that of the
-/// seven that a corner of six faces may have together seven times it. The nearest hierarchy jumps by more.
+/// Along a path over the relief at 0.1 mm a step, overlaps of some 15 mm: the stiffness of a contact is below 2 E* sqrt(R d), that of the
+/// seven that a corner of six faces may have together seven times it. The nearest selection jumps by more.
 #[test]
-fn over_a_relief_the_continuous_hierarchy_has_no_jump_and_its_force_is_the_gradient_of_its_energy() {
+fn over_a_relief_the_continuous_selection_has_no_jump_and_its_force_is_the_gradient_of_its_energy() {
     let mesh = relief();
     let modulus = 1e7 / 0.91;
     let stiffness = 2.0 * modulus * (0.1_f64 * 0.03).sqrt();
     let at = |k: usize| Vector3::new(-0.12 + 1e-4 * k as f64, -0.03 + 0.4e-4 * k as f64, 0.088);
-    let jump = |hierarchy: &str| {
+    let jump = |selection: &str| {
         let forces: Vec<Vector3<f64>> =
-            (0..2400).map(|k| force_and_energy(&mesh, at(k), hierarchy).0).collect();
+            (0..2400).map(|k| force_and_energy(&mesh, at(k), selection).0).collect();
         let apart = (at(1) - at(0)).norm();
         forces.windows(2).map(|w| (w[1] - w[0]).norm() / (stiffness * apart)).fold(0.0, f64::max)
     };
@@ -74,10 +74,10 @@ fn over_a_relief_the_continuous_hierarchy_has_no_jump_and_its_force_is_the_gradi
     }
 }
 
-/// What the sum counts: one contact on a plane, a ridge and a peak, as the nearest hierarchy; in a groove two, less the edge where
+/// What the sum counts: one contact on a plane, a ridge and a peak, as the nearest selection; in a groove two, less the edge where
 /// the sphere holds it.
 #[test]
-fn planes_ridges_and_peaks_are_one_contact_in_both_hierarchies() {
+fn planes_ridges_and_peaks_are_one_contact_in_both_selections() {
     let fan = |rise: f64| {
         let mut mesh = InterfaceMesh { coordinates: vec![0.0; 3], ..InterfaceMesh::default() };
         for k in 0..6_u32 {

@@ -39,10 +39,9 @@ fn solving_a_then_b_then_a_gives_the_bytes_of_a() {
 /// contacts is lost.
 #[test]
 fn what_is_broken_is_not_touched_and_no_detour_shows() {
-    for hierarchy in ["nearest", "continuous"] {
+    for selection in ["nearest", "continuous"] {
         let mut setup = Setup { broken: true, ..setup() };
-        setup.scene =
-            setup.scene.replace("[[contact]]", &format!("[[contact]]\nhierarchy = \"{hierarchy}\""));
+        setup.scene = setup.scene.replace("[dem]", &format!("[dem]\ncontact_selection = \"{selection}\""));
         // From window number `torn` on all lines are broken. Returns all bytes, and contacts at each window's end.
         let run = |torn: usize, detours: bool| {
             let mut bench = setup.build();

@@ -301,7 +301,11 @@ fn rocks_that_start_inside_each_other_or_without_a_law_are_refused_with_their_na
     let scene = Scene::from_text("test.toml", &alone).expect("a scene");
     let solver =
         DemSolver::new(&scene, &Options { out: None, shortcuts: true }).unwrap_or_else(|e| panic!("{e}"));
-    assert!(solver.notices().iter().any(|n| n.contains("fall through each other")), "{:?}", solver.notices());
+    assert!(
+        solver.notices().iter().any(|n| n.message.contains("fall through each other")),
+        "{:?}",
+        solver.notices()
+    );
 }
 
 #[test]
@@ -329,6 +333,9 @@ fn rocks_too_fast_or_too_soft_to_meet_fail_the_window_with_their_names() {
         });
         let fault = fault.expect("a fault");
         assert_eq!(fault.kind, FaultKind::Window);
-        assert!(fault.message.contains("`a` and `b`") && fault.message.contains(expected), "{fault}");
+        assert!(
+            fault.diagnostic.message.contains("`a` and `b`") && fault.diagnostic.message.contains(expected),
+            "{fault}"
+        );
     }
 }

@@ -1,8 +1,9 @@
 //! What no one can mean is refused before anything starts; what someone might mean is said, before or with the results.
 
 use super::*;
-use dem_solver::study::base::Base;
+use dem_solver::study::gate;
 use dem_solver::study::settings::STUDY as KIND;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 
 /// What is wrong with a study is said before anything starts, at its place.
@@ -155,9 +156,10 @@ fn what_is_wrong_with_a_study_is_said_at_its_place() {
 fn what_is_to_be_doubted_is_said_at_its_place() {
     let said = |place: &Place| {
         let file = Scene::load_as(&KIND, &place.path("study.toml"), &[]).expect("a study");
-        let base = Base::new(&file, true).unwrap_or_else(|e| panic!("{e}"));
-        let own = |w: &&String| w.contains("study.toml");
-        base.warnings.iter().filter(own).cloned().collect::<Vec<_>>()
+        let base = gate::read(&file, true, &[]).unwrap_or_else(|e| panic!("{e}"));
+        let own =
+            base.warnings.iter().filter(|w| w.place.as_ref().is_some_and(|p| p.file.ends_with("study.toml")));
+        own.map(Diagnostic::to_string).collect::<Vec<_>>()
     };
     assert_eq!(said(&Place::new(STUDY)), Vec::<String>::new());
     let design = "[line.design.uni_11211_4]\nblock_mass = 6.0\ntrajectories = 1.1\ntopography = 1.02\nblock_survey = 1.05\n\

@@ -45,7 +45,7 @@ fn the_design_of_a_line_follows_from_its_table() {
             summary["measures"][format!("road_{name}")]["value"].as_f64().unwrap_or_else(|| panic!("{name}"));
         assert!((value / due - 1.0).abs() < 1e-12, "{name}: {value} {due}");
     }
-    let verdict = summary["verdict"].to_string();
+    let verdict = summary["warnings"].to_string();
     let strong = largest.values().filter(|values| values[2] > 1e4).count();
     assert!(
         verdict.contains("UNI 11211-4")

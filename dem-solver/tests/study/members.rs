@@ -162,12 +162,12 @@ fn a_scaled_cluster_is_the_one_that_is_made_at_that_size() {
 /// On the ground a rock touches it and is in it nowhere; higher up it is free by as much.
 #[test]
 fn members_start_on_the_ground_and_not_in_it() {
-    use dem_solver::study::base::Base;
+    use dem_solver::study::gate;
     use dem_solver::study::settings::STUDY as KIND;
     use interface_defs::toolkit::scene::Scene;
     let place = Place::new(STUDY);
     let file = Scene::load_as(&KIND, &place.path("study.toml"), &[]).expect("a study");
-    let base = Base::new(&file, true).unwrap_or_else(|e| panic!("{e}"));
+    let base = gate::read(&file, true, &[]).unwrap_or_else(|e| panic!("{e}"));
     for number in 1..=base.members() {
         let member = base.member(number);
         let model = base.model(&member, None).unwrap_or_else(|e| panic!("{e}"));

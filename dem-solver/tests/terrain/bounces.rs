@@ -181,17 +181,17 @@ fn the_energy_of_a_cube_that_lands_on_an_edge_or_a_face_never_grows() {
 }
 
 /// Terrain with kinks, a cube of 64 spheres that lands on it without dashpot and friction: what its energy errs by in the contact. The nearest
-/// hierarchy lets contacts set in with a finite overlap, whatever the step; the continuous one leaves the integrator's error,
+/// selection lets contacts set in with a finite overlap, whatever the step; the continuous one leaves the integrator's error,
 /// of second order.
 #[test]
-fn over_rough_ground_the_energy_error_falls_with_the_step_where_the_hierarchy_is_continuous() {
+fn over_rough_ground_the_energy_error_falls_with_the_step_where_the_selection_is_continuous() {
     let mut mesh = plane(0.0, [-4.0, 4.0], 32, 80);
     let mut seed = 3;
     mesh.nodes.iter_mut().for_each(|n| n.z += 0.06 * crate::bench::random(&mut seed));
-    let imbalance = |hierarchy: &str, steps: f64, number: u32| {
+    let imbalance = |selection: &str, steps: f64, number: u32| {
         let turn = [1.0, 0.3, 0.1 * f64::from(number), -0.2];
         let scene = cube(64, turn, 1.0, 0.0).replace("young = 1e9", "young = 2e8")
-            + &format!("hierarchy = \"{hierarchy}\"\n[dem]\nsteps_per_contact = {steps:?}\n");
+            + &format!("[dem]\ncontact_selection = \"{selection}\"\nsteps_per_contact = {steps:?}\n");
         let mut bench = Bench::new(&mesh, &scene, true);
         let (start, mut worst, mut kinetic, mut touched) = (bench.energy(), 0.0_f64, 0.0_f64, false);
         loop {
@@ -206,7 +206,7 @@ fn over_rough_ground_the_energy_error_falls_with_the_step_where_the_hierarchy_is
         }
     };
     let mean =
-        |hierarchy: &str, steps: f64| (0..8).map(|k| imbalance(hierarchy, steps, k)).sum::<f64>() / 8.0;
+        |selection: &str, steps: f64| (0..8).map(|k| imbalance(selection, steps, k)).sum::<f64>() / 8.0;
     let [coarse, fine] = [50.0, 200.0].map(|steps| mean("continuous", steps));
     let [jumps, still] = [50.0, 200.0].map(|steps| mean("nearest", steps));
     println!("continuous: {coarse:.1e}, {fine:.1e}; nearest: {jumps:.1e}, {still:.1e}");

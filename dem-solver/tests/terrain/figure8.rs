@@ -2,9 +2,9 @@
 //! shapes that begin at one place go down one slope in bounces, and not on one way.
 
 use dem_solver::DemSolver;
-use dem_solver::model::runout::Ending;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
+use interface_defs::verdict::Fate;
 use interface_defs::{Plan, Solver, Window};
 use nalgebra::Vector3;
 use std::path::Path;
@@ -15,7 +15,7 @@ struct Way {
     /// Each 0.05 s [m].
     places: Vec<Vector3<f64>>,
     impacts: u64,
-    ending: Option<Ending>,
+    ending: Option<Fate>,
     highest: f64,
 }
 

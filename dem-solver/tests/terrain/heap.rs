@@ -147,7 +147,7 @@ fn a_light_rock_that_a_heavy_one_throws_at_the_ground_does_not_pass_through_it()
             let window = Window { number: bench.windows + 1, iteration: 1, start: bench.time, length: 0.005 };
             match bench.solver.solve(&window, &[], &mut bench.output) {
                 Ok(()) => bench.solver.commit().expect("committed"),
-                Err(error) => fault = Some(error.message),
+                Err(error) => fault = Some(error.diagnostic.message),
             }
             bench.windows += 1;
             bench.time += 0.005;

@@ -51,7 +51,7 @@ fn compare(name: &str, slope: f64, scene: &str, end: f64, tolerance: f64) {
 fn frictionless_bounces_are_the_same_on_every_cut() {
     compare("V-T1", 30.0, &dropped(30.0, 1e10, 1.0, 0.0, ""), 3.5, 1e-10);
     compare("V-T2", 30.0, &dropped(30.0, 1e10, 0.5, 0.0, ""), 2.5, 1e-10);
-    let continuous = "hierarchy = \"continuous\"\n";
+    let continuous = "[dem]\ncontact_selection = \"continuous\"\n";
     compare("V-T2, continuous", 30.0, &dropped(30.0, 1e10, 0.5, 0.0, continuous), 2.5, 1e-10);
     compare("V-T3, continuous", 30.0, &dropped(30.0, 1e10, 0.5, 0.05, continuous), 2.5, 1e-6);
 }
@@ -94,7 +94,7 @@ fn double_degenerate_and_sliver_triangles_of_a_terrain_change_nothing() {
         // Lines and points, a third of all; of the thinnest slivers a sixth more.
         let count = mesh.triangles.len() / 6 * if dropped_too { 3 } else { 2 };
         assert!(
-            spoiled.2.iter().any(|w| w.contains(&format!("{count} triangles without area"))),
+            spoiled.2.iter().any(|w| w.message.contains(&format!("{count} triangles without area"))),
             "{:?}",
             spoiled.2
         );

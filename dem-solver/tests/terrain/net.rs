@@ -234,7 +234,7 @@ fn ground_before_the_net_is_no_impact_and_the_deepest_overlap_stands_once() {
     let all = |name: &str| -> Vec<f64> {
         end.measures.iter().filter(|m| m.name == name).map(|m| m.value).collect()
     };
-    let [impact] = all("impact_time")[..] else { panic!("{:?}", end.measures) };
+    let [impact] = all("time_of_impact")[..] else { panic!("{:?}", end.measures) };
     assert!(ground < net - 0.01 && impact <= net && impact > net - 1e-3, "{ground} {impact} {net}");
     let depths = &bench.solver.state().bodies[0].deepest;
     let [both] = all("max_penetration")[..] else { panic!("not once: {:?}", end.measures) };

@@ -2,6 +2,7 @@
 
 use crate::bench::{Bench, G, Mesh, plane};
 use dem_solver::geometry::sphere::direction;
+use interface_defs::diagnostic::code;
 
 /// Radius of the ball [m].
 const RADIUS: f64 = 0.41;
@@ -246,10 +247,14 @@ fn a_forest_slows_down_what_flies_below_its_height() {
                 .ready
                 .warnings
                 .iter()
-                .any(|w| w.contains("terrain.zone.0.forest") && w.contains("calibrate"))
+                .any(|w| w.key.as_deref() == Some("terrain.zone.0.forest") && w.code == code::TRUST)
         );
         assert!(
-            bench.ready.warnings.iter().any(|w| w.contains("contact.0.preset") && w.contains("calibrate"))
+            bench
+                .ready
+                .warnings
+                .iter()
+                .any(|w| w.key.as_deref() == Some("contact.0.preset") && w.code == code::TRUST)
         );
     }
     for (height, forest) in [(25.0, "forest_drag = 500.0\nforest_height = 20.0"), (6.0, "")] {

@@ -1,0 +1,193 @@
+//! Contacts of one sphere with faces, without a jump over edges and corners.
+//!
+//! Beside the nearest point the double hierarchy keeps a second one as soon as it lies before the first one's tangent plane.
+//! At a kink towards the sphere that is where the foot leaves the edge and enters the next face: a contact sets in there with
+//! the overlap that the edge has, and force and energy jump. As with wires ([`crate::contact::narrow_phase::selection`]) what has no jump is a sum over
+//! all parts of the surface, u being the energy of a contact as a function of the distance:
+//!
+//! `U = sum over faces u(distance) - sum over inner edges u(distance) + sum over inner corners u(distance)`.
+//!
+//! Each part is convex, so that its distance has a continuous gradient: force and energy are continuous, and
+//! the force is the energy's gradient. For a sphere of any radius the sum counts the pieces of the surface within it (less
+//! the holes that they enclose): one for a plane, however it is cut, for a ridge, for a peak; one for a flat valley that the
+//! sphere bridges with its edge inside, two for a groove that it touches on both sides.
+//!
+//! An edge of m faces counts `-(m - 1)`, a corner of k faces `1 - k` and each of its edges' `m - 1`. What parts a
+//! sphere does not reach is not asked: where an edge or a corner is within it, all their faces are. Faces must share the nodes
+//! that they share: two that lie on each other with nodes of their own count twice.
+
+use crate::contact::broad_phase::mesh_elements::inverse_square;
+use dem_solid::geometry::closest::{Feature, on_line};
+use nalgebra::Vector3;
+
+/// Number that edges begin with: beyond all nodes.
+const EDGES: u32 = 1 << 31;
+
+/// A face that a sphere overlaps, by its closest point.
+#[derive(Debug, Clone, Copy)]
+pub struct TouchedFace {
+    /// Its nodes, by any numbers that they have.
+    pub nodes: [u32; 3],
+    /// Its own number.
+    pub number: u32,
+    /// Weights of the nodes at the closest point, exactly 0 where that lies on the edge or the node opposite.
+    pub weights: [f64; 3],
+    /// What the closest point lies on.
+    pub feature: Feature,
+}
+
+/// What a contact stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FacePart {
+    /// The face itself.
+    Face,
+    /// An edge, by a number of its own beyond all nodes.
+    Edge(u32),
+    /// A node, by its number in [`TouchedFace`].
+    Node(u32),
+}
+
+/// A contact of the sphere, if it reaches the point.
+#[derive(Debug, Clone, Copy)]
+pub struct Shared {
+    /// Place of a face that it belongs to among those touched.
+    pub face: usize,
+    /// What it stands for.
+    pub part: FacePart,
+    /// From the sphere's centre to its point [m]; of a face as it was touched.
+    pub to_point: Vector3<f64>,
+    /// Weights of the face's nodes there; of a face as it was touched.
+    pub weights: [f64; 3],
+    /// How often it counts.
+    pub share: f64,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Edge {
+    /// Its ends, the smaller number first.
+    nodes: [u32; 2],
+    /// Faces that it belongs to.
+    faces: f64,
+    /// How often it counts.
+    share: f64,
+    /// The first of its faces, and which of that one's corners its ends are.
+    face: usize,
+    ends: [usize; 2],
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Corner {
+    node: u32,
+    share: f64,
+    face: usize,
+    end: usize,
+}
+
+/// Buffers that are used again and again.
+#[derive(Debug, Clone, Default)]
+pub struct Faces {
+    edges: Vec<Edge>,
+    corners: Vec<Corner>,
+}
+
+impl Faces {
+    /// Call `found` with the contacts of a sphere with the faces `touched_faces`, which are all that it overlaps; `at` gives a
+    /// node's place from the sphere's centre [m].
+    pub fn share_out(
+        &mut self,
+        touched_faces: &[TouchedFace],
+        at: impl Fn(u32) -> Vector3<f64>,
+        mut found: impl FnMut(Shared),
+    ) {
+        self.edges.clear();
+        self.corners.clear();
+        let sorted = |face: &TouchedFace| {
+            let mut nodes = face.nodes;
+            nodes.sort_unstable();
+            nodes
+        };
+        for (k, face) in touched_faces.iter().enumerate() {
+            // A line, a point, and the twin of another are nothing of their own.
+            let [a, b, c] = sorted(face);
+            if a == b || b == c || touched_faces[..k].iter().any(|twin| sorted(twin) == [a, b, c]) {
+                continue;
+            }
+            self.count(k, face);
+            if face.feature == Feature::Face {
+                let (to_point, weights) = (Vector3::zeros(), face.weights);
+                found(Shared { face: k, part: FacePart::Face, to_point, weights, share: 1.0 });
+            }
+        }
+        for edge in &self.edges {
+            for corner in self.corners.iter_mut().filter(|c| edge.nodes.contains(&c.node)) {
+                corner.share += edge.faces - 1.0;
+            }
+        }
+        for edge in &self.edges {
+            if edge.faces < 2.0 && edge.share == 0.0 {
+                continue;
+            }
+            let face = &touched_faces[edge.face];
+            let [a, b] = edge.ends.map(|k| at(face.nodes[k]));
+            let way = b - a;
+            let closest = on_line(&Vector3::zeros(), &a, &way, inverse_square(&way));
+            let mut share = edge.share;
+            match closest.feature {
+                Feature::Node => {
+                    let end = face.nodes[edge.ends[usize::from(closest.weights[1] > 0.0)]];
+                    for corner in self.corners.iter_mut().filter(|c| c.node == end) {
+                        corner.share -= edge.faces - 1.0;
+                    }
+                }
+                _ => share -= edge.faces - 1.0,
+            }
+            if share != 0.0 {
+                let mut weights = [0.0; 3];
+                weights[edge.ends[0]] = closest.weights[0];
+                weights[edge.ends[1]] = closest.weights[1];
+                let part = FacePart::Edge(EDGES | (3 * face.number + edge.ends[0] as u32));
+                found(Shared { face: edge.face, part, to_point: closest.to_point, weights, share });
+            }
+        }
+        for corner in self.corners.iter().filter(|c| c.share != 0.0) {
+            let mut weights = [0.0; 3];
+            weights[corner.end] = 1.0;
+            let (to_point, part) = (at(corner.node), FacePart::Node(corner.node));
+            found(Shared { face: corner.face, part, to_point, weights, share: corner.share });
+        }
+    }
+
+    /// Count in the edges and corners of face number `place`, and the one of them that its closest point lies on.
+    fn count(&mut self, place: usize, face: &TouchedFace) {
+        let [a, b, c] = face.weights;
+        // The parts that the closest point lies on are those whose weights are not exactly 0.
+        let zero = if c == 0.0 {
+            2
+        } else if b == 0.0 {
+            1
+        } else {
+            0
+        };
+        let on_edge =
+            |ends: [usize; 2]| f64::from(u8::from(face.feature == Feature::Edge && !ends.contains(&zero)));
+        for ends in [[0, 1], [1, 2], [2, 0]] {
+            let mut nodes = ends.map(|k| face.nodes[k]);
+            nodes.sort_unstable();
+            let share = on_edge(ends);
+            match self.edges.iter_mut().find(|e| e.nodes == nodes) {
+                Some(edge) => {
+                    edge.faces += 1.0;
+                    edge.share += share;
+                }
+                None => self.edges.push(Edge { nodes, faces: 1.0, share, face: place, ends }),
+            }
+        }
+        for (end, (node, weight)) in face.nodes.into_iter().zip([a, b, c]).enumerate() {
+            let on_node = f64::from(u8::from(face.feature == Feature::Node && weight == 1.0));
+            match self.corners.iter_mut().find(|c| c.node == node) {
+                Some(corner) => corner.share += on_node - 1.0,
+                None => self.corners.push(Corner { node, share: on_node, face: place, end }),
+            }
+        }
+    }
+}

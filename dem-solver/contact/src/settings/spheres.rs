@@ -1,0 +1,283 @@
+//! `[[spheres]]` and `[box]`: many separate spheres, and the sides around them and around rocks.
+
+use dem_solid::cluster::files;
+use dem_solid::geometry::sphere::Sphere;
+use dem_solid::input::{LARGEST, read_bytes};
+use interface_defs::diagnostic::Diagnostic;
+use interface_defs::toolkit::scene::Scene;
+use nalgebra::Vector3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+/// Most spheres of a scene.
+pub const MOST: usize = 10_000_000;
+
+/// Separate spheres that differ in radius and place. Beside rocks, terrain or a structure each of them is a rock of its own.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SpheresSettings {
+    /// Name. Default `spheres`, for further ones `spheres_2`, ...
+    #[serde(default)]
+    pub name: String,
+    /// Name of their material, for `[[contact]] between`. Default `rock`.
+    #[serde(default = "rock")]
+    pub material: String,
+    /// How many; with `radius`, or `file` in place of both.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub count: Option<usize>,
+    /// Smallest and largest radius [m]; in between all are equally likely.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub radius: Option<[f64; 2]>,
+    /// In place of `count`, `radius` and a region: a text file with one sphere per line, `x y z r` in metres; relative to the
+    /// scene file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<PathBuf>,
+    /// The spheres of the file.
+    #[serde(skip)]
+    pub read: Vec<Sphere>,
+    /// Density [kg/m3].
+    pub density: f64,
+    /// Lowest corner of the region that they are placed in [m]. Default: the box.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lowest: Option<[f64; 3]>,
+    /// Highest corner of that region [m]. Default: the box.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub highest: Option<[f64; 3]>,
+    /// Velocity [m/s]. Default 0.
+    #[serde(default)]
+    pub velocity: [f64; 3],
+    /// Largest deviation of each component of the velocity from that [m/s], all equally likely. Default 0.
+    #[serde(default)]
+    pub velocity_scatter: f64,
+    /// Seed of radii, places and velocities: equal seeds, equal spheres. Default 1.
+    #[serde(default = "one")]
+    pub seed: u64,
+}
+
+/// Six fixed planes, inside of which rocks and separate spheres are.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BoxSettings {
+    /// Lowest corner [m].
+    pub lowest: [f64; 3],
+    /// Highest corner [m].
+    pub highest: [f64; 3],
+    /// Sides that are left out: `-x`, `+x`, `-y`, `+y`, `-z`, `+z`. Default none. The others are planes without end: what leaves
+    /// through an open side is still above the floor.
+    #[serde(default)]
+    pub open: Vec<String>,
+    /// Name of its material. Default `wall`.
+    #[serde(default = "wall")]
+    pub material: String,
+}
+
+/// Names of the sides of a box, by axis, lower first.
+pub const SIDES: [&str; 6] = ["-x", "+x", "-y", "+y", "-z", "+z"];
+
+fn rock() -> String {
+    "rock".into()
+}
+
+fn wall() -> String {
+    "wall".into()
+}
+
+fn one() -> u64 {
+    1
+}
+
+/// A sphere may reach so far beyond a plane at the start, in radii: it lies on it, as in a packing at rest.
+const RESTING: f64 = 0.1;
+
+impl BoxSettings {
+    /// The side of the box beyond which a sphere reaches, and by how much [m].
+    fn left_by(&self, sphere: &Sphere) -> Option<(&'static str, f64)> {
+        let sides = (0..3).flat_map(|axis| {
+            let c = sphere.centre[axis];
+            let (low, high) =
+                (self.lowest[axis] - (c - sphere.radius), c + sphere.radius - self.highest[axis]);
+            [(SIDES[2 * axis], low), (SIDES[2 * axis + 1], high)]
+        });
+        let closed = |(side, _): &(&str, f64)| !self.open.iter().any(|open| open == side);
+        sides.filter(closed).find(|(_, by)| *by > RESTING * sphere.radius)
+    }
+
+    /// The planes of the sides that are closed: unit normal out of the box, and distance from the origin along it [m].
+    pub fn planes(&self) -> Vec<(Vector3<f64>, f64)> {
+        let plane = |(number, side): (usize, &&str)| {
+            let axis = number / 2;
+            let upper = number % 2 == 1;
+            let mut normal = Vector3::zeros();
+            normal[axis] = if upper { 1.0 } else { -1.0 };
+            let offset = if upper { self.highest[axis] } else { -self.lowest[axis] };
+            (!self.open.iter().any(|open| open == side)).then_some((normal, offset))
+        };
+        SIDES.iter().enumerate().filter_map(plane).collect()
+    }
+
+    /// Furthest that anything can fall along `down` (a unit vector) inside the box [m]; infinite where a side is open.
+    pub fn height(&self, down: &Vector3<f64>) -> f64 {
+        if !self.open.is_empty() {
+            return f64::INFINITY;
+        }
+        let size = Vector3::from(self.highest) - Vector3::from(self.lowest);
+        size.component_mul(down).abs().sum()
+    }
+
+    /// Refuse what makes no sense.
+    pub(super) fn check(&self, scene: &Scene) -> Result<(), Diagnostic> {
+        if let Some(axis) = (0..3).find(|a| self.highest[*a] <= self.lowest[*a]) {
+            let (low, high) = (self.lowest[axis], self.highest[axis]);
+            return Err(scene
+                .invalid("box.highest", format!("the box reaches from {low} to {high} m"))
+                .try_instead("exchange them: `lowest` is the corner with the smaller numbers"));
+        }
+        if let Some(side) = self.open.iter().find(|side| !SIDES.contains(&side.as_str())) {
+            return Err(scene
+                .invalid("box.open", format!("a box has no side `{side}`"))
+                .try_instead(format!("its sides are {}", SIDES.join(", "))));
+        }
+        if let Some(twice) = (1..self.open.len()).find(|k| self.open[..*k].contains(&self.open[*k])) {
+            let what = format!("the side `{}` is named twice", self.open[twice]);
+            return Err(scene.invalid("box.open", what).try_instead("name each side once"));
+        }
+        if self.open.len() == SIDES.len() {
+            return Err(scene
+                .invalid("box.open", "all six sides are open: there is no box")
+                .try_instead("leave [box] out, and give [[spheres]] a region with lowest and highest"));
+        }
+        Ok(())
+    }
+}
+
+impl SpheresSettings {
+    /// How many there are.
+    pub fn total(&self) -> usize {
+        if self.file.is_some() { self.read.len() } else { self.count.unwrap_or_default() }
+    }
+
+    /// Smallest and largest radius [m].
+    pub fn radii(&self) -> [f64; 2] {
+        let read = || {
+            let radii = self.read.iter().map(|s| s.radius);
+            radii.fold([f64::INFINITY, 0.0], |[low, high], r| [r.min(low), r.max(high)])
+        };
+        self.radius.unwrap_or_else(read)
+    }
+}
+
+/// Fill in names and regions, read files; refuse what makes no sense.
+pub(super) fn complete(
+    groups: &mut [SpheresSettings],
+    sides: Option<&BoxSettings>,
+    scene: &Scene,
+) -> Result<(), Diagnostic> {
+    let mut total = 0_usize;
+    for (at, group) in groups.iter_mut().enumerate() {
+        let invalid = |key: &str, what: String| scene.invalid(&format!("spheres.{at}.{key}"), what);
+        if group.name.is_empty() {
+            group.name = if at == 0 { "spheres".into() } else { format!("spheres_{}", at + 1) };
+        }
+        if group.density <= 0.0 {
+            return Err(invalid(
+                "density",
+                format!("a density of {} kg/m3: it must lie above 0", group.density),
+            ));
+        }
+        if group.velocity_scatter < 0.0 {
+            let what = format!("a scatter of {} m/s: it must be 0 or more", group.velocity_scatter);
+            return Err(invalid("velocity_scatter", what));
+        }
+        if group.file.is_some() {
+            read(at, group, MOST - total, sides, scene)?;
+        } else {
+            place(at, group, total, sides, scene)?;
+        }
+        total += group.total();
+    }
+    Ok(())
+}
+
+/// Read the spheres of table number `at`, at most so many, and see that they lie in the box.
+fn read(
+    at: usize,
+    group: &mut SpheresSettings,
+    most: usize,
+    sides: Option<&BoxSettings>,
+    scene: &Scene,
+) -> Result<(), Diagnostic> {
+    let invalid = |key: &str, what: String| scene.invalid(&format!("spheres.{at}.{key}"), what);
+    let given = [
+        ("count", group.count.is_some()),
+        ("radius", group.radius.is_some()),
+        ("lowest", group.lowest.is_some()),
+        ("highest", group.highest.is_some()),
+    ];
+    if let Some((key, _)) = given.into_iter().find(|(_, given)| *given) {
+        return Err(invalid(
+            key,
+            format!("the spheres of `{}` are read from a file as they are", group.name),
+        )
+        .try_instead(format!("keep one of `file` and `{key}`")));
+    }
+    let Some(file) = &mut group.file else { return Ok(()) };
+    let path = scene.resolve(file);
+    *file = std::path::absolute(&path).unwrap_or(path);
+    let spheres = read_bytes(file, LARGEST)
+        .and_then(|bytes| files::read_at_most(&bytes, most).map_err(|e| e.in_file(file)))
+        .map_err(|e| invalid("file", format!("`{}`: {e}", group.name)))?;
+    for (k, sphere) in spheres.iter().enumerate() {
+        let Some((side, by)) = sides.and_then(|sides| sides.left_by(sphere)) else { continue };
+        let [x, y, z]: [f64; 3] = sphere.centre.into();
+        let what = format!(
+            "sphere {} of {} ({x} {y} {z}, radius {} m) reaches {by:.3e} m beyond the side `{side}` of the box",
+            k + 1,
+            spheres.len(),
+            sphere.radius
+        );
+        return Err(invalid("file", what).try_instead("make the box larger, or leave this side open"));
+    }
+    group.read = spheres;
+    Ok(())
+}
+
+/// Check the number, radii and region of table number `at`, before which there are `before` spheres, and fill in the region.
+fn place(
+    at: usize,
+    group: &mut SpheresSettings,
+    before: usize,
+    sides: Option<&BoxSettings>,
+    scene: &Scene,
+) -> Result<(), Diagnostic> {
+    let invalid = |key: &str, what: String| scene.invalid(&format!("spheres.{at}.{key}"), what);
+    let absent = |key: &str, example: &str| {
+        scene
+            .invalid(&format!("spheres.{at}"), format!("`{}` has no `{key}`", group.name))
+            .try_instead(format!("add {example}, or read spheres with file = \"spheres.xyzr\""))
+    };
+    let count = group.count.ok_or_else(|| absent("count", "count = 1000"))?;
+    let [least, most] = group.radius.ok_or_else(|| absent("radius", "radius = [0.01, 0.02]"))?;
+    let total = before.saturating_add(count);
+    if count == 0 || total > MOST {
+        return Err(invalid("count", format!("{total} spheres in all: 1 to {MOST} are possible")));
+    }
+    if !(least > 0.0 && most >= least) {
+        let what = format!("radii from {least} to {most} m: both must lie above 0, the smaller first");
+        let cure = format!("radius = [{}, {}]", least.min(most).abs(), least.max(most).abs());
+        return Err(invalid("radius", what).try_instead(cure));
+    }
+    let missing = |key: &str| {
+        invalid("count", format!("`{}` has no `{key}`, and there is no [box]", group.name))
+            .try_instead("give the region with lowest and highest, or add a table [box]")
+    };
+    let lowest = group.lowest.or(sides.map(|b| b.lowest)).ok_or_else(|| missing("lowest"))?;
+    let highest = group.highest.or(sides.map(|b| b.highest)).ok_or_else(|| missing("highest"))?;
+    if let Some(axis) = (0..3).find(|a| highest[*a] - lowest[*a] < 2.0 * most) {
+        let room = highest[axis] - lowest[axis];
+        return Err(invalid("radius", format!("the region is {room} m wide, a sphere {} m", 2.0 * most))
+            .try_instead("lengths are in metres: 9 mm is 0.009"));
+    }
+    (group.lowest, group.highest) = (Some(lowest), Some(highest));
+    Ok(())
+}

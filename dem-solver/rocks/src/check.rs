@@ -1,0 +1,206 @@
+//! What the solver would build of a scene, with which step and at what cost.
+
+use crate::gate::lengths::height;
+use crate::model::Model;
+use crate::net_contact;
+use crate::solver::DemSolver;
+use dem_contact::settings::{
+    BoxSettings, ContactSettings, DemSettings, RockSettings, Settings, Shape, SpheresSettings,
+    TerrainSettings,
+};
+use dem_terrain::Terrain;
+use interface_defs::InterfaceMesh;
+use interface_defs::diagnostic::{Diagnostic, code};
+use interface_defs::toolkit::check::CheckReport;
+use interface_defs::toolkit::program::Options;
+use interface_defs::toolkit::scene::Scene;
+use serde::Serialize;
+
+/// Seconds per step and rock without contacts, as measured on one core of 2.5 GHz.
+const SECONDS_PER_STEP: f64 = 2e-6;
+/// Neighbours of a sphere that lies among others.
+const NEIGHBOURS: f64 = 6.0;
+/// Seconds per touching pair and step, likewise.
+const SECONDS_PER_PAIR: f64 = 5e-8;
+
+#[derive(Serialize)]
+struct ResolvedTables<'a> {
+    gravity: [f64; 3],
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    rock: &'a [RockSettings],
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    spheres: &'a [SpheresSettings],
+    #[serde(rename = "box", skip_serializing_if = "Option::is_none")]
+    sides: Option<&'a BoxSettings>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    contact: Option<&'a [ContactSettings]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    terrain: Option<&'a TerrainSettings>,
+    dem: DemSettings,
+}
+
+/// Build everything of the scene but the net, and say what it is.
+pub fn check(scene: &Scene) -> Result<CheckReport, Diagnostic> {
+    check_with(scene, None)
+}
+
+/// The same with the `net` that the structure offers: rocks that start in it are refused.
+pub fn check_with(scene: &Scene, net: Option<&InterfaceMesh>) -> Result<CheckReport, Diagnostic> {
+    let solver = DemSolver::new(scene, &Options { out: None, shortcuts: true })?;
+    let fem = scene.read::<toml::Table>("processes")?.is_some_and(|p| p.contains_key("fem"));
+    if (fem || scene.has("structure")) && solver.model().laws.is_none() {
+        return Err(scene
+            .invalid("structure", "there is a net and no contact law: the rock would fall through it")
+            .try_instead("add a table [[contact]]"));
+    }
+    if let Some(what) = solver.idle_selection().filter(|_| !fem && !scene.has("structure")) {
+        let refused = scene.invalid("dem.contact_selection", what);
+        return Err(refused.coded(code::UNUSED_KEY).try_instead("leave it out"));
+    }
+    let mut near = Vec::new();
+    if let Some(net) = net {
+        near = solver.check_net(net).map_err(|fault| *fault.diagnostic)?;
+    }
+    let model = solver.model();
+    let mut report = CheckReport {
+        warnings: [solver.notices(), solver.cautions(), &near].concat(),
+        ..CheckReport::default()
+    };
+    let mut totals = Totals::default();
+    add_spheres(model, &mut report, &mut totals);
+    if !model.planes.is_empty() {
+        report.builds.push(format!("box of {} planes", model.planes.len()));
+    }
+    for at in 0..model.settings.named() {
+        add_rock(model, at, &mut report, &mut totals)?;
+    }
+    if let Some(ground) = &model.ground {
+        add_terrain(model, ground, solver.choices(), &mut report);
+    }
+    add_steps(model, &mut report);
+    report.numbers.extend(
+        [("seconds_per_step", totals.seconds), ("spheres", totals.spheres as f64), ("mass_kg", totals.mass)]
+            .map(|(name, value)| (name.to_owned(), value)),
+    );
+    report.numbers.extend(net_contact::numbers(model));
+    report.resolved = resolved(&model.settings);
+    Ok(report)
+}
+
+/// Sums over all rocks.
+#[derive(Default)]
+struct Totals {
+    /// Of a step [s].
+    seconds: f64,
+    spheres: usize,
+    /// [kg]
+    mass: f64,
+}
+
+fn add_spheres(model: &Model, report: &mut CheckReport, totals: &mut Totals) {
+    for group in &model.settings.spheres {
+        let [least, most] = group.radii();
+        report.builds.push(format!(
+            "`{}`: {} spheres of {least} to {most} m radius, each a rock of its own",
+            group.name,
+            group.total()
+        ));
+    }
+    for rock in &model.rocks[model.settings.named()..] {
+        totals.seconds += SECONDS_PER_STEP + SECONDS_PER_PAIR * NEIGHBOURS;
+        totals.spheres += 1;
+        totals.mass += rock.mass;
+    }
+}
+
+fn add_rock(
+    model: &Model,
+    at: usize,
+    report: &mut CheckReport,
+    totals: &mut Totals,
+) -> Result<(), Diagnostic> {
+    let (rock, settings) = (&model.rocks[at], &model.settings.rocks[at]);
+    report.builds.push(format!(
+        "rock `{}`: {}, {:.6} kg, moments of inertia {:.4} {:.4} {:.4} kg m2, {} spheres ({}) of \
+         radius {:.6} m{}",
+        rock.name,
+        rock.solid.describe(),
+        rock.mass,
+        rock.inertia.x,
+        rock.inertia.y,
+        rock.inertia.z,
+        rock.spheres.len(),
+        rock.origin,
+        rock.smallest_radius,
+        if rock.has_equal_spheres() { "" } else { " and more" },
+    ));
+    if rock.spheres.len() > 1 || !matches!(settings.shape, Shape::Sphere { .. }) {
+        let accuracy = rock.accuracy(settings)?;
+        report.builds.push(format!("rock `{}`: error of the spheres: {accuracy}", rock.name));
+        report.numbers.insert(format!("{}_surface_error_m", rock.name), accuracy.largest());
+        report.numbers.insert(format!("{}_volume_error", rock.name), accuracy.volume);
+    }
+    report.clusters.extend(rock.made.iter().map(|made| (rock.name.clone(), made.clone())));
+    // On a net with cells of a third of the rock, six rows of its spheres touch.
+    totals.seconds += SECONDS_PER_STEP + SECONDS_PER_PAIR * 6.0 * (rock.spheres.len() as f64).cbrt();
+    totals.spheres += rock.spheres.len();
+    totals.mass += rock.mass;
+    Ok(())
+}
+
+fn add_terrain(model: &Model, ground: &Terrain, choices: &[String], report: &mut CheckReport) {
+    report.builds.push(ground.describe());
+    report.builds.extend_from_slice(choices);
+    for (at, rock) in model.rocks.iter().enumerate().take(model.settings.named()) {
+        if let Some(height) = height(ground, &model.settings, at) {
+            let what = format!("rock `{}`: its centre starts {height:.2} m above the terrain", rock.name);
+            report.builds.push(what);
+        }
+    }
+    report.numbers.insert("triangles".into(), ground.triangles.len() as f64);
+}
+
+fn add_steps(model: &Model, report: &mut CheckReport) {
+    let steps = &model.steps;
+    match &model.laws {
+        Some(laws) => {
+            report.builds.extend(laws.describe());
+            report.builds.push(format!(
+                "step {:.4e} s; critical {:.4e} s for a landing at {:.2} m/s ({}) on a rigid fixed surface",
+                steps.step,
+                steps.critical,
+                steps.speed,
+                if model.ground.is_some() { "all its energy" } else { "free fall until end_time" }
+            ));
+        }
+        None => report.builds.push(format!("no contact; step {:.4e} s", steps.step)),
+    }
+    if steps.step > steps.critical {
+        let what = format!(
+            "{:.3e} s lies above the critical step of {:.3e} s (allow_unstable)",
+            steps.step, steps.critical
+        );
+        report.warnings.push(Diagnostic::warning(code::TIME_STEP, what).about("dem.time_step"));
+    }
+    let numbers = [
+        ("critical_step_s", steps.critical),
+        ("time_step_s", steps.step),
+        ("contact_duration_s", steps.contact),
+        ("longest_step_s", steps.longest),
+    ];
+    report.numbers.extend(numbers.map(|(name, value)| (name.to_owned(), value)));
+}
+
+fn resolved(settings: &Settings) -> toml::Table {
+    let dem = if settings.contacts.is_empty() { settings.dem.clone() } else { settings.dem.filled_in() };
+    let tables = ResolvedTables {
+        gravity: settings.gravity.into(),
+        rock: &settings.rocks[..settings.named()],
+        spheres: &settings.spheres,
+        sides: settings.sides.as_ref(),
+        contact: (!settings.contacts.is_empty()).then_some(&settings.contacts),
+        terrain: settings.terrain.as_ref(),
+        dem,
+    };
+    toml::Table::try_from(tables).expect("tables of numbers and text are valid TOML")
+}

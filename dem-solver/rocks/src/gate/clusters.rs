@@ -1,0 +1,97 @@
+//! A file of spheres that is not of this rock: of another size, at another place, turned, or of another body.
+
+use super::units::short;
+use dem_contact::rock::Rock;
+use dem_contact::settings::RockSettings;
+use dem_solid::cluster::volume::excess;
+use dem_solid::geometry::sphere::extent;
+use dem_solid::shape::Surface;
+use interface_defs::diagnostic::{Diagnostic, code};
+use interface_defs::toolkit::scene::Scene;
+use nalgebra::Vector3;
+
+/// Edges of the box around the spheres over those of the rock: beyond the first something is said, beyond the second it is refused.
+const EDGES: [f64; 2] = [1.25, 2.0];
+/// Distance of the middles of both boxes, in edges of the rock, likewise.
+const MIDDLES: [f64; 2] = [0.1, 0.5];
+/// Volume of the spheres over that of the rock, least and largest of which nothing is said: eight spheres fill a cube by half.
+const VOLUME: [f64; 2] = [0.4, 1.5];
+/// Columns for the volume: 1 % is good enough here.
+const COLUMNS: usize = 64;
+
+/// Compare the spheres of rock number `at` with its shape, if they come from a file.
+pub fn check(
+    at: usize,
+    rock: &Rock,
+    table: &RockSettings,
+    scene: &Scene,
+) -> Result<Vec<Diagnostic>, Diagnostic> {
+    let Some(file) = table.cluster.as_ref().and_then(|c| c.file.as_ref()) else { return Ok(Vec::new()) };
+    let (points, triangles) = rock.solid.surface();
+    let spheres = || rock.spheres.iter().map(|s| (s.centre, s.radius));
+    let (ours, theirs) = (extent(points.iter().map(|p| (*p, 0.0))), extent(spheres()));
+    let middle = middle(points.iter().copied(), points.iter().copied());
+    let off = rock.lowest_corner * 0.5 + rock.highest_corner * 0.5 - middle;
+    let name =
+        file.file_name().map_or_else(|| file.display().to_string(), |n| n.to_string_lossy().into_owned());
+    let sizes =
+        format!("the spheres of {name} fill a box of {}, the shape one of {}", three(theirs), three(ours));
+    let ratios = [0, 1, 2].map(|a| theirs[a] / ours[a]);
+    let worst = ratios.iter().map(|r| r.max(1.0 / r)).fold(1.0, f64::max);
+    let shift = (0..3).map(|a| off[a].abs() / ours[a]).fold(0.0, f64::max);
+    let described = format!("rock `{}`: {sizes}", rock.name);
+    let key = format!("rock.{at}.cluster.file");
+    let refuse = |what: String, cure: &str| {
+        Err(scene.invalid(&key, what).coded(code::GEOMETRY).try_instead(cure.to_owned()))
+    };
+    let doubt = |what: String| Diagnostic::warning(code::GEOMETRY, what).about(key.clone());
+    if worst > EDGES[1] {
+        let thousand = ratios.iter().all(|r| (500.0..2_000.0).contains(r) || (5e-4..2e-3).contains(r));
+        let cure = if thousand {
+            "one of the two is in millimetres: write both in metres"
+        } else {
+            "make one of this shape with `dem-solver cluster`, or name the shape that it is of"
+        };
+        return refuse(described, cure);
+    }
+    let shifted = format!(
+        "rock `{}`: the middle of the spheres of {name} lies {} off that of the shape",
+        rock.name,
+        three(off.into())
+    );
+    if shift > MIDDLES[1] {
+        return refuse(
+            shifted,
+            "both are written in the shape's own axes; make one with `dem-solver cluster`",
+        );
+    }
+    let mut warnings = Vec::new();
+    if worst > EDGES[0] {
+        let cure = "are its radii diameters, or is it of another rock?";
+        warnings.push(doubt(described).try_instead(cure));
+    }
+    if shift > MIDDLES[0] {
+        warnings.push(doubt(shifted));
+    }
+    let volume = 1.0 + excess(&Surface { points, triangles }, &rock.spheres, COLUMNS);
+    if !(VOLUME[0]..=VOLUME[1]).contains(&volume) {
+        let what = format!(
+            "rock `{}`: the spheres of {name} fill {} of the volume of the shape, {} m3",
+            rock.name,
+            short(volume),
+            short(rock.solid.volume())
+        );
+        warnings.push(doubt(what).try_instead("radii are in the fourth column, in metres"));
+    }
+    Ok(warnings)
+}
+
+fn middle(low: impl Iterator<Item = Vector3<f64>>, high: impl Iterator<Item = Vector3<f64>>) -> Vector3<f64> {
+    let low = low.fold(Vector3::repeat(f64::INFINITY), |l, p| l.inf(&p));
+    let high = high.fold(Vector3::repeat(f64::NEG_INFINITY), |h, p| h.sup(&p));
+    low * 0.5 + high * 0.5
+}
+
+fn three([a, b, c]: [f64; 3]) -> String {
+    format!("{} m x {} m x {} m", short(a), short(b), short(c))
+}

@@ -1,0 +1,193 @@
+//! Units of a contact: moduli, friction, damping and the properties of yielding ground.
+
+use super::units::{of_no_solid, short};
+use dem_contact::settings::ContactSettings;
+use interface_defs::diagnostic::{Diagnostic, code};
+use interface_defs::toolkit::scene::Scene;
+
+/// Least modulus [Pa]: a rubber has 1e6, a gel 1e3. There is no largest one: who wants no overlap writes what no solid has.
+const SOFTEST: f64 = 1e3;
+/// Damping ratio beyond which a contact does not rebound, and that which no one can mean.
+const CRITICAL: f64 = 1.0;
+const OVERDAMPED: f64 = 5.0;
+/// Rolling friction at which a ball rests on a slope of 45 degrees.
+const STEEP: f64 = 1.0;
+/// Coulomb coefficient from which on an angle is the likelier meaning.
+const ANGLE: f64 = 2.0;
+
+/// Properties of yielding ground.
+struct Strength {
+    key: &'static str,
+    unit: &'static str,
+    /// Least value that someone can mean, and below which something is said: peat has 2e5 Pa and more.
+    least: f64,
+    soft: f64,
+    /// In words.
+    usual: &'static str,
+    /// Larger units, and how much of `unit` they are.
+    units: [(&'static str, f64); 2],
+}
+
+const OF_GROUND: [Strength; 3] = [
+    Strength {
+        key: "ground_modulus",
+        unit: "Pa",
+        least: 1e3,
+        soft: 1e5,
+        usual: "peat has 2e5 Pa, pasture soil 1.5e7",
+        units: [("MPa", 1e6), ("kPa", 1e3)],
+    },
+    Strength {
+        key: "ground_pressure",
+        unit: "Pa",
+        least: 1e2,
+        soft: 1e4,
+        usual: "soft soil has 1e5 Pa and more",
+        units: [("MPa", 1e6), ("kPa", 1e3)],
+    },
+    Strength {
+        key: "ground_stiffness",
+        unit: "N/m",
+        least: 1e2,
+        soft: 1e4,
+        usual: "soil under a block of a tonne has some 4e5 N/m",
+        units: [("MN/m", 1e6), ("kN/m", 1e3)],
+    },
+];
+
+/// Of `[[contact]]` number `number`.
+pub fn of_contact(
+    number: usize,
+    contact: &ContactSettings,
+    scene: &Scene,
+) -> Result<Vec<Diagnostic>, Diagnostic> {
+    let doubt =
+        |own: &str, what: String| Diagnostic::warning(code::UNUSUAL_VALUE, what).about(key(number, own));
+    for (key, value) in [("young", contact.young), ("partner_young", contact.partner_young)] {
+        if let Some(e) = value.filter(|e| *e < SOFTEST) {
+            return Err(scene
+                .invalid(&self::key(number, key), format!("a Young's modulus of {e:e} Pa"))
+                .coded(code::LIKELY_UNIT)
+                .try_instead(format!("30 GPa are {key} = 30e9: here perhaps {key} = {:e}", e * 1e9)));
+        }
+    }
+    let mut warnings = Vec::new();
+    warnings.extend(of_ground(number, contact, scene)?);
+    let friction = contact.friction;
+    let coefficients = [
+        ("friction", Some(friction)),
+        ("friction_max", contact.friction_max),
+        ("friction_dynamic", contact.friction_dynamic),
+    ];
+    for (key, value) in coefficients {
+        if let Some(value) = value.filter(|value| *value > ANGLE && *value < 90.0) {
+            let slope = value.atan().to_degrees();
+            let what = format!("a friction of {}, at which slopes of {slope:.0} degrees hold", short(value));
+            let angle = value.to_radians().tan();
+            let cure = format!("were it an angle in degrees, its coefficient would be {angle:.3}");
+            warnings.push(doubt(key, what).coded(code::LIKELY_UNIT).try_instead(cure));
+        }
+    }
+    if let Some(fast) = contact.friction_dynamic.filter(|fast| *fast > friction) {
+        let what = format!(
+            "{} in fast slip is more than friction = {} at rest, and what slips resists less",
+            short(fast),
+            short(friction)
+        );
+        warnings.push(doubt("friction_dynamic", what).try_instead("are the two exchanged?"));
+    }
+    if let Some(ratio) = contact.damping_ratio.filter(|ratio| *ratio > CRITICAL) {
+        let what = format!("a damping ratio of {}, and a contact at 1 does not rebound", short(ratio));
+        let percent = format!("{} % is damping_ratio = {}", short(ratio), short(0.01 * ratio));
+        if ratio > OVERDAMPED {
+            let refused = scene.invalid(&key(number, "damping_ratio"), what);
+            return Err(refused.coded(code::LIKELY_UNIT).try_instead(percent));
+        }
+        warnings.push(doubt("damping_ratio", what).coded(code::LIKELY_UNIT).try_instead(percent));
+    }
+    if contact.rolling_friction > STEEP {
+        let what = format!(
+            "a rolling friction of {}, at which nothing rolls down a slope of {:.0} degrees",
+            short(contact.rolling_friction),
+            contact.rolling_friction.atan().to_degrees()
+        );
+        let cure = "it is a length over the radius, without unit: 0.1 is much";
+        warnings.push(doubt("rolling_friction", what).try_instead(cure));
+    }
+    Ok(warnings)
+}
+
+/// `key` of `[[contact]]` number `number`.
+fn key(number: usize, key: &str) -> String {
+    format!("contact.{number}.{key}")
+}
+
+/// Properties of yielding ground, with its density.
+fn of_ground(number: usize, contact: &ContactSettings, scene: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
+    if let Some((what, cure)) =
+        contact.ground_density.and_then(|density| of_no_solid("ground_density", density))
+    {
+        let refused = scene.invalid(&key(number, "ground_density"), what);
+        return Err(refused.coded(code::LIKELY_UNIT).try_instead(cure));
+    }
+    let mut warnings = Vec::new();
+    for it in &OF_GROUND {
+        let value = contact.own.get(it.key);
+        let value = value.and_then(|v| v.as_float().or_else(|| v.as_integer().map(|whole| whole as f64)));
+        let Some(value) = value.filter(|value| *value < it.soft) else { continue };
+        let what = format!("{} = {} {}: {}", it.key, short(value), it.unit, it.usual);
+        // The unit in which it is as hard as ground, the larger ones first where it is next to nothing.
+        let (unit, factor) = it.units[usize::from(value >= it.least)];
+        if value < it.least {
+            let cure = format!("were it in {unit}, it would be {} = {:e}", it.key, factor * value);
+            let refused = scene.invalid(&key(number, it.key), what);
+            return Err(refused.coded(code::LIKELY_UNIT).try_instead(cure));
+        }
+        let in_unit = format!("were it in {unit}, it would be {:e} {}", factor * value, it.unit);
+        let doubted = Diagnostic::warning(code::LIKELY_UNIT, what).about(key(number, it.key));
+        warnings.push(doubted.try_instead(in_unit));
+    }
+    Ok(warnings)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(keys: &str) -> Result<Vec<Diagnostic>, String> {
+        let contact: ContactSettings = toml::from_str(keys).expect("a table");
+        let scene = Scene::from_text("s.toml", &format!("[[contact]]\n{keys}\n")).expect("a scene");
+        of_contact(0, &contact, &scene).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn ground_in_other_units_is_refused_or_doubted() {
+        let law = "law = \"ground\"\nrestitution = 0.3\nfriction = 0.5\nstiffness_ratio = 0.8\n";
+        for (keys, words) in [
+            ("ground_modulus = 12", "were it in MPa, it would be ground_modulus = 1.2e7"),
+            ("ground_pressure = 0.5", "were it in MPa, it would be ground_pressure = 5e5"),
+            ("ground_stiffness = 0.4", "were it in MN/m, it would be ground_stiffness = 4e5"),
+            ("ground_modulus = 15e6\nground_density = 1.7", "in kg/m3 that is ground_density = 1700.0"),
+        ] {
+            let refused = of(&format!("{law}{keys}")).expect_err(keys);
+            assert!(refused.contains("s.toml:6") || refused.contains("s.toml:7"), "{refused}");
+            assert!(refused.contains(words), "{refused}");
+        }
+        for (keys, words) in [
+            ("ground_modulus = 12e3", "were it in kPa, it would be 1.2e7 Pa"),
+            ("ground_pressure = 500.0", "were it in kPa, it would be 5e5 Pa"),
+            ("ground_stiffness = 400.0", "were it in kN/m, it would be 4e5 N/m"),
+            (
+                "preset = \"meadow\"\nfriction_max = 40.0",
+                "were it an angle in degrees, its coefficient would be 0.839",
+            ),
+        ] {
+            let law = if keys.starts_with("preset") { "" } else { law };
+            let warned = of(&format!("{law}{keys}")).expect(keys);
+            assert!(warned.len() == 1 && warned[0].to_string().contains(words), "{warned:?}");
+        }
+        for preset in dem_contact::law::presets::ALL {
+            assert_eq!(of(&format!("preset = \"{}\"", preset.name)), Ok(Vec::new()));
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! A start that is not on its terrain: in which units or axes it would be.
+
+use super::lengths::height as height_at_start;
+use super::units::short;
+use crate::model::Model;
+use dem_terrain::Terrain;
+use interface_defs::diagnostic::{Diagnostic, code};
+use nalgebra::Vector3;
+
+/// Height above the terrain from which on something is said [m].
+const HIGH: f64 = 200.0;
+/// Width of a terrain of which cells in millimetres are the likelier reason [m].
+const WIDE: f64 = 50_000.0;
+/// The lowest dry land [m].
+const DEEPEST_LAND: f64 = -440.0;
+/// Relative departure up to which a height is one in another unit.
+const ALIKE: f64 = 0.03;
+
+/// What a start at `place` beside a terrain from `low` to `high` may have been meant as; `size` is the rock's [m].
+pub fn beside(place: &Vector3<f64>, low: &Vector3<f64>, high: &Vector3<f64>, size: f64) -> Option<String> {
+    let on = |x: f64, y: f64| (low.x..=high.x).contains(&x) && (low.y..=high.y).contains(&y);
+    let (x, y, z) = (place.x, place.y, place.z);
+    let position =
+        |what: &str, [x, y, z]: [f64; 3]| Some(format!("{what} Then write position = [{x:?}, {y:?}, {z:?}]"));
+    let width = (high.x - low.x).max(high.y - low.y);
+    if width < 2.0 * size {
+        return Some(format!(
+            "it is {} m wide and the rock {} m: are its coordinates in kilometres, or is it the file of a rock?",
+            short(width),
+            short(size)
+        ));
+    }
+    if on(y, x) {
+        return position("are x and y exchanged?", [y, x, z]);
+    }
+    for (factor, unit) in [(1e3, "kilometres"), (1e-3, "millimetres"), (0.3048, "feet")] {
+        if on(factor * x, factor * y) {
+            return position(&format!("is it in {unit}?"), [factor * x, factor * y, factor * z]);
+        }
+    }
+    if on(x + 2e6, y + 1e6) {
+        return position("is it in the older survey coordinates LV03?", [x + 2e6, y + 1e6, z]);
+    }
+    let far = low.x.abs().max(low.y.abs()) > 1e4;
+    if far && x.abs() <= 180.0 && y.abs() <= 180.0 && (x.fract() != 0.0 || y.fract() != 0.0) {
+        return Some(
+            "are these longitude and latitude? Project them to the terrain's coordinates, as with gdaltransform".into(),
+        );
+    }
+    if far && x.abs() < width && y.abs() < width {
+        return position("does it count from the terrain's corner?", [low.x + x, low.y + y, z]);
+    }
+    // What is upward in the file lies along its y.
+    if (low.x..=high.x).contains(&x)
+        && (low.y..=high.y + width).contains(&z)
+        && (low.z..=high.z).contains(&-y)
+    {
+        return Some("is y upward in the file? It must be turned so that z is".into());
+    }
+    (width > WIDE).then(|| format!("it is {} km wide: is its cell size in millimetres?", short(1e-3 * width)))
+}
+
+/// What heights of the terrain may be where it is at `ground` [m] under a rock at `z` [m].
+pub fn other_heights(ground: f64, z: f64) -> Option<&'static str> {
+    let alike = |a: f64, b: f64| (a / b - 1.0).abs() < ALIKE;
+    let ratio = ground / z;
+    [
+        (3.2808, "are the heights of the terrain in feet? Then convert them to metres"),
+        (0.3048, "is its height in feet? Then convert it to metres"),
+        (1000.0, "are the heights of the terrain in millimetres? Then convert them to metres"),
+        (100.0, "are the heights of the terrain in centimetres? Then convert them to metres"),
+        (0.001, "are the heights of the terrain in kilometres? Then convert them to metres"),
+        (-1.0, "do the heights of the terrain count downwards? z must be upward: turn their sign round"),
+    ]
+    .into_iter()
+    .find(|(factor, _)| alike(ratio, *factor))
+    .map(|(_, what)| what)
+}
+
+/// What is said of a terrain that lies deeper than any land.
+pub fn below_all_land(ground: &Terrain) -> Option<Diagnostic> {
+    let [low, high] = [ground.lowest, ground.highest].map(|corner| corner.z + ground.origin.z);
+    (high < DEEPEST_LAND).then(|| {
+        let what = format!(
+            "its heights reach from {} to {} m, and no land lies below {DEEPEST_LAND} m (the Dead Sea): do they \
+             count downwards? z must be upward: turn their sign round",
+            short(low),
+            short(high)
+        );
+        Diagnostic::warning(code::LIKELY_UNIT, what).about("terrain.file")
+    })
+}
+
+/// What is said of a rock that starts very high above the terrain.
+pub fn above(model: &Model, ground: &Terrain, at: usize) -> Option<Diagnostic> {
+    let height = height_at_start(ground, &model.settings, at).filter(|height| *height > HIGH)?;
+    let z = model.settings.rocks[at].position[2];
+    let cure = other_heights(z - height, z)
+        .unwrap_or("is its height right, and are the heights of the terrain in metres?");
+    let what = format!("rock `{}` starts {} m above the terrain", model.rocks[at].name, short(height));
+    Some(Diagnostic::warning(code::PLACE, what).about(model.settings.place_key(at)).try_instead(cure))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_place_in_other_units_or_axes_is_named_with_the_one_that_is_meant() {
+        let (low, high) =
+            (Vector3::new(2.683e6, 1.247e6, 1140.0), Vector3::new(2.68312e6, 1.24708e6, 1200.0));
+        let said =
+            |x: f64, y: f64, z: f64| beside(&Vector3::new(x, y, z), &low, &high, 0.8).unwrap_or_default();
+        for ((x, y, z), words, cure) in [
+            ((1.24704e6, 2.68301e6, 1202.0), "x and y exchanged", "[2683010.0, 1247040.0, 1202.0]"),
+            ((2683.01, 1247.04, 1.202), "in kilometres", "[2683010.0, 1247040.0, 1202.0]"),
+            ((683_010.0, 247_040.0, 1202.0), "LV03", "[2683010.0, 1247040.0, 1202.0]"),
+            ((8.54, 47.37, 1202.0), "longitude and latitude", "gdaltransform"),
+            ((10.0, 40.0, 1202.0), "from the terrain's corner", "[2683010.0, 1247040.0, 1202.0]"),
+        ] {
+            let said = said(x, y, z);
+            assert!(said.contains(words) && said.contains(cure), "{said}");
+        }
+        assert_eq!(said(2.69e6, 1.25e6, 1202.0), "");
+        let of = |low: [f64; 3], high: [f64; 3], place: [f64; 3]| {
+            beside(&place.into(), &low.into(), &high.into(), 0.8).unwrap_or_default()
+        };
+        // 2.0 m by 1.0 m of a terrain that is 2 km long; 40 m x 80 m of slope that stand upright in their file.
+        assert!(of([0.0; 3], [1.2, 1.0, 0.6], [10.0, 20.0, 98.0]).contains("in kilometres"));
+        assert!(of([0.0, 60.0, -40.0], [80.0, 100.0, 0.0], [10.0, 20.0, 98.0]).contains("is y upward"));
+        assert!(
+            of([2e6, 1e6, 0.0], [2.2e6, 1.1e6, 9.0], [3e6, 3e6, 9.0])
+                .contains("is its cell size in millimetres")
+        );
+    }
+
+    #[test]
+    fn heights_in_other_units_are_known_by_their_ratio() {
+        assert!(other_heights(3937.0, 1202.0).is_some_and(|w| w.contains("feet")));
+        assert!(other_heights(1.2, 1202.0).is_some_and(|w| w.contains("kilometres")));
+        assert!(other_heights(-1195.0, 1202.0).is_some_and(|w| w.contains("downwards")));
+        assert_eq!(other_heights(1250.0, 1202.0), None);
+    }
+}

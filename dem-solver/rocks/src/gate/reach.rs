@@ -1,0 +1,222 @@
+//! Whether a rock reaches the net at all: signs, axes and units of its start, and `end_time`.
+
+use super::lengths::distance;
+use super::units::short;
+use crate::model::Model;
+use dem_contact::interface_mesh::ContactMesh;
+use dem_terrain::Terrain;
+use interface_defs::diagnostic::{Diagnostic, code};
+use nalgebra::Vector3;
+
+/// Times at which the flight of a rock is evaluated.
+const INSTANTS: u32 = 400;
+/// The same where the distance to every element is computed.
+const FEW: u32 = 50;
+/// Longest flight that is tried for an `end_time` that would do [s].
+const LONGEST: f64 = 60.0;
+/// Distance of a net from the map of the terrain from which on something is said [m].
+const APART: f64 = 5.0;
+
+/// A throw through empty space, in local coordinates.
+#[derive(Debug, Clone, Copy)]
+struct Throw {
+    position: Vector3<f64>,
+    velocity: Vector3<f64>,
+    gravity: Vector3<f64>,
+}
+
+impl Throw {
+    fn at(&self, time: f64) -> Vector3<f64> {
+        self.position + self.velocity * time + self.gravity * (0.5 * time * time)
+    }
+}
+
+/// The box around the net at rest.
+struct Net {
+    low: Vector3<f64>,
+    high: Vector3<f64>,
+}
+
+impl Net {
+    fn of(contact_mesh: &ContactMesh) -> Self {
+        Self {
+            low: contact_mesh.nodes.iter().fold(Vector3::repeat(f64::INFINITY), |l, n| l.inf(n)),
+            high: contact_mesh.nodes.iter().fold(Vector3::repeat(f64::NEG_INFINITY), |h, n| h.sup(n)),
+        }
+    }
+
+    fn gap(&self, place: &Vector3<f64>) -> f64 {
+        (self.low - place).sup(&(place - self.high)).sup(&Vector3::zeros()).norm()
+    }
+
+    /// The first instant at which the throw comes within `reach` of the box.
+    fn arrival(&self, throw: &Throw, reach: f64, end: f64) -> Option<f64> {
+        instants(INSTANTS, end).find(|t| self.gap(&throw.at(*t)) <= reach)
+    }
+}
+
+/// What the user should know of rocks that never reach the net.
+pub fn check(model: &Model, contact_mesh: &ContactMesh) -> Vec<Diagnostic> {
+    if contact_mesh.nodes.is_empty() {
+        return Vec::new();
+    }
+    let net = Net::of(contact_mesh);
+    let of_rock = |at| match &model.ground {
+        Some(ground) => on_terrain(model, ground, &net, at),
+        None => in_flight(model, contact_mesh, &net, at),
+    };
+    (0..model.settings.named()).filter_map(of_rock).collect()
+}
+
+fn instants(count: u32, end: f64) -> impl Iterator<Item = f64> {
+    (0..=count).map(move |i| end * f64::from(i) / f64::from(count))
+}
+
+fn throw(model: &Model, at: usize) -> Throw {
+    let settings = &model.settings;
+    let start = model.rocks[at].start(&settings.rocks[at], settings.gravity);
+    Throw { position: start.position - model.origin, velocity: start.velocity, gravity: settings.gravity }
+}
+
+/// Without terrain nothing but another rock can turn a rock.
+fn in_flight(model: &Model, contact_mesh: &ContactMesh, net: &Net, at: usize) -> Option<Diagnostic> {
+    let (rock, end) = (&model.rocks[at], model.settings.end_time);
+    let throw = throw(model, at);
+    if touches_another(model, &throw, at)
+        || throw.velocity == Vector3::zeros() && throw.gravity == Vector3::zeros()
+    {
+        return None;
+    }
+    // A net sways and sags: a rock that passes it by less than this may still touch it.
+    let margin = 0.05 * (net.high - net.low).norm();
+    let (time, nearest) = instants(INSTANTS, end)
+        .map(|t| (t, net.gap(&throw.at(t)) - rock.reach - margin))
+        .min_by(|a, b| a.1.total_cmp(&b.1))?;
+    // Between two instants a fast rock is at neither.
+    let speed = throw.velocity.norm() + throw.gravity.norm() * end;
+    let passes = nearest > speed * end / f64::from(INSTANTS);
+    if !passes && !leaves(contact_mesh, &throw, end) {
+        return None;
+    }
+    let how = match (passes, time >= end) {
+        (true, true) => {
+            format!("it is nearest at end_time = {} s, {} m from it", short(end), short(nearest + margin))
+        }
+        (true, false) => {
+            format!(
+                "it is nearest at {} s, {} m from it, and moves away from there on",
+                short(time),
+                short(nearest + margin)
+            )
+        }
+        (false, _) => "it starts beside it and moves away from the first moment on".into(),
+    };
+    let [low, high] = [net.low, net.high].map(|corner| point(&(corner + model.origin)));
+    Some(missed(model, at, &format!("which lies from {low} to {high}: {how}"), cure(model, net, &throw, at)))
+}
+
+/// Whether it never comes nearer to any element than it is at the start.
+fn leaves(contact_mesh: &ContactMesh, throw: &Throw, end: f64) -> bool {
+    let nearest = |time: f64| {
+        let place = throw.at(time);
+        let to = |e: &dem_contact::interface_mesh::Element| {
+            distance(e, &place, &e.nodes.map(|n| contact_mesh.nodes[n as usize]))
+        };
+        contact_mesh.elements.iter().map(to).fold(f64::INFINITY, f64::min)
+    };
+    let first = nearest(0.0);
+    // The first moments count most: a rock may be through in one of the instants.
+    let soon = instants(FEW, end / f64::from(FEW));
+    soon.chain(instants(FEW, end)).skip(1).all(|t| nearest(t) >= first)
+}
+
+/// Whether its trajectory crosses that of another rock. Both fall alike, so that one moves straight past the other.
+fn touches_another(model: &Model, throw: &Throw, at: usize) -> bool {
+    (0..model.rocks.len()).filter(|other| *other != at).any(|other| {
+        let theirs = self::throw(model, other);
+        let (apart, speed) = (theirs.position - throw.position, theirs.velocity - throw.velocity);
+        let time = if speed == Vector3::zeros() { 0.0 } else { -apart.dot(&speed) / speed.norm_squared() };
+        let closest = apart + speed * time.clamp(0.0, model.settings.end_time);
+        closest.norm() <= model.rocks[at].reach + model.rocks[other].reach
+    })
+}
+
+/// The one change with which the rock would reach the net.
+fn cure(model: &Model, net: &Net, throw: &Throw, at: usize) -> String {
+    let (reach, end) = (model.rocks[at].reach, model.settings.end_time);
+    let reaches = |changed: Throw, end: f64| net.arrival(&changed, reach, end);
+    let (g, v) = (throw.gravity, throw.velocity);
+    let longer = end.max(2.0);
+    // Away from the net from the first moment on.
+    let away = net.gap(&throw.at(1e-3)) > net.gap(&throw.position) || net.gap(&throw.position) == 0.0;
+    if away && v != Vector3::zeros() && reaches(Throw { velocity: -v, ..*throw }, longer).is_some() {
+        return format!("is the sign of its velocity wrong? velocity = {}", vector(&-v));
+    }
+    if let Some(time) = reaches(*throw, LONGEST).filter(|time| *time > end) {
+        let enough = (20.0 * (time + 0.5)).ceil() / 20.0;
+        return format!("it gets there at {} s: end_time = {enough:?}", short(time));
+    }
+    let end = longer;
+    // Who writes gravity along -z means it.
+    let usual = g.z < -0.9 * g.norm();
+    if !usual && reaches(Throw { gravity: -g, ..*throw }, end).is_some() {
+        return format!("is the sign of gravity wrong? gravity = {}", vector(&-g));
+    }
+    let own = Vector3::from(model.settings.rocks[at].position);
+    let [x, y, z] = own.into();
+    for (what, [x, y, z]) in [
+        ("is the sign of its height wrong?", [x, y, -z]),
+        ("is the sign of a coordinate wrong?", [x, -y, z]),
+        ("is the sign of a coordinate wrong?", [-x, y, z]),
+        ("are two coordinates exchanged?", [x, z, y]),
+        ("are two coordinates exchanged?", [y, x, z]),
+    ] {
+        let position = Vector3::new(x, y, z) - model.origin;
+        if reaches(Throw { position, ..*throw }, end).is_some() {
+            return format!("{what} position = [{x:?}, {y:?}, {z:?}]");
+        }
+    }
+    let middle = 0.5 * (net.low + net.high) + model.origin;
+    format!(
+        "the middle of the net is at {}: put the rock before it, against its velocity and gravity",
+        point(&middle)
+    )
+}
+
+/// On a terrain a rock goes where the ground leads it, but never higher than its energy, and not far beside the map.
+fn on_terrain(model: &Model, ground: &Terrain, net: &Net, at: usize) -> Option<Diagnostic> {
+    let rock = &model.rocks[at];
+    let throw = throw(model, at);
+    let g = throw.gravity.norm();
+    let top = throw.position.z
+        + rock.reach
+        + if g > 0.0 { 0.5 * throw.velocity.norm_squared() / g } else { f64::INFINITY };
+    let beside = (ground.lowest - net.high).sup(&(net.low - ground.highest));
+    let far = beside.x.max(beside.y);
+    let why = if far > APART {
+        format!("it is {} m beside the terrain", short(far))
+    } else if net.low.z > top {
+        format!("it is {} m above all that the rock can get to", short(net.low.z - top))
+    } else {
+        return None;
+    };
+    let [low, high, from, to] =
+        [net.low, net.high, ground.lowest, ground.highest].map(|corner| point(&(corner + model.origin)));
+    let places = format!("which lies from {low} to {high}: {why}, which lies from {from} to {to}");
+    Some(missed(model, at, &places, "write the structure in the terrain's coordinates".into()))
+}
+
+/// That rock number `at` does not reach the net, whose `places` say why.
+fn missed(model: &Model, at: usize, places: &str, cure: String) -> Diagnostic {
+    let what = format!("rock `{}` does not reach the net, {places}", model.rocks[at].name);
+    Diagnostic::warning(code::PLACE, what).about(format!("rock.{at}.position")).try_instead(cure)
+}
+
+fn point(at: &Vector3<f64>) -> String {
+    format!("({:.3}, {:.3}, {:.3})", at.x, at.y, at.z)
+}
+
+fn vector(v: &Vector3<f64>) -> String {
+    let [x, y, z] = (*v + Vector3::zeros()).into();
+    format!("[{x:?}, {y:?}, {z:?}]")
+}

@@ -1,0 +1,306 @@
+//! Units: values that are right in another unit than the one that the scene is written in.
+
+use dem_contact::rock::Rock;
+use dem_contact::settings::{GranularSettings, RockSettings, Shape, SpheresSettings};
+use dem_solid::geometry::sphere::extent;
+use interface_defs::diagnostic::{Code, Diagnostic, code};
+use interface_defs::toolkit::scene::Scene;
+
+/// Overlap over the radius beyond which the answer is not to be trusted; the bound of `[limits] penetration`.
+pub const LIMIT: f64 = 0.5;
+/// Density of rock and concrete [kg/m3]; and what no solid has.
+const DENSITY: [f64; 2] = [1_000.0, 4_000.0];
+const ANY_SOLID: [f64; 2] = [100.0, 25_000.0];
+const OF_ROCK: &str = "rock has 2000 to 3000 kg/m3";
+/// Longest edge of a rock of which nothing is said, and of one that is refused [m].
+const LARGE: f64 = 20.0;
+const LARGEST: f64 = 30.0;
+/// Longest edge below which something is said [m].
+const SMALL: f64 = 2e-3;
+/// Largest volume of a norm rock of which nothing is said [m3].
+const LARGEST_NORM: f64 = 20.0;
+/// Kilograms per cubic metre of a pound per cubic foot, and the densities of rock for which that is asked.
+const POUNDS: f64 = 16.018_463;
+const OF_STONE: [f64; 2] = [2_000.0, 3_500.0];
+/// Share of a box that spheres fill, below which something is said.
+const EMPTY: f64 = 1e-6;
+/// Speeds of which something is said, and which are refused [m/s].
+const FAST: f64 = 60.0;
+const FASTEST: f64 = 1_000.0;
+/// Spin of which something is said [rad/s]: no rock was seen to turn as fast.
+const SPIN: f64 = 60.0;
+
+/// What is found of a rock: certainly wrong, or possible but unusual.
+pub struct Found {
+    /// The key of its table.
+    pub key: &'static str,
+    code: Code,
+    /// What.
+    what: String,
+    /// What it may have been, or what to try.
+    pub hint: String,
+    /// Whether it is certainly wrong.
+    pub refused: bool,
+}
+
+impl Found {
+    fn refused(key: &'static str, what: String, hint: String) -> Self {
+        Self { key, code: code::LIKELY_UNIT, what, hint, refused: true }
+    }
+
+    fn doubted(key: &'static str, what: String, hint: String) -> Self {
+        Self { key, code: code::UNUSUAL_VALUE, what, hint, refused: false }
+    }
+
+    /// What is found of the rock of that name.
+    pub fn what(&self, name: &str) -> String {
+        format!("rock `{name}`{} {}", if self.refused { ":" } else { "" }, self.what)
+    }
+
+    /// The same as a diagnostic about `key` of `scene`: an error if it is certainly wrong.
+    pub fn diagnostic(self, key: &str, what: String, scene: &Scene) -> Result<Diagnostic, Diagnostic> {
+        match self.refused {
+            true => Err(scene.invalid(key, what).coded(self.code).try_instead(self.hint)),
+            false => Ok(Diagnostic::warning(self.code, what).about(key).try_instead(self.hint)),
+        }
+    }
+}
+
+/// A rock with its edges.
+struct Measured<'a> {
+    rock: &'a Rock,
+    table: &'a RockSettings,
+    /// Edges of the box around it, in words.
+    edges: String,
+    /// The longest of them [m].
+    longest: f64,
+}
+
+/// Of rock number `at`: refuse what is certainly wrong; else what the user should know.
+pub fn of_rock(
+    at: usize,
+    rock: &Rock,
+    table: &RockSettings,
+    scene: &Scene,
+) -> Result<Vec<Diagnostic>, Diagnostic> {
+    let of = |found: Found| {
+        let (key, what) = (format!("rock.{at}.{}", found.key), found.what(&rock.name));
+        found.diagnostic(&key, what, scene)
+    };
+    all_of_rock(rock, table).into_iter().map(of).collect()
+}
+
+/// All that is found of a rock, wherever its numbers are written.
+pub fn all_of_rock(rock: &Rock, table: &RockSettings) -> Vec<Found> {
+    let (points, _) = rock.solid.surface();
+    let size = extent(points.iter().map(|p| (*p, 0.0)));
+    let longest = size.iter().copied().fold(0.0, f64::max);
+    let edges = format!("{} m x {} m x {} m", short(size[0]), short(size[1]), short(size[2]));
+    let it = Measured { rock, table, edges, longest };
+    let mut all = it.size();
+    all.extend(it.density());
+    if let Some(bound) = table.cluster.as_ref().and_then(|c| c.largest_error).filter(|bound| *bound > longest)
+    {
+        all.push(Found::doubted(
+            "cluster.largest_error",
+            format!("is shorter than its largest_error of {bound} m, so that every cluster is within it"),
+            "20 mm is 0.02".into(),
+        ));
+    }
+    all.extend(it.speed());
+    all.extend(of_turning(table));
+    all
+}
+
+/// What a volume [m3] that few rocks have may have been.
+pub fn in_litres(volume: f64) -> Option<String> {
+    (volume > LARGEST_NORM).then(|| format!("were it in litres, it would be {} m3", short(1e-3 * volume)))
+}
+
+impl Measured<'_> {
+    fn size(&self) -> Vec<Found> {
+        let edges = &self.edges;
+        let in_metres = in_metres(self.longest, &self.table.shape);
+        if self.longest > LARGEST {
+            return vec![Found::refused("shape", format!("it is {edges} large"), in_metres)];
+        }
+        let mut all = Vec::new();
+        if !(SMALL..=LARGE).contains(&self.longest) {
+            all.push(Found::doubted("shape", format!("is {edges} large"), in_metres));
+        }
+        if let Shape::NormRock { volume, .. } = self.table.shape.scaled(self.table.scale.unwrap_or(1.0))
+            && let Some(in_litres) = in_litres(volume)
+        {
+            let what = format!("has {} m3, and norm rocks have up to 2", short(volume));
+            all.push(Found::doubted("shape.volume", what, in_litres));
+        }
+        all
+    }
+
+    fn density(&self) -> Option<Found> {
+        let (mass, volume, edges) = (self.rock.mass, self.rock.solid.volume(), &self.edges);
+        let density = mass / volume;
+        if let Some((what, cure)) = self.table.density.and_then(|density| of_no_solid("density", density)) {
+            return Some(Found::refused("density", what, cure));
+        }
+        if density < ANY_SOLID[0] && (DENSITY[0]..=DENSITY[1]).contains(&(1e3 * density)) {
+            let what = format!(
+                "a mass of {} kg in {} m3 ({edges}), a density of {} kg/m3, as in tonnes",
+                short(mass),
+                short(volume),
+                short(density)
+            );
+            return Some(Found::refused("mass", what, format!("in kg that is mass = {:?}", 1e3 * mass)));
+        }
+        if (DENSITY[0]..=DENSITY[1]).contains(&density) {
+            return None;
+        }
+        let key = if self.table.density.is_some() { "density" } else { "mass" };
+        let pounds = POUNDS * density;
+        let pounds = if (OF_STONE[0]..=OF_STONE[1]).contains(&pounds) {
+            format!("; were it in lb/ft3, it would be {} kg/m3", short(pounds))
+        } else {
+            String::new()
+        };
+        let what = format!(
+            "has a density of {} kg/m3: {} kg in {} m3 ({edges})",
+            short(density),
+            short(mass),
+            short(volume)
+        );
+        Some(Found::doubted(key, what, format!("{OF_ROCK}{pounds}")))
+    }
+
+    fn speed(&self) -> Option<Found> {
+        let speed = norm(&self.table.velocity);
+        if speed > FASTEST {
+            let cure = "it is written in m/s; 25 m/s are 90 km/h";
+            return Some(Found::refused("velocity", format!("a speed of {} m/s", short(speed)), cure.into()));
+        }
+        (speed > FAST).then(|| {
+            Found::doubted(
+                "velocity",
+                format!("starts with {} m/s, {} km/h", short(speed), short(3.6 * speed)),
+                format!("were it in km/h, it would be {} m/s", short(speed / 3.6)),
+            )
+        })
+    }
+}
+
+/// Of `[[spheres]]` number `at`: refuse a density that no solid has; else what the user should know.
+pub fn of_spheres(
+    at: usize,
+    group: &SpheresSettings,
+    scene: &Scene,
+) -> Result<Option<Diagnostic>, Diagnostic> {
+    if let Some((what, cure)) = of_no_solid("density", group.density) {
+        let what = format!("spheres `{}`: {what}", group.name);
+        let refused = scene.invalid(&format!("spheres.{at}.density"), what);
+        return Err(refused.coded(code::LIKELY_UNIT).try_instead(cure));
+    }
+    let speed = norm(&group.velocity).max(group.velocity_scatter);
+    if speed > FASTEST {
+        let key = if norm(&group.velocity) > FASTEST { "velocity" } else { "velocity_scatter" };
+        return Err(scene
+            .invalid(
+                &format!("spheres.{at}.{key}"),
+                format!("spheres `{}`: a speed of {} m/s", group.name, short(speed)),
+            )
+            .coded(code::LIKELY_UNIT)
+            .try_instead("it is written in m/s; 25 m/s are 90 km/h"));
+    }
+    let usual = (DENSITY[0]..=DENSITY[1]).contains(&group.density);
+    Ok((!usual).then(|| {
+        let what = format!("spheres `{}` have a density of {} kg/m3", group.name, short(group.density));
+        let doubted = Diagnostic::warning(code::UNUSUAL_VALUE, what);
+        doubted.about(format!("spheres.{at}.density")).try_instead(OF_ROCK)
+    }))
+}
+
+/// What is said of a [box] in which all spheres together are next to nothing.
+pub fn of_region(settings: &GranularSettings) -> Option<Diagnostic> {
+    let sides = settings.sides.as_ref()?;
+    let edges = [0, 1, 2].map(|axis| sides.highest[axis] - sides.lowest[axis]);
+    let largest = settings.spheres.iter().map(|group| group.radii()[1]).fold(0.0, f64::max);
+    let ball = |group: &SpheresSettings| group.total() as f64 * 4.2 * group.radii()[1].powi(3);
+    let share = settings.spheres.iter().map(ball).sum::<f64>() / edges.iter().product::<f64>();
+    (share < EMPTY).then(|| {
+        let [x, y, z] = edges.map(short);
+        let what = format!(
+            "{x} m x {y} m x {z} m for spheres of up to {} m radius, which fill {share:.0e} of it",
+            short(largest)
+        );
+        let doubted = Diagnostic::warning(code::LIKELY_UNIT, what).about("box");
+        doubted.try_instead("lengths are in metres: 200 mm is 0.2")
+    })
+}
+
+/// What is wrong with a density [kg/m3] at `key` that no solid has, and what it may have been.
+pub(super) fn of_no_solid(key: &str, density: f64) -> Option<(String, String)> {
+    if (ANY_SOLID[0]..=ANY_SOLID[1]).contains(&density) {
+        return None;
+    }
+    let likely = [1e3, 1e-3, 1e-6].into_iter().find(|f| (DENSITY[0]..=DENSITY[1]).contains(&(f * density)));
+    let unit = match likely {
+        Some(f) if f > 1.0 => ", as in g/cm3 or t/m3",
+        Some(_) => ", as in g/m3 or mg/m3",
+        None => "",
+    };
+    let cure = likely
+        .map_or("rock has 2600 kg/m3".into(), |f| format!("in kg/m3 that is {key} = {:?}", f * density));
+    Some((format!("a density of {} kg/m3{unit}", short(density)), cure))
+}
+
+fn of_turning(table: &RockSettings) -> Vec<Found> {
+    let mut all = Vec::new();
+    let spin = norm(&table.angular_velocity);
+    if spin > SPIN {
+        let turns = short(spin / std::f64::consts::TAU);
+        all.push(Found::doubted(
+            "angular_velocity",
+            format!("spins with {} rad/s, {turns} turns a second", short(spin)),
+            format!("were it in degrees per second, it would be {} rad/s", short(spin.to_radians())),
+        ));
+    }
+    let length = norm(&table.orientation);
+    if !(0.5..=2.0).contains(&length) {
+        let what =
+            format!("has an orientation [w, x, y, z] of length {}, which is scaled to 1", short(length));
+        let hint = "an angle a in radians about the unit axis e is [cos(a/2), sin(a/2) e]";
+        all.push(Found::doubted("orientation", what, hint.into()));
+    }
+    if table.orientation == [0.0, 0.0, 0.0, 1.0] {
+        let what =
+            "has the orientation [0, 0, 0, 1], which is half a turn about z, as the order is [w, x, y, z]";
+        all.push(Found::doubted("orientation", what.into(), "no turn is [1, 0, 0, 0]".into()));
+    }
+    all
+}
+
+/// How a rock whose longest edge is `longest` [m] may have been meant.
+fn in_metres(longest: f64, shape: &Shape) -> String {
+    let large = longest > LARGE;
+    if let Shape::Mesh { scale, .. } = shape {
+        return match (large, longest > 200.0) {
+            (true, false) => format!("in centimetres? Then write scale = {:?}", 1e-2 * scale),
+            (true, true) => format!("in millimetres? Then write scale = {:?}", 1e-3 * scale),
+            (false, _) if *scale < 1.0 => "is the file in metres? Then leave scale out".into(),
+            (false, _) => format!("in kilometres? Then write scale = {:?}", 1e3 * scale),
+        };
+    }
+    let [unit, value] = match (large, longest > 200.0) {
+        (true, false) => ["centimetres", &short(1e-2 * longest)],
+        (true, true) => ["millimetres", &short(1e-3 * longest)],
+        (false, _) => ["kilometres", &short(1e3 * longest)],
+    };
+    format!("lengths are in metres; were they in {unit}, it would be {value} m long")
+}
+
+fn norm(values: &[f64]) -> f64 {
+    values.iter().map(|v| v * v).sum::<f64>().sqrt()
+}
+
+/// Four digits are enough for a hint.
+pub fn short(value: f64) -> String {
+    interface_defs::toolkit::summary::short(format!("{value:.3e}").parse().unwrap_or(value))
+}

@@ -1,0 +1,284 @@
+//! The steps of a window of many spheres: position Verlet, as for the rocks (`solver::window`).
+
+use super::GranularModel;
+use super::cause;
+use super::forces::{BLOCK, BlockSums, PairScene, Push, Seen};
+use super::state::GranularState;
+use dem_contact::contact::broad_phase::cell_grid::{SpherePair, SpherePairs};
+use dem_contact::law::contact_point::History;
+use interface_defs::{Fault, Window};
+use nalgebra::Vector3;
+
+/// Skin of the list of pairs over the smallest radius. Wider: fewer searches, more pairs that do not
+/// touch.
+const SKIN: f64 = 0.15;
+
+/// Largest overlap over the radius of the smaller sphere: the other's surface has reached its centre.
+const DEEPEST: f64 = 1.0;
+
+/// Buffers of a run. None of it is state: it can be thrown away without changing a result.
+#[derive(Default)]
+pub struct GranularIntegrator {
+    list: SpherePairs,
+    seen: Vec<Seen>,
+    held: Vec<History>,
+    /// The list before, while histories are handed over.
+    old: (Vec<u32>, Vec<SpherePair>, Vec<History>),
+    centres: Vec<Vector3<f64>>,
+    pushes: Vec<Push>,
+    moments: Vec<Vector3<f64>>,
+    sums: Vec<BlockSums>,
+    moved: Vec<f64>,
+    /// Steps so far.
+    pub steps: u64,
+    /// Evaluations of a contact so far.
+    pub evaluations: u64,
+}
+
+impl GranularIntegrator {
+    /// With room for what usually touches.
+    pub fn new(count: usize) -> Self {
+        let blocks = count.div_ceil(BLOCK);
+        let mut run =
+            Self { sums: vec![BlockSums::default(); blocks], moved: vec![0.0; blocks], ..Self::default() };
+        run.list.pairs.reserve(8 * count);
+        run.held.reserve(8 * count);
+        run.old.1.reserve(8 * count);
+        run.old.2.reserve(8 * count);
+        run.pushes.reserve(8 * count);
+        run
+    }
+
+    /// Times that the pairs were searched.
+    pub fn searches(&self) -> u64 {
+        self.list.searches
+    }
+
+    /// Advance `state` over `window`.
+    pub fn solve(
+        &mut self,
+        model: &GranularModel,
+        state: &mut GranularState,
+        window: &Window,
+    ) -> Result<(), Fault> {
+        let steps = window.steps(model.step);
+        let h = window.length / steps as f64;
+        self.recall(model, state);
+        for step in 0..steps {
+            let time = window.start + h * step as f64;
+            self.step(model, state, h, time)
+                .map_err(|what| Fault::window(format!("at {time:.6} s {what}")))?;
+        }
+        self.steps += steps as u64;
+        self.remember(state, model);
+        self.at_end(model, state);
+        state.time = window.end();
+        Ok(())
+    }
+
+    /// Contacts and stored energy of the state.
+    pub fn at_end(&mut self, model: &GranularModel, state: &mut GranularState) {
+        self.see(model, state, 0.0);
+        self.make_sure(model);
+        let scene = self.scene(model, 0.0);
+        let (mut energy, mut contacts) = (0.0, 0);
+        for from in (0..self.seen.len()).step_by(BLOCK) {
+            let (e, c) = scene.stored(from, (from + BLOCK).min(self.seen.len()));
+            (energy, contacts) = (energy + e, contacts + c);
+        }
+        (state.elastic, state.contacts) = (energy, contacts);
+    }
+
+    fn scene<'a>(&'a self, model: &'a GranularModel, h: f64) -> PairScene<'a> {
+        let (laws, planes, inertia) = (&model.laws, &model.planes, &model.inertia);
+        PairScene { laws, list: &self.list, planes, seen: &self.seen, inertia, h }
+    }
+
+    /// The spheres after `half` a step of drift, their velocities half a step further; `half` 0: as they are.
+    fn see(&mut self, model: &GranularModel, state: &GranularState, half: f64) {
+        if self.seen.len() != state.position.len() {
+            let zero = Vector3::zeros();
+            let seen = |radius: &f64| Seen { centre: zero, radius: *radius, velocity: zero, spin: zero };
+            self.seen = model.radius.iter().map(seen).collect();
+        }
+        let known = self.list.reference.len() == self.seen.len();
+        let reference = &self.list.reference;
+        let blocks = self.seen.chunks_mut(BLOCK).zip(&mut self.moved).enumerate();
+        model.each(blocks, |(block, (seen, moved))| {
+            let mut furthest = 0.0_f64;
+            for (k, seen) in seen.iter_mut().enumerate() {
+                let i = block * BLOCK + k;
+                seen.centre = state.position[i] + state.velocity[i] * half;
+                seen.velocity = state.velocity[i] + state.acceleration[i] * half;
+                seen.spin = state.spin[i] + state.turning[i] * half;
+                if known {
+                    let way = (seen.centre - reference[i]).norm_squared();
+                    furthest = if way > furthest { way } else { furthest };
+                }
+            }
+            *moved = furthest;
+        });
+        if !known {
+            self.moved.fill(f64::INFINITY);
+        }
+    }
+
+    /// Make sure that every pair of touching spheres is listed, histories in their places.
+    fn make_sure(&mut self, model: &GranularModel) {
+        let furthest = self.moved.iter().copied().fold(0.0, f64::max).sqrt();
+        let skin = SKIN * model.smallest;
+        if 2.0 * furthest <= skin {
+            return;
+        }
+        let (start, pairs, held) = &mut self.old;
+        std::mem::swap(start, &mut self.list.start);
+        std::mem::swap(pairs, &mut self.list.pairs);
+        std::mem::swap(held, &mut self.held);
+        self.centres.clear();
+        self.centres.extend(self.seen.iter().map(|s| s.centre));
+        self.list.build(&self.centres, &model.radius, &model.planes, skin, |i, second| model.pair(i, second));
+        let count = self.list.pairs.len();
+        self.held.clear();
+        self.held.resize(count, History::default());
+        self.pushes.resize(count, Push::default());
+        if model.rolls {
+            self.moments.resize(count, Vector3::zeros());
+        }
+        let (start, pairs, held) = &self.old;
+        for (i, ends) in start.windows(2).enumerate() {
+            let before = ends[0] as usize..ends[1] as usize;
+            hand_over(&pairs[before.clone()], &held[before], &self.list, i, &mut self.held);
+        }
+    }
+
+    /// One step, that begins at `time` [s]; errs with what has gone wrong.
+    fn step(
+        &mut self,
+        model: &GranularModel,
+        state: &mut GranularState,
+        h: f64,
+        time: f64,
+    ) -> Result<(), String> {
+        self.see(model, state, 0.5 * h);
+        self.make_sure(model);
+        self.answer(model, h);
+        let mut sums = BlockSums::default();
+        for block in &self.sums {
+            sums.add(block);
+        }
+        if sums.deepest > DEEPEST {
+            return Err(format!(
+                "spheres overlap by {:.2} radii of the smaller: {}",
+                sums.deepest,
+                cause::of(model, state, h)
+            ));
+        }
+        if sums.deepest > state.deepest.0 {
+            state.deepest = (sums.deepest, time + 0.5 * h);
+        }
+        state.dissipated += (sums.damping_power + sums.friction_power) * h
+            - (sums.tangential_energy - state.tangential_energy);
+        state.tangential_energy = sums.tangential_energy;
+        self.evaluations += sums.contacts as u64;
+        self.kick(model, state, h);
+        if self.moved.iter().any(|m| !m.is_finite()) {
+            return Err(format!("a sphere has left the finite numbers: {}", cause::of(model, state, h)));
+        }
+        Ok(())
+    }
+
+    fn answer(&mut self, model: &GranularModel, h: f64) {
+        let count = self.seen.len();
+        let (laws, planes, inertia) = (&model.laws, &model.planes, &model.inertia);
+        let scene = PairScene { laws, list: &self.list, planes, seen: &self.seen, inertia, h };
+        let (mut held, mut pushes, mut moments) =
+            (&mut self.held[..], &mut self.pushes[..], &mut self.moments[..]);
+        let list = &self.list;
+        let blocks = self.sums.iter_mut().enumerate().map(|(block, sums)| {
+            let (from, to) = (block * BLOCK, ((block + 1) * BLOCK).min(count));
+            let pairs = (list.start[to] - list.start[from]) as usize;
+            let (h, p) = (split(&mut held, pairs), split(&mut pushes, pairs));
+            let m = if model.rolls { split(&mut moments, pairs) } else { &mut [] };
+            (from, to, h, p, m, sums)
+        });
+        model.each(blocks, |(from, to, held, pushes, moments, sums)| {
+            *sums = scene.answer(from, to, held, pushes, moments);
+        });
+    }
+
+    fn kick(&mut self, model: &GranularModel, state: &mut GranularState, h: f64) {
+        let (laws, planes, inertia) = (&model.laws, &model.planes, &model.inertia);
+        let scene = PairScene { laws, list: &self.list, planes, seen: &self.seen, inertia, h };
+        let (held, pushes, moments) = (&self.held, &self.pushes, &self.moments);
+        let GranularState { position, velocity, spin, acceleration, turning, .. } = state;
+        let linear =
+            position.chunks_mut(BLOCK).zip(velocity.chunks_mut(BLOCK)).zip(acceleration.chunks_mut(BLOCK));
+        let angular = spin.chunks_mut(BLOCK).zip(turning.chunks_mut(BLOCK));
+        let blocks = linear.zip(angular).zip(&mut self.moved).enumerate();
+        model.each(blocks, |(block, ((((x, v), a), (w, turning)), finite))| {
+            let mut sum = 0.0;
+            for k in 0..x.len() {
+                let i = block * BLOCK + k;
+                let [force, torque] = scene.gather(i, held, pushes, moments);
+                a[k] = force / model.mass[i] + model.gravity;
+                turning[k] = torque / model.inertia[i];
+                v[k] += a[k] * h;
+                w[k] += turning[k] * h;
+                x[k] = scene.seen[i].centre + v[k] * (0.5 * h);
+                sum += x[k].sum() + v[k].sum() + w[k].sum();
+            }
+            *finite = sum;
+        });
+    }
+
+    /// Put what the state remembers into the list.
+    fn recall(&mut self, model: &GranularModel, state: &GranularState) {
+        self.see(model, state, 0.0);
+        self.held.fill(History::default());
+        self.make_sure(model);
+        for (first, second, held) in &state.histories {
+            let range =
+                self.list.start[*first as usize] as usize..self.list.start[*first as usize + 1] as usize;
+            let at = self.list.pairs[range.clone()].binary_search_by_key(second, |p| p.second);
+            // A pair that has parted since the middle of its last step may be listed no more.
+            if let Ok(at) = at {
+                self.held[range.start + at] = *held;
+            }
+        }
+    }
+
+    fn remember(&self, state: &mut GranularState, model: &GranularModel) {
+        state.histories.clear();
+        if !model.remembers {
+            return;
+        }
+        for i in 0..self.seen.len() {
+            for p in self.list.start[i] as usize..self.list.start[i + 1] as usize {
+                if self.held[p].overlap > 0.0 {
+                    state.histories.push((i as u32, self.list.pairs[p].second, self.held[p]));
+                }
+            }
+        }
+    }
+}
+
+/// The first `count` of `rest`, which keeps the others.
+fn split<'a, T>(rest: &mut &'a mut [T], count: usize) -> &'a mut [T] {
+    let (first, others) = std::mem::take(rest).split_at_mut(count);
+    *rest = others;
+    first
+}
+
+/// Hand the histories of sphere `i` from its old pairs to its new ones; both ascend.
+fn hand_over(pairs: &[SpherePair], old: &[History], list: &SpherePairs, i: usize, held: &mut [History]) {
+    let mut new = list.start[i] as usize;
+    let end = list.start[i + 1] as usize;
+    for (pair, old) in pairs.iter().zip(old).filter(|(_, old)| old.overlap > 0.0) {
+        while new < end && list.pairs[new].second < pair.second {
+            new += 1;
+        }
+        if new < end && list.pairs[new].second == pair.second {
+            held[new] = *old;
+        }
+    }
+}

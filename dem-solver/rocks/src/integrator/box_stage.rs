@@ -1,0 +1,109 @@
+//! The contacts of rocks with the sides of a box in a step, and free time between.
+
+use crate::guard::cause::Case;
+use crate::guard::watch;
+use crate::integrator::schedule::Span;
+use crate::model::Model;
+use crate::model::state::{Against, Body, State};
+use dem_contact::contact::broad_phase::cell_grid::Plane;
+use dem_contact::contact::pipeline::Sums;
+use dem_contact::contact::terrain::SurfaceContacts;
+use dem_contact::law::table::SurfaceLaws;
+use dem_contact::rock::Motion;
+use dem_terrain::queries::arrival;
+use interface_defs::Fault;
+
+/// Share of the reach by which the bounding sphere is larger than the rock, for rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// The contacts of all rocks with the sides of a box, one rock after the other.
+#[derive(Debug, Clone, Default)]
+pub struct BoxStage {
+    standing: SurfaceContacts,
+}
+
+/// The law of a rock with the sides.
+fn laws_with(model: &Model, rock: usize) -> Option<SurfaceLaws<'_>> {
+    let laws = &model.laws.as_ref()?.surfaces;
+    Some(SurfaceLaws { laws, row: model.side_rows.get(rock)?, materials: &[] })
+}
+
+/// Distance of the bounding sphere of rock number `rock` from a plane [m].
+fn gap(model: &Model, rock: usize, plane: &Plane, now: &Motion) -> f64 {
+    let reach = model.trees[rock].reach;
+    plane.offset - plane.normal.dot(&now.position) - reach * (1.0 + ROUNDING)
+}
+
+/// Whether rock number `rock` is so near a side that it may be reached within `further` [m].
+pub fn is_near(model: &Model, rock: usize, now: &Motion, further: f64) -> bool {
+    model.planes.iter().any(|plane| gap(model, rock, plane, now) < further)
+}
+
+/// Time in which no rock that flies freely can touch a side [s].
+pub fn free_time(model: &Model, state: &State) -> f64 {
+    let gravity = &model.settings.gravity;
+    let mut least = f64::INFINITY;
+    for (rock, body) in state.bodies.iter().enumerate() {
+        for plane in &model.planes {
+            let now = &body.motion;
+            let gap = gap(model, rock, plane, now);
+            let (speed, pull) = (plane.normal.dot(&now.velocity), plane.normal.dot(gravity));
+            if gap <= 0.0 {
+                return 0.0;
+            }
+            if speed > 0.0 || pull > 0.0 {
+                // Not a number where it turns back before: then `min` keeps what is known.
+                least = least.min(arrival(gap, speed, pull));
+            }
+        }
+    }
+    least
+}
+
+impl BoxStage {
+    /// With room for the contacts of any one rock.
+    pub fn new(model: &Model) -> Self {
+        let most = model.rocks.iter().map(|rock| rock.spheres.len()).max().unwrap_or(0);
+        Self { standing: SurfaceContacts::new(3 * most) }
+    }
+
+    /// Contacts of a rock for which there is room.
+    pub fn most_contacts(&self) -> usize {
+        self.standing.contacts.capacity()
+    }
+
+    /// Forces on rock number `rock` at `now`, in the middle of a step; their number. The
+    /// histories after the step are `body`'s.
+    pub fn forces(
+        &mut self,
+        model: &Model,
+        rock: usize,
+        body: &mut Body,
+        now: &Motion,
+        Span { start: time, h }: Span,
+    ) -> Result<(Sums, usize), Fault> {
+        let Some(laws) = laws_with(model, rock).filter(|_| is_near(model, rock, now, 0.0)) else {
+            body.box_histories.clear();
+            return Ok((Sums::default(), 0));
+        };
+        let (it, standing) = (&model.rocks[rock], &mut self.standing);
+        standing.find_on_planes(it, &model.planes, now);
+        let sums = standing.forces(it, laws, None, now, h, &body.box_histories);
+        let law = laws.row.first().map(|law| usize::from(*law));
+        let case = Case { model, rock, against: Against::Sides, law, pair: None, impact: None, h, time };
+        watch(&case, now, &sums, |depth| {
+            Some((standing.passed_centre(it, now, h, depth)?, "a side of the box".into()))
+        })?;
+        std::mem::swap(&mut body.box_histories, &mut standing.histories);
+        Ok((sums, standing.contacts.len()))
+    }
+
+    /// Elastic energy [J] and number of contacts of rock number `rock` at `now`.
+    pub fn energy(&mut self, model: &Model, rock: usize, now: &Motion) -> (f64, usize) {
+        let Some(laws) = laws_with(model, rock).filter(|_| is_near(model, rock, now, 0.0)) else {
+            return (0.0, 0);
+        };
+        self.standing.find_on_planes(&model.rocks[rock], &model.planes, now);
+        (self.standing.energy(laws), self.standing.contacts.len())
+    }
+}

@@ -1,0 +1,295 @@
+//! Contacts of rocks with each other: the pairs of them, their contacts in a step, and free time between.
+//!
+//! Of two rocks the one with the smaller number is the first; pairs are gone through by the second, then by the first. Of few
+//! rocks every two make a pair, of many those that are near. What is kept here between windows are lists of candidates, which no
+//! result shows.
+
+use crate::guard::cause::Case;
+use crate::integrator::schedule::Span;
+use crate::model::between::Between;
+use crate::model::state::{Against, BetweenRocks, State};
+use crate::model::{Model, name_of};
+use dem_contact::contact::broad_phase::rock_pairs::{NearRocks, Pose, RockPairs, free_time};
+use dem_contact::contact::rocks::{RockForces, RockHistory, RockPair, RockPairSums};
+use dem_contact::rock::{Motion, Rock};
+use interface_defs::Fault;
+use nalgebra::Vector3;
+
+/// Largest displacement of one rock past another in one step, as a share of the smaller of their spheres' radii.
+const LARGEST_STRIDE: f64 = 0.5;
+
+/// Largest overlap, in radii of the smaller sphere: the other's surface has reached its centre.
+const DEEPEST: f64 = 1.0;
+
+/// Overlap of two rocks at the start, in radii of the smaller sphere, that is refused.
+pub const DEEPEST_AT_START: f64 = 0.5;
+
+/// Most rocks of which every two are looked at.
+const FEW: usize = 16;
+
+/// Contacts of a rock with others for which room is made, of many rocks.
+const NEIGHBOURS: usize = 8;
+
+/// What a rock feels of all others in the middle of a step.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct RockLoad {
+    /// Force [N].
+    pub force: Vector3<f64>,
+    /// Torque about its centre of mass [N m].
+    pub torque: Vector3<f64>,
+    /// Number of contacts.
+    pub contacts: usize,
+    /// Largest overlap over the smaller radius.
+    pub penetration: f64,
+}
+
+/// Two rocks and what is near between them.
+#[derive(Debug, Clone)]
+struct NearRocksPair {
+    rocks: [usize; 2],
+    /// Number of their law.
+    law: usize,
+    near: RockPairs,
+}
+
+/// The pairs of rocks; none without a law between rocks.
+#[derive(Debug, Clone, Default)]
+pub struct RockStage {
+    pairs: Vec<NearRocksPair>,
+    /// Number of rocks that have a law between them.
+    rocks: usize,
+    /// Which pairs are looked at, of many rocks.
+    near: Option<NearRocks>,
+    /// Searches of pairs that are no more near.
+    ended: u64,
+    evaluation: RockForces,
+    after: Vec<RockHistory>,
+    /// What each rock feels, by its number.
+    pub felt: Vec<RockLoad>,
+}
+
+impl RockStage {
+    /// For the rocks of a model.
+    pub fn new(model: &Model) -> Self {
+        let felt = vec![RockLoad::default(); model.rocks.len()];
+        let Some(between) = &model.between else { return Self { felt, ..Self::default() } };
+        let rocks = model.rocks.len();
+        let mut it = Self { rocks, felt, ..Self::default() };
+        if rocks > FEW {
+            it.near = Some(NearRocks::new(model.trees.iter().map(|tree| tree.reach).collect()));
+            it.after.reserve(NEIGHBOURS * rocks);
+        } else {
+            it.pairs = every_two(rocks).map(|rocks| NearRocksPair::new(model, between, rocks)).collect();
+            it.after.reserve(Self::room(&it.pairs));
+        }
+        let most = it.pairs.iter().map(|p| p.near.pairs.capacity()).max().unwrap_or(0);
+        it.evaluation.reserve(most);
+        it
+    }
+
+    /// Of many rocks, look for those that are near each other at `position` [m].
+    fn update(&mut self, model: &Model, position: impl Iterator<Item = Vector3<f64>>) {
+        let (Some(near), Some(between)) = (&mut self.near, &model.between) else { return };
+        if !near.update(position) {
+            return;
+        }
+        let order = |[a, b]: [usize; 2]| [b, a];
+        let mut old = std::mem::take(&mut self.pairs).into_iter().peekable();
+        for rocks in near.pairs() {
+            while let Some(ended) = old.next_if(|pair| order(pair.rocks) < order(rocks)) {
+                self.ended += ended.near.searches;
+            }
+            let known = old.next_if(|pair| pair.rocks == rocks);
+            self.pairs.push(known.unwrap_or_else(|| NearRocksPair::new(model, between, rocks)));
+        }
+        self.ended += old.map(|ended| ended.near.searches).sum::<u64>();
+    }
+
+    fn room(pairs: &[NearRocksPair]) -> usize {
+        // A rock has no more neighbours than spheres of one size have: most pairs never touch at once.
+        let mut room: Vec<usize> = pairs.iter().map(|p| p.near.pairs.capacity()).collect();
+        room.sort_unstable_by(|a, b| b.cmp(a));
+        room.iter().take(24).sum()
+    }
+
+    /// Memories for which there is room.
+    pub fn most_contacts(&self) -> usize {
+        self.after.capacity()
+    }
+
+    /// Whether there is anything to do.
+    pub fn is_empty(&self) -> bool {
+        self.rocks == 0
+    }
+
+    /// Times that candidates were searched.
+    pub fn searches(&self) -> u64 {
+        let all = self.near.as_ref().map_or(0, NearRocks::searches);
+        all + self.ended + self.pairs.iter().map(|p| p.near.searches).sum::<u64>()
+    }
+
+    /// Time in which no two rocks that fly freely can touch [s]; of many rocks 0 where it is below `least` [s].
+    pub fn free_time(&self, model: &Model, state: &State, least: f64) -> f64 {
+        let motion = |r: usize| &state.bodies[r].motion;
+        let least = if self.near.is_some() { least } else { 0.0 };
+        let mut free = f64::INFINITY;
+        for [a, b] in self.pairs() {
+            free = free.min(free_time(&model.trees[a], &model.trees[b], motion(a), motion(b)));
+            if free <= least {
+                return 0.0;
+            }
+        }
+        free
+    }
+
+    /// Every two rocks between which there is a law.
+    pub fn pairs(&self) -> impl Iterator<Item = [usize; 2]> {
+        every_two(self.rocks)
+    }
+
+    /// Forces of all pairs in the middle of a step, where the rocks
+    /// move as `middles`; what each feels goes to [`RockStage::felt`], histories to `between_rocks`. The
+    /// sums are those of all pairs together.
+    pub fn forces(
+        &mut self,
+        model: &Model,
+        middles: &[Motion],
+        between_rocks: &mut BetweenRocks,
+        span @ Span { h, .. }: Span,
+    ) -> Result<RockPairSums, Fault> {
+        self.update(model, middles.iter().map(|motion| motion.position));
+        self.felt.fill(RockLoad::default());
+        self.after.clear();
+        let mut all = RockPairSums::default();
+        let mut before = &between_rocks.histories[..];
+        for pair in &mut self.pairs {
+            let numbers = pair.numbers();
+            let ended = before.iter().take_while(|held| held.rocks < numbers).count();
+            before = &before[ended..];
+            let own = before.iter().take_while(|held| held.rocks == numbers).count();
+            let (mine, others) = before.split_at(own);
+            before = others;
+            let rocks @ [a, b] = pair.rocks;
+            let law = pair.law;
+            let seen = pair.see(model, [&middles[a], &middles[b]]);
+            let Some((two, pose)) = seen else { continue };
+            let sums = self.evaluation.forces(&two, &pose, h, mine, &mut self.after);
+            watch(model, &two, rocks, law, &sums, span)?;
+            if sums.contacts == 0 {
+                continue;
+            }
+            let own = &sums.first;
+            for (rock, sign, torque) in [(a, 1.0, own.torque), (b, -1.0, sums.torque)] {
+                let felt = &mut self.felt[rock];
+                felt.force += own.force * sign;
+                felt.torque += torque;
+                felt.contacts += sums.contacts;
+                felt.penetration = felt.penetration.max(own.penetration);
+            }
+            all.first.elastic += own.elastic;
+            all.first.damping_power += own.damping_power;
+            all.first.friction_power += own.friction_power;
+            all.first.tangential_energy += own.tangential_energy;
+            all.contacts += sums.contacts;
+        }
+        std::mem::swap(&mut between_rocks.histories, &mut self.after);
+        Ok(all)
+    }
+
+    /// Fill in elastic energy and number of contacts at the instant of `state`; the two rocks that
+    /// overlap most, and by how many radii of the smaller sphere.
+    pub fn energy(&mut self, model: &Model, state: &mut State) -> Option<([usize; 2], f64)> {
+        self.update(model, state.bodies.iter().map(|body| body.motion.position));
+        let (mut elastic, mut contacts, mut worst) = (0.0, 0, None);
+        state.bodies.iter_mut().for_each(|body| body.rock_contacts = 0);
+        for pair in &mut self.pairs {
+            let [a, b] = pair.rocks;
+            let motions = [state.bodies[a].motion, state.bodies[b].motion];
+            let Some((two, pose)) = pair.see(model, [&motions[0], &motions[1]]) else { continue };
+            let (energy, count, deepest) = self.evaluation.energy(&two, &pose);
+            elastic += energy;
+            contacts += count;
+            state.bodies[a].rock_contacts += count;
+            state.bodies[b].rock_contacts += count;
+            if count > 0 && worst.is_none_or(|(_, most)| deepest > most) {
+                worst = Some((pair.rocks, deepest));
+            }
+        }
+        (state.between_rocks.elastic, state.between_rocks.contacts) = (elastic, contacts);
+        worst
+    }
+}
+
+/// All pairs of so many rocks.
+fn every_two(rocks: usize) -> impl Iterator<Item = [usize; 2]> {
+    (1..rocks).flat_map(|b| (0..b).map(move |a| [a, b]))
+}
+
+impl NearRocksPair {
+    fn new(model: &Model, between: &Between, rocks @ [a, b]: [usize; 2]) -> Self {
+        let near = RockPairs::new(&model.rocks[a], &model.rocks[b]);
+        Self { rocks, law: between.law(a, b), near }
+    }
+
+    /// What its histories are kept under.
+    fn numbers(&self) -> [u32; 2] {
+        let [a, b] = self.rocks;
+        [b as u32, a as u32]
+    }
+
+    /// The two as they stand, their candidates up to date; `None` if none are near.
+    fn see<'a>(&'a mut self, model: &'a Model, motions: [&'a Motion; 2]) -> Option<(RockPair<'a>, Pose)> {
+        let [a, b] = self.rocks;
+        let pose = Pose::new(motions[0], motions[1]);
+        let side = |r: usize| (&model.rocks[r], &model.trees[r]);
+        self.near.update(side(a), side(b), &pose);
+        if self.near.pairs.is_empty() {
+            return None;
+        }
+        let law = &model.laws.as_ref()?.rocks[self.law];
+        let rocks: [&Rock; 2] = [&model.rocks[a], &model.rocks[b]];
+        let numbers = self.numbers();
+        Some((RockPair { numbers, rocks, motions, law, pairs: &self.near.pairs }, pose))
+    }
+}
+
+/// Fail the window if two rocks have passed each other too fast to be seen, or overlap too far.
+fn watch(
+    model: &Model,
+    two: &RockPair,
+    [a, b]: [usize; 2],
+    law: usize,
+    sums: &RockPairSums,
+    Span { start: time, h }: Span,
+) -> Result<(), Fault> {
+    let radius = two.rocks[0].smallest_radius.min(two.rocks[1].smallest_radius);
+    let [one, other] = two.motions;
+    // The faster shows where energy has been made.
+    let (rock, now) = if one.velocity.norm() > other.velocity.norm() { (a, one) } else { (b, other) };
+    let [r, s] = two.rocks.map(|rock| rock.smallest_radius);
+    let [m, n] = two.rocks.map(|rock| rock.mass);
+    let pair = Some([radius, r * s / (r + s), m * n / (m + n)]);
+    let case = Case { model, rock, against: Against::Rocks, law: Some(law), pair, impact: None, h, time };
+    let names = || format!("rocks `{}` and `{}`", name_of(model, a), name_of(model, b));
+    let stride = sums.first.fastest * h;
+    if stride > LARGEST_STRIDE * radius {
+        return Err(Fault::window(format!(
+            "{} at {time:.6} s: they move {stride:.3e} m past each other in one step of {h:.3e} s, more than half the \
+             radius {radius:.3e} m of their spheres, and might pass through unseen; {}",
+            names(),
+            case.too_far(now, sums.first.fastest, LARGEST_STRIDE)
+        )));
+    }
+    if sums.first.penetration > DEEPEST {
+        return Err(Fault::window(format!(
+            "{} at {time:.6} s, at {:.4} m/s against each other: they overlap by {:.2} radii of the smaller sphere (radius \
+             {radius:.3e} m{}), past its centre; {}",
+            names(),
+            (one.velocity - other.velocity).norm(),
+            sums.first.penetration,
+            case.young().map_or(String::new(), |e| format!(", E = {e:.3e} Pa")),
+            case.too_deep(now, sums.first.fastest)
+        )));
+    }
+    Ok(())
+}

@@ -1,0 +1,287 @@
+//! The contacts of rocks with the terrain in a step, and the rows of their trajectories.
+
+use crate::guard::cause::Case;
+use crate::guard::{watch, watch_gap, watch_whole};
+use crate::integrator::free_flight::clear_of_all;
+use crate::integrator::schedule::{Passed, Span};
+use crate::integrator::sub_stepping::{self, SubSteps};
+use crate::model::Model;
+use crate::model::critical::DEEP;
+use crate::model::runout::{LOOK, StepOnTerrain, is_out, jump_height};
+use crate::model::state::{Against, Body, State};
+use crate::results::trajectory::Row;
+use dem_contact::contact::broad_phase::terrain_pairs::TerrainPairs;
+use dem_contact::contact::pipeline::Sums;
+use dem_contact::contact::terrain::SurfaceContacts;
+use dem_contact::contact::whole_rock::Whole;
+use dem_contact::contact::whole_rock::terrain::WholeRockContacts;
+use dem_contact::law::Law;
+use dem_contact::law::table::SurfaceLaws;
+use dem_contact::law::yielding::Dent;
+use dem_contact::rock::{Motion, Rock};
+use dem_terrain::Terrain;
+use dem_terrain::forest::Stands;
+use interface_defs::Fault;
+use interface_defs::verdict::Fate;
+use nalgebra::Vector3;
+
+/// Rows in the shortest contact.
+const ROWS_PER_CONTACT: f64 = 10.0;
+/// Rows per row of `history.csv` in a contact that lasts.
+const ROWS_PER_INTERVAL: f64 = 5.0;
+
+/// The laws of a rock with the terrain.
+fn laws_on<'a>(model: &'a Model, ground: &'a Terrain, rock: usize) -> Option<SurfaceLaws<'a>> {
+    let laws = &model.laws.as_ref()?.surfaces;
+    Some(SurfaceLaws { laws, row: &model.ground_rows[rock], materials: &ground.zones })
+}
+
+/// The laws with the friction that has grown over the distance `slip` [m].
+fn grow(laws: &[Law], slip: f64, grown: &mut Vec<Law>) {
+    grown.clear();
+    grown.extend(laws.iter().map(|law| {
+        let mut law = law.clone();
+        if let (Some(tangential), Some(growing)) = (&mut law.tangential, &law.growing) {
+            tangential.friction = growing.coefficient(tangential.friction, slip);
+        }
+        law
+    }));
+}
+
+/// What surrounds the rocks, and the rows of their trajectories.
+#[derive(Debug, Clone)]
+pub struct TerrainStage {
+    /// What is near each rock.
+    pub around: Vec<TerrainPairs>,
+    standing: Vec<SurfaceContacts>,
+    landed: Vec<WholeRockContacts>,
+    /// Where forests are.
+    stands: Stands,
+    /// The laws with friction as it has grown for the rock at hand.
+    grown: Vec<Law>,
+    /// Rows of the window under way; none are kept where nobody writes them.
+    pub rows: Option<Vec<Row>>,
+}
+
+impl TerrainStage {
+    /// For the rocks of a model.
+    pub fn new(model: &Model, rows: bool) -> Self {
+        // Ground that gives way lets a rock in until the guard stops it.
+        let share = |at: usize| if model.gives_way(at) { 1.0 } else { DEEP };
+        let deep = |at: usize, whole: &Option<Whole>| whole.as_ref().map_or(0.0, |w| share(at) * w.radius);
+        let rocks = model.rocks.iter().zip(&model.wholes);
+        let of_rock =
+            |(at, (rock, whole)): (usize, (&Rock, &Option<Whole>))| TerrainPairs::new(rock, deep(at, whole));
+        let around = rocks.clone().enumerate().map(of_rock).collect();
+        let of_spheres = |(rock, whole): (&Rock, &Option<Whole>)| match whole {
+            None => SurfaceContacts::new(4 * rock.spheres.len() + 64),
+            Some(_) => SurfaceContacts::default(),
+        };
+        let of_rock = |(rock, whole): (&Rock, &Option<Whole>)| {
+            WholeRockContacts::new(whole.as_ref().map_or(0, |_| rock.spheres.len()))
+        };
+        let forests = |ground: &Terrain| Stands::new(ground, &model.settings.down());
+        Self {
+            stands: model.ground.as_deref().map(forests).unwrap_or_default(),
+            standing: rocks.clone().map(of_spheres).collect(),
+            landed: rocks.clone().map(of_rock).collect(),
+            grown: Vec::with_capacity(model.laws.as_ref().map_or(0, |laws| laws.surfaces.len())),
+            around,
+            rows: rows.then(Vec::new),
+        }
+    }
+
+    /// Force of a forest on a rock in the motion `now` [N].
+    pub fn forest(&self, model: &Model, ground: &Terrain, now: &Motion) -> Option<Vector3<f64>> {
+        if self.stands.are_none() {
+            return None;
+        }
+        self.stands.force(ground, &now.position, &now.velocity, &model.settings.down())
+    }
+
+    /// Steps of `h` [s], at most `most`, that all rocks fly freely.
+    pub fn clear_steps(&mut self, model: &Model, state: &State, h: f64, most: usize) -> usize {
+        clear_of_all(model, (&mut self.around, &self.stands), state, h, most)
+    }
+
+    /// Times that pairs were searched, and that triangles were looked for.
+    pub fn searches(&self) -> [u64; 2] {
+        let sum = |of: fn(&TerrainPairs) -> u64| self.around.iter().map(of).sum();
+        [sum(|a| a.searches), sum(|a| a.refreshes)]
+    }
+
+    /// The steps that the rock takes next together, of at most `most` steps of `h` [s]: several at once, and cut as its
+    /// contact asks for, where the scene leaves that open and one rock alone touches.
+    pub fn sub_steps(
+        &mut self,
+        model: &Model,
+        ground: &Terrain,
+        bodies: &[Body],
+        h: f64,
+        most: usize,
+    ) -> SubSteps {
+        let ([body], Some(laws)) = (bodies, laws_on(model, ground, 0)) else { return SubSteps::ONE };
+        if body.contacts == 0 || model.settings.dem.time_step.is_some() {
+            return SubSteps::ONE;
+        }
+        let near = (&mut self.around[0], &mut self.landed[0]);
+        sub_stepping::next(model, ground, laws, near, body, h, most)
+    }
+
+    /// Forces on rock number `rock` at `now`, in the middle of a step;
+    /// their number. The histories after the step are `body`'s.
+    pub fn forces(
+        &mut self,
+        model: &Model,
+        ground: &Terrain,
+        rock: usize,
+        body: &mut Body,
+        now: &Motion,
+        Span { start: time, h }: Span,
+    ) -> Result<(Sums, usize), Fault> {
+        let Some(mut laws) = laws_on(model, ground, rock) else { return Ok((Sums::default(), 0)) };
+        let it = &model.rocks[rock];
+        let (around, standing) = (&mut self.around[rock], &mut self.standing[rock]);
+        around.update(it, &model.trees[rock], ground, now, h, 0.0);
+        let speed = now.velocity.norm();
+        let grows = !around.pairs.is_empty() && laws.any(|law| law.growing.is_some());
+        if grows {
+            grow(laws.laws, body.slip.at(time) + 0.5 * h * speed, &mut self.grown);
+            laws.laws = &self.grown;
+        }
+        let slide = |body: &mut Body, first: Option<u32>| {
+            let touched = first.filter(|_| grows).and_then(|triangle| laws.of(triangle).growing);
+            if let Some(growing) = touched {
+                body.slip.touch(time, h, speed, growing.relaxation);
+            }
+        };
+        if around.pairs.is_empty() {
+            watch_gap(model, ground, rock, now, h, time)?;
+            body.terrain_histories.clear();
+            body.dent = Dent::default();
+            return Ok((Sums::default(), 0));
+        }
+        if let Some(whole) = &model.wholes[rock] {
+            let landed = &mut self.landed[rock];
+            landed.find(it, whole, ground, around, now, 0.0);
+            let memory = (&body.terrain_histories[..], &mut body.dent);
+            let sums = landed.forces(it, whole, laws, now, h, memory);
+            watch_whole(model, rock, whole, now, &sums, h, time)?;
+            std::mem::swap(&mut body.terrain_histories, &mut landed.histories);
+            slide(body, landed.contacts.first().map(|c| c.triangle));
+            return Ok((sums, landed.contacts.len()));
+        }
+        standing.find(it, ground, around, now);
+        let sums = standing.forces(it, laws, Some(ground), now, h, &body.terrain_histories);
+        let law = model.ground_rows[rock].first().map(|law| *law as usize);
+        let case = Case { model, rock, against: Against::Terrain, law, pair: None, impact: None, h, time };
+        watch(&case, now, &sums, |depth| {
+            let sphere = standing.passed_centre(it, now, h, depth)?;
+            let [x, y, z] = (now.position + ground.origin).into();
+            Some((sphere, format!("near ({x:.2}, {y:.2}, {z:.2}) the terrain")))
+        })?;
+        std::mem::swap(&mut body.terrain_histories, &mut standing.histories);
+        slide(body, standing.contacts.first().map(|c| c.triangle));
+        Ok((sums, standing.contacts.len()))
+    }
+
+    /// Elastic energy [J] and number of contacts of rock number `rock`, whose state is `body`.
+    pub fn energy(&mut self, model: &Model, ground: &Terrain, rock: usize, body: &Body) -> (f64, usize) {
+        let now = &body.motion;
+        let Some(laws) = laws_on(model, ground, rock) else { return (0.0, 0) };
+        let it = &model.rocks[rock];
+        let (around, standing) = (&mut self.around[rock], &mut self.standing[rock]);
+        around.update(it, &model.trees[rock], ground, now, model.steps.step, 0.0);
+        if let Some(whole) = &model.wholes[rock] {
+            let landed = &mut self.landed[rock];
+            landed.find(it, whole, ground, around, now, 0.0);
+            return (landed.energy(whole, laws, &body.dent), landed.contacts.len());
+        }
+        standing.find(it, ground, around, now);
+        (standing.energy(laws), standing.contacts.len())
+    }
+
+    /// A window begins.
+    pub fn begin(&mut self) {
+        if let Some(rows) = &mut self.rows {
+            rows.clear();
+        }
+    }
+
+    /// Follow a rock's trajectory over a step that ends with the motion in `body`.
+    pub fn stepped(&mut self, model: &Model, ground: &Terrain, rock: usize, body: &mut Body, passed: Passed) {
+        let Some(terrain) = &model.settings.terrain else { return };
+        let shortest = model.steps.contact;
+        let Passed { end, h, touching, look } = passed;
+        let touched = body.path.contact_since.is_some();
+        let outside = is_out(ground, &model.settings.down(), &body.motion.position);
+        let had_left = body.path.has_left();
+        let step = StepOnTerrain { after: &body.motion, end, length: h, touching, outside, shortest };
+        body.path.step(&model.rocks[rock], terrain, &step);
+        let height =
+            |body: &Body| jump_height(ground, &model.rocks[rock], &body.motion, &model.settings.down());
+        if look && !touching && !outside {
+            let height = height(body);
+            body.path.height(height, end);
+        }
+        let Some(rows) = self.rows.as_mut().filter(|_| rock < model.settings.named()) else { return };
+        let every = match body.path.contact_since {
+            Some(since) if end - since <= 2.0 * shortest => shortest / ROWS_PER_CONTACT,
+            _ => model.settings.interval / ROWS_PER_INTERVAL,
+        };
+        // Half a step less: a row is due at the step that is nearest.
+        let due = touching
+            && end - body.path.row >= every.min(model.settings.interval / ROWS_PER_INTERVAL) - 0.5 * h;
+        if (touching != touched || due || body.path.has_left()) && !had_left {
+            body.path.row = end;
+            rows.push(Row::of(model, rock, body, end, height(body), touching));
+        }
+    }
+
+    /// Follow a rock's trajectory to the instant `end` [s] of a flight. `look`: whether its height is due.
+    pub fn flew(
+        &mut self,
+        model: &Model,
+        ground: &Terrain,
+        rock: usize,
+        body: &mut Body,
+        end: f64,
+        look: bool,
+    ) {
+        let outside = is_out(ground, &model.settings.down(), &body.motion.position);
+        body.path.flew(&model.rocks[rock], &body.motion, end, outside);
+        if look && !outside {
+            let height = jump_height(ground, &model.rocks[rock], &body.motion, &model.settings.down());
+            body.path.height(height, end);
+        }
+    }
+
+    /// A window ends at `state.time`: has a trajectory ended with it?
+    pub fn end(&mut self, model: &Model, ground: &Terrain, state: &mut State) {
+        let (time, down) = (state.time, model.settings.down());
+        for (number, body) in state.bodies.iter_mut().enumerate() {
+            let had_left = body.path.has_left();
+            body.path.judge(ground, &model.settings, &model.rocks[number], &body.motion, time);
+            // The last row of a rock that has left is that at the border.
+            let exit = body.path.ending.filter(|end| end.how == Fate::LeftTerrain);
+            let time = exit.map_or(time, |end| end.time);
+            if let Some(rows) = &mut self.rows
+                && number < model.settings.named()
+                && body.path.row < time
+                && !had_left
+            {
+                body.path.row = time;
+                let now = body.motion;
+                body.motion = exit.map_or(now, |end| end.motion(&now));
+                let height = jump_height(ground, &model.rocks[number], &body.motion, &down);
+                rows.push(Row::of(model, number, body, time, height, exit.is_none() && body.contacts > 0));
+                body.motion = now;
+            }
+        }
+    }
+}
+
+/// Steps of `h` [s] between two looks at the height of a flying rock.
+pub fn steps_per_look(h: f64) -> usize {
+    (LOOK / h).round().max(1.0) as usize
+}

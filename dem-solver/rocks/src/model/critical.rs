@@ -1,0 +1,355 @@
+//! The largest stable step, and the step that is taken.
+//!
+//! What is assumed of the impact: the rock may fall freely until `end_time` and then lands on a fixed,
+//! rigid mesh, flat (every sphere of its largest face touches, each with its share of the mass) or on
+//! one sphere. The overlap is that of such an impact, at most half a radius, the default of
+//! `limits.penetration`. A yielding net is softer; with the masses of its nodes, which act at the contact
+//! once rock and net are computed together, the limit is another one, `2 sqrt(m_node / k)`. Two rocks
+//! touch as fast as both can fall, flat or on one sphere each.
+//!
+//! For position Verlet whose velocity-dependent forces see `v + h/2 a` with the acceleration of the
+//! step before, an oscillator of frequency w and damping ratio z is stable up to
+//! `(w h / 2)^2 + 2 z w h = 1`, that is `h = 2/w (sqrt(1 + 4 z^2) - 2 z)`. (With the plain velocity it
+//! would be z instead of 2 z, but of first order in the damping.)
+
+use dem_contact::contact::whole_rock::Whole;
+use dem_contact::law::Law;
+use dem_contact::law::rolling::STIFFNESS;
+use dem_contact::law::table::Laws;
+use dem_contact::rock::Rock;
+use dem_contact::settings::{DemSettings, EffectiveMass, RockSettings, RollingName, Settings};
+use dem_terrain::Terrain;
+use interface_defs::diagnostic::Diagnostic;
+use interface_defs::toolkit::scene::Scene;
+
+/// Overlap over radius beyond which contact is no small indentation.
+pub const DEEP: f64 = 0.5;
+
+/// Spheres of one face that a sphere of another may lie between.
+const BETWEEN: f64 = 4.0;
+
+/// Steps in the shortest contact, on a fixed mesh, that are enough where a net yields: there the window resolves it.
+const COARSE_STEPS_PER_CONTACT: f64 = 20.0;
+
+/// Step of a scene without contact: no force limits it, and the rows are as fine [s].
+const STEP_WITHOUT_CONTACT: f64 = 1e-3;
+
+/// Largest turn in one step that the scene leaves open [rad].
+pub const TURN: f64 = 0.02;
+
+/// The same of a rock that touches as a whole, in its radius; at 0.25 a run is stopped.
+const STRIDE_OF_WHOLE: f64 = 0.2;
+
+/// Largest travel of a surface point in one step that the scene leaves open, in radii of the smallest sphere; at 0.5 a run
+/// is stopped lest thin parts pass unseen.
+const STRIDE: f64 = 0.4;
+
+/// What limits and what sets the step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Steps {
+    /// The step that is taken [s].
+    pub step: f64,
+    /// Largest stable step [s]; infinite without contact.
+    pub critical: f64,
+    /// Duration of the shortest contact [s]; infinite without contact.
+    pub contact: f64,
+    /// Stiffness of one contact in a flat landing [N/m]; 0 without contact.
+    pub stiffness: f64,
+    /// Speed of the landing that is assumed [m/s].
+    pub speed: f64,
+    /// Longest step that resolves the contact, the rocks' turning and their travel, whatever the scene names [s].
+    pub longest: f64,
+}
+
+impl Steps {
+    /// For these rocks under these laws; a step above the critical one is refused unless allowed.
+    pub fn new(
+        settings: &Settings,
+        rocks: &[Rock],
+        wholes: &[Option<Whole>],
+        laws: Option<&Laws>,
+        ground: Option<&Terrain>,
+        scene: &Scene,
+    ) -> Result<Self, Diagnostic> {
+        let mut steps = Self {
+            step: STEP_WITHOUT_CONTACT,
+            critical: f64::INFINITY,
+            contact: f64::INFINITY,
+            stiffness: 0.0,
+            speed: 0.0,
+            longest: STEP_WITHOUT_CONTACT,
+        };
+        let mut stride = f64::INFINITY;
+        let examples = settings.examples();
+        let speeds = speeds(settings, rocks, ground);
+        // Of the stiffest contact with a mesh.
+        let mut on_mesh = Mode::default();
+        for &at in &examples {
+            let (rock, table) = (&rocks[at], &settings.rocks[at]);
+            let speed = if laws.is_some() { kicked(rocks, &examples, &speeds, at) } else { speeds[at] };
+            steps.speed = steps.speed.max(speed);
+            let spin = nalgebra::Vector3::from(table.angular_velocity).norm();
+            steps.step = steps.step.min(TURN / spin);
+            // The fastest that a point of the surface gets when speed turns into spin too.
+            let lever = (1.0 + rock.mass * rock.arm * rock.arm / rock.inertia.min()).sqrt();
+            // With a net it is the spheres that must not pass; on terrain alone the rock.
+            let whole = wholes[at].as_ref();
+            let alone = whole.filter(|_| !scene.has("structure"));
+            let passing = alone.map_or(STRIDE * rock.smallest_radius, |w| STRIDE_OF_WHOLE * w.radius);
+            stride = stride.min(passing / (speed * lever));
+            // A rock that never moves lands nowhere, and may still be touched by a mesh.
+            for law in laws.iter().flat_map(|laws| laws.of(&table.material)) {
+                let speed = if speed > 0.0 { speed } else { 1.0 };
+                if let Some(whole) = whole.filter(|_| law.whole) {
+                    on_mesh = on_mesh.and(steps.limit_whole(rock, whole, law, speed));
+                }
+                if alone.is_none() && law.yielding.is_none() || !law.whole {
+                    on_mesh = on_mesh.and(steps.limit(rock, law, speed));
+                }
+            }
+        }
+        steps.limit_between(settings, rocks, laws, (&examples, &speeds), on_mesh);
+        let coarse = steps.contact / COARSE_STEPS_PER_CONTACT;
+        steps.longest = coarse.min(DemSettings::TIME_STEP_SCALE * steps.critical).min(steps.step).min(stride);
+        let dem = &settings.dem;
+        if let Some(step) = dem.time_step {
+            steps.step = step;
+        } else if steps.contact.is_finite() {
+            let per_contact = dem.steps_per_contact.unwrap_or(DemSettings::STEPS_PER_CONTACT);
+            let turning = steps.step;
+            steps.step = steps.contact / per_contact;
+            if let Some(share) = dem.scale() {
+                steps.step = steps.step.min(share * steps.critical).min(turning).min(stride);
+            }
+        }
+        if steps.step > steps.critical && !dem.allow_unstable {
+            let key = if dem.time_step.is_some() { "dem.time_step" } else { "dem.steps_per_contact" };
+            return Err(scene
+                .invalid(
+                    key,
+                    format!(
+                        "a step of {:.3e} s is above the critical step of {:.3e} s (landing at {:.2} m/s, {:.3e} N/m \
+                         in each contact)",
+                        steps.step, steps.critical, steps.speed, steps.stiffness
+                    ),
+                )
+                .try_instead(format!("leave {key} out, shorten the step, or write allow_unstable = true")));
+        }
+        Ok(steps)
+    }
+
+    fn limit(&mut self, rock: &Rock, law: &Law, speed: f64) -> Mode {
+        let radius = rock.smallest_radius;
+        let face = rock.facing;
+        let stiffness = |mass: f64| {
+            let overlap = law.normal.deepest(radius, mass, speed).min(DEEP * radius);
+            law.normal.load(radius, overlap).stiffness
+        };
+        let flat = stiffness(rock.mass / face);
+        let single = stiffness(rock.mass);
+        let inertia = rock.inertia.min();
+        // A force with a lever turns the rock too, and so less than its mass resists.
+        let mobility = |lever: f64| 1.0 / rock.mass + lever * lever / inertia;
+        let mut fastest = (face * flat / rock.mass).max(single * mobility(rock.arm));
+        if let Some(tangential) = &law.tangential {
+            let ratio = tangential.stiffness_ratio;
+            let half_edge = rock.highest_corner.max().max(-rock.lowest_corner.min());
+            fastest = fastest.max(ratio * face * flat * mobility(half_edge));
+            fastest = fastest.max(ratio * single * mobility(rock.arm + radius));
+        }
+        if let Some(rolling) = law.rolling.filter(|r| r.kind == RollingName::Spring) {
+            let arm = rolling.friction * radius;
+            let turned = STIFFNESS * arm * arm / inertia;
+            fastest = fastest.max(turned * face * flat).max(turned * single);
+        }
+        let ratio = law.damping.map_or(0.0, |d| match d.mass {
+            EffectiveMass::Local => d.ratio,
+            EffectiveMass::Rock => d.ratio * face.sqrt(),
+        });
+        self.critical = self.critical.min(critical(fastest.sqrt(), ratio));
+        self.contact = self.contact.min(law.normal.impact(radius, rock.mass / face, speed).1);
+        self.stiffness = self.stiffness.max(flat);
+        Mode { square: fastest, ratio }
+    }
+
+    /// A rock that touches as a whole, at the stiffest on its widest face.
+    fn limit_whole(&mut self, rock: &Rock, whole: &Whole, law: &Law, speed: f64) -> Mode {
+        let seat = whole.landing(rock, law, 1.0 / rock.mass, speed);
+        let mode = Mode { square: seat.square, ratio: seat.ratio };
+        self.critical = self.critical.min(critical(mode.square.sqrt(), mode.ratio));
+        self.contact = self.contact.min(seat.duration);
+        self.stiffness = self.stiffness.max(seat.stiffness);
+        mode
+    }
+
+    /// Contacts between rocks, each of which may be pressed on a mesh, and between two others, at the
+    /// same time: the squares of frequencies of stiffnesses that act together add up at most.
+    fn limit_between(
+        &mut self,
+        settings: &Settings,
+        rocks: &[Rock],
+        laws: Option<&Laws>,
+        (examples, speeds): (&[usize], &[f64]),
+        on_mesh: Mode,
+    ) {
+        let Some(laws) = laws else { return };
+        let mut between = Mode::default();
+        for (k, &b) in examples.iter().enumerate() {
+            // Spheres of one table touch each other too.
+            let own = usize::from(b >= settings.named());
+            for &a in &examples[..k + own] {
+                let [one, other] = [a, b].map(|r| &settings.rocks[r].material);
+                let Some(number) = laws.number(one, other) else { continue };
+                // Two that are as fast as they can be may collide head on.
+                let speed = speeds[a] + speeds[b];
+                let speed = if speed > 0.0 { speed } else { 1.0 };
+                between = between.and(self.meet([&rocks[a], &rocks[b]], &laws.rocks[number], speed));
+            }
+        }
+        if between.square > 0.0 {
+            let times = if rocks.len() > 2 { 2.0 } else { 1.0 };
+            let square = on_mesh.square + times * between.square;
+            let limit = critical(square.sqrt(), on_mesh.ratio.max(between.ratio));
+            self.critical = self.critical.min(limit);
+        }
+    }
+
+    /// Two rocks touch flat, each sphere of the smaller face between up to four of the other's, or on one
+    /// sphere each.
+    fn meet(&mut self, [a, b]: [&Rock; 2], law: &Law, speed: f64) -> Mode {
+        let radius = 1.0 / (1.0 / a.smallest_radius + 1.0 / b.smallest_radius);
+        let mass = 1.0 / (1.0 / a.mass + 1.0 / b.mass);
+        let single_spheres = a.spheres.len() == 1 && b.spheres.len() == 1;
+        let face = a.facing.min(b.facing) * if single_spheres { 1.0 } else { BETWEEN };
+        let stiffness = |mass: f64| {
+            let overlap = law.normal.deepest(radius, mass, speed).min(DEEP * 2.0 * radius);
+            law.normal.load(radius, overlap).stiffness
+        };
+        let (flat, single) = (stiffness(mass / face), stiffness(mass));
+        let mobility = |levers: [f64; 2]| {
+            let turned = |rock: &Rock, lever: f64| lever * lever / rock.inertia.min();
+            1.0 / mass + turned(a, levers[0]) + turned(b, levers[1])
+        };
+        let mut square = (face * flat / mass).max(single * mobility([a.arm, b.arm]));
+        if let Some(tangential) = &law.tangential {
+            let ratio = tangential.stiffness_ratio;
+            let half_edge = |rock: &Rock| rock.highest_corner.max().max(-rock.lowest_corner.min());
+            let end = |rock: &Rock| rock.arm + rock.smallest_radius;
+            square = square.max(ratio * face * flat * mobility([half_edge(a), half_edge(b)]));
+            square = square.max(ratio * single * mobility([end(a), end(b)]));
+        }
+        if let Some(rolling) = law.rolling.filter(|r| r.kind == RollingName::Spring) {
+            let arm = rolling.friction * radius;
+            let turned = STIFFNESS * arm * arm * (1.0 / a.inertia.min() + 1.0 / b.inertia.min());
+            square = square.max(turned * face * flat).max(turned * single);
+        }
+        let ratio = law.damping.map_or(0.0, |d| match d.mass {
+            EffectiveMass::Local => d.ratio,
+            EffectiveMass::Rock => d.ratio * face.sqrt(),
+        });
+        self.critical = self.critical.min(critical(square.sqrt(), ratio));
+        self.contact = self.contact.min(law.normal.impact(radius, mass / face, speed).1);
+        self.stiffness = self.stiffness.max(flat);
+        Mode { square, ratio }
+    }
+}
+
+/// The fastest oscillation of some contacts.
+#[derive(Debug, Clone, Copy, Default)]
+struct Mode {
+    /// Its frequency squared [1/s2].
+    square: f64,
+    /// Largest damping ratio.
+    ratio: f64,
+}
+
+impl Mode {
+    /// A bound for either.
+    fn and(self, other: Self) -> Self {
+        Self { square: self.square.max(other.square), ratio: self.ratio.max(other.ratio) }
+    }
+}
+
+/// Largest speed that each rock may get by itself [m/s]; of a sphere that which any of its table may get.
+fn speeds(settings: &Settings, rocks: &[Rock], ground: Option<&Terrain>) -> Vec<f64> {
+    let down = settings.down();
+    let of = |(rock, table): (&Rock, &RockSettings)| {
+        let velocity = nalgebra::Vector3::from(table.velocity);
+        let mut speed = velocity.norm() + settings.gravity.norm() * settings.end_time;
+        if let Some(ground) = ground {
+            speed = speed.min(fastest_on(ground, settings, rock, table));
+        }
+        if let Some(sides) = &settings.sides {
+            let energy = rock.kinetic_energy(&rock.start(table, settings.gravity)) / rock.mass;
+            speed = speed.min((2.0 * (energy + settings.gravity.norm() * sides.height(&down))).sqrt());
+        }
+        speed
+    };
+    let mut speeds: Vec<f64> = rocks.iter().zip(&settings.rocks).map(of).collect();
+    let (_, loose) = speeds.split_at_mut(settings.named());
+    for number in 0..settings.spheres.len() {
+        let own = || settings.group.iter().map(move |group| usize::from(*group) == number);
+        let fastest =
+            loose.iter().zip(own()).filter(|(_, own)| *own).map(|(speed, _)| *speed).fold(0.0, f64::max);
+        loose.iter_mut().zip(own()).filter(|(_, own)| *own).for_each(|(speed, _)| *speed = fastest);
+    }
+    speeds
+}
+
+/// Speed with which rock number `at` may land once another has kicked it: head on, elastic, both as fast as they can be [m/s].
+/// One heavier than it throws it at up to twice its own speed; its equals take its speed from it and give theirs.
+fn kicked(rocks: &[Rock], examples: &[usize], speeds: &[f64], at: usize) -> f64 {
+    let (mass, own) = (rocks[at].mass, speeds[at]);
+    let after = |&by: &usize| {
+        let (other, speed) = (&rocks[by], speeds[by]);
+        ((mass - other.mass).abs() * own + 2.0 * other.mass * speed) / (mass + other.mass)
+    };
+    examples.iter().map(after).fold(own, f64::max)
+}
+
+/// Speed that a rock cannot exceed above the lowest corner of the box around a terrain: all its energy in
+/// translation [m/s].
+fn fastest_on(ground: &Terrain, settings: &Settings, rock: &Rock, table: &RockSettings) -> f64 {
+    let motion = rock.start(table, settings.gravity);
+    let start = motion.position - ground.origin;
+    let drop = |axis: usize| {
+        let g = settings.gravity[axis];
+        (g * (ground.lowest[axis] - start[axis])).max(g * (ground.highest[axis] - start[axis])).max(0.0)
+    };
+    (2.0 * (rock.kinetic_energy(&motion) / rock.mass + drop(0) + drop(1) + drop(2))).sqrt()
+}
+
+/// Largest stable step of an oscillator of `frequency` [rad/s] and damping ratio `ratio` [s].
+pub fn critical(frequency: f64, ratio: f64) -> f64 {
+    2.0 / frequency * ((1.0 + 4.0 * ratio * ratio).sqrt() - 2.0 * ratio)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Largest of |x| after many steps of an oscillator of frequency 1 by the solver's scheme.
+    fn swing(ratio: f64, h: f64) -> f64 {
+        let (mut x, mut v, mut a) = (1.0, 0.0, 0.0);
+        let mut last = 0.0;
+        for step in 0..800 {
+            let middle = x + 0.5 * h * v;
+            a = -middle - 2.0 * ratio * (v + 0.5 * h * a);
+            v += h * a;
+            x = middle + 0.5 * h * v;
+            if step >= 700 {
+                last = f64::max(last, x.abs());
+            }
+        }
+        last
+    }
+
+    #[test]
+    fn the_limit_is_sharp_with_and_without_damping() {
+        for ratio in [0.0, 0.05, 0.3, 1.13] {
+            let limit = critical(1.0, ratio);
+            let (below, above) = (swing(ratio, 0.99 * limit), swing(ratio, 1.01 * limit));
+            assert!(below < 10.0 && above > 1e3 * below, "ratio {ratio}: {below} below, {above} above");
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! What a run computes with: the prepared scene, and the state of its rocks at one instant.
+//!
+//! - [`between`]: which contact law is between what
+//! - [`critical`]: the largest stable step
+//! - [`state`]: what a window starts from and ends with
+//! - [`impact`], [`runout`]: what a state holds of a rock's impact on the net, and of its trajectory over terrain
+
+pub mod between;
+pub mod critical;
+pub mod impact;
+pub mod runout;
+pub mod state;
+
+use between::Between;
+use critical::Steps;
+use dem_contact::contact::broad_phase::cell_grid::Plane;
+use dem_contact::contact::whole_rock::Whole;
+use dem_contact::law::table::Laws;
+use dem_contact::rock::Rock;
+use dem_contact::settings::Settings;
+use dem_solid::geometry::sphere_tree::SphereTree;
+use dem_terrain::Terrain;
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// Counts of work done since the start, repeated windows included.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Counts {
+    /// Own steps, times rocks.
+    pub sub_steps: u64,
+    /// Windows in which nothing was in reach, solved in closed form.
+    pub flight_windows: u64,
+    /// Steps flown in closed form.
+    pub flight_steps: u64,
+    /// Evaluations of a contact.
+    pub contact_evaluations: u64,
+}
+
+/// What does not change in a run.
+pub struct Model {
+    /// What the scene says.
+    pub settings: Settings,
+    /// The rocks.
+    pub rocks: Vec<Rock>,
+    /// A tree over the spheres of each.
+    pub trees: Vec<SphereTree>,
+    /// The terrain; those who compute on one terrain at the same time share it.
+    pub ground: Option<Arc<Terrain>>,
+    /// What is added to the positions of a state to give the user's [m]; zero without terrain.
+    pub origin: Vector3<f64>,
+    /// The laws of contact; `None`: nothing is touched.
+    pub laws: Option<Laws>,
+    /// For each rock the number of its law with the structure.
+    pub rows: Vec<Vec<u16>>,
+    /// For each rock the numbers of its laws with the materials of the terrain.
+    pub ground_rows: Vec<Vec<u16>>,
+    /// For each rock with such a law there what its contact with the terrain as a whole needs.
+    pub wholes: Vec<Option<Whole>>,
+    /// Which law is between two rocks; `None`: they do not touch each other.
+    pub between: Option<Between>,
+    /// The sides of the box.
+    pub planes: Vec<Plane>,
+    /// For each rock the number of its law with them; empty without a box.
+    pub side_rows: Vec<Vec<u16>>,
+    /// The step.
+    pub steps: Steps,
+    /// Whether savings may be used.
+    pub shortcuts: bool,
+}
+
+impl Model {
+    /// Whether the terrain gives way below rock number `rock`.
+    pub fn gives_way(&self, rock: usize) -> bool {
+        let laws = self.laws.as_ref().map_or(&[][..], |laws| &laws.surfaces);
+        self.ground_rows.get(rock).into_iter().flatten().any(|law| laws[*law as usize].yielding.is_some())
+    }
+}
+
+/// What the names of a rock's measures begin with: its name where there are several.
+pub fn prefix(model: &Model, rock: usize) -> String {
+    if model.settings.named() > 1 { format!("{}_", model.rocks[rock].name) } else { String::new() }
+}
+
+/// Name of a rock.
+pub fn name_of(model: &Model, rock: usize) -> &str {
+    &model.rocks[rock].name
+}

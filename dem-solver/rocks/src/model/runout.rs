@@ -1,0 +1,214 @@
+//! The trajectory of a rock over terrain, as far as it is followed step by step: impacts, largest values, how it ended.
+//!
+//! An impact is a touch after a flight that lasted longer than the shortest contact. Jump height is that
+//! of the rock's lowest point above the ground under its centre, along gravity, evaluated twenty times in a
+//! second of flight (an apex between two of them is up to 3 mm higher). A rock has come to rest when its fastest point stayed slower than
+//! `rest_speed` for `rest_time` while it touched the ground; it is out when its centre has left the
+//! terrain sideways, or has fallen below all of it.
+
+use dem_contact::rock::{Motion, Rock};
+use dem_contact::settings::{Settings, TerrainSettings};
+use dem_terrain::Terrain;
+use interface_defs::verdict::Fate;
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+/// Time between two evaluations of the height of a flying rock [s].
+pub const LOOK: f64 = 0.05;
+
+/// What is known of a rock's trajectory so far.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct RunOut {
+    /// Since when it has been slow and touching [s].
+    pub slow_since: Option<f64>,
+    /// When it last touched [s]; the start of the run before that.
+    pub touched: f64,
+    /// When the present touch began [s].
+    pub contact_since: Option<f64>,
+    /// Number of impacts.
+    pub impacts: u64,
+    /// Time in contact [s].
+    pub in_contact: f64,
+    /// Largest speed of the centre, and when [m/s, s].
+    pub fastest: (f64, f64),
+    /// Largest jump height, and when [m, s].
+    pub highest: (f64, f64),
+    /// Largest kinetic energy, and when [J, s].
+    pub most_energy: (f64, f64),
+    /// When the last row of it was written [s].
+    pub row: f64,
+    /// Until when it has been judged whether it has ended [s].
+    pub judged: f64,
+    /// How it ended, as far as is known: a rock at rest may be set in motion again by another.
+    pub ending: Option<End>,
+}
+
+/// The end of a trajectory.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct End {
+    /// How: [`Fate::AtRest`] or [`Fate::LeftTerrain`].
+    pub how: Fate,
+    /// When [s].
+    pub time: f64,
+    /// Centre of mass then [m].
+    pub position: Vector3<f64>,
+    /// Its velocity [m/s].
+    pub velocity: Vector3<f64>,
+}
+
+impl End {
+    /// The motion then of a rock that has flown on with the motion `now`.
+    pub fn motion(&self, now: &Motion) -> Motion {
+        Motion { position: self.position, velocity: self.velocity, ..*now }
+    }
+}
+
+/// A step of a rock over terrain.
+#[derive(Debug, Clone, Copy)]
+pub struct StepOnTerrain<'a> {
+    /// Motion at its end.
+    pub after: &'a Motion,
+    /// When it ends [s].
+    pub end: f64,
+    /// Its length [s].
+    pub length: f64,
+    /// Whether there were contacts in its middle.
+    pub touching: bool,
+    /// Whether the centre is beside or below the terrain at its end ([`is_out`]).
+    pub outside: bool,
+    /// Duration of the shortest contact [s]: a touch after a longer flight is an impact.
+    pub shortest: f64,
+}
+
+impl RunOut {
+    /// The start of the run, with the jump height there.
+    pub fn begin(&mut self, rock: &Rock, motion: &Motion, height: Option<f64>) {
+        self.see(rock, motion, 0.0);
+        self.height(height, 0.0);
+    }
+
+    /// Whether the rock has left the terrain: where it goes then, while others still move, counts no more.
+    pub fn has_left(&self) -> bool {
+        self.ending.is_some_and(|end| end.how == Fate::LeftTerrain)
+    }
+
+    /// Take in a step of a rock over terrain.
+    pub fn step(&mut self, rock: &Rock, terrain: &TerrainSettings, step: &StepOnTerrain) {
+        let StepOnTerrain { after, end, length, touching, outside, shortest } = *step;
+        let speed = after.velocity.norm();
+        if self.has_left() {
+            return;
+        }
+        // One that flies over the border has crossed it somewhere before: found when the window ends.
+        if touching || !outside {
+            self.see(rock, after, end);
+        }
+        if touching && outside {
+            let (position, velocity) = (after.position, after.velocity);
+            self.ending = Some(End { how: Fate::LeftTerrain, time: end, position, velocity });
+            return;
+        }
+        if !touching {
+            (self.contact_since, self.slow_since) = (None, None);
+            self.go_on(end);
+            return;
+        }
+        if self.contact_since.is_none() {
+            self.contact_since = Some(end);
+            self.impacts += u64::from(self.impacts == 0 || end - self.touched > shortest);
+        }
+        self.touched = end;
+        // What lies at rest while others move is not counted, unless they set it in motion again.
+        self.in_contact += if self.ending.is_some() { 0.0 } else { length };
+        let fastest =
+            speed + after.angular_momentum.norm() / rock.inertia.min() * (rock.arm + rock.smallest_radius);
+        if fastest > terrain.rest_speed {
+            self.slow_since = None;
+            self.go_on(end);
+        } else if self.slow_since.is_none() {
+            self.slow_since = Some(end);
+        }
+    }
+
+    /// It moves at `time` [s]: if it was at rest, it lay there until then, and that was not the end.
+    fn go_on(&mut self, time: f64) {
+        if let Some(rest) = self.ending.take_if(|end| end.how == Fate::AtRest) {
+            self.in_contact += time - rest.time;
+        }
+    }
+
+    /// Take in a flight that ends at `end` [s] with the motion `after`, `outside` of the terrain or not.
+    pub fn flew(&mut self, rock: &Rock, after: &Motion, end: f64, outside: bool) {
+        (self.contact_since, self.slow_since) = (None, None);
+        self.go_on(end);
+        if !outside {
+            self.see(rock, after, end);
+        }
+    }
+
+    fn see(&mut self, rock: &Rock, motion: &Motion, time: f64) {
+        if self.has_left() {
+            return;
+        }
+        let speed = motion.velocity.norm();
+        if speed > self.fastest.0 {
+            self.fastest = (speed, time);
+        }
+        let energy = rock.kinetic_energy(motion);
+        if energy > self.most_energy.0 {
+            self.most_energy = (energy, time);
+        }
+    }
+
+    /// Take in the jump height at `time` [s].
+    pub fn height(&mut self, height: Option<f64>, time: f64) {
+        if let Some(height) = height.filter(|h| *h > self.highest.0 && !self.has_left()) {
+            self.highest = (height, time);
+        }
+    }
+
+    /// Whether the trajectory has ended by `time` [s].
+    pub fn judge(&mut self, ground: &Terrain, settings: &Settings, rock: &Rock, motion: &Motion, time: f64) {
+        let since = std::mem::replace(&mut self.judged, time).max(self.touched);
+        let Some(terrain) = settings.terrain.as_ref().filter(|_| self.ending.is_none()) else { return };
+        let (position, velocity) = (motion.position, motion.velocity);
+        if self.slow_since.is_some_and(|since| time - since >= terrain.rest_time) {
+            self.ending = Some(End { how: Fate::AtRest, time, position, velocity });
+        } else if is_out(ground, &settings.down(), &position) {
+            let end = exit(ground, settings, motion, time, time - since);
+            self.see(rock, &end.motion(motion), end.time);
+            self.ending = Some(end);
+        }
+    }
+}
+
+/// Height of a rock's lowest point above the ground under its centre [m].
+pub fn jump_height(ground: &Terrain, rock: &Rock, motion: &Motion, down: &Vector3<f64>) -> Option<f64> {
+    let below = rock.depth(motion, down) - motion.position.dot(down);
+    ground.height(&motion.position, down).map(|height| height - below)
+}
+
+/// When and where a rock crossed the border of the terrain that is beside it at `time` [s], in flight for the last `flight` [s].
+fn exit(ground: &Terrain, settings: &Settings, motion: &Motion, time: f64, flight: f64) -> End {
+    let (gravity, down) = (settings.gravity, settings.down());
+    let at = |ago: f64| motion.position - motion.velocity * ago + gravity * (0.5 * ago * ago);
+    let (mut outside, mut inside) = (0.0, flight);
+    // Halved to rounding. Where the start of the flight counts as outside too, nothing better is known than now.
+    for _ in 0..if is_out(ground, &down, &at(flight)) { 0 } else { 50 } {
+        let middle = 0.5 * (outside + inside);
+        *(if is_out(ground, &down, &at(middle)) { &mut outside } else { &mut inside }) = middle;
+    }
+    let velocity = motion.velocity - gravity * outside;
+    End { how: Fate::LeftTerrain, time: time - outside, position: at(outside), velocity }
+}
+
+/// True if a point lies beside the terrain, or below all of it. Sideways are the two axes that gravity
+/// follows least.
+pub fn is_out(ground: &Terrain, down: &Vector3<f64>, position: &Vector3<f64>) -> bool {
+    let upright = down.iamax();
+    (0..3).any(|axis| {
+        let (below, above) = (position[axis] < ground.lowest[axis], position[axis] > ground.highest[axis]);
+        let sunk = if down[axis] > 0.0 { above } else { below };
+        if axis == upright { sunk } else { below || above }
+    })
+}

@@ -1,0 +1,233 @@
+//! What a window starts from and ends with, all at one instant.
+
+use crate::model::impact::ImpactRecord;
+use crate::model::runout::RunOut;
+use dem_contact::contact::history::SurfaceHistory;
+use dem_contact::contact::rocks::RockHistory;
+use dem_contact::law::growing::Slip;
+use dem_contact::law::yielding::Dent;
+use dem_contact::rock::{Flight, Motion, Rock};
+use dem_contact::settings::Settings;
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+/// State of all rocks at one instant.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    /// Time [s].
+    pub time: f64,
+    /// The rocks.
+    pub bodies: Vec<Body>,
+    /// What they have with each other.
+    pub between_rocks: BetweenRocks,
+    /// Energy dissipated since t = 0 by dashpots and friction [J].
+    pub dissipated: f64,
+    /// Work received through the mesh since t = 0 [J].
+    pub received: f64,
+    /// Number of broken lines of the mesh.
+    pub broken: usize,
+    /// Displacement of the nodes that are sent at this instant, as the window that ends here predicted it [m]; empty where no
+    /// contact remembers its slip.
+    pub predicted: Vec<f64>,
+    /// Acceleration of the selected nodes by contact forces at this instant [m/s2], where the net is advanced here; empty without
+    /// contact.
+    pub pushed: Vec<f64>,
+    /// How many times finer than the scene says the steps are, because a contact on the net's own masses asks for it.
+    pub finer: usize,
+}
+
+/// State of one rock.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Body {
+    /// Motion.
+    pub motion: Motion,
+    /// The flight under way, if nothing acted on it in the last step.
+    pub flight: Option<Flight>,
+    /// What its contacts remember, by sphere; empty without friction.
+    pub histories: Vec<SurfaceHistory>,
+    /// What its contacts with the terrain remember, likewise.
+    pub terrain_histories: Vec<SurfaceHistory>,
+    /// What ground that gives way remembers of it.
+    pub dent: Dent,
+    /// How far it has slid, for friction that grows with it.
+    pub slip: Slip,
+    /// With the sides of the box, likewise.
+    pub box_histories: Vec<SurfaceHistory>,
+    /// Energy of their tangential springs [J].
+    pub tangential_energy: f64,
+    /// Energy of the normal springs [J].
+    pub elastic: f64,
+    /// Number of contacts with mesh and terrain.
+    pub contacts: usize,
+    /// Number of contacts with other rocks.
+    pub rock_contacts: usize,
+    /// What the measures are made of.
+    pub track: ImpactRecord,
+    /// What is known of its trajectory over terrain.
+    pub path: RunOut,
+    /// How deep its spheres were pressed in.
+    pub deepest: Depths,
+}
+
+/// What a rock's spheres are pressed into.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Against {
+    /// The structure.
+    Net,
+    /// The terrain.
+    Terrain,
+    /// Another rock.
+    Rocks,
+    /// The sides of the box.
+    Sides,
+}
+
+impl Against {
+    /// All of them.
+    const ALL: [Self; 4] = [Self::Net, Self::Terrain, Self::Rocks, Self::Sides];
+
+    /// In words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Net => "the net",
+            Self::Terrain => "the terrain",
+            Self::Rocks => "another rock",
+            Self::Sides => "the box",
+        }
+    }
+}
+
+/// Largest overlap of a rock with each kind of partner, over the radius of the sphere (of two spheres the smaller), and
+/// when [1, s]; 0 while nothing was touched.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Depths([(f64, f64); 4]);
+
+impl Depths {
+    /// Take in the largest overlap at `time` [s].
+    pub fn take(&mut self, against: Against, overlap: f64, time: f64) {
+        let deepest = &mut self.0[against as usize];
+        if overlap > deepest.0 {
+            *deepest = (overlap, time);
+        }
+    }
+
+    /// The largest with one kind of partner.
+    pub fn of(&self, against: Against) -> (f64, f64) {
+        self.0[against as usize]
+    }
+
+    /// All that have been touched.
+    pub fn each(&self) -> impl Iterator<Item = (Against, f64, f64)> + '_ {
+        let all = Against::ALL.into_iter().zip(&self.0);
+        all.filter(|(_, (overlap, _))| *overlap > 0.0)
+            .map(|(against, (overlap, time))| (against, *overlap, *time))
+    }
+
+    /// The largest of all.
+    pub fn largest(&self) -> Option<(f64, f64)> {
+        self.each().map(|(_, overlap, time)| (overlap, time)).reduce(|a, b| if b.0 > a.0 { b } else { a })
+    }
+}
+
+/// Contacts of rocks with each other.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct BetweenRocks {
+    /// What they remember, by pair of rocks, then of spheres; empty without friction.
+    pub histories: Vec<RockHistory>,
+    /// Energy of their tangential springs [J].
+    pub tangential_energy: f64,
+    /// Energy of their normal springs [J].
+    pub elastic: f64,
+    /// Their number.
+    pub contacts: usize,
+}
+
+impl BetweenRocks {
+    /// Nothing touches any more.
+    pub fn end(&mut self) {
+        self.histories.clear();
+        (self.tangential_energy, self.elastic, self.contacts) = (0.0, 0.0, 0);
+    }
+
+    /// Room for the histories of `contacts` contacts.
+    pub fn reserve(&mut self, contacts: usize) {
+        self.histories.reserve(contacts.saturating_sub(self.histories.len()));
+    }
+}
+
+impl State {
+    /// At t = 0; positions count from `origin` [m].
+    pub fn start(settings: &Settings, rocks: &[Rock], origin: &Vector3<f64>) -> Self {
+        let at = |rock: &Rock, table| {
+            let motion = rock.start(table, settings.gravity);
+            Motion { position: motion.position - origin, ..motion }
+        };
+        let body = |(rock, table): (&Rock, _)| Body {
+            motion: at(rock, table),
+            flight: None,
+            histories: Vec::new(),
+            terrain_histories: Vec::new(),
+            dent: Dent::default(),
+            slip: Slip::default(),
+            box_histories: Vec::new(),
+            tangential_energy: 0.0,
+            elastic: 0.0,
+            contacts: 0,
+            rock_contacts: 0,
+            track: ImpactRecord::default(),
+            path: RunOut::default(),
+            deepest: Depths::default(),
+        };
+        Self {
+            time: 0.0,
+            bodies: rocks.iter().zip(&settings.rocks).map(body).collect(),
+            between_rocks: BetweenRocks::default(),
+            dissipated: 0.0,
+            received: 0.0,
+            broken: 0,
+            predicted: Vec::new(),
+            pushed: Vec::new(),
+            finer: 1,
+        }
+    }
+
+    /// Become `other`, without allocating while its histories fit.
+    pub fn copy(&mut self, other: &Self) {
+        (self.time, self.dissipated, self.received) = (other.time, other.dissipated, other.received);
+        (self.broken, self.finer) = (other.broken, other.finer);
+        self.predicted.clone_from(&other.predicted);
+        self.pushed.clone_from(&other.pushed);
+        for (mine, theirs) in self.bodies.iter_mut().zip(&other.bodies) {
+            (mine.motion, mine.flight) = (theirs.motion, theirs.flight);
+            (mine.dent, mine.slip) = (theirs.dent, theirs.slip);
+            mine.histories.clone_from(&theirs.histories);
+            mine.terrain_histories.clone_from(&theirs.terrain_histories);
+            mine.box_histories.clone_from(&theirs.box_histories);
+            (mine.tangential_energy, mine.elastic) = (theirs.tangential_energy, theirs.elastic);
+            (mine.contacts, mine.rock_contacts) = (theirs.contacts, theirs.rock_contacts);
+            (mine.track, mine.path, mine.deepest) = (theirs.track, theirs.path, theirs.deepest);
+        }
+        let (mine, theirs) = (&mut self.between_rocks, &other.between_rocks);
+        mine.histories.clone_from(&theirs.histories);
+        (mine.tangential_energy, mine.elastic) = (theirs.tangential_energy, theirs.elastic);
+        mine.contacts = theirs.contacts;
+    }
+}
+
+impl Body {
+    /// Nothing touches net, terrain and box any more.
+    pub fn part(&mut self) {
+        self.histories.clear();
+        self.terrain_histories.clear();
+        self.box_histories.clear();
+        self.dent = Dent::default();
+        (self.tangential_energy, self.elastic, self.contacts, self.rock_contacts) = (0.0, 0.0, 0, 0);
+    }
+
+    /// Room for the histories of so many contacts with the net or with terrain, and with the sides of a box.
+    pub fn reserve(&mut self, contacts: usize, sides: usize) {
+        self.histories.reserve(contacts.saturating_sub(self.histories.len()));
+        self.terrain_histories.reserve(contacts.saturating_sub(self.terrain_histories.len()));
+        self.box_histories.reserve(sides.saturating_sub(self.box_histories.len()));
+    }
+}

@@ -1,0 +1,167 @@
+//! What the parts of the picture share: what is drawn, sizes, colours, numbers at axes.
+
+use plotters::prelude::*;
+
+/// One moment of a trajectory.
+#[derive(Debug, Clone, Copy)]
+pub struct TrajectoryPoint {
+    /// Place of the centre, in the user's coordinates [m].
+    pub place: [f64; 3],
+    /// Height of the terrain under it [m].
+    pub ground: Option<f64>,
+    /// Height of the rock's lowest point above the terrain [m].
+    pub jump: Option<f64>,
+    /// Speed [m/s].
+    pub speed: f64,
+    /// Kinetic energy, rotation included [J].
+    pub energy: f64,
+    /// Whether the rock touches the terrain.
+    pub touches: bool,
+}
+
+/// The trajectory of one rock.
+#[derive(Debug, Clone)]
+pub struct Line {
+    /// Name of the rock.
+    pub name: String,
+    /// In the order of time.
+    pub points: Vec<TrajectoryPoint>,
+    /// Horizontal distance along it at each point [m].
+    pub along: Vec<f64>,
+    /// Largest values at any step; zero where only the points are known.
+    pub peaks: Peaks,
+}
+
+/// Largest values of one trajectory, as the summary has them.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Peaks {
+    /// Jump height [m].
+    pub jump: f64,
+    /// Speed [m/s].
+    pub speed: f64,
+    /// Kinetic energy, rotation included [J].
+    pub energy: f64,
+}
+
+impl Line {
+    /// With the distances along `points`.
+    pub fn new(name: String, points: Vec<TrajectoryPoint>) -> Self {
+        let mut far = 0.0;
+        let mut before: Option<[f64; 3]> = None;
+        let along = points
+            .iter()
+            .map(|p| {
+                far += before.map_or(0.0, |b| (p.place[0] - b[0]).hypot(p.place[1] - b[1]));
+                before = Some(p.place);
+                far
+            })
+            .collect();
+        Self { name, points, along, peaks: Peaks::default() }
+    }
+
+    /// Length of its projection on the plan [m].
+    pub fn length(&self) -> f64 {
+        self.along.last().copied().unwrap_or(0.0)
+    }
+
+    /// Points at which the rock lands.
+    pub fn landings(&self) -> impl Iterator<Item = usize> {
+        (1..self.points.len()).filter(|k| self.points[*k].touches && !self.points[k - 1].touches)
+    }
+}
+
+/// The terrain as the picture needs it.
+pub struct HeightMap<'a> {
+    /// Lowest and highest x and y that it has [m].
+    pub extent: [[f64; 2]; 2],
+    /// Height at x and y [m], where there is terrain.
+    pub height: &'a dyn Fn(f64, f64) -> Option<f64>,
+}
+
+/// Drawn in quarters of a pixel: the backend rounds to whole numbers.
+pub const FINE: i32 = 4;
+/// Width of the page [px].
+pub const WIDTH: i32 = 1000;
+/// Room left of the plots, for titles and numbers of the axes [px].
+pub const LEFT: i32 = 86;
+/// Free edge left of the titles of the axes [px].
+pub const EDGE: i32 = 10;
+/// Free edge right of the plots [px].
+pub const RIGHT: i32 = 22;
+/// Trajectories that are drawn along their length with a section of their own.
+pub const SECTIONS: usize = 3;
+/// Trajectories up to which impacts are marked.
+pub const FEW: usize = 20;
+/// Height of title and legend [px].
+pub const LEGEND: i32 = 58;
+/// Names in the legend.
+pub const NAMES: usize = 6;
+/// Colours of the rocks.
+pub const COLOURS: [RGBColor; 6] = [
+    RGBColor(193, 18, 31),
+    RGBColor(3, 83, 164),
+    RGBColor(123, 44, 191),
+    RGBColor(0, 121, 107),
+    RGBColor(181, 101, 29),
+    RGBColor(60, 60, 60),
+];
+/// Colour of text and axes.
+pub const INK: RGBColor = RGBColor(40, 40, 40);
+
+/// What is drawn on.
+pub type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
+/// Whether it could be drawn.
+pub type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
+
+/// Pixels of the page in units of the drawing.
+pub fn px(pixels: f64) -> i32 {
+    (pixels * f64::from(FINE)).round() as i32
+}
+
+/// Text of this height [px].
+pub fn font<'a>(size: f64) -> TextStyle<'a> {
+    ("sans-serif", px(size)).into_font().color(&INK)
+}
+
+/// Colour of the line with this number; they repeat.
+pub fn colour(number: usize) -> RGBColor {
+    COLOURS[number % COLOURS.len()]
+}
+
+/// 1, 2 or 5 times a power of ten, at least `step`.
+pub fn round_step(step: f64) -> f64 {
+    let power = 10_f64.powf(step.log10().floor());
+    [1.0, 2.0, 5.0, 10.0].into_iter().map(|f| f * power).find(|s| *s >= step * (1.0 - 1e-9)).unwrap_or(1.0)
+}
+
+/// How close points of a line may lie [px]: closer where there are few lines, so that the file stays small.
+pub fn spacing(lines: usize) -> f64 {
+    0.5 * (lines as f64 / FEW as f64).max(1.0)
+}
+
+/// A number at an axis: as many digits as it has.
+pub fn number(value: &f64) -> String {
+    let text = format!("{value:.4}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0".into() } else { text.into() }
+}
+
+/// Points of a polyline without those that lie closer than this to the one before [px].
+pub fn thinned(
+    points: impl Iterator<Item = (f64, f64)>,
+    per_pixel: [f64; 2],
+    closer: f64,
+) -> Vec<(f64, f64)> {
+    let mut kept: Vec<(f64, f64)> = Vec::new();
+    let mut skipped = None;
+    for (x, y) in points {
+        let far =
+            kept.last().is_none_or(|(a, b)| ((x - a) / per_pixel[0]).hypot((y - b) / per_pixel[1]) > closer);
+        if far {
+            kept.push((x, y));
+        }
+        skipped = (!far).then_some((x, y));
+    }
+    kept.extend(skipped);
+    kept
+}

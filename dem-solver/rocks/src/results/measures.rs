@@ -1,0 +1,202 @@
+//! Measures of impacts on the net, and of how deep spheres were pressed in. What they count from: [`crate::model::impact`].
+
+use crate::model::critical::DEEP;
+use crate::model::impact::ImpactRecord;
+use crate::model::state::{Against, State};
+use crate::model::{Model, prefix};
+use dem_contact::settings::Settings;
+use interface_defs::diagnostic::{Diagnostic, code};
+use interface_defs::message::{Measure, Worse};
+use nalgebra::Vector3;
+
+/// Largest angle between impact direction and gravity at which a depth measures the impact [degrees].
+const STEEP: f64 = 30.0;
+
+/// Measures of the committed state, and warnings: a reason for each that is absent.
+pub fn results(
+    model: &Model,
+    state: &State,
+    net: bool,
+    out: &mut Vec<Measure>,
+    warnings: &mut Vec<Diagnostic>,
+) {
+    for (number, rock) in model.rocks.iter().enumerate().take(model.settings.named()) {
+        let (body, prefix) = (&state.bodies[number], prefix(model, number));
+        let mut report = Reporter { prefix: &prefix, rock: &rock.name, out, warnings };
+        if net {
+            // With nothing to hit an impact is not missed.
+            one_impact(&body.track, &model.settings, state.broken > 0, &mut report);
+        }
+        if let Some((depth, time)) = body.deepest.largest() {
+            report.add(penetration("max_penetration", depth, time));
+        }
+        for (partner, depth, time) in body.deepest.each().filter(|(_, depth, _)| *depth > DEEP) {
+            let cure = match partner {
+                Against::Net => "beyond it wires may pass between spheres; raise contact.young",
+                Against::Terrain if model.gives_way(number) => {
+                    "deeper prints are meant where the scene says [limits] penetration = 1.0; else raise contact.ground_modulus"
+                }
+                Against::Terrain if model.wholes[number].is_some() => "raise contact.young",
+                Against::Terrain => "raise contact.young or cluster.smallest_radius",
+                Against::Rocks => "of the smaller sphere; raise contact.young",
+                Against::Sides => "raise contact.young",
+            };
+            report.warnings.push(too_deep(&format!("rock `{}`", rock.name), partner, depth, time, cure));
+        }
+    }
+    for (number, group) in model.settings.spheres.iter().enumerate() {
+        of_group(model, state, number, &group.name, out, warnings);
+    }
+    // The same of all rocks together.
+    let of_rocks = state.bodies.iter().map(|body| body.deepest.of(Against::Rocks));
+    if let Some((depth, time)) = of_rocks.filter(|d| d.0 > 0.0).reduce(|a, b| if b.0 > a.0 { b } else { a }) {
+        out.push(
+            penetration("max_penetration_of_rocks", depth, time).ranked(Measure::ORDINARY, Worse::Larger),
+        );
+    }
+}
+
+/// The deepest overlap of any sphere of table number `number`, which is named `name`.
+fn of_group(
+    model: &Model,
+    state: &State,
+    number: usize,
+    name: &str,
+    out: &mut Vec<Measure>,
+    warnings: &mut Vec<Diagnostic>,
+) {
+    let (named, group) = (model.settings.named(), &model.settings.group);
+    let own = state.bodies[named..].iter().zip(group).filter(|(_, g)| usize::from(**g) == number);
+    let all = own.flat_map(|(body, _)| body.deepest.each());
+    let Some((partner, depth, time)) = all.reduce(|a, b| if b.1 > a.1 { b } else { a }) else { return };
+    out.push(penetration(format!("{name}_max_penetration"), depth, time));
+    if depth > DEEP {
+        warnings.push(too_deep(&format!("spheres `{name}`"), partner, depth, time, "raise contact.young"));
+    }
+}
+
+/// The deepest overlap of a sphere over its radius, which was at `time` [s].
+pub fn penetration(name: impl Into<String>, depth: f64, time: f64) -> Measure {
+    Measure::new(name, depth, "1").at(time).ranked(80, Worse::Larger)
+}
+
+/// That what `name` says overlaps deeper than its law holds.
+fn too_deep(name: &str, partner: Against, depth: f64, time: f64, cure: &str) -> Diagnostic {
+    let what = format!("{name}: overlap of {depth:.2} radii with {} at {time:.4} s", partner.words());
+    let what = format!("{what}, beyond {DEEP} the contact law does not hold");
+    Diagnostic::warning(code::TRUST, what).try_instead(cure)
+}
+
+/// Where measures of one rock go.
+struct Reporter<'a> {
+    prefix: &'a str,
+    rock: &'a str,
+    out: &'a mut Vec<Measure>,
+    warnings: &'a mut Vec<Diagnostic>,
+}
+
+impl Reporter<'_> {
+    fn add(&mut self, measure: Measure) {
+        self.out.push(Measure { name: format!("{}{}", self.prefix, measure.name), ..measure });
+    }
+
+    fn vector(&mut self, name: &str, value: &Vector3<f64>, unit: &str, time: f64) {
+        for (axis, value) in ["x", "y", "z"].into_iter().zip(value.iter()) {
+            self.add(Measure::new(format!("{name}_{axis}"), *value, unit).at(time));
+        }
+    }
+
+    fn absent(&mut self, names: &str, why: &str) {
+        let what = format!("{names} of rock `{}` absent: {why}", self.rock);
+        self.warnings.push(Diagnostic::warning(code::ABSENT_MEASURE, what));
+    }
+}
+
+const ALL: &str = "impact_speed, impact_velocity, time_of_impact, impact_energy, max_deflection, max_travel, \
+                   max_elongation, braking_time, rebound_speed";
+
+fn one_impact(track: &ImpactRecord, settings: &Settings, torn: bool, report: &mut Reporter) {
+    let Some(impact) = track.touch else {
+        return report.absent(ALL, "it has not touched the net");
+    };
+    let at = impact.time;
+    let speed = Measure::new("impact_speed", impact.velocity.norm(), "m/s").at(at);
+    report.add(speed.ranked(90, Worse::Larger));
+    report.add(Measure::new("time_of_impact", at, "s").at(at));
+    report.vector("impact_velocity", &impact.velocity, "m/s", at);
+    report.vector("impact_direction", &impact.direction, "1", at);
+    report.add(Measure::new("impact_energy", impact.energy, "J").at(at).ranked(100, Worse::Larger));
+    match track.passed {
+        Some(fate) => report.absent(
+            "max_deflection, max_travel",
+            &format!("the net did not stop it, it {} it", fate.words()),
+        ),
+        None => distances(track, settings, report),
+    }
+    match track.elongation {
+        Some((elongation, time)) => {
+            let elongation = Measure::new("max_elongation", elongation, "m").at(time);
+            report.add(elongation.ranked(250, Worse::Larger));
+            if torn {
+                let what = format!(
+                    "max_elongation of rock `{}` is that before something of the structure tore: loose parts fly farther",
+                    report.rock
+                );
+                report.warnings.push(Diagnostic::warning(code::RUPTURE, what));
+            }
+        }
+        None if torn => {
+            report.absent("max_elongation", "something of the structure had torn before the impact")
+        }
+        None => {}
+    }
+    match (track.stopped, track.passed) {
+        (Some(time), _) => {
+            let braking = Measure::new("braking_time", time - impact.time, "s").at(time);
+            report.add(braking.ranked(120, Worse::Neither));
+        }
+        (None, Some(_)) => report.absent("braking_time", "the net did not stop it"),
+        (None, None) => report.absent(
+            "braking_time",
+            "it still moved along the impact direction at the end; max_deflection and max_travel are those reached by \
+             then; raise end_time",
+        ),
+    }
+    match track.rebound {
+        Some((speed, time)) => {
+            report.add(Measure::new("rebound_speed", speed, "m/s").at(time).ranked(130, Worse::Larger));
+        }
+        None => report.absent("rebound_speed", "no contact ended on the rebound"),
+    }
+    if let Some(time) = track.behind {
+        let what = format!(
+            "rock `{}`: from {time:.4} s on the net lay behind the centres of its outer spheres, in gaps between \
+             them, where the contact is weaker than its law; forces are less sure than deflections",
+            report.rock
+        );
+        report.warnings.push(Diagnostic::warning(code::TRUST, what).try_instead("raise contact.young"));
+    }
+}
+
+/// How far it went.
+fn distances(track: &ImpactRecord, settings: &Settings, report: &mut Reporter) {
+    match (track.steepness(settings), track.deepest) {
+        (Some(angle), Some((depth, time))) if angle <= STEEP && depth > 0.0 => {
+            report.add(Measure::new("max_deflection", depth, "m").at(time).ranked(50, Worse::Larger));
+        }
+        (Some(angle), _) if angle <= STEEP => {
+            report.absent("max_deflection", "its lowest point never lay below the lowest node of the net at rest");
+        }
+        (Some(angle), _) => report.absent(
+            "max_deflection",
+            &format!(
+                "the impact direction is {angle:.1} degrees from gravity, a depth measures impacts within {STEEP}; \
+                 max_travel is counted along the impact direction"
+            ),
+        ),
+        (None, _) => report.absent("max_deflection", "there is no gravity; max_travel is counted along the impact direction"),
+    }
+    if let Some((travel, time)) = track.travel {
+        report.add(Measure::new("max_travel", travel.max(0.0), "m").at(time).ranked(110, Worse::Larger));
+    }
+}

@@ -1,0 +1,13 @@
+//! Geometry, and the solid of a rock: its true shape, and the spheres that stand for it in contact.
+//!
+//! Each of these uses only what stands above it.
+//!
+//! - [`geometry`]: spheres, triangles, closest points, trees of boxes
+//! - [`input`]: files that users give, their lines and numbers
+//! - [`shape`]: the true solid of a rock as a closed surface, from built-in shapes and files ([`shape::formats`])
+//! - [`cluster`](mod@cluster): spheres that stand for a surface, and their error
+
+pub mod cluster;
+pub mod geometry;
+pub mod input;
+pub mod shape;

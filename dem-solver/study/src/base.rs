@@ -1,0 +1,389 @@
+//! What all members of a study share: the scene, its terrain, its rocks, the laws; built once.
+
+use super::grid::{self, Grid};
+use super::place::ground_at;
+use super::sampling::Sampler;
+use super::settings::{Place, Quantity, Sampling, StudySettings};
+use dem_contact::contact::whole_rock::Whole;
+use dem_contact::rock::Rock;
+use dem_contact::settings::{RockSettings, Settings, Shape};
+use dem_rocks::DemSolver;
+use dem_rocks::model::Model;
+use dem_solid::cluster::kept;
+use dem_solid::geometry::plan::{Area, Point};
+use dem_terrain::{Terrain, system};
+use interface_defs::diagnostic::Diagnostic;
+use interface_defs::toolkit::files;
+use interface_defs::toolkit::limits::Limits;
+use interface_defs::toolkit::program::Options;
+use interface_defs::toolkit::scene::Scene;
+use nalgebra::Vector3;
+use serde::Deserialize;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// A rock that members scale: the scene's own, or one of `vary.shape`.
+pub struct Prototype {
+    /// Its table.
+    pub table: RockSettings,
+    /// The rock before its scene scales it.
+    pub rock: Rock,
+    /// How its scene scales it.
+    pub scale: f64,
+    /// Its mass in the scene [kg].
+    pub mass: f64,
+    /// What its contact as a whole needs, before it is scaled.
+    pub whole: Option<Whole>,
+    /// Its spheres for a file, where making them takes time ([`dem_solid::cluster::kept`]).
+    pub made: Option<String>,
+}
+
+impl Prototype {
+    fn new(table: RockSettings, mut rock: Rock, whole: bool) -> Self {
+        let (mut scale, mass) = (1.0, rock.mass);
+        let made = rock.made.take();
+        if let Some(own) = rock.unscaled.take() {
+            (rock, scale) = (own.0.clone(), own.1);
+        }
+        rock.made = None;
+        let whole = whole.then(|| Whole::new(&rock));
+        Self { table, rock, scale, mass, whole, made }
+    }
+}
+
+/// What all members share.
+pub struct Base {
+    /// What the study says.
+    pub study: StudySettings,
+    /// The scene.
+    pub scene: Scene,
+    /// Its values.
+    pub document: toml::Table,
+    /// What they mean.
+    pub settings: Settings,
+    /// Its bounds of trust.
+    pub limits: Limits,
+    /// The terrain.
+    pub ground: Arc<Terrain>,
+    /// The rocks.
+    pub prototypes: Vec<Prototype>,
+    /// The spheres of the scene's own rock for a file, where making them takes time.
+    own: Option<String>,
+    /// Drawn numbers of each release.
+    pub samplers: Vec<Sampler>,
+    /// Areas of the releases that have one, local [m].
+    pub areas: Vec<Option<Area>>,
+    /// The cells of the maps, where there are any.
+    pub grid: Option<Grid>,
+    /// The lines, local [m].
+    pub lines: Vec<Vec<Point>>,
+    /// Number of the first member of each release, from 0, and of all members.
+    pub starts: Vec<u64>,
+    /// What the user should look at twice.
+    pub warnings: Vec<Diagnostic>,
+    /// What the results depend on, in a few letters.
+    pub fingerprint: String,
+    /// Whether savings may be used.
+    pub shortcuts: bool,
+}
+
+impl Base {
+    /// Read a study, its scene and its terrain; spheres that were made before are looked for in the folders `clusters` too.
+    /// [`crate::gate::read`] checks it and knows its fingerprint.
+    pub(super) fn new(file: &Scene, shortcuts: bool, clusters: &[PathBuf]) -> Result<Self, Diagnostic> {
+        let study = StudySettings::of(file)?;
+        let scene = Scene::load(&file.resolve(&study.scene), &[])?;
+        check_scene(&scene, file)?;
+        let limits = Limits::of(&scene)?;
+        let mut document = scene.document()?;
+        let solver = DemSolver::with_kept(&scene, &Options { out: None, shortcuts }, clusters)?;
+        let warnings = [solver.notices(), solver.cautions()].concat();
+        let model = solver.into_model();
+        let Some(ground) = model.ground.clone() else {
+            return Err(file
+                .invalid("scene", format!("{} has no [terrain]", scene.path().display()))
+                .try_instead("releases need a terrain to fall on"));
+        };
+        let own = model.rocks.first().and_then(|rock| rock.made.clone());
+        let prototypes = prototypes(&study, file, &scene, model, clusters)?;
+        let settings = Settings::of(&scene)?;
+        put_zones(&mut document, &settings);
+        check_masses(&study, &prototypes, file)?;
+        check_layers(&study, &settings, &scene, file)?;
+        check_places(&study, &ground, file)?;
+        let areas = study.releases.iter().map(|release| match release.place() {
+            Place::Polygon(corners) => {
+                let local: Vec<[f64; 2]> =
+                    corners.iter().map(|[x, y]| [x - ground.origin.x, y - ground.origin.y]).collect();
+                Some(Area::new(&local))
+            }
+            _ => None,
+        });
+        let areas = areas.collect();
+        check_lines(&study, &ground, file)?;
+        let grid = grid(&study, &ground, file)?;
+        let lines = study.lines.iter().map(|line| {
+            line.points.iter().map(|[x, y]| [x - ground.origin.x, y - ground.origin.y]).collect()
+        });
+        let lines = lines.collect();
+        let counts = study.counts();
+        let samplers = counts
+            .iter()
+            .enumerate()
+            .map(|(at, count)| Sampler::new(study.sampling, study.seed, at, *count, drawn(&study, at)));
+        let samplers = samplers.collect();
+        let mut starts = vec![0];
+        counts.iter().for_each(|count| starts.push(starts[starts.len() - 1] + count));
+        Ok(Self {
+            study,
+            scene,
+            document,
+            settings,
+            limits,
+            ground,
+            prototypes,
+            own,
+            samplers,
+            areas,
+            grid,
+            lines,
+            starts,
+            warnings,
+            fingerprint: String::new(),
+            shortcuts,
+        })
+    }
+
+    /// Write the spheres that were made for its rocks to a folder, where they are not there yet: no later start makes them again.
+    pub fn keep_clusters(&self, folder: &Path) -> io::Result<()> {
+        let name = &self.settings.rocks[0].name;
+        let shapes = self.study.varies(Quantity::Shape).then_some(&self.prototypes);
+        let shapes = shapes.into_iter().flatten().zip(1..).map(|(shape, number)| (Some(number), &shape.made));
+        for (shape, made) in [(None, &self.own)].into_iter().chain(shapes) {
+            let Some(text) = made else { continue };
+            let file = kept::file(folder, name, shape);
+            if !std::fs::read(&file).is_ok_and(|known| known == text.as_bytes()) {
+                std::fs::create_dir_all(folder)?;
+                files::write_among_others(&file, text.as_bytes())?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Number of members.
+    pub fn members(&self) -> u64 {
+        self.starts[self.starts.len() - 1]
+    }
+
+    /// Whether the trajectories of members are followed.
+    pub fn follows(&self) -> bool {
+        self.grid.is_some() || !self.lines.is_empty()
+    }
+
+    /// Whether the trajectory of a member is drawn: of all members evenly as many as the study asks for.
+    pub fn draws(&self, number: u64) -> bool {
+        let most = self.study.maps.as_ref().map_or(0, |maps| u64::from(maps.trajectories));
+        most > 0 && (number - 1).is_multiple_of(self.members().div_ceil(most))
+    }
+}
+
+/// Put the corners of zones into a scene where it names their files: no member reads them again.
+fn put_zones(document: &mut toml::Table, settings: &Settings) {
+    let own = settings.terrain.iter().flat_map(|terrain| &terrain.zone);
+    let tables = document.get_mut("terrain").and_then(|terrain| terrain.get_mut("zone")?.as_array_mut());
+    for (table, zone) in tables.into_iter().flatten().filter_map(toml::Value::as_table_mut).zip(own) {
+        if let Some(Ok(corners)) = zone.polygon.as_ref().map(toml::Value::try_from) {
+            table.insert("polygon".into(), corners);
+        }
+    }
+}
+
+/// What is drawn for a member of release number `at`, with its levels in a full factorial.
+fn drawn(study: &StudySettings, at: usize) -> Vec<(String, u64)> {
+    let factorial = study.sampling == Sampling::FullFactorial;
+    let places = if factorial { study.releases[at].count() } else { 0 };
+    let own = ["place", "place across", "turn 1", "turn 2", "turn 3", "axis 1", "axis 2"];
+    let mut all: Vec<(String, u64)> =
+        own.iter().map(|name| ((*name).to_owned(), if *name == "place" { places } else { 0 })).collect();
+    all.extend(study.variables.iter().map(|v| (v.name.clone(), v.distribution.levels())));
+    all
+}
+
+fn check_scene(scene: &Scene, file: &Scene) -> Result<(), Diagnostic> {
+    let refuse = |what: &str, cure: &str| {
+        Err(file.invalid("scene", format!("{}: {what}", scene.path().display())).try_instead(cure))
+    };
+    if scene.has("structure") {
+        return refuse(
+            "it has a [structure], and members of a study fall over terrain alone",
+            "leave it out",
+        );
+    }
+    if scene.has("spheres") || scene.has("box") {
+        return refuse(
+            "it has [[spheres]] or a [box], and a member of a study is one rock on terrain",
+            "leave them out",
+        );
+    }
+    let rocks: Vec<toml::Table> = scene.read("rock")?.unwrap_or_default();
+    match rocks.len() {
+        1 => Ok(()),
+        n => refuse(&format!("it has {n} rocks, and a member of a study is one rock"), "keep one [[rock]]"),
+    }
+}
+
+/// The table of the one rock of a scene.
+pub fn rock_of(document: &mut toml::Table) -> Option<&mut toml::Table> {
+    document.get_mut("rock")?.get_mut(0)?.as_table_mut()
+}
+
+/// Give a rock another shape.
+pub fn put_shape(rock: &mut toml::Table, shape: &toml::Value) {
+    rock.insert("shape".into(), shape.clone());
+    // A sphere is one sphere.
+    if shape.get("type").and_then(toml::Value::as_str) == Some("sphere") {
+        rock.remove("cluster");
+    }
+}
+
+/// The scene's rock, or one of each shape that is chosen from.
+fn prototypes(
+    study: &StudySettings,
+    file: &Scene,
+    scene: &Scene,
+    mut model: Model,
+    clusters: &[PathBuf],
+) -> Result<Vec<Prototype>, Diagnostic> {
+    let shapes = study.variables.iter().find(|v| v.quantity == Quantity::Shape);
+    let whole = model.wholes.pop().flatten().is_some();
+    let own = model.rocks.pop().zip(model.settings.rocks.pop());
+    let (rock, table) = own.expect("checked: there is one rock");
+    let Some(values) = shapes.and_then(|v| v.distribution.values()) else {
+        return Ok(vec![Prototype::new(table, rock, whole)]);
+    };
+    let of = |value: &toml::Value| {
+        let refuse = |e: String| file.invalid("vary.shape", e);
+        let shape = Shape::deserialize(value.clone()).map_err(|e| file.misread("vary.shape", e.message()))?;
+        shape.check().map_err(|(key, what)| refuse(format!("{key}: {what}")))?;
+        let mut document = scene.document()?;
+        if let Some(rock) = rock_of(&mut document) {
+            put_shape(rock, value);
+        }
+        let scene = scene.patched(document);
+        let table = Settings::of(&scene)?.rocks.swap_remove(0);
+        let (rock, _) = Rock::with_kept(0, &table, &scene, clusters)?;
+        Ok(Prototype::new(table, rock, whole))
+    };
+    values.iter().map(of).collect()
+}
+
+/// Refuse a mass that nothing turns into a volume.
+fn check_masses(study: &StudySettings, prototypes: &[Prototype], file: &Scene) -> Result<(), Diagnostic> {
+    let dense = study.varies(Quantity::Density) || prototypes[0].table.density.is_some();
+    for (quantity, name) in [(Quantity::Mass, "mass"), (Quantity::Volume, "volume")] {
+        if study.varies(quantity) && !dense {
+            return Err(file
+                .invalid(
+                    &format!("vary.{name}"),
+                    format!("{name} varies, and the rock of the scene has no density"),
+                )
+                .try_instead("write density in place of mass in the scene"));
+        }
+    }
+    Ok(())
+}
+
+/// The cells of the maps.
+fn grid(study: &StudySettings, ground: &Terrain, file: &Scene) -> Result<Option<Grid>, Diagnostic> {
+    let Some(maps) = &study.maps else { return Ok(None) };
+    let size = ground.highest - ground.lowest;
+    if let Some(cell) = maps.cell.filter(|cell| (size.x / cell + 1.0) * (size.y / cell + 1.0) > grid::MOST) {
+        let what = format!(
+            "cells of {cell} m on a terrain of {:.0} m x {:.0} m are more than {:.0e}",
+            size.x,
+            size.y,
+            grid::MOST
+        );
+        return Err(file.invalid("maps.cell", what).try_instead("make them larger, or leave `cell` out"));
+    }
+    Ok(Some(Grid::new(ground, maps.cell)))
+}
+
+/// Refuse releases and lines of layers in another coordinate system than that of the terrain.
+fn check_layers(
+    study: &StudySettings,
+    settings: &Settings,
+    scene: &Scene,
+    file: &Scene,
+) -> Result<(), Diagnostic> {
+    let own = settings.terrain.as_ref().and_then(|terrain| system::of_file(&scene.resolve(&terrain.file)));
+    let named = study.maps.as_ref().and_then(|maps| maps.epsg);
+    let own = own.map(u32::from).or(named);
+    for (at, release) in study.releases.iter().enumerate() {
+        for (name, all) in
+            [("points", &release.points), ("line", &release.line), ("polygon", &release.polygon)]
+        {
+            if let Some(all) = all {
+                all.check_system(own, &format!("release.{at}.{name}"), file)?;
+            }
+        }
+    }
+    for (at, line) in study.lines.iter().enumerate() {
+        line.points.check_system(own, &format!("line.{at}.points"), file)?;
+    }
+    Ok(())
+}
+
+/// What is wrong with a place that lies beside the terrain, from `low` to `high`, as far as it can be guessed.
+fn guess([x, y]: [f64; 2], low: &Vector3<f64>, high: &Vector3<f64>) -> String {
+    let within = |x: f64, y: f64| (low.x..=high.x).contains(&x) && (low.y..=high.y).contains(&y);
+    let terrain =
+        format!("the terrain lies from ({:.1}, {:.1}) to ({:.1}, {:.1})", low.x, low.y, high.x, high.y);
+    match () {
+        () if within(y, x) => format!("{terrain}; x and y may be exchanged"),
+        () if x.abs() <= 180.0 && y.abs() <= 90.0 && low.x.abs() > 1e3 => {
+            format!("{terrain}; it may be in degrees of longitude and latitude")
+        }
+        () => terrain,
+    }
+}
+
+/// Refuse lines that lie beside all of the terrain.
+fn check_lines(study: &StudySettings, ground: &Terrain, file: &Scene) -> Result<(), Diagnostic> {
+    let (low, high) = (ground.lowest + ground.origin, ground.highest + ground.origin);
+    for (at, line) in study.lines.iter().enumerate() {
+        let beside = |axis: usize| {
+            line.points.iter().all(|p| p[axis] < low[axis])
+                || line.points.iter().all(|p| p[axis] > high[axis])
+        };
+        if beside(0) || beside(1) {
+            let what = format!("the line `{}` lies beside the terrain", line.name);
+            let hint = guess(line.points[0], &low, &high);
+            return Err(file.invalid(&format!("line.{at}.points"), what).try_instead(hint));
+        }
+    }
+    Ok(())
+}
+
+/// Refuse places without ground.
+fn check_places(study: &StudySettings, ground: &Terrain, file: &Scene) -> Result<(), Diagnostic> {
+    let (low, high) = (ground.lowest + ground.origin, ground.highest + ground.origin);
+    for (at, release) in study.releases.iter().enumerate() {
+        let place = release.place();
+        for (k, [x, y]) in place.corners().iter().enumerate() {
+            let key = format!("release.{at}.{}.{k}", place.key());
+            if !(low.x..=high.x).contains(x) || !(low.y..=high.y).contains(y) {
+                return Err(file
+                    .invalid(&key, format!("({x}, {y}) lies beside the terrain"))
+                    .try_instead(guess([*x, *y], &low, &high)));
+            }
+            if ground_at(ground, [x - ground.origin.x, y - ground.origin.y]).is_none() {
+                return Err(file
+                    .invalid(&key, format!("there is no ground at ({x}, {y}): the terrain has a hole there"))
+                    .try_instead("move the release, or fill the hole"));
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,277 @@
+//! `[line.design]`: what a barrier on a line must be able to do, by the checks of UNI 11211-4 and ONR 24810.
+//!
+//! Both take quantiles of what passes the line and multiply them by factors. The factors depend on how well block and slope are
+//! known, and on what is at risk: the study states them. Only two have a default, which is in the standard itself.
+
+use dem_rocks::gate::units::short;
+use interface_defs::diagnostic::{Diagnostic, code};
+use interface_defs::toolkit::scene::Scene;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What a barrier there must be able to do: the barrier, as far as it is known, and by which standards it is judged.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Design {
+    /// Energy that the barrier was tested for [J]: at the level that is judged (MEL or SEL).
+    pub barrier_energy: Option<f64>,
+    /// Nominal height of the barrier [m].
+    pub barrier_height: Option<f64>,
+    /// Its largest elongation in the test [m].
+    pub barrier_elongation: Option<f64>,
+    /// Its number of fields.
+    pub barrier_fields: Option<u32>,
+    /// Distance from the barrier down to what it protects [m].
+    pub distance: Option<f64>,
+    /// Judge by UNI 11211-4.
+    pub uni_11211_4: Option<Uni>,
+    /// Judge by ONR 24810.
+    pub onr_24810: Option<Onr>,
+}
+
+/// Which of the two tested energies a design relies on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Level {
+    /// Maximum energy level: one impact.
+    #[serde(rename = "MEL")]
+    Maximum,
+    /// Service energy level: several impacts.
+    #[serde(rename = "SEL")]
+    Service,
+}
+
+/// Factors of UNI 11211-4.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Uni {
+    /// Mass of the design block [kg].
+    pub block_mass: f64,
+    /// Factor of the trajectories: 1.02 (back analysis) to 1.10.
+    pub trajectories: f64,
+    /// Factor of the topography: 1.02 to 1.10.
+    pub topography: f64,
+    /// Factor of the survey of the blocks: 1.02 to 1.10.
+    pub block_survey: f64,
+    /// Factor of the weight of the rock: 1 or more.
+    pub weight: f64,
+    /// Free border above the design height [m]: 0.5 or more.
+    pub free_border: f64,
+    /// Which tested energy.
+    pub level: Level,
+    /// Safety factor of that energy. Default 1.2 with MEL, 1 with SEL.
+    pub energy_factor: Option<f64>,
+    /// Distance to what is protected over the elongation. Default with MEL 1.3, or 1.5 with fewer than 3 fields; with SEL it is
+    /// required where an elongation is given.
+    pub distance_factor: Option<f64>,
+}
+
+/// Quantiles and factors of ONR 24810.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Onr {
+    /// Quantile of the energy [%].
+    pub energy_quantile: f64,
+    /// Quantile of the height [%].
+    pub height_quantile: f64,
+    /// Factor of the energy.
+    pub energy_factor: f64,
+    /// Factor of the height.
+    pub height_factor: f64,
+}
+
+/// Quantile that UNI 11211-4 takes [%].
+pub const UNI_QUANTILE: f64 = 95.0;
+
+impl Uni {
+    /// Safety factor of the barrier's energy.
+    pub fn energy_factor(&self) -> f64 {
+        self.energy_factor.unwrap_or(match self.level {
+            Level::Maximum => 1.2,
+            Level::Service => 1.0,
+        })
+    }
+
+    /// Distance to what is protected over the elongation, for a barrier with so many fields.
+    pub fn distance_factor(&self, fields: Option<u32>) -> Option<f64> {
+        let stated = match (self.level, fields) {
+            (Level::Maximum, Some(fields)) if fields < 3 => Some(1.5),
+            (Level::Maximum, _) => Some(1.3),
+            (Level::Service, _) => None,
+        };
+        self.distance_factor.or(stated)
+    }
+}
+
+/// A number of a design with what it may be.
+struct Bounds {
+    name: &'static str,
+    unit: &'static str,
+    /// Outside these it is certainly wrong.
+    possible: [f64; 2],
+    /// Outside these something is said.
+    usual: [f64; 2],
+    /// In words.
+    why: &'static str,
+    /// A larger or smaller unit that it may be in, and how much of `unit` that is.
+    units: &'static [(&'static str, f64)],
+}
+
+impl Bounds {
+    /// Refuse `value` at `key` of the design, or say what is to be doubted.
+    fn check(&self, value: f64, key: &str, study: &Scene) -> Result<Option<Diagnostic>, Diagnostic> {
+        let Self { name, unit, possible, usual, why, units } = self;
+        let key = format!("{key}.{name}");
+        if value <= 0.0 {
+            return Err(study.invalid(&key, format!("{name} = {value}: it must lie above 0")));
+        }
+        let inside = |[low, high]: &[f64; 2], value: f64| (*low..=*high).contains(&value);
+        if inside(usual, value) {
+            return Ok(None);
+        }
+        let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+        let what = format!("{name} = {}{unit}: {why}", short(value));
+        let other = units.iter().find(|(_, factor)| inside(usual, factor * value));
+        let other = other.map(|(other, factor)| {
+            format!("were it in {other}, it would be {}{unit}", short(factor * value))
+        });
+        let found = match inside(possible, value) {
+            true => Ok(Some(Diagnostic::warning(code::UNUSUAL_VALUE, what))),
+            false => Err(Diagnostic::new(what)),
+        };
+        let complete = |found: Diagnostic| study.placed(found.about(key).try_if(other));
+        match found {
+            Ok(doubted) => Ok(doubted.map(complete)),
+            Err(refused) => Err(complete(refused)),
+        }
+    }
+}
+
+const LENGTHS: &[(&str, f64)] = &[("cm", 1e-2), ("mm", 1e-3)];
+const PERCENT: &str = "a factor of safety is 1 or more; 5 % are 1.05";
+const OF_UNI: &str = "UNI 11211-4 has 1.02 to 1.10; 5 % are 1.05";
+
+const fn length(name: &'static str, usual: [f64; 2], most: f64, why: &'static str) -> Bounds {
+    Bounds { name, unit: "m", possible: [0.0, most], usual, why, units: LENGTHS }
+}
+
+const fn factor(name: &'static str, usual: [f64; 2], why: &'static str) -> Bounds {
+    Bounds { name, unit: "", possible: [1.0, 3.0], usual, why, units: &[] }
+}
+
+const ENERGY: Bounds = Bounds {
+    name: "barrier_energy",
+    unit: "J",
+    possible: [1e4, 1e8],
+    usual: [5e4, 2e7],
+    why: "barriers are tested for 1e5 to 1e7 J",
+    units: &[("kJ", 1e3), ("MJ", 1e6)],
+};
+const HEIGHT: Bounds = length("barrier_height", [1.0, 15.0], 100.0, "barriers are 2 to 10 m high");
+const ELONGATION: Bounds =
+    length("barrier_elongation", [0.2, 15.0], 30.0, "in tests barriers elongate by 1 to 10 m");
+const DISTANCE: Bounds =
+    length("distance", [0.0, 1e4], 1e6, "it is that from the barrier down to what it protects");
+const BLOCK: Bounds = Bounds {
+    name: "block_mass",
+    unit: "kg",
+    possible: [1.0, 1e6],
+    usual: [20.0, 1e5],
+    why: "the blocks that barriers are made for have 100 to 50000 kg",
+    units: &[("tonnes", 1e3), ("grams", 1e-3)],
+};
+const FREE_BORDER: Bounds = length("free_border", [0.5, 5.0], 30.0, "free borders are 0.5 to 2 m");
+
+impl Design {
+    /// Refuse what is certainly wrong, and warn of what is unusual; `key` is that of the table.
+    pub fn check(&self, key: &str, study: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
+        if self.uni_11211_4.is_none() && self.onr_24810.is_none() {
+            let what = "no standard says what the barrier must be able to do";
+            return Err(study
+                .invalid(key, what)
+                .try_instead(format!("add a table [{}.uni_11211_4] or [{0}.onr_24810]", "line.design")));
+        }
+        if self.barrier_fields == Some(0) {
+            return Err(study
+                .invalid(
+                    &format!("{key}.barrier_fields"),
+                    "barrier_fields = 0: a barrier has one field at least",
+                )
+                .try_instead("write the number of spans between its posts, or leave it out"));
+        }
+        let own = [
+            (&ENERGY, self.barrier_energy),
+            (&HEIGHT, self.barrier_height),
+            (&ELONGATION, self.barrier_elongation),
+            (&DISTANCE, self.distance),
+        ];
+        let mut said = check_all(&own, key, study)?;
+        if let Some(uni) = &self.uni_11211_4 {
+            let key = format!("{key}.uni_11211_4");
+            said.extend(uni.check(&key, study)?);
+            if self.barrier_elongation.is_some() && uni.distance_factor(self.barrier_fields).is_none() {
+                let what = "with SEL the distance over the elongation has no default";
+                return Err(study.invalid(&key, what).try_instead("add distance_factor"));
+            }
+        }
+        if let Some(onr) = &self.onr_24810 {
+            said.extend(onr.check(&format!("{key}.onr_24810"), study)?);
+        }
+        Ok(said)
+    }
+}
+
+/// The numbers that are there, each within its bounds.
+fn check_all(
+    all: &[(&Bounds, Option<f64>)],
+    key: &str,
+    study: &Scene,
+) -> Result<Vec<Diagnostic>, Diagnostic> {
+    let each = all.iter().filter_map(|(bounds, value)| bounds.check((*value)?, key, study).transpose());
+    each.collect()
+}
+
+impl Uni {
+    fn check(&self, key: &str, study: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
+        if self.free_border < 0.5 {
+            let what = format!("free_border = {} m: UNI 11211-4 asks for 0.5 m at least", self.free_border);
+            return Err(study.invalid(&format!("{key}.free_border"), what));
+        }
+        let (stated, any) = ([1.02, 1.10], [1.0, 2.0]);
+        check_all(
+            &[
+                (&BLOCK, Some(self.block_mass)),
+                (&FREE_BORDER, Some(self.free_border)),
+                (&factor("trajectories", stated, OF_UNI), Some(self.trajectories)),
+                (&factor("topography", stated, OF_UNI), Some(self.topography)),
+                (&factor("block_survey", stated, OF_UNI), Some(self.block_survey)),
+                (&factor("weight", any, PERCENT), Some(self.weight)),
+                (&factor("energy_factor", any, PERCENT), self.energy_factor),
+                (&factor("distance_factor", any, PERCENT), self.distance_factor),
+            ],
+            key,
+            study,
+        )
+    }
+}
+
+impl Onr {
+    fn check(&self, key: &str, study: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
+        for (name, value) in
+            [("energy_quantile", self.energy_quantile), ("height_quantile", self.height_quantile)]
+        {
+            if !(50.0..100.0).contains(&value) {
+                let what = format!("{name} = {value}: a quantile in %, from 50 to less than 100");
+                return Err(study.invalid(&format!("{key}.{name}"), what).try_instead("95 or 99"));
+            }
+        }
+        let usual = [1.0, 1.5];
+        check_all(
+            &[
+                (&factor("energy_factor", usual, PERCENT), Some(self.energy_factor)),
+                (&factor("height_factor", usual, PERCENT), Some(self.height_factor)),
+            ],
+            key,
+            study,
+        )
+    }
+}

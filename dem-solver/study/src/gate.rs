@@ -1,0 +1,297 @@
+//! What can be known of a study before it starts: an error where it is certainly wrong, a warning where it is
+//! possible, but unusual.
+//!
+//! Rocks and contacts are judged by the checks of a scene ([`dem_rocks::gate`]), at the ends of what varies.
+
+use super::base::Base;
+use super::member::Member;
+use super::place::ground_at;
+use super::record;
+use super::results::raster::System;
+use super::settings::{Quantity, Variable};
+use dem_contact::settings::Settings;
+use dem_rocks::gate::contacts::of_contact;
+use dem_rocks::gate::units::{Found, all_of_rock, in_litres, short};
+use dem_solid::geometry::plan;
+use interface_defs::diagnostic::{Diagnostic, code};
+use interface_defs::toolkit::scene::Scene;
+use nalgebra::Vector3;
+use std::collections::BTreeSet;
+use std::f64::consts::{FRAC_PI_2, TAU};
+use std::path::PathBuf;
+
+/// Largest mass [kg] of rocks that were likelier meant in tonnes.
+const LIGHT: f64 = 20.0;
+/// Angles up to a turn and to a right angle in radians, and some rounding of them.
+const TURN: f64 = TAU + 0.02;
+const QUARTER: f64 = FRAC_PI_2 + 0.01;
+/// Pieces of a line that are looked at for ground below.
+const PIECES: u32 = 1000;
+
+/// Read a study and check what can be known of it before it starts; spheres that were made before are looked for in the folders
+/// `clusters` too.
+pub fn read(file: &Scene, shortcuts: bool, clusters: &[PathBuf]) -> Result<Base, Diagnostic> {
+    let mut base = Base::new(file, shortcuts, clusters)?;
+    base.fingerprint = record::fingerprint(&base, file);
+    let found = check(&base, file)?;
+    base.warnings.extend(found);
+    Ok(base)
+}
+
+/// What the user should look at twice, with its place; errs where it is certainly wrong.
+fn check(base: &Base, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
+    let mut said = of_keys(base, file)?;
+    said.extend(of_rocks(base, file)?);
+    for variable in &base.study.variables {
+        said.extend(of_direction(variable, file));
+    }
+    for (at, line) in base.study.lines.iter().enumerate() {
+        if let Some(design) = &line.design {
+            said.extend(design.check(&format!("line.{at}.design"), file)?);
+        }
+        said.extend(of_line(base, at, file));
+    }
+    said.extend(of_system(base, file)?);
+    Ok(said)
+}
+
+/// A warning at its place.
+fn warning(file: &Scene, key: &str, what: String) -> Diagnostic {
+    file.placed(Diagnostic::warning(code::UNUSUAL_VALUE, what).about(key))
+}
+
+/// Refuse keys of the scene that do not exist, and values at the ends of their distributions that it refuses; say what it doubts.
+fn of_keys(base: &Base, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
+    let keys: Vec<&Variable> = base.study.variables.iter().filter(|v| v.quantity == Quantity::Key).collect();
+    let mut said: Vec<Diagnostic> = Vec::new();
+    for end in [0, 1] {
+        let set = |v: &&Variable| format!("{}={}", v.name, v.distribution.ends()[end]);
+        let sets: Vec<String> = keys.iter().map(set).collect();
+        let judged = Scene::load(base.scene.path(), &sets).and_then(|scene| {
+            let settings = Settings::of(&scene)?;
+            let all = settings.contacts.iter().enumerate();
+            let all = all.map(|(number, contact)| of_contact(number, contact, &scene));
+            Ok(all.collect::<Result<Vec<_>, _>>()?.concat())
+        });
+        // Whatever is found of a key that varies is written in the study.
+        let own = |found: &Diagnostic| {
+            let mut all = keys.iter().zip(&sets);
+            all.find(|(variable, _)| found.key.as_deref() == Some(variable.name.as_str()))
+        };
+        match judged {
+            Ok(warnings) => {
+                for found in warnings {
+                    let Some((variable, set)) = own(&found) else { continue };
+                    let what = format!("with {set}: {}", found.message);
+                    let key = format!("vary.{}", variable.name);
+                    let moved = file.placed(Diagnostic { message: what, ..found }.about(key));
+                    if !said.contains(&moved) {
+                        said.push(moved);
+                    }
+                }
+            }
+            Err(error) => {
+                let key =
+                    own(&error).map_or("vary".to_owned(), |(variable, _)| format!("vary.{}", variable.name));
+                let what = if own(&error).is_some() { error.message } else { error.headline() };
+                let refused = file.invalid(&key, format!("with {}: {what}", sets.join(", ")));
+                return Err(refused.coded(error.code).try_if(error.hint));
+            }
+        }
+    }
+    Ok(said)
+}
+
+/// The quantities that a key of a rock's table follows from.
+fn quantities(key: &str) -> &'static [Quantity] {
+    match key {
+        "density" => &[Quantity::Density],
+        "mass" => &[Quantity::Mass],
+        "shape" | "shape.volume" => &[Quantity::Volume, Quantity::Mass, Quantity::Shape],
+        "velocity" => &[Quantity::Speed],
+        "angular_velocity" => &[Quantity::Spin],
+        _ => &[],
+    }
+}
+
+/// What is found of a rock at the ends of what varies: where it is written, with which value.
+struct OfStudy<'a> {
+    variable: &'a Variable,
+    value: f64,
+    found: Found,
+}
+
+impl OfStudy<'_> {
+    fn key(&self) -> String {
+        format!("vary.{}", self.variable.name)
+    }
+
+    fn what(&self, rock: &str) -> String {
+        let what = self.found.what(rock);
+        match self.variable.quantity {
+            Quantity::Shape => what,
+            _ => format!("with {} = {}: {what}", self.variable.name, short(self.value)),
+        }
+    }
+}
+
+/// Rocks at the ends of their sizes, densities, speeds and spins, by the checks of a scene.
+fn of_rocks(base: &Base, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
+    let study = &base.study;
+    let (mut said, mut keys) = (Vec::new(), BTreeSet::new());
+    let ends = [[true, true], [true, false], [false, true], [false, false]];
+    for (prototype, [large, dense]) in (0..base.prototypes.len()).flat_map(|p| ends.map(|end| (p, end))) {
+        let high = |quantity| match quantity {
+            Quantity::Volume | Quantity::Mass => large,
+            Quantity::Density => dense,
+            _ => true,
+        };
+        let values =
+            study.variables.iter().map(|v| v.distribution.ends()[usize::from(high(v.quantity))].clone());
+        let member = Member {
+            number: 1,
+            release: 0,
+            place: [0.0; 2],
+            orientation: None,
+            axis: Vector3::z(),
+            values: values.collect(),
+            prototype,
+        };
+        let (rock, table) = base.rock_alone(&member);
+        let at = |found: Found| {
+            let quantity = quantities(found.key).iter().find(|quantity| study.varies(**quantity))?;
+            let variable = study.variables.iter().find(|v| v.quantity == *quantity)?;
+            Some(OfStudy { variable, value: base.quantity(&member, *quantity).unwrap_or(f64::NAN), found })
+        };
+        let volume = rock.solid.volume();
+        for mut it in all_of_rock(&rock, &table).into_iter().filter_map(at) {
+            let of_size = quantities(it.found.key).len() > 1;
+            if of_size && let Some(hint) = of_size_meant(it.variable.quantity, volume, rock.mass) {
+                it.found.hint = hint;
+            }
+            let (key, what) = (it.key(), it.what(&rock.name));
+            let found = it.found.diagnostic(&key, what, file)?;
+            if keys.insert(key) {
+                said.push(file.placed(found));
+            }
+        }
+        let sized = study.variables.iter().find(|v| matches!(v.quantity, Quantity::Volume | Quantity::Mass));
+        if let Some(variable) = sized.filter(|_| large && dense)
+            && let Some(hint) = of_size_meant(variable.quantity, volume, rock.mass)
+            && keys.insert(format!("vary.{}", variable.name))
+        {
+            let (name, value) =
+                (&variable.name, if variable.quantity == Quantity::Mass { rock.mass } else { volume });
+            let what = format!(
+                "with {name} = {}: rock `{}` has {} kg in {} m3",
+                short(value),
+                rock.name,
+                short(rock.mass),
+                short(volume)
+            );
+            said.push(
+                warning(file, &format!("vary.{name}"), what).coded(code::LIKELY_UNIT).try_instead(hint),
+            );
+        }
+    }
+    Ok(said)
+}
+
+/// What a size that few rocks have may have been, where the study varies this quantity.
+fn of_size_meant(quantity: Quantity, volume: f64, mass: f64) -> Option<String> {
+    match quantity {
+        Quantity::Mass if mass < LIGHT => {
+            Some(format!("were it in tonnes, it would be {} kg", short(1e3 * mass)))
+        }
+        Quantity::Mass => {
+            in_litres(volume).map(|_| format!("were it in grams, it would be {} kg", short(1e-3 * mass)))
+        }
+        Quantity::Volume => in_litres(volume),
+        _ => None,
+    }
+}
+
+/// A direction that is likelier in radians, or upward.
+fn of_direction(variable: &Variable, file: &Scene) -> Option<Diagnostic> {
+    let (most, name) = match variable.quantity {
+        Quantity::Azimuth => (TURN, "azimuth"),
+        Quantity::Dip => (QUARTER, "dip"),
+        _ => return None,
+    };
+    let [low, high] = variable.distribution.range()?;
+    let range = |low: f64, high: f64| match low == high {
+        true => short(low),
+        false => format!("{} to {}", short(low), short(high)),
+    };
+    let key = format!("vary.{name}");
+    let written = range(low, high);
+    if name == "dip" && low < 0.0 {
+        let what = format!(
+            "a dip of {written} degrees: below 0 rocks are thrown upward, as it is counted below the horizontal"
+        );
+        return Some(warning(file, &key, what).try_instead("30 degrees downward are dip = 30.0"));
+    }
+    let degrees = variable.distribution.values().is_some_and(whole);
+    (low >= 0.0 && high > 0.0 && high <= most && !degrees).then(|| {
+        let degrees = range(low.to_degrees(), high.to_degrees());
+        warning(file, &key, format!("{name} is in degrees, {written} here"))
+            .coded(code::LIKELY_UNIT)
+            .try_instead(format!("were it in radians, it would be {degrees} degrees"))
+    })
+}
+
+/// Whether all these are whole numbers: no one writes radians like that.
+fn whole(values: &[toml::Value]) -> bool {
+    values.iter().all(|v| v.as_float().is_none_or(|v| v.fract() == 0.0))
+}
+
+/// How much of line number `at` has no ground below.
+fn of_line(base: &Base, at: usize, file: &Scene) -> Option<Diagnostic> {
+    let (line, name) = (&base.lines[at], &base.study.lines[at].name);
+    let places = (0..PIECES).map(|k| plan::along(line, (f64::from(k) + 0.5) / f64::from(PIECES)));
+    let beside = places.filter(|place| ground_at(&base.ground, *place).is_none()).count();
+    let length = plan::length(line);
+    (beside > 0).then(|| {
+        let what = format!(
+            "{} m of {} m of the line `{name}` lie beyond the terrain or over holes in it: what passes there is not counted",
+            short(length * beside as f64 / f64::from(PIECES)),
+            short(length)
+        );
+        warning(file, &format!("line.{at}.points"), what).coded(code::PLACE)
+    })
+}
+
+/// Codes of coordinate systems in a GeoTIFF.
+const CODES: [u32; 2] = [1024, 32_766];
+/// Coordinate systems of longitude and latitude that are in use: no map of metres is in them.
+const DEGREES: [u32; 22] = [
+    4121, 4149, 4150, 4167, 4171, 4230, 4258, 4265, 4267, 4269, 4277, 4283, 4312, 4314, 4326, 4490, 4612,
+    4619, 4674, 4979, 6318, 6706,
+];
+
+/// The code of the maps: one that is possible, in metres, and that of the terrain.
+fn of_system(base: &Base, file: &Scene) -> Result<Option<Diagnostic>, Diagnostic> {
+    let Some(epsg) = base.study.maps.as_ref().and_then(|maps| maps.epsg) else { return Ok(None) };
+    let refuse = |what: String, cure: &str| Err(file.invalid("maps.epsg", what).try_instead(cure));
+    if !(CODES[0]..=CODES[1]).contains(&epsg) {
+        let what =
+            format!("epsg = {epsg}: the codes of coordinate systems go from {} to {}", CODES[0], CODES[1]);
+        return refuse(
+            what,
+            "2056 in Switzerland, 31254 to 31259 in Austria, 25832 or 32632 for UTM zone 32",
+        );
+    }
+    if DEGREES.contains(&epsg) {
+        let what =
+            format!("EPSG:{epsg} is in degrees of longitude and latitude, and the terrain is in metres");
+        return refuse(what, "write the code of the system that the terrain is in, as 2056 in Switzerland");
+    }
+    let own = System::of_terrain(base).map(u32::from).filter(|own| *own != epsg);
+    Ok(own.map(|own| {
+        let what = format!(
+            "epsg = {epsg}, and the terrain's file says EPSG:{own}: maps keep the terrain's coordinates and are called EPSG:{epsg}"
+        );
+        let cure = format!("leave epsg out to call them EPSG:{own}");
+        warning(file, "maps.epsg", what).coded(code::CONTRADICTION).try_instead(cure)
+    }))
+}

@@ -1,0 +1,234 @@
+//! Files of records: members as they are computed, one frame behind the other, whole whenever the process ends.
+//!
+//! A file begins with a line that says which study it belongs to. What a killed process has left of a frame is cut off.
+
+use super::record::Record;
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// What a file begins with.
+const MAGIC: &str = "rockfall members 1";
+/// How often what was written is made to outlast a power cut.
+const SYNC: Duration = Duration::from_secs(1);
+/// Longest frame that is read [bytes].
+const LONGEST: u64 = 1 << 32;
+
+/// Why a journal cannot be used.
+#[derive(Debug)]
+pub enum Refused {
+    /// It cannot be read or written.
+    Io(io::Error),
+    /// It belongs to another study, or to another version of it.
+    Foreign,
+    /// Another process writes to it.
+    Taken,
+}
+
+impl From<io::Error> for Refused {
+    fn from(e: io::Error) -> Self {
+        Self::Io(e)
+    }
+}
+
+impl Refused {
+    /// In words, about `path`.
+    pub fn words(&self, path: &Path) -> String {
+        let what = match self {
+            Self::Io(e) => format!("cannot be read or written: {e}"),
+            Self::Foreign => "belongs to another study, scene, terrain or version of the program".into(),
+            Self::Taken => "another process is computing these members".into(),
+        };
+        format!("{}: {what}", path.display())
+    }
+}
+
+/// The first line of a file of this study.
+fn head(fingerprint: &str) -> String {
+    format!("{MAGIC} {fingerprint}\n")
+}
+
+/// A record's place in a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Found {
+    /// Number of the member.
+    pub number: u64,
+    /// Where its frame begins [bytes].
+    pub at: u64,
+}
+
+/// All whole frames of a file, and where they end. A file without a whole first line ends at 0.
+fn scan(file: &File, fingerprint: &str) -> Result<(Vec<Found>, u64), Refused> {
+    let mut reader = BufReader::with_capacity(1 << 16, file);
+    let mut line = Vec::new();
+    reader.by_ref().take(200).read_until(b'\n', &mut line)?;
+    if line != head(fingerprint).as_bytes() {
+        return if head(fingerprint).as_bytes().starts_with(&line) {
+            Ok((Vec::new(), 0))
+        } else {
+            Err(Refused::Foreign)
+        };
+    }
+    let (mut found, mut at) = (Vec::new(), line.len() as u64);
+    let mut frame = Vec::new();
+    while let Some(record) = next(&mut reader, &mut frame)? {
+        found.push(Found { number: record.number, at });
+        at += frame.len() as u64;
+    }
+    Ok((found, at))
+}
+
+/// The next whole frame.
+fn next(reader: &mut impl Read, frame: &mut Vec<u8>) -> io::Result<Option<Record>> {
+    let mut length = [0; 8];
+    match reader.read_exact(&mut length) {
+        Err(e) if e.kind() == io::ErrorKind::UnexpectedEof => return Ok(None),
+        other => other?,
+    }
+    let content = u64::from_le_bytes(length);
+    if content > LONGEST {
+        return Ok(None);
+    }
+    frame.clear();
+    frame.extend(length);
+    reader.take(content + 8).read_to_end(frame)?;
+    Ok(Record::read(frame).map(|(record, _)| record))
+}
+
+/// The records of a complete file.
+pub fn complete(path: &Path, fingerprint: &str) -> Result<Vec<Found>, Refused> {
+    Ok(scan(&File::open(path)?, fingerprint)?.0)
+}
+
+/// Reads records of a file, best in their order.
+pub struct Records {
+    reader: BufReader<File>,
+    frame: Vec<u8>,
+}
+
+impl Records {
+    /// Of a file.
+    pub fn open(path: &Path) -> io::Result<Self> {
+        Ok(Self { reader: BufReader::with_capacity(1 << 16, File::open(path)?), frame: Vec::new() })
+    }
+
+    /// The record at a place.
+    pub fn at(&mut self, at: u64) -> io::Result<Record> {
+        let here = self.reader.stream_position()?;
+        // Within what is in memory already nothing is read again.
+        self.reader.seek_relative(at as i64 - here as i64)?;
+        next(&mut self.reader, &mut self.frame)?
+            .ok_or_else(|| io::Error::other("a record that was there is damaged"))
+    }
+}
+
+/// A file that records are added to.
+pub struct Journal {
+    path: PathBuf,
+    file: File,
+    end: u64,
+    synced: Instant,
+}
+
+impl Journal {
+    /// Create a file, or go on with it: its records, what is left of half a frame cut off.
+    pub fn open(path: &Path, fingerprint: &str) -> Result<(Self, Vec<Found>), Refused> {
+        let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)?;
+        match file.try_lock() {
+            Err(TryLockError::WouldBlock) => return Err(Refused::Taken),
+            // A file system without locks: two processes at one chunk write the same bytes.
+            Err(TryLockError::Error(_)) | Ok(()) => {}
+        }
+        let (found, mut end) = scan(&file, fingerprint)?;
+        file.set_len(end)?;
+        let mut it = Self { path: path.to_owned(), file, end, synced: Instant::now() };
+        it.file.seek(SeekFrom::Start(end))?;
+        if end == 0 {
+            let head = head(fingerprint);
+            it.file.write_all(head.as_bytes())?;
+            end = head.len() as u64;
+        }
+        it.end = end;
+        Ok((it, found))
+    }
+
+    /// Add a record; where it stands.
+    pub fn add(&mut self, record: &Record) -> io::Result<Found> {
+        let frame = record.frame();
+        let found = Found { number: record.number, at: self.end };
+        self.file.write_all(&frame)?;
+        self.end += frame.len() as u64;
+        if self.synced.elapsed() >= SYNC {
+            self.file.sync_data()?;
+            self.synced = Instant::now();
+        }
+        Ok(found)
+    }
+
+    /// Make what was written outlast a power cut.
+    pub fn sync(&self) -> io::Result<()> {
+        self.file.sync_data()
+    }
+
+    /// It is complete: give it its name, which nobody sees before.
+    pub fn finish(self, name: &Path) -> io::Result<()> {
+        self.file.sync_all()?;
+        std::fs::rename(&self.path, name)?;
+        match name.parent().map(File::open) {
+            // Some network file systems cannot sync a directory.
+            Some(Ok(dir)) => dir.sync_all().or(Ok(())),
+            _ => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::record::Outcome;
+    use crate::track::Track;
+
+    fn record(number: u64) -> Record {
+        Record { number, outcome: Outcome::failed(format!("member {number}")), track: Track::default() }
+    }
+
+    /// Cut at every length a journal goes on to the same bytes as one that was never cut.
+    #[test]
+    fn a_journal_that_was_cut_anywhere_goes_on_to_the_same_bytes() {
+        let temp = tempfile::tempdir().expect("a directory");
+        let (whole, cut) = (temp.path().join("whole"), temp.path().join("cut"));
+        let (mut journal, found) = Journal::open(&whole, "abc").expect("opened");
+        assert!(found.is_empty());
+        let places: Vec<Found> = (1..=3).map(|n| journal.add(&record(n)).expect("added")).collect();
+        drop(journal);
+        let bytes = std::fs::read(&whole).expect("read");
+        assert_eq!(complete(&whole, "abc").expect("whole"), places);
+        for length in 0..=bytes.len() {
+            std::fs::write(&cut, &bytes[..length]).expect("written");
+            let (mut journal, found) =
+                Journal::open(&cut, "abc").unwrap_or_else(|e| panic!("{length}: {e:?}"));
+            assert_eq!(found, places[..found.len()]);
+            for n in found.len()..3 {
+                journal.add(&record(n as u64 + 1)).expect("added");
+            }
+            drop(journal);
+            assert_eq!(std::fs::read(&cut).expect("read"), bytes, "{length}");
+        }
+        let mut records = Records::open(&whole).expect("opened");
+        for at in [2, 0, 1] {
+            assert_eq!(records.at(places[at].at).expect("there"), record(places[at].number));
+        }
+    }
+
+    #[test]
+    fn a_journal_of_another_study_or_of_a_running_process_is_refused() {
+        let temp = tempfile::tempdir().expect("a directory");
+        let path = temp.path().join("a");
+        let (journal, _) = Journal::open(&path, "abc").expect("opened");
+        assert!(matches!(Journal::open(&path, "abc"), Err(Refused::Taken)));
+        drop(journal);
+        assert!(matches!(Journal::open(&path, "abd"), Err(Refused::Foreign)));
+        assert!(matches!(complete(&path, "abd"), Err(Refused::Foreign)));
+    }
+}

@@ -1,0 +1,364 @@
+//! Checks of a barrier on a line: what it must be able to do, and whether it is.
+
+use crate::design::{Design, Level, Onr, UNI_QUANTILE, Uni};
+use crate::summary::quantile;
+use interface_defs::diagnostic::{Diagnostic, code};
+use interface_defs::message::Measure;
+use interface_defs::toolkit::summary::short;
+use std::io;
+use std::path::Path;
+
+/// Of the members that pass a line, the largest values of each in ascending order.
+#[derive(Debug, Clone, Copy)]
+pub struct Passing<'a> {
+    /// Kinetic energies [J].
+    pub energy: &'a [f64],
+    /// Heights of the centre above the ground [m].
+    pub height: &'a [f64],
+    /// Speeds [m/s].
+    pub speed: &'a [f64],
+    /// Their masses [kg].
+    pub mass: &'a [f64],
+}
+
+/// A number of a check, and what it must not pass.
+#[derive(Debug, Clone, PartialEq)]
+struct Row {
+    standard: &'static str,
+    name: &'static str,
+    value: f64,
+    unit: &'static str,
+    how: String,
+    /// What the barrier has.
+    has: Option<f64>,
+    /// Rocks that have more of it.
+    more: Option<String>,
+    /// Rocks that have more of it than the barrier.
+    over: Option<String>,
+    /// Why the number may be too small to call the barrier sufficient.
+    weak: Option<String>,
+}
+
+/// Whether a barrier has what it must have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Finding<'a> {
+    Satisfied,
+    NotSatisfied,
+    /// It has what was found, and what was found is not enough to say so.
+    NotJudged(&'a str),
+}
+
+impl Row {
+    /// A number, how it was made, and what the barrier has of it.
+    fn new(
+        standard: &'static str,
+        name: &'static str,
+        value: f64,
+        unit: &'static str,
+        (how, has): (String, Option<f64>),
+    ) -> Self {
+        Self { standard, name, value, unit, how, has, more: None, over: None, weak: None }
+    }
+
+    fn with(self, more: Option<String>) -> Self {
+        Self { more, ..self }
+    }
+
+    fn resting_on(self, sample: &Sample, quantile: f64) -> Self {
+        Self { weak: sample.weakness(quantile), ..self }
+    }
+
+    /// With how many of the rocks that pass have more than the barrier.
+    fn against(self, all: &[f64]) -> Self {
+        let has = self.has.unwrap_or(f64::INFINITY);
+        let above = all.iter().filter(|value| **value > has).count();
+        Self {
+            over: (above > 0).then(|| format!("{above} of {} rocks that pass have more", all.len())),
+            ..self
+        }
+    }
+
+    fn finding(&self) -> Option<Finding<'_>> {
+        Some(match (self.has? >= self.value, &self.weak) {
+            (true, None) => Finding::Satisfied,
+            (true, Some(why)) => Finding::NotJudged(why),
+            (false, _) => Finding::NotSatisfied,
+        })
+    }
+}
+
+/// What a quantile is taken of.
+struct Sample<'a> {
+    values: &'a [f64],
+    study: &'a Reliability,
+}
+
+impl Sample<'_> {
+    fn at(&self, quantile_of: f64) -> Option<f64> {
+        (!self.values.is_empty()).then(|| quantile(self.values, quantile_of / 100.0))
+    }
+
+    /// Why nothing can be called sufficient by this quantile [%].
+    fn weakness(&self, quantile: f64) -> Option<String> {
+        let count = self.values.len();
+        if self.study.is_unreliable {
+            return Some("the study is unreliable".into());
+        }
+        (count as f64 * (1.0 - quantile / 100.0) < 1.0)
+            .then(|| format!("{count} rocks are too few for a quantile of {quantile} %"))
+    }
+}
+
+/// What is known of a study as a whole before its lines are judged.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Reliability {
+    /// Too many of its members failed, are unreliable, or still moved.
+    pub is_unreliable: bool,
+    /// Warnings about its input.
+    pub doubts: usize,
+}
+
+const UNI: &str = "UNI 11211-4";
+const ONR: &str = "ONR 24810";
+
+/// Names of the standards in measures.
+fn key(standard: &str) -> &'static str {
+    if standard == UNI { "uni" } else { "onr" }
+}
+
+fn of_uni(uni: &Uni, design: &Design, passing: &Passing, study: &Reliability) -> Option<Vec<Row>> {
+    let [speeds, heights] = [passing.speed, passing.height].map(|values| Sample { values, study });
+    let (speed, height) = (speeds.at(UNI_QUANTILE)?, heights.at(UNI_QUANTILE)?);
+    let (trajectories, topography) = (uni.trajectories, uni.topography);
+    let row = |name, value, unit, how, has| Row::new(UNI, name, value, unit, (how, has));
+    let fast = speed * trajectories * topography;
+    let mass = uni.block_mass * uni.block_survey * uni.weight;
+    let energy = 0.5 * mass * fast * fast;
+    let (factor, level) = (uni.energy_factor(), if uni.level == Level::Maximum { "MEL" } else { "SEL" });
+    let stated = |stated: bool| if stated { "stated" } else { "of the standard" };
+    let high = height * trajectories * topography;
+    let border = uni.free_border;
+    let mut rows = vec![
+        row(
+            "design_speed",
+            fast,
+            "m/s",
+            format!(
+                "{UNI_QUANTILE} % speed {} * trajectories {trajectories} * topography {topography}",
+                short(speed)
+            ),
+            None,
+        ),
+        row(
+            "design_mass",
+            mass,
+            "kg",
+            format!("block {} * survey {} * weight {}", short(uni.block_mass), uni.block_survey, uni.weight),
+            None,
+        ),
+        row("design_energy", energy, "J", "half the design mass times the design speed squared".into(), None),
+        row(
+            "required_energy",
+            energy * factor,
+            "J",
+            format!("design energy * {factor} ({level}, {})", stated(uni.energy_factor.is_some())),
+            design.barrier_energy,
+        )
+        .with(with_more(energy * factor, passing))
+        .against(passing.energy)
+        .resting_on(&speeds, UNI_QUANTILE),
+        row(
+            "design_height",
+            high,
+            "m",
+            format!(
+                "{UNI_QUANTILE} % height of the centre {} * {trajectories} * {topography}",
+                short(height)
+            ),
+            None,
+        ),
+        row(
+            "required_height",
+            high + border,
+            "m",
+            format!("design height + free border {border}"),
+            design.barrier_height,
+        )
+        .resting_on(&heights, UNI_QUANTILE),
+    ];
+    if let Some((elongation, factor)) =
+        design.barrier_elongation.zip(uni.distance_factor(design.barrier_fields))
+    {
+        let how = format!("elongation {elongation} * {factor} ({})", stated(uni.distance_factor.is_some()));
+        rows.push(row("required_distance", elongation * factor, "m", how, design.distance));
+    }
+    Some(rows)
+}
+
+fn of_onr(onr: &Onr, design: &Design, passing: &Passing, study: &Reliability) -> Option<Vec<Row>> {
+    let [energies, heights] = [passing.energy, passing.height].map(|values| Sample { values, study });
+    let (energy, height) = (energies.at(onr.energy_quantile)?, heights.at(onr.height_quantile)?);
+    let row = |name, value, unit, how, has| Row::new(ONR, name, value, unit, (how, has));
+    Some(vec![
+        row(
+            "required_energy",
+            energy * onr.energy_factor,
+            "J",
+            format!("{} % energy {} * {}", onr.energy_quantile, short(energy), onr.energy_factor),
+            design.barrier_energy,
+        )
+        .against(passing.energy)
+        .resting_on(&energies, onr.energy_quantile),
+        row(
+            "required_height",
+            height * onr.height_factor,
+            "m",
+            format!(
+                "{} % height of the centre {} * {}",
+                onr.height_quantile,
+                short(height),
+                onr.height_factor
+            ),
+            design.barrier_height,
+        )
+        .resting_on(&heights, onr.height_quantile),
+    ])
+}
+
+/// What a check of a line comes to.
+#[derive(Debug, Default)]
+pub struct Checked {
+    /// Its numbers.
+    pub measures: Vec<Measure>,
+    /// A sentence for each standard.
+    pub sentences: Vec<String>,
+    /// What the user should know.
+    pub warnings: Vec<Diagnostic>,
+}
+
+/// Judge the barrier of the line `name` and write the table of its numbers to `path`.
+pub fn write(
+    path: &Path,
+    name: &str,
+    design: &Design,
+    passing: &Passing,
+    study: &Reliability,
+) -> io::Result<Checked> {
+    let mut checked = Checked::default();
+    let of_uni = design.uni_11211_4.as_ref().and_then(|uni| of_uni(uni, design, passing, study));
+    let of_onr = design.onr_24810.as_ref().and_then(|onr| of_onr(onr, design, passing, study));
+    checked.warnings.extend(design.uni_11211_4.as_ref().and_then(|uni| block(name, uni, passing)));
+    if let Some(rows) = &of_uni {
+        checked.warnings.extend(below_largest(name, rows));
+    }
+    let mut table = csv::Writer::from_path(path)?;
+    table.write_record(["standard", "quantity", "value", "unit", "from", "barrier", "satisfied"])?;
+    for rows in [of_uni, of_onr].into_iter().flatten() {
+        for row in &rows {
+            let has = row.has.map_or(String::new(), |has| has.to_string());
+            let satisfied = match row.finding() {
+                None => "",
+                Some(Finding::Satisfied) => "yes",
+                Some(Finding::NotSatisfied) => "no",
+                Some(Finding::NotJudged(_)) => "not judged",
+            };
+            let value = row.value.to_string();
+            let how = row.more.as_ref().map_or(row.how.clone(), |more| format!("{}; {more}", row.how));
+            table.write_record([row.standard, row.name, &value, row.unit, &how, &has, satisfied])?;
+            let measure = format!("{name}_{}_{}", key(row.standard), row.name);
+            checked.measures.push(Measure::new(measure, row.value, row.unit));
+        }
+        checked.sentences.push(sentence(name, &rows, study));
+    }
+    let most = [
+        design.uni_11211_4.as_ref().map(|_| UNI_QUANTILE),
+        design.onr_24810.as_ref().map(|onr| onr.energy_quantile.max(onr.height_quantile)),
+    ];
+    let most = most.into_iter().flatten().fold(0.0, f64::max);
+    let count = passing.speed.len();
+    if count as f64 * (1.0 - most / 100.0) < 1.0 {
+        let what = format!(
+            "the line `{name}`: of {count} rocks that pass less than one lies above the {most} % that its design takes"
+        );
+        let few = Diagnostic::warning(code::FEW_SAMPLES, what);
+        checked.warnings.push(few.try_instead("more members are required"));
+    }
+    table.flush()?;
+    Ok(checked)
+}
+
+/// Largest design block over the largest rock that passes of which nothing is said.
+const HEAVY: f64 = 10.0;
+
+/// What is said of a design block that is not one of the rocks that pass.
+fn block(name: &str, uni: &Uni, passing: &Passing) -> Option<Diagnostic> {
+    let (block, [least, most]) = (uni.block_mass, [*passing.mass.first()?, *passing.mass.last()?]);
+    // Masses that do not vary are a density times a volume, rounded.
+    let heavier = passing.mass.iter().filter(|mass| **mass > block * (1.0 + 1e-3)).count();
+    if heavier == 0 && block <= HEAVY * most {
+        return None;
+    }
+    let tonnes = 1e3 * block;
+    let hint = match block < least && (least..=HEAVY * most).contains(&tonnes) {
+        true => format!("were it in tonnes, it would be {} kg", short(tonnes)),
+        false if heavier > 0 => "the energy that UNI 11211-4 requires is that of the lighter block".into(),
+        false => "the energy that UNI 11211-4 requires is that of a rock that is not in this study".into(),
+    };
+    let what = format!(
+        "the line `{name}`: block_mass = {} kg, and the rocks that pass have {} to {} kg, {heavier} of {} are heavier",
+        short(block),
+        short(least),
+        short(most),
+        passing.mass.len()
+    );
+    Some(Diagnostic::warning(code::UNUSUAL_VALUE, what).try_instead(hint))
+}
+
+/// Rocks that pass with more than this energy [J], in words.
+fn with_more(required: f64, passing: &Passing) -> Option<String> {
+    let largest = *passing.energy.last().filter(|largest| **largest > required)?;
+    let above = passing.energy.iter().filter(|energy| **energy > required).count();
+    let all = passing.energy.len();
+    Some(format!("{above} of {all} rocks that pass have more energy, up to {} J", short(largest)))
+}
+
+/// What is said of an energy that some rock that passes has more of.
+fn below_largest(name: &str, rows: &[Row]) -> Option<Diagnostic> {
+    let (required, more) = rows.iter().find_map(|row| Some((row.value, row.more.as_ref()?)))?;
+    let what = format!(
+        "the line `{name}`: {UNI} requires {} J, and {more}: it takes the mass of the design block, the {UNI_QUANTILE} % speed and no \
+         rotation",
+        short(required)
+    );
+    Some(Diagnostic::warning(code::TRUST, what))
+}
+
+/// What a barrier must have, and whether it has it.
+fn sentence(name: &str, rows: &[Row], study: &Reliability) -> String {
+    let parts = rows.iter().filter(|row| row.name.starts_with("required")).map(|row| {
+        let what = row.name.trim_start_matches("required_");
+        let must = format!("{what} {} {}", short(row.value), row.unit);
+        let more = row.more.as_ref().map_or(String::new(), |more| format!(" ({more})"));
+        let must = must + &more;
+        let Some((has, finding)) = row.has.zip(row.finding()) else { return must };
+        let over = row.over.as_ref().map_or(String::new(), |over| format!(" ({over})"));
+        let has = format!("{must}, the barrier has {}{over}", short(has));
+        match finding {
+            Finding::Satisfied => format!("{has}: satisfied"),
+            Finding::NotSatisfied => format!("{has}: not satisfied"),
+            Finding::NotJudged(why) => format!("{has}: not judged, {why}"),
+        }
+    });
+    let parts: Vec<String> = parts.collect();
+    let satisfied = rows.iter().any(|row| row.finding() == Some(Finding::Satisfied));
+    let doubts = match study.doubts {
+        0 => String::new(),
+        _ if !satisfied => String::new(),
+        1 => "; a warning about the input of this study is open".into(),
+        count => format!("; {count} warnings about the input of this study are open"),
+    };
+    format!("line `{name}`, {}: required are {}{doubts}", rows[0].standard, parts.join("; "))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,335 @@
+//! A map to look at: colours over the shaded terrain, releases and lines, scale bar, north, legend.
+
+use crate::base::Base;
+use crate::grid::Grid;
+use crate::place::ground_at;
+use crate::settings::Place;
+use base64::Engine as _;
+use dem_rocks::results::map::page::round_step;
+use dem_rocks::results::map::shade::ShadedGrid;
+use dem_solid::geometry::plan::Point;
+use std::fmt::Write as _;
+use std::io;
+use std::path::Path;
+
+/// Width of the map, and its largest height [px].
+const WIDTH: f64 = 900.0;
+const HIGHEST: f64 = 900.0;
+/// Room for the title, at the left, for the legend at the right, and below [px].
+const TOP: f64 = 56.0;
+const LEFT: f64 = 16.0;
+const RIGHT: f64 = 150.0;
+const BELOW: f64 = 64.0;
+/// Cells of the shading along the longer side.
+const SHADES: usize = 500;
+/// Colours from the least to the largest: light to dark, and told apart without hue.
+const COLOURS: [[f64; 3]; 5] = [
+    [255.0, 245.0, 190.0],
+    [254.0, 200.0, 90.0],
+    [245.0, 130.0, 50.0],
+    [200.0, 40.0, 45.0],
+    [90.0, 0.0, 60.0],
+];
+/// How much of the shading shows through.
+const OPAQUE: f64 = 0.85;
+
+/// A raster with its name and what it is.
+pub struct Map<'a> {
+    /// Its name.
+    pub name: String,
+    /// In words, with its unit.
+    pub title: String,
+    /// What to know when reading it, for the line below the title.
+    pub note: Option<String>,
+    /// How its colours are spread.
+    pub scale: Scale,
+    /// Value of each cell; NaN: nothing was there.
+    pub values: &'a [f32],
+}
+
+/// How colours are spread over values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scale {
+    /// Evenly.
+    Linear,
+    /// By their logarithm.
+    Log,
+}
+
+/// What all maps of a study have in common.
+pub struct Sheet<'a> {
+    base: &'a Base,
+    grid: &'a Grid,
+    members: u64,
+    shading: String,
+    size: [f64; 2],
+}
+
+fn colour(share: f64) -> [u8; 3] {
+    let at = share.clamp(0.0, 1.0) * (COLOURS.len() - 1) as f64;
+    let below = (at as usize).min(COLOURS.len() - 2);
+    [0, 1, 2].map(|k| {
+        let [a, b] = [COLOURS[below][k], COLOURS[below + 1][k]];
+        (a + (at - below as f64) * (b - a)).round() as u8
+    })
+}
+
+/// A number with three digits that count.
+pub fn short(value: f64) -> String {
+    if value == 0.0 {
+        return "0".into();
+    }
+    let size = value.abs();
+    if !(1e-3..1e6).contains(&size) {
+        return format!("{value:.2e}");
+    }
+    let power = 10_f64.powf(2.0 - size.log10().floor());
+    let value = (value * power).round() / power;
+    let digits = (2.0 - size.log10().floor()).max(0.0) as usize;
+    let text = format!("{value:.digits$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
+}
+
+impl<'a> Sheet<'a> {
+    /// Of a study with so many members that were computed.
+    pub fn new(base: &'a Base, grid: &'a Grid, members: u64) -> Self {
+        let [west, north] = grid.corner;
+        let extent = grid.counts.map(|n| n as f64 * grid.cell);
+        let scale = (WIDTH / extent[0]).min(HIGHEST / extent[1]);
+        let height = |x: f64, y: f64| ground_at(&base.ground, [x, y]);
+        let corners = [[west, north - extent[1]], [west + extent[0], north]];
+        let shading = ShadedGrid::new(corners, SHADES, &height).image().unwrap_or_default();
+        Self { base, grid, members, shading, size: extent.map(|e| e * scale) }
+    }
+
+    /// Pixels per metre.
+    fn scale(&self) -> f64 {
+        self.size[0] / (self.grid.counts[0] as f64 * self.grid.cell)
+    }
+
+    /// Where a place (local) [m] is on the page.
+    fn pixel(&self, [x, y]: Point) -> [f64; 2] {
+        let scale = self.scale();
+        [LEFT + (x - self.grid.corner[0]) * scale, TOP + (self.grid.corner[1] - y) * scale]
+    }
+
+    /// Write the picture of a map.
+    pub fn write(&self, path: &Path, map: &Map) -> io::Result<()> {
+        std::fs::write(path, self.text(map).map_err(io::Error::other)?)
+    }
+
+    fn text(&self, map: &Map) -> Result<String, Box<dyn std::error::Error + Send + Sync>> {
+        let known = || map.values.iter().filter(|v| !v.is_nan()).map(|v| f64::from(*v));
+        let most = known().fold(f64::NEG_INFINITY, f64::max);
+        let least = match map.scale {
+            Scale::Linear => 0.0,
+            Scale::Log => known().fold(f64::INFINITY, f64::min),
+        };
+        let share = |v: f64| match map.scale {
+            _ if most <= least => 1.0,
+            Scale::Linear => (v - least) / (most - least),
+            Scale::Log => (v / least).ln() / (most / least).ln(),
+        };
+        // Energies in kJ, as in all pictures; rasters hold J.
+        let (title, unit) = match map.title.strip_suffix("[J]") {
+            Some(words) => (format!("{words}[kJ]"), 1e-3),
+            None => (map.title.clone(), 1.0),
+        };
+        let notes = [
+            map.note.as_deref(),
+            matches!(map.scale, Scale::Log).then_some("colours on a logarithmic scale"),
+        ];
+        let notes: String = notes.iter().flatten().map(|note| format!("; {note}")).collect();
+        let [width, height] = self.size;
+        let page = [LEFT + width + RIGHT, TOP + height + BELOW];
+        let mut text = format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.0}\" height=\"{1:.0}\" viewBox=\"0 0 {0:.0} {1:.0}\" \
+             font-family=\"sans-serif\" font-size=\"13\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n\
+             <text x=\"{LEFT}\" y=\"24\" font-size=\"18\">{2}</text>\n<text x=\"{LEFT}\" y=\"44\" fill=\"#444\">{3} members, cells of \
+             {4} m{5}</text>\n",
+            page[0],
+            page[1],
+            capital(&title),
+            self.members,
+            short(self.grid.cell),
+            notes
+        );
+        for (image, smooth) in [(&self.shading, "auto"), (&self.coloured(map, &share)?, "pixelated")] {
+            let _ = writeln!(
+                text,
+                "<image x=\"{LEFT}\" y=\"{TOP}\" width=\"{width:.1}\" height=\"{height:.1}\" preserveAspectRatio=\"none\" \
+                 style=\"image-rendering:{smooth}\" href=\"{image}\"/>"
+            );
+        }
+        self.outlines(&mut text);
+        self.furniture(&mut text);
+        if most.is_finite() {
+            self.legend(&mut text, map.scale, [least, most].map(|end| unit * end));
+        }
+        text += "</svg>\n";
+        Ok(text)
+    }
+
+    /// The cells in colours, as text for `href`.
+    fn coloured(&self, map: &Map, share: &dyn Fn(f64) -> f64) -> Result<String, png::EncodingError> {
+        let pixels: Vec<u8> = map
+            .values
+            .iter()
+            .flat_map(|v| {
+                let [r, g, b] = colour(share(f64::from(*v)));
+                [r, g, b, if v.is_nan() { 0 } else { (255.0 * OPAQUE) as u8 }]
+            })
+            .collect();
+        let [columns, rows] = self.grid.counts.map(|n| n as u32);
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, columns, rows);
+        encoder.set_color(png::ColorType::Rgba);
+        encoder.set_depth(png::BitDepth::Eight);
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(&pixels)?;
+        writer.finish()?;
+        Ok(format!("data:image/png;base64,{}", base64::engine::general_purpose::STANDARD.encode(bytes)))
+    }
+
+    /// Releases and lines.
+    fn outlines(&self, text: &mut String) {
+        let origin = self.base.ground.origin;
+        let points = |corners: &[Point]| {
+            let pixels = corners.iter().map(|p| self.pixel(*p)).map(|[x, y]| format!("{x:.1},{y:.1}"));
+            pixels.collect::<Vec<_>>().join(" ")
+        };
+        for release in &self.base.study.releases {
+            let place = release.place();
+            let local: Vec<Point> =
+                place.corners().iter().map(|[x, y]| [x - origin.x, y - origin.y]).collect();
+            let _ = match place {
+                Place::Points(_) => {
+                    for [x, y] in local.iter().map(|p| self.pixel(*p)) {
+                        let _ =
+                            writeln!(text, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3\" fill=\"#0050b0\"/>");
+                    }
+                    Ok(())
+                }
+                Place::Line(_) => writeln!(
+                    text,
+                    "<polyline points=\"{}\" fill=\"none\" stroke=\"#0050b0\" stroke-width=\"2\"/>",
+                    points(&local)
+                ),
+                Place::Polygon(_) => writeln!(
+                    text,
+                    "<polygon points=\"{}\" fill=\"none\" stroke=\"#0050b0\" stroke-width=\"2\"/>",
+                    points(&local)
+                ),
+            };
+        }
+        for (line, named) in self.base.lines.iter().zip(&self.base.study.lines) {
+            let [x, y] = self.pixel(line[0]);
+            let _ = writeln!(
+                text,
+                "<polyline points=\"{}\" fill=\"none\" stroke=\"black\" stroke-width=\"2\"/>\n<text x=\"{:.1}\" y=\"{:.1}\">{}</text>",
+                points(line),
+                x + 4.0,
+                y - 4.0,
+                named.name
+            );
+        }
+    }
+
+    /// Frame, scale bar, north, coordinates of two corners.
+    fn furniture(&self, text: &mut String) {
+        let [width, height] = self.size;
+        let (origin, [west, north]) = (self.base.ground.origin, self.grid.corner);
+        let extent = self.grid.counts.map(|n| n as f64 * self.grid.cell);
+        let bar = round_step(0.15 * extent[0]);
+        let length = bar * self.scale();
+        let base = TOP + height;
+        let _ = write!(
+            text,
+            "<rect x=\"{LEFT}\" y=\"{TOP}\" width=\"{width:.1}\" height=\"{height:.1}\" fill=\"none\" stroke=\"black\"/>\n\
+             <path d=\"M{LEFT} {0:.1} v6 h{length:.1} v-6\" fill=\"none\" stroke=\"black\" stroke-width=\"1.5\"/>\n\
+             <text x=\"{1:.1}\" y=\"{2:.1}\">{3} m</text>\n",
+            base + 34.0,
+            LEFT + length + 6.0,
+            base + 42.0,
+            short(bar)
+        );
+        let _ = write!(
+            text,
+            "<text x=\"{LEFT}\" y=\"{0:.1}\" fill=\"#444\" font-size=\"11\">({1:.0}, {2:.0})</text>\n\
+             <text x=\"{3:.1}\" y=\"{4:.1}\" fill=\"#444\" font-size=\"11\" text-anchor=\"end\">({5:.0}, {6:.0})</text>\n",
+            base + 14.0,
+            west + origin.x,
+            north - extent[1] + origin.y,
+            LEFT + width,
+            TOP - 4.0,
+            west + extent[0] + origin.x,
+            north + origin.y
+        );
+        let x = LEFT + width + 40.0;
+        let _ = write!(
+            text,
+            "<path d=\"M{x:.1} {0:.1} l8 24 l-8 -6 l-8 6 z\" fill=\"black\"/>\n\
+             <text x=\"{x:.1}\" y=\"{1:.1}\" text-anchor=\"middle\">N</text>\n",
+            TOP + 16.0,
+            TOP + 12.0
+        );
+    }
+
+    /// The colours and their values.
+    fn legend(&self, text: &mut String, scale: Scale, [least, most]: [f64; 2]) {
+        let (x, top, height, steps) = (LEFT + self.size[0] + 24.0, TOP + 70.0, 220.0, 44);
+        for k in 0..steps {
+            let [r, g, b] = colour((f64::from(k) + 0.5) / f64::from(steps));
+            let part = height / f64::from(steps);
+            let _ = writeln!(
+                text,
+                "<rect x=\"{x:.1}\" y=\"{:.1}\" width=\"20\" height=\"{:.1}\" fill=\"rgb({r},{g},{b})\"/>",
+                top + height - f64::from(k + 1) * part,
+                part + 0.5
+            );
+        }
+        for k in 0..=4 {
+            let share = f64::from(k) / 4.0;
+            let value = match scale {
+                Scale::Linear => least + share * (most - least),
+                Scale::Log => least * (most / least).powf(share),
+            };
+            let _ = writeln!(
+                text,
+                "<text x=\"{:.1}\" y=\"{:.1}\">{}</text>",
+                x + 26.0,
+                top + height * (1.0 - share) + 4.0,
+                short(value)
+            );
+        }
+        let _ = writeln!(
+            text,
+            "<text x=\"{x:.1}\" y=\"{0:.1}\" fill=\"#0050b0\">releases</text>{1}",
+            top + height + 30.0,
+            if self.base.lines.is_empty() {
+                String::new()
+            } else {
+                format!("\n<text x=\"{x:.1}\" y=\"{:.1}\">lines</text>", top + height + 48.0)
+            }
+        );
+    }
+}
+
+/// With a capital at its beginning.
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn colours_go_from_the_first_to_the_last_and_numbers_have_three_digits() {
+        assert_eq!(colour(0.0), [255, 245, 190]);
+        assert_eq!(colour(1.0), [90, 0, 60]);
+        assert_eq!(colour(0.125), [255, 223, 140]);
+        assert_eq!([0.0, 12.34, 0.5, 1234.0, 2.5e7].map(short), ["0", "12.3", "0.5", "1230", "2.50e7"]);
+    }
+}

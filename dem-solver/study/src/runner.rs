@@ -1,0 +1,232 @@
+//! One member from its start to its end, window by window as a run of its scene alone.
+
+use super::base::Base;
+use super::member::{Kept, Member};
+use super::record::{How, Outcome};
+use super::track::{Follower, Track};
+use dem_rocks::DemSolver;
+use dem_rocks::model::Model;
+use dem_rocks::model::runout::jump_height;
+use dem_rocks::results::measures::penetration;
+use dem_rocks::results::trajectory::Row;
+use dem_solid::geometry::plan::Point;
+use interface_defs::ipc::interrupt;
+use interface_defs::message::Gauge;
+use interface_defs::toolkit::energy::{self, Balance, Energies};
+use interface_defs::toolkit::limits::Evidence;
+use interface_defs::toolkit::summary::{RunStatus, Summary};
+use interface_defs::verdict::Fate;
+use interface_defs::{Plan, Solver, Window};
+use nalgebra::Vector3;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// What is tried where energy is made or lost over terrain.
+const SHORTER: &str = "dem.steps_per_contact, or a lower contact.young";
+
+/// Computes members, one after the other.
+pub struct Runner<'a> {
+    base: &'a Base,
+    kept: Option<Kept>,
+}
+
+/// A member that falls.
+struct Fall {
+    solver: DemSolver,
+    gauges: Vec<Gauge>,
+    values: Vec<f64>,
+    balance: Balance,
+}
+
+impl<'a> Runner<'a> {
+    /// For the members of a study.
+    pub fn new(base: &'a Base) -> Self {
+        Self { base, kept: None }
+    }
+
+    /// Compute a member; `None`: a signal has ended it.
+    pub fn run(&mut self, member: &Member) -> Option<(Outcome, Track)> {
+        let kept = self.kept.take();
+        let computed = catch_unwind(AssertUnwindSafe(|| self.attempt(member, kept)));
+        computed.unwrap_or_else(|panic| {
+            let words = panic.downcast_ref::<String>().map(String::as_str);
+            let words = words.or(panic.downcast_ref::<&str>().copied()).unwrap_or("a broken invariant");
+            Some((Outcome::failed(format!("the computation broke: {words}")), Track::default()))
+        })
+    }
+
+    fn attempt(&mut self, member: &Member, kept: Option<Kept>) -> Option<(Outcome, Track)> {
+        let model = match self.base.model(member, kept) {
+            Ok(model) => model,
+            Err(what) => return Some((Outcome::failed(what), Track::default())),
+        };
+        let mut outcome = Outcome::of_start(&model);
+        let fall = match Fall::begin(self.base, model) {
+            Ok(fall) => fall,
+            Err(what) => {
+                outcome.fail(what);
+                return Some((outcome, Track::default()));
+            }
+        };
+        let mut follower = Follower::new(self.base, self.base.draws(member.number));
+        let fall = self.advance(fall, &mut outcome, &mut follower)?;
+        self.kept = Kept::of(member, fall.solver.into_model());
+        Some((outcome, follower.end()))
+    }
+
+    fn advance(&self, mut fall: Fall, outcome: &mut Outcome, follower: &mut Follower) -> Option<Fall> {
+        if self.base.follows() {
+            let (model, body) = (fall.solver.model(), &fall.solver.state().bodies[0]);
+            let height =
+                jump_height(&self.base.ground, &model.rocks[0], &body.motion, &model.settings.down());
+            follower.row(&Row::of(model, 0, body, 0.0, height, false));
+        }
+        for window in windows(self.base) {
+            if interrupt::requested() {
+                return None;
+            }
+            if let Err(what) = fall.window(&window, self.base.limits.fatal_energy_error()) {
+                outcome.fail(what);
+                break;
+            }
+            fall.solver.rows().iter().for_each(|row| follower.row(row));
+            if fall.solver.has_ended() {
+                break;
+            }
+        }
+        fall.judge(self.base, outcome);
+        Some(fall)
+    }
+}
+
+/// The windows of a member, those of its scene alone.
+fn windows(base: &Base) -> impl Iterator<Item = Window> + use<> {
+    let (interval, end_time) = (base.settings.interval, base.settings.end_time);
+    let rows = ((end_time / interval) * (1.0 - 1e-9)).ceil().max(1.0) as u64;
+    let time = move |row: u64| if row >= rows { end_time } else { (interval * row as f64).min(end_time) };
+    let window = move |row: u64| {
+        let (start, end) = (time(row), time(row + 1));
+        Window { number: row + 1, iteration: 1, start, length: end - start }
+    };
+    (0..rows).map(window).filter(|window| window.length > 0.0)
+}
+
+/// A member in free flight at an instant of its fall.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Flight {
+    /// When [s].
+    pub time: f64,
+    /// Centre of mass [m], in the terrain's coordinates.
+    pub position: [f64; 3],
+    /// Its velocity [m/s].
+    pub velocity: [f64; 3],
+    /// Orientation of the axes of its shape.
+    pub orientation: [f64; 4],
+    /// Angular velocity [rad/s].
+    pub spin: [f64; 3],
+}
+
+/// How a member flies at the last end of a window before `until` [s] at which nothing touches it and `is_far` holds of its
+/// centre (local, seen from above). `None`: it never does.
+pub fn flight_before(
+    base: &Base,
+    member: &Member,
+    until: f64,
+    is_far: &dyn Fn(Point) -> bool,
+) -> Result<Option<Flight>, String> {
+    let mut fall = Fall::begin(base, base.model(member, None)?)?;
+    let mut last = None;
+    for window in windows(base).take_while(|window| window.end() < until) {
+        fall.window(&window, base.limits.fatal_energy_error())?;
+        let (model, body) = (fall.solver.model(), &fall.solver.state().bodies[0]);
+        let motion = &body.motion;
+        if body.contacts > 0 || !is_far([motion.position.x, motion.position.y]) {
+            continue;
+        }
+        let rock = &model.rocks[0];
+        let turn = rock.shape_orientation(motion);
+        last = Some(Flight {
+            time: window.end(),
+            position: (motion.position + base.ground.origin).into(),
+            velocity: motion.velocity.into(),
+            orientation: [turn.w, turn.i, turn.j, turn.k],
+            spin: rock.spin(motion).into(),
+        });
+    }
+    Ok(last)
+}
+
+impl Fall {
+    /// At the start of its run.
+    fn begin(base: &Base, model: Model) -> Result<Self, String> {
+        let mut solver = DemSolver::of_model(model, &base.scene, base.follows());
+        let (interval, end) = (base.settings.interval, base.settings.end_time);
+        let plan = Plan { end_time: end, window: interval.min(end), ..Plan::default() };
+        let ready = solver.prepare(&plan, &mut |_| Ok(())).map_err(|fault| fault.to_string())?;
+        let start = energies(&ready.gauges, &ready.initial, 0);
+        Ok(Self { balance: Balance::new(start), gauges: ready.gauges, values: ready.initial, solver })
+    }
+
+    fn window(&mut self, window: &Window, fatal: f64) -> Result<(), String> {
+        let solved = self.solver.solve(window, &[], &mut self.values).and_then(|()| self.solver.commit());
+        solved.map_err(|fault| fault.to_string())?;
+        if let Some(at) = self.values.iter().position(|v| !v.is_finite()) {
+            let what = &self.gauges[at / 3].name;
+            return Err(format!("before {} s {what} became {}", window.end(), self.values[at]));
+        }
+        let now = energies(&self.gauges, &self.values, 0);
+        self.balance.update(window.end(), &now, now.stored);
+        self.balance.impact(energies(&self.gauges, &self.values, 2).kinetic);
+        if self.balance.has_left(fatal) {
+            return Err(format!(
+                "the computation has diverged before {} s: energy came from nowhere",
+                window.end()
+            ));
+        }
+        Ok(())
+    }
+
+    /// What became of the rock, and whether it is to be trusted.
+    fn judge(&mut self, base: &Base, outcome: &mut Outcome) {
+        let status = if outcome.status == RunStatus::Failed { RunStatus::Failed } else { RunStatus::Done };
+        let mut summary = Summary::new(status);
+        let state = self.solver.state();
+        let body = &state.bodies[0];
+        let depth = body.deepest.largest();
+        if let Some((depth, time)) = depth {
+            summary.measures.push(penetration("max_penetration", depth, time));
+        }
+        let error = self.balance.error();
+        if let Some(error) = error {
+            summary.measures.push(energy::error_measure(error, self.balance.largest.1));
+        }
+        base.limits.judge(&mut summary, &Evidence { energy: SHORTER.into(), ..Evidence::default() });
+        if summary.status == RunStatus::Unreliable {
+            outcome.status = RunStatus::Unreliable;
+            outcome.message = summary.message.unwrap_or_default();
+        }
+        let path = &body.path;
+        let (how, time, position, velocity) = match path.ending {
+            Some(end) if end.how == Fate::AtRest => (How::Rest, end.time, end.position, end.velocity),
+            Some(end) => (How::Out, end.time, end.position, end.velocity),
+            None => (How::Moving, state.time, body.motion.position, body.motion.velocity),
+        };
+        outcome.how = how;
+        outcome.time = time;
+        outcome.end = (position + base.ground.origin).into();
+        outcome.end_velocity = velocity.into();
+        let moved = Vector3::from(outcome.end) - Vector3::from(outcome.start);
+        outcome.run_out = moved.xy().norm();
+        outcome.speed = path.fastest.0;
+        outcome.energy = path.most_energy.0;
+        outcome.jump = path.highest.0;
+        outcome.impacts = path.impacts;
+        outcome.contact = if time > 0.0 { path.in_contact / time } else { 0.0 };
+        outcome.penetration = depth.map_or(0.0, |(depth, _)| depth);
+        outcome.energy_error = error.unwrap_or(0.0);
+    }
+}
+
+/// Energies of an answer: of each gauge's three numbers the one at `place` (0 value, 2 largest).
+fn energies(gauges: &[Gauge], values: &[f64], place: usize) -> Energies {
+    Energies::of(gauges.iter().map(|g| g.role).zip(values.chunks_exact(3).map(|v| v[place])))
+}

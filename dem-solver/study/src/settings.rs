@@ -1,0 +1,346 @@
+//! The study file: which scene, how many releases from where, what varies.
+
+use super::design::Design;
+use super::vary::variables;
+pub use super::vary::{Quantity, Variable};
+use dem_solid::geometry::plan;
+use interface_defs::diagnostic::Diagnostic;
+use interface_defs::toolkit::coordinates::{Coordinates, Form};
+use interface_defs::toolkit::scene::{Kind, Scene};
+use schemars::JsonSchema;
+use serde::Deserialize;
+use std::path::PathBuf;
+
+/// What a study file may hold at its top.
+pub static STUDY: Kind = Kind {
+    name: "study",
+    keys: &["title", "scene", "seed", "sampling", "release", "vary", "maps", "line", "most_failed"],
+};
+
+/// Most members of a release that a Sobol sequence has: indices of 16 bits.
+pub const MOST_OF_SOBOL: u64 = 1 << 16;
+
+/// How the members of a study are spread over what varies.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Sampling {
+    /// Independent of each other.
+    Random,
+    /// One member in each of as many equal parts of every distribution as there are members.
+    #[default]
+    LatinHypercube,
+    /// A scrambled Sobol sequence: even in several distributions at once.
+    Sobol,
+    /// Every level of each distribution with every level of all others.
+    FullFactorial,
+}
+
+/// Where rocks start. Exactly one of `points`, `line` and `polygon`.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Release {
+    /// Its name in the table of members. Default `release_1` and so on.
+    #[serde(default)]
+    pub name: String,
+    /// Points `[x, y]` [m] in the terrain's coordinates, or a GeoJSON file; members take turns.
+    pub points: Option<Coordinates>,
+    /// A polyline of points `[x, y]` [m], or a GeoJSON file: members start evenly along it.
+    pub line: Option<Coordinates>,
+    /// Corners `[x, y]` [m] of an area, closed by itself, or a GeoJSON file: members start evenly in it, as seen from above.
+    pub polygon: Option<Coordinates>,
+    /// Number of members; with `full_factorial` number of places. Default with `points`: one for each.
+    pub count: Option<u32>,
+    /// Height of the rock above where it would touch the ground [m]. Default 0.
+    #[serde(default)]
+    pub height: f64,
+}
+
+/// The geometry of a release.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Place<'a> {
+    /// Points.
+    Points(&'a [[f64; 2]]),
+    /// A polyline.
+    Line(&'a [[f64; 2]]),
+    /// An area.
+    Polygon(&'a [[f64; 2]]),
+}
+
+impl<'a> Place<'a> {
+    /// Its key in the study.
+    pub fn key(&self) -> &'static str {
+        match self {
+            Self::Points(_) => "points",
+            Self::Line(_) => "line",
+            Self::Polygon(_) => "polygon",
+        }
+    }
+
+    /// Its corners.
+    pub fn corners(&self) -> &'a [[f64; 2]] {
+        match self {
+            Self::Points(corners) | Self::Line(corners) | Self::Polygon(corners) => corners,
+        }
+    }
+}
+
+impl Release {
+    /// With the points of its files in their place.
+    fn read(&mut self, key: &str, study: &Scene) -> Result<(), Diagnostic> {
+        for (name, form, all) in [
+            ("points", Form::Points, &mut self.points),
+            ("line", Form::Line, &mut self.line),
+            ("polygon", Form::Polygon, &mut self.polygon),
+        ] {
+            if let Some(all) = all {
+                *all = all.read(form, &format!("{key}.{name}"), study)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Where; checked that there is exactly one.
+    pub fn place(&self) -> Place<'_> {
+        match (&self.points, &self.line, &self.polygon) {
+            (Some(points), _, _) => Place::Points(points),
+            (_, Some(line), _) => Place::Line(line),
+            (_, _, polygon) => Place::Polygon(polygon.as_deref().unwrap_or_default()),
+        }
+    }
+
+    /// Number of members, or of places.
+    pub fn count(&self) -> u64 {
+        let points = self.points.as_ref().map_or(0, |points| points.len() as u64);
+        self.count.map_or(points, u64::from)
+    }
+}
+
+/// Rasters of what passes where. Presence is the switch.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Maps {
+    /// Edge of a cell [m]. Default: some 300 cells along the longer side of the terrain.
+    pub cell: Option<f64>,
+    /// EPSG code of the terrain's coordinate system. Default: that of a GeoTIFF, or of a `.prj` beside the terrain.
+    pub epsg: Option<u32>,
+    /// Largest number of trajectories that are drawn: every second one, every third one, ... of the members. Default 200.
+    #[serde(default = "trajectories")]
+    pub trajectories: u32,
+}
+
+fn trajectories() -> u32 {
+    200
+}
+
+/// A line across the slope, such as a barrier's; what passes it is recorded.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ScreenLine {
+    /// Its name: letters, digits, `_`, `-`. Default `line_1` and so on.
+    #[serde(default)]
+    pub name: String,
+    /// Its points `[x, y]` [m] in the terrain's coordinates, or a GeoJSON file.
+    pub points: Coordinates,
+    /// What a barrier there must be able to do.
+    pub design: Option<Design>,
+}
+
+/// A study, checked as far as that goes without its terrain.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StudySettings {
+    /// The scene of which each member is a variant; relative to the study file.
+    pub scene: PathBuf,
+    /// Another number, other members.
+    pub seed: u64,
+    /// How they are spread.
+    pub sampling: Sampling,
+    /// Where they start.
+    pub releases: Vec<Release>,
+    /// What else varies, by name.
+    pub variables: Vec<Variable>,
+    /// Whether the rock is turned at random, every orientation as likely as any other.
+    pub turned: bool,
+    /// The maps.
+    pub maps: Option<Maps>,
+    /// The lines.
+    pub lines: Vec<ScreenLine>,
+    /// Share of members that may fail or be unreliable in a study that is done.
+    pub most_failed: f64,
+}
+
+/// Largest number of members.
+const MOST: u64 = 10_000_000;
+
+impl StudySettings {
+    /// Read and check them.
+    pub fn of(study: &Scene) -> Result<Self, Diagnostic> {
+        let scene: Option<PathBuf> = study.read("scene")?;
+        let scene = scene.ok_or_else(|| {
+            study
+                .invalid("scene", "the key `scene` is missing")
+                .try_instead("name the scene of one fall, as in scene = \"fall.toml\"")
+        })?;
+        let seed: i64 = study.read("seed")?.unwrap_or(1);
+        let seed = u64::try_from(seed)
+            .map_err(|_| study.invalid("seed", format!("a seed of {seed}: 0 or more is possible")))?;
+        let mut releases: Vec<Release> = study.read("release")?.unwrap_or_default();
+        if releases.is_empty() {
+            return Err(study
+                .invalid("release", "the study has no release")
+                .try_instead("add a table [[release]] with points, line or polygon, and count"));
+        }
+        for (at, release) in releases.iter_mut().enumerate() {
+            if release.name.is_empty() {
+                release.name = format!("release_{}", at + 1);
+            }
+            release.read(&format!("release.{at}"), study)?;
+            check_release(at, release, study)?;
+        }
+        let (variables, turned) = variables(study)?;
+        let most_failed: f64 = study.read("most_failed")?.unwrap_or(0.01);
+        if !(0.0..=1.0).contains(&most_failed) {
+            let what = format!("most_failed = {most_failed}: it is a share, from 0 to 1");
+            return Err(study.invalid("most_failed", what));
+        }
+        let sampling = study.read("sampling")?.unwrap_or_default();
+        let maps: Option<Maps> = study.read("maps")?;
+        if let Some(cell) = maps.as_ref().and_then(|maps| maps.cell).filter(|cell| *cell <= 0.0) {
+            return Err(study.invalid("maps.cell", format!("cells of {cell} m: they must lie above 0")));
+        }
+        let lines = lines(study)?;
+        let it = Self { scene, seed, sampling, releases, variables, turned, maps, lines, most_failed };
+        it.check(study)?;
+        Ok(it)
+    }
+
+    /// Members per place of a release: the product of all levels.
+    pub fn combinations(&self) -> u64 {
+        match self.sampling {
+            Sampling::FullFactorial => {
+                self.variables.iter().map(|v| v.distribution.levels()).fold(1, u64::saturating_mul)
+            }
+            _ => 1,
+        }
+    }
+
+    /// Number of members of each release.
+    pub fn counts(&self) -> Vec<u64> {
+        let combinations = self.combinations();
+        self.releases.iter().map(|release| release.count().saturating_mul(combinations)).collect()
+    }
+
+    /// Number of members.
+    pub fn members(&self) -> u64 {
+        self.counts().iter().fold(0, |a, b| a.saturating_add(*b))
+    }
+
+    /// Whether this quantity varies.
+    pub fn varies(&self, quantity: Quantity) -> bool {
+        self.variables.iter().any(|v| v.quantity == quantity)
+    }
+
+    fn check(&self, study: &Scene) -> Result<(), Diagnostic> {
+        let members = self.members();
+        if members > MOST {
+            let what = format!("{members} members: up to {MOST} are possible");
+            return Err(study.invalid("release", what).try_instead("lower count, or the levels in [vary]"));
+        }
+        if self.sampling == Sampling::Sobol
+            && let Some(at) = self.counts().iter().position(|count| *count > MOST_OF_SOBOL)
+        {
+            let what = format!(
+                "{} members of one release: a Sobol sequence has {}",
+                self.counts()[at],
+                MOST_OF_SOBOL
+            );
+            return Err(study
+                .invalid(&format!("release.{at}.count"), what)
+                .try_instead("sampling = \"latin_hypercube\""));
+        }
+        if self.varies(Quantity::Volume) && self.varies(Quantity::Mass) {
+            return Err(study
+                .invalid("vary.mass", "mass and volume together define one thing twice")
+                .try_instead("vary volume and density"));
+        }
+        Ok(())
+    }
+}
+
+/// The lines, with the points of their files in their place.
+pub fn read_lines(study: &Scene) -> Result<Vec<ScreenLine>, Diagnostic> {
+    let mut lines: Vec<ScreenLine> = study.read("line")?.unwrap_or_default();
+    for (at, line) in lines.iter_mut().enumerate() {
+        line.points = line.points.read(Form::Line, &format!("line.{at}.points"), study)?;
+    }
+    Ok(lines)
+}
+
+/// The lines, each with a name of its own.
+fn lines(study: &Scene) -> Result<Vec<ScreenLine>, Diagnostic> {
+    let mut lines = read_lines(study)?;
+    for at in 0..lines.len() {
+        let line = &mut lines[at];
+        if line.name.is_empty() {
+            line.name = format!("line_{}", at + 1);
+        }
+        if !line.name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-') {
+            let what =
+                format!("`{}` cannot be the name of a file: letters, digits, `_` and `-` can", line.name);
+            return Err(study.invalid(&format!("line.{at}.name"), what));
+        }
+        if plan::length(&line.points) <= 0.0 {
+            return Err(study
+                .invalid(&format!("line.{at}.points"), "a line without length")
+                .try_instead("points = [[x, y], [x, y]]"));
+        }
+        let name = line.name.clone();
+        if lines[..at].iter().any(|other| other.name == name) {
+            return Err(study.invalid(&format!("line.{at}.name"), format!("two lines are named `{name}`")));
+        }
+    }
+    Ok(lines)
+}
+
+fn check_release(at: usize, release: &Release, study: &Scene) -> Result<(), Diagnostic> {
+    let key = |name: &str| format!("release.{at}.{name}");
+    let forms = [release.points.is_some(), release.line.is_some(), release.polygon.is_some()];
+    if forms.iter().filter(|there| **there).count() != 1 {
+        return Err(study
+            .invalid(&format!("release.{at}"), "exactly one of points, line and polygon says where it is")
+            .try_instead("polygon = [[x, y], [x, y], [x, y]]"));
+    }
+    let place = release.place();
+    let (least, what) = match place {
+        Place::Points(_) => (1, "a point"),
+        Place::Line(_) => (2, "a line of two points"),
+        Place::Polygon(_) => (3, "an area of three corners"),
+    };
+    let corners = place.corners();
+    if corners.len() < least {
+        let what = format!("{} points; {what} is the least", corners.len());
+        return Err(study.invalid(&key(place.key()), what));
+    }
+    match place {
+        Place::Points(_) => {}
+        Place::Line(line) => {
+            if plan::length(line) <= 0.0 {
+                return Err(study.invalid(&key("line"), "a line without length"));
+            }
+        }
+        Place::Polygon(polygon) => plan::check_polygon(polygon, &key("polygon"), study)?,
+    }
+    match release.count {
+        Some(0) => return Err(study.invalid(&key("count"), "count = 0: a release has one member at least")),
+        None if release.points.is_none() => {
+            return Err(study
+                .invalid(&format!("release.{at}"), "the key `count` is missing here")
+                .try_instead("add count = 1000, the number of members that start here"));
+        }
+        _ => {}
+    }
+    if release.height < 0.0 {
+        let what = format!("height = {} m: 0 (on the ground) or more is possible", release.height);
+        return Err(study.invalid(&key("height"), what));
+    }
+    Ok(())
+}

@@ -1,0 +1,355 @@
+//! What a study came to: counts of endings, quantiles over its members.
+
+use super::record::{How, Outcome};
+use interface_defs::diagnostic::{Diagnostic, Severity, code};
+use interface_defs::message::{Measure, Worse};
+use interface_defs::toolkit::limits::percent;
+use interface_defs::toolkit::summary::{RunStatus, Summary};
+
+/// Shares of which quantiles are reported [%].
+pub const SHARES: [u32; 5] = [10, 50, 90, 95, 99];
+
+/// The quantile at a share (0 to 1) of numbers in ascending order, at least one, between two of them in proportion.
+pub fn quantile(sorted: &[f64], share: f64) -> f64 {
+    let place = share * (sorted.len() - 1) as f64;
+    let below = place.floor() as usize;
+    let above = (below + 1).min(sorted.len() - 1);
+    let part = place - below as f64;
+    // Not times an infinite difference.
+    if part == 0.0 { sorted[below] } else { sorted[below] + part * (sorted[above] - sorted[below]) }
+}
+
+/// From which share of a quantile on it is said how far it may lie below what is reported.
+const WIDE: f64 = 0.01;
+
+/// How many members are named.
+const NAMED: usize = 10;
+
+/// A quantity of every member: its name, its unit, where it is in an outcome.
+struct Column {
+    name: &'static str,
+    unit: &'static str,
+    of: fn(&Outcome) -> f64,
+    /// In which direction it is worse.
+    worse: Worse,
+    /// Whether it is known of rocks that came to rest alone: of others it is at least that at which they were seen last.
+    at_rest: bool,
+}
+
+impl Column {
+    const fn new(name: &'static str, unit: &'static str, of: fn(&Outcome) -> f64) -> Self {
+        Self { name, unit, of, worse: Worse::Larger, at_rest: false }
+    }
+
+    const fn at_rest(mut self) -> Self {
+        self.at_rest = true;
+        self
+    }
+
+    const fn neither(mut self) -> Self {
+        self.worse = Worse::Neither;
+        self
+    }
+}
+
+const COLUMNS: [Column; 6] = [
+    Column::new("run_out", "m", |o| o.run_out).at_rest(),
+    Column::new("time", "s", |o| o.time).at_rest().neither(),
+    Column::new("max_speed", "m/s", |o| o.speed),
+    Column::new("max_kinetic_energy", "J", |o| o.energy),
+    Column::new("max_jump_height", "m", |o| o.jump),
+    Column::new("impacts", "1", |o| o.impacts as f64).neither(),
+];
+
+/// Values of one quantity: those that are known, and bounds from below of the others.
+#[derive(Debug, Clone, Default)]
+struct Values {
+    known: Vec<f64>,
+    at_least: Vec<f64>,
+}
+
+impl Values {
+    /// The least and the largest that the quantile can be, whatever the others come to: these as they were seen last, and behind all that
+    /// are known. The largest is infinite where one of the others may hold its place.
+    fn quantile_between(&self, share: f64) -> [f64; 2] {
+        [None, Some(f64::INFINITY)].map(|behind| {
+            let mut all = self.known.clone();
+            all.extend(self.at_least.iter().map(|&seen| behind.unwrap_or(seen)));
+            all.sort_by(f64::total_cmp);
+            let value = quantile(&all, share);
+            // Between a number and infinity, and between two infinities.
+            if value.is_nan() { f64::INFINITY } else { value }
+        })
+    }
+}
+
+/// Counts and numbers of all members so far.
+#[derive(Debug, Clone, Default)]
+pub struct Numbers {
+    members: u64,
+    unreliable: u64,
+    failed: u64,
+    rest: u64,
+    left: u64,
+    moving: u64,
+    /// Those at rest nearer to their start than their own size: how many, and the first of them.
+    stayed: (u64, Vec<u64>),
+    values: [Values; COLUMNS.len()],
+    first: Option<(u64, String)>,
+}
+
+impl Numbers {
+    /// Take in a member. One that failed counts as such alone; an unreliable one counts in the quantiles too.
+    pub fn add(&mut self, number: u64, outcome: &Outcome) {
+        self.members += 1;
+        if outcome.status != RunStatus::Done {
+            self.first.get_or_insert_with(|| (number, outcome.message.clone()));
+        }
+        match outcome.status {
+            RunStatus::Done => {}
+            RunStatus::Unreliable => self.unreliable += 1,
+            RunStatus::Failed | RunStatus::Interrupted => {
+                self.failed += 1;
+                return;
+            }
+        }
+        match outcome.how {
+            How::None => {}
+            How::Rest => {
+                self.rest += 1;
+                if outcome.run_out < outcome.volume.cbrt() {
+                    self.stayed.0 += 1;
+                    if self.stayed.1.len() < NAMED {
+                        self.stayed.1.push(number);
+                    }
+                }
+            }
+            How::Out => self.left += 1,
+            How::Moving => self.moving += 1,
+        }
+        for (values, column) in self.values.iter_mut().zip(&COLUMNS) {
+            let ended = outcome.how == How::Rest || !column.at_rest;
+            (if ended { &mut values.known } else { &mut values.at_least }).push((column.of)(outcome));
+        }
+    }
+
+    /// The summary; with more than the share `most_failed` of members that failed or are unreliable it is unreliable itself.
+    pub fn summary(mut self, most_failed: f64) -> Summary {
+        let mut summary = Summary::new(RunStatus::Done);
+        let counts = format!(
+            "of {} members {} came to rest, {} left the terrain, {} still moved at the end, {} failed; {} of those computed are \
+             unreliable",
+            self.members, self.rest, self.left, self.moving, self.failed, self.unreliable
+        );
+        summary.warnings.push(Diagnostic::of(Severity::Note, code::OTHER, counts));
+        let mut report = |name: String, value: f64, unit: &str, worse: Worse| {
+            summary.measures.push(Measure::new(name, value, unit).ranked(Measure::ORDINARY, worse));
+        };
+        for (name, count, worse) in [
+            ("members", self.members, Worse::Neither),
+            ("members_at_rest", self.rest, Worse::Neither),
+            ("members_left", self.left, Worse::Larger),
+            ("members_moving", self.moving, Worse::Larger),
+            ("members_unreliable", self.unreliable, Worse::Larger),
+            ("members_failed", self.failed, Worse::Larger),
+        ] {
+            report(name.into(), count as f64, "1", worse);
+        }
+        let (mut none, mut unknown, mut wide) = (Vec::new(), Vec::new(), Vec::new());
+        for (values, column) in self.values.iter_mut().zip(&COLUMNS) {
+            if values.known.is_empty() && values.at_least.is_empty() {
+                none.push(column.name);
+                continue;
+            }
+            values.known.sort_by(f64::total_cmp);
+            for share in SHARES {
+                let name = format!("{}_q{share}", column.name);
+                let [least, most] = values.quantile_between(f64::from(share) / 100.0);
+                let unit = column.unit;
+                if most.is_infinite() {
+                    unknown.push(format!("{name} (at least {least:.3} {unit})"));
+                    continue;
+                }
+                report(name.clone(), most, unit, column.worse);
+                if most - least > WIDE * most.abs() {
+                    wide.push(format!("{name} from {least:.3} to {most:.3} {unit}"));
+                }
+            }
+            match values.known.last().filter(|_| values.at_least.is_empty()) {
+                Some(most) => report(format!("{}_largest", column.name), *most, column.unit, column.worse),
+                None => unknown.push(format!("{}_largest", column.name)),
+            }
+        }
+        if !none.is_empty() {
+            let what = format!("quantiles of {} absent: no member was computed", none.join(", "));
+            summary.warnings.push(Diagnostic::warning(code::ABSENT_MEASURE, what));
+        }
+        if self.left + self.moving > 0 && self.members > self.failed {
+            let (computed, on) = (self.members - self.failed, self.left + self.moving);
+            let mut what = format!(
+                "{on} of {computed} members did not come to rest on the terrain ({} left it, {} still moved): in quantiles of run-out and \
+                 time they count as having gone farther and longer than all others",
+                self.left, self.moving
+            );
+            if !wide.is_empty() {
+                what += &format!(", which may be too much: {}", wide.join(", "));
+            }
+            if !unknown.is_empty() {
+                what += &format!("; absent: {}", unknown.join(", "));
+            }
+            let cure = "a larger terrain or a longer end_time may do";
+            summary.warnings.push(Diagnostic::warning(code::TRUST, what).try_instead(cure));
+        }
+        if let (stayed @ 1.., first) = &self.stayed {
+            let named: Vec<String> = first.iter().map(u64::to_string).collect();
+            let more = if *stayed > first.len() as u64 { ", ..." } else { "" };
+            let what = format!(
+                "{stayed} of {} members came to rest where they started, nearer than their own size: {}{more}; they count in all shares and \
+                 quantiles",
+                self.members,
+                named.join(", ")
+            );
+            let cure =
+                "for rocks that fall a speed in [vary], a height, or a release where the ground is steeper";
+            summary.warnings.push(Diagnostic::warning(code::UNUSUAL_VALUE, what).try_instead(cure));
+        }
+        let mut doubts = Vec::new();
+        let cut = self.moving as f64 / self.members as f64;
+        if self.moving > 0 {
+            let what = format!(
+                "{} of {} members ({}) still moved when the time was over: shares and quantiles at lines, maps and run-outs are \
+                 of falls that are not at their end",
+                self.moving,
+                self.members,
+                percent(cut)
+            );
+            let cure = "raise end_time";
+            let allow = format!("{cure}, or allow it with most_failed = {cut:.3}");
+            let doubted = Diagnostic::warning(code::TRUST, what);
+            match cut > most_failed {
+                true => doubts.push(doubted.try_instead(allow)),
+                false => summary.warnings.push(doubted.try_instead(cure)),
+            }
+        }
+        let bad = self.unreliable + self.failed;
+        if let Some((number, why)) = self.first {
+            let share = bad as f64 / self.members as f64;
+            let what = format!(
+                "{bad} of {} members ({}) failed or are unreliable; the first, member {number}: {why}",
+                self.members,
+                percent(share)
+            );
+            if share > most_failed {
+                let what = format!("{what}; more than most_failed = {most_failed}");
+                let cure = "the column `message` of members.csv has all";
+                doubts.push(Diagnostic::warning(code::TRUST, what).try_instead(cure));
+            } else {
+                summary.warnings.push(Diagnostic::warning(code::TRUST, what));
+            }
+        }
+        if !doubts.is_empty() {
+            summary.doubt(doubts);
+        }
+        summary
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sentences(summary: &Summary) -> String {
+        summary.warnings.iter().map(|warning| format!("{warning}\n")).collect()
+    }
+
+    #[test]
+    fn quantiles_lie_between_two_members_in_proportion() {
+        let values = [1.0, 2.0, 4.0, 8.0, 16.0];
+        assert_eq!([0.0, 0.25, 0.5, 0.875, 1.0].map(|s| quantile(&values, s)), [1.0, 2.0, 4.0, 12.0, 16.0]);
+        assert_eq!(quantile(&[3.0], 0.95), 3.0);
+    }
+
+    /// Rocks at 10, 20, ... 60 m, then two that left the terrain 45 m and 90 m away. The real run-out of these lies beyond: with both
+    /// behind all others, 50 % of eight lie within (40 m + 50 m) / 2; with them where they were seen, within (40 m + 45 m) / 2.
+    #[test]
+    fn rocks_that_left_count_as_having_gone_farther_than_all_others() {
+        let mut numbers = Numbers::default();
+        let mut add = |how, run_out| {
+            let outcome = Outcome { status: RunStatus::Done, how, run_out, ..Outcome::failed(String::new()) };
+            numbers.add(1, &outcome);
+        };
+        (1..=6).for_each(|k| add(How::Rest, 10.0 * f64::from(k)));
+        add(How::Out, 45.0);
+        add(How::Out, 90.0);
+        let summary = numbers.summary(0.01);
+        assert_eq!(summary.status, RunStatus::Done);
+        assert_eq!(summary.measure("run_out_q10"), Some(17.0));
+        assert_eq!(summary.measure("run_out_q50"), Some(45.0));
+        assert_eq!(summary.measure("run_out_q90"), None);
+        assert_eq!(summary.measure("run_out_q99"), None);
+        assert_eq!(summary.measure("run_out_largest"), None);
+        let said = sentences(&summary);
+        assert!(
+            said.contains("2 of 8 members") && said.contains("run_out_q50 from 42.500 to 45.000 m"),
+            "{said}"
+        );
+        assert!(said.contains("absent: run_out_q90 (at least 69.000 m)") && !said.contains("q10"), "{said}");
+    }
+
+    /// Rocks of 0.8 m: one that comes to rest 0.79 m away has stayed, one 0.81 m away has not.
+    #[test]
+    fn members_that_stay_where_they_start_are_named() {
+        let mut numbers = Numbers::default();
+        for (number, run_out) in [(1, 50.0), (2, 0.79), (3, 0.81), (4, 0.0)] {
+            let outcome =
+                Outcome { how: How::Rest, run_out, volume: 0.512, ..Outcome::failed(String::new()) };
+            numbers.add(number, &Outcome { status: RunStatus::Done, ..outcome });
+        }
+        let said = sentences(&numbers.summary(0.01));
+        assert!(
+            said.contains("2 of 4 members came to rest where they started") && said.contains(": 2, 4;"),
+            "{said}"
+        );
+    }
+
+    #[test]
+    fn members_that_still_move_are_said_and_too_many_make_the_study_unreliable() {
+        let of = |moving: u64| {
+            let mut numbers = Numbers::default();
+            for number in 1..=100 {
+                let how = if number <= moving { How::Moving } else { How::Rest };
+                numbers
+                    .add(number, &Outcome { status: RunStatus::Done, how, ..Outcome::failed(String::new()) });
+            }
+            numbers.summary(0.01)
+        };
+        let (one, many) = (of(1), of(20));
+        assert_eq!((one.status, many.status), (RunStatus::Done, RunStatus::Unreliable));
+        assert!(sentences(&one).contains("1 of 100 members (1 %) still moved"), "{:?}", one.warnings);
+        assert!(many.message.is_some_and(|m| m.contains("20 of 100") && m.contains("end_time")));
+    }
+
+    #[test]
+    fn members_that_failed_are_counted_and_too_many_make_the_study_unreliable() {
+        let mut numbers = Numbers::default();
+        for number in 1..=99 {
+            let outcome = Outcome {
+                status: RunStatus::Done,
+                how: How::Rest,
+                run_out: number as f64,
+                ..Outcome::failed(String::new())
+            };
+            numbers.add(number, &outcome);
+        }
+        numbers.add(100, &Outcome::failed("why".into()));
+        let strict = numbers.clone().summary(0.009);
+        let summary = numbers.summary(0.01);
+        assert_eq!(summary.status, RunStatus::Done);
+        assert_eq!(summary.measure("run_out_q50"), Some(50.0));
+        assert!(summary.measure("run_out_q10").is_some_and(|value| (value - 10.8).abs() < 1e-12));
+        assert_eq!(summary.measure("members_failed"), Some(1.0));
+        assert_eq!(strict.status, RunStatus::Unreliable);
+        let why = strict.message.unwrap_or_default();
+        assert!(why.contains("1 of 100 members (1 %)") && why.contains("member 100: why"), "{why}");
+    }
+}

@@ -1,0 +1,212 @@
+//! The terrain: triangles that never move, and a static tree over them.
+//!
+//! Everything here is in local coordinates, metres from a whole-numbered origin in the middle of the
+//! terrain: survey coordinates of 2.6e6 m leave 5e-10 m to a double, local ones 1e-12 m. What a user
+//! writes and reads has the origin added.
+//!
+//! - [`settings`]: the table `[terrain]`
+//! - [`formats`]: from files to rasters, points, triangles
+//! - [`raster`]: heights on a grid
+//! - [`triangulation`]: from those to one surface, its holes refused or cut
+//! - [`zones`]: which material lies where
+//! - [`forest`]: where a rock in flight is slowed down
+//! - [`queries`]: what is near, how high a point stands, for how long a flight is free
+//! - [`ground`]: `dem-solver ground`, heights around a line for what is built there
+//! - [`slope`]: one that is generated
+//! - `winding`: which side is up
+
+pub mod forest;
+pub mod formats;
+pub mod ground;
+pub mod queries;
+pub mod raster;
+pub mod settings;
+pub mod slope;
+pub mod system;
+pub mod triangulation;
+mod winding;
+pub mod zones;
+
+use dem_solid::geometry::box_tree::{Bounds, BoxTree, morton_order};
+use dem_solid::geometry::shared_nodes::{Unshared, first_fault};
+use forest::Forest;
+use interface_defs::diagnostic::{Diagnostic, code};
+use interface_defs::toolkit::scene::Scene;
+use nalgebra::Vector3;
+use settings::TerrainSettings;
+use triangulation::Triangulated;
+
+/// The terrain. Triangles stand in the order of the tree; a triangle's number is its place there.
+#[derive(Debug, Clone)]
+pub struct Terrain {
+    /// What is added to local coordinates to give the user's [m].
+    pub origin: Vector3<f64>,
+    /// Corners, local [m].
+    pub nodes: Vec<Vector3<f64>>,
+    /// Corners of the triangles.
+    pub triangles: Vec<[u32; 3]>,
+    /// Zone of each triangle, as a place in [`Terrain::materials`]; empty where all are of the first.
+    pub zones: Vec<u8>,
+    /// Materials by zone; the first is that of everything no zone names.
+    pub materials: Vec<String>,
+    /// Forests by zone.
+    pub forests: Vec<Option<Forest>>,
+    /// Lowest corner of the box around it, local [m].
+    pub lowest: Vector3<f64>,
+    /// Highest corner, local [m].
+    pub highest: Vector3<f64>,
+    /// What the user should know of it.
+    pub notices: Vec<Diagnostic>,
+    /// Whether contacts are continuous over kinks.
+    pub continuous: bool,
+    tree: BoxTree,
+}
+
+/// What the user should know of the terrain of a scene.
+fn notice(what: String) -> Diagnostic {
+    Diagnostic::warning(code::GEOMETRY, what).about("terrain")
+}
+
+impl Terrain {
+    /// That of a scene: read, cut, joined with its zones.
+    pub fn of(scene: &Scene, settings: &TerrainSettings) -> Result<Self, Diagnostic> {
+        let relief = triangulation::of(scene, settings)?;
+        settings.check_layers(scene)?;
+        let zones = zones::Zones::of(scene, settings, &relief.origin)?;
+        let mut ground = Self::new(relief);
+        if ground.triangles.is_empty() {
+            let file = scene.resolve(&settings.file).display().to_string();
+            return Err(Diagnostic::in_file(file, "the terrain has no triangle with an area"));
+        }
+        ground.materials = zones.materials().to_vec();
+        ground.forests = zones.forests().to_vec();
+        let (low, high) = (ground.lowest + ground.origin, ground.highest + ground.origin);
+        zones::check_polygons(scene, settings, &low, &high)?;
+        if !zones.is_empty() {
+            let middle =
+                |t: &[u32; 3]| t.iter().map(|n| ground.nodes[*n as usize]).sum::<Vector3<f64>>() / 3.0;
+            zones.check_use(scene, || ground.triangles.iter().map(middle))?;
+            ground.zones = ground.triangles.iter().map(|t| zones.at(&middle(t))).collect();
+        }
+        Ok(ground)
+    }
+
+    /// Of one surface.
+    pub fn new(relief: Triangulated) -> Self {
+        let Triangulated { origin, nodes, triangles, mut notices } = relief;
+        let (triangles, dropped) = with_area(&nodes, triangles);
+        if dropped > 0 {
+            notices.push(notice(format!("{dropped} triangles without area left out")));
+        }
+        let corner = |t: usize, k: usize| nodes[triangles[t][k] as usize];
+        let order = morton_order(triangles.len(), |t| (corner(t, 0) + corner(t, 1) + corner(t, 2)) / 3.0);
+        let triangles: Vec<[u32; 3]> = order.into_iter().map(|t| triangles[t as usize]).collect();
+        let (nodes, triangles) = by_first_use(nodes, triangles);
+        let tree = BoxTree::new(triangles.len(), |t| bounds_of(&triangles[t].map(|n| nodes[n as usize])));
+        let mut lowest = Vector3::repeat(f64::INFINITY);
+        let mut highest = Vector3::repeat(f64::NEG_INFINITY);
+        for node in triangles.iter().flatten().map(|n| &nodes[*n as usize]) {
+            lowest = lowest.inf(node);
+            highest = highest.sup(node);
+        }
+        Self {
+            origin,
+            nodes,
+            triangles,
+            zones: Vec::new(),
+            materials: vec![String::new()],
+            forests: vec![None],
+            lowest,
+            highest,
+            notices,
+            continuous: false,
+            tree,
+        }
+    }
+
+    /// Where two triangles touch without a common node.
+    pub fn unshared(&self) -> Option<Unshared> {
+        first_fault(&self.nodes, Vec::new(), &self.triangles)
+    }
+
+    /// Corners of a triangle, local [m].
+    #[inline]
+    pub fn corners(&self, triangle: u32) -> [Vector3<f64>; 3] {
+        self.triangles[triangle as usize].map(|n| self.nodes[n as usize])
+    }
+
+    /// Zone of a triangle, as a place in [`Terrain::materials`].
+    #[inline]
+    pub fn zone(&self, triangle: u32) -> u8 {
+        self.zones.get(triangle as usize).copied().unwrap_or(0)
+    }
+
+    /// True if both triangles hold a node; numbers beyond the triangles, which are edges and corners, do not.
+    pub fn share_a_node(&self, a: u32, b: u32) -> bool {
+        let of = |key: u32| self.triangles.get(key as usize);
+        of(a).zip(of(b)).is_some_and(|(a, b)| a.iter().any(|n| b.contains(n)))
+    }
+
+    /// In words, with numbers.
+    pub fn describe(&self) -> String {
+        let size = self.highest - self.lowest;
+        let from = self.lowest + self.origin;
+        let to = self.highest + self.origin;
+        format!(
+            "terrain of {} triangles and {} nodes, {:.1} m x {:.1} m x {:.1} m, x {:.1} to {:.1}, y {:.1} to {:.1}, \
+             z {:.1} to {:.1}",
+            self.triangles.len(),
+            self.nodes.len(),
+            size.x,
+            size.y,
+            size.z,
+            from.x,
+            to.x,
+            from.y,
+            to.y,
+            from.z,
+            to.z
+        )
+    }
+}
+
+fn bounds_of([a, b, c]: &[Vector3<f64>; 3]) -> Bounds {
+    Bounds::around(&a.inf(b).inf(c), &a.sup(b).sup(c))
+}
+
+/// The same with the nodes in the order in which the triangles name them, so that what is near lies together in
+/// memory; a node that none names is left out.
+fn by_first_use(
+    nodes: Vec<Vector3<f64>>,
+    mut triangles: Vec<[u32; 3]>,
+) -> (Vec<Vector3<f64>>, Vec<[u32; 3]>) {
+    let mut place = vec![u32::MAX; nodes.len()];
+    let mut ordered = Vec::with_capacity(nodes.len());
+    for number in triangles.iter_mut().flatten() {
+        let place = &mut place[*number as usize];
+        if *place == u32::MAX {
+            *place = ordered.len() as u32;
+            ordered.push(nodes[*number as usize]);
+        }
+        *number = *place;
+    }
+    (ordered, triangles)
+}
+
+/// Height of a triangle over its longest edge, in such edges, up to which it counts as without area. The normal of a
+/// thinner one is a matter of rounding (nodes of 1e3 m, rounded to 1e-13 m, tilt it by 1e-6 rad and more), and the
+/// edges that its neighbours leave are so close that a sphere touches them as one.
+const THINNEST: f64 = 1e-7;
+
+/// The triangles that have an area, and how many have none: their edges are those of their neighbours.
+fn with_area(nodes: &[Vector3<f64>], mut triangles: Vec<[u32; 3]>) -> (Vec<[u32; 3]>, usize) {
+    let before = triangles.len();
+    triangles.retain(|t| {
+        let [a, b, c] = t.map(|n| nodes[n as usize]);
+        let longest = (b - a).norm_squared().max((c - a).norm_squared()).max((c - b).norm_squared());
+        // Twice the area over the longest edge squared is the height over that edge, in edges.
+        (b - a).cross(&(c - a)).norm() > THINNEST * longest
+    });
+    let dropped = before - triangles.len();
+    (triangles, dropped)
+}

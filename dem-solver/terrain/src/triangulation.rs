@@ -1,0 +1,173 @@
+//! From what a file holds (a raster of heights, points, triangles) to one surface with a local origin.
+
+use super::formats::{self, Content};
+use super::notice;
+use super::raster::Raster;
+use super::settings::{NoData, TerrainSettings};
+use interface_defs::diagnostic::Diagnostic;
+use interface_defs::toolkit::scene::Scene;
+use nalgebra::Vector3;
+use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
+
+/// One surface of triangles in local coordinates.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Triangulated {
+    /// What is added to local coordinates to give the file's [m]; whole numbers.
+    pub origin: Vector3<f64>,
+    /// Corners, local [m].
+    pub nodes: Vec<Vector3<f64>>,
+    /// Triangles.
+    pub triangles: Vec<[u32; 3]>,
+    /// What the user should know of it.
+    pub notices: Vec<Diagnostic>,
+}
+
+/// Read the terrain of a scene.
+pub fn of(scene: &Scene, settings: &TerrainSettings) -> Result<Triangulated, Diagnostic> {
+    let path = scene.resolve(&settings.file);
+    match formats::terrain(&path, &settings.classes, settings.nodata_value)? {
+        Content::Raster(raster) => from_raster(&raster, settings.nodata, &path.display().to_string()),
+        Content::Points(points) => from_points(&points, settings.longest_edge, &path.display().to_string()),
+        Content::Triangles { nodes, triangles, notices } => {
+            let (origin, nodes) = localise(nodes);
+            Ok(Triangulated { origin, nodes, triangles, notices })
+        }
+    }
+}
+
+/// A whole-numbered point in the middle, and the nodes from there.
+fn localise(mut nodes: Vec<Vector3<f64>>) -> (Vector3<f64>, Vec<Vector3<f64>>) {
+    let lowest = nodes.iter().fold(Vector3::repeat(f64::INFINITY), |l, n| l.inf(n));
+    let highest = nodes.iter().fold(Vector3::repeat(f64::NEG_INFINITY), |h, n| h.sup(n));
+    let origin = middle(lowest, highest);
+    for node in &mut nodes {
+        *node -= origin;
+    }
+    (origin, nodes)
+}
+
+/// Rounded down, so that a terrain moved by whole metres has its origin moved by as much.
+fn middle(lowest: Vector3<f64>, highest: Vector3<f64>) -> Vector3<f64> {
+    let middle = (lowest * 0.5 + highest * 0.5).map(f64::floor);
+    if middle.sum().is_finite() { middle } else { Vector3::zeros() }
+}
+
+/// Two triangles in each cell, cut along the diagonal whose ends are nearer in height: ridges and
+/// gullies stay sharp.
+pub fn from_raster(raster: &Raster, nodata: NoData, file: &str) -> Result<Triangulated, Diagnostic> {
+    let [columns, rows] = raster.counts;
+    let missing = raster.heights.iter().filter(|z| z.is_nan()).count();
+    let mut notices = Vec::new();
+    if missing > 0 {
+        if nodata == NoData::Refuse {
+            let first = raster.heights.iter().position(|z| z.is_nan()).unwrap_or(0);
+            return Err(Diagnostic::in_file(
+                file,
+                format!(
+                    "{missing} of {} cells have no height, the first in row {} from the north and column {}",
+                    raster.heights.len(),
+                    first / columns + 1,
+                    first % columns + 1
+                ),
+            )
+            .try_instead(
+                "fill them, or write nodata = \"cut\" under [terrain]: rocks fall through such holes",
+            ));
+        }
+        notices.push(notice(format!("{missing} cells without height are cut out")));
+    }
+    let known = || raster.heights.iter().copied().filter(|z| !z.is_nan());
+    let [x0, y0] = raster.corner;
+    let [dx, dy] = raster.spacing;
+    let far = Vector3::new(
+        x0 + dx * (columns - 1) as f64,
+        y0 + dy * (rows - 1) as f64,
+        known().fold(f64::NEG_INFINITY, f64::max),
+    );
+    let origin = middle(Vector3::new(x0, y0, known().fold(f64::INFINITY, f64::min)), far);
+    // Cells of a survey are subtracted before they are multiplied: nothing of 2.6e6 m is left to round.
+    let (x0, y0) = (x0 - origin.x, y0 - origin.y);
+    let mut place = vec![u32::MAX; raster.heights.len()];
+    let mut nodes = Vec::with_capacity(raster.heights.len() - missing);
+    for (at, z) in raster.heights.iter().enumerate().filter(|(_, z)| !z.is_nan()) {
+        let (row, column) = (at / columns, at % columns);
+        place[at] = nodes.len() as u32;
+        nodes.push(Vector3::new(x0 + dx * column as f64, y0 + dy * (rows - 1 - row) as f64, z - origin.z));
+    }
+    let mut triangles = Vec::with_capacity(2 * columns.saturating_sub(1) * rows.saturating_sub(1));
+    for row in 1..rows {
+        for column in 1..columns {
+            let at = row * columns + column;
+            // West and east of the row above, west and east of this one.
+            let four = [at - columns - 1, at - columns, at - 1, at];
+            let [nw, ne, sw, se] = four.map(|i| place[i]);
+            let height = four.map(|i| raster.heights[i]);
+            let all = [nw, ne, sw, se];
+            match all.iter().filter(|n| **n == u32::MAX).count() {
+                0 if (height[0] - height[3]).abs() <= (height[1] - height[2]).abs() => {
+                    triangles.extend([[sw, se, nw], [nw, se, ne]]);
+                }
+                0 => triangles.extend([[sw, se, ne], [sw, ne, nw]]),
+                1 => {
+                    // Counter-clockwise from south-west, the missing one left out.
+                    let mut round = [sw, se, ne, nw].into_iter().filter(|n| *n != u32::MAX);
+                    if let (Some(a), Some(b), Some(c)) = (round.next(), round.next(), round.next()) {
+                        triangles.push([a, b, c]);
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+    Ok(Triangulated { origin, nodes, triangles, notices })
+}
+
+struct Spot {
+    at: Point2<f64>,
+    number: u32,
+}
+
+impl HasPosition for Spot {
+    type Scalar = f64;
+    fn position(&self) -> Point2<f64> {
+        self.at
+    }
+}
+
+/// Delaunay triangles over x and y, those with an edge above `longest` [m] left out. Of points that stand over each other the highest is kept.
+pub fn from_points(
+    points: &[[f64; 3]],
+    longest: Option<f64>,
+    file: &str,
+) -> Result<Triangulated, Diagnostic> {
+    let (origin, mut nodes) = localise(points.iter().map(|p| Vector3::from(*p)).collect());
+    let before = nodes.len();
+    nodes.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(b.z.total_cmp(&a.z)));
+    nodes.dedup_by(|next, kept| next.x == kept.x && next.y == kept.y);
+    let mut notices = Vec::new();
+    if nodes.len() < before {
+        let what = format!("{} points lie above or below another one", before - nodes.len());
+        notices.push(notice(what).try_instead("the highest is kept"));
+    }
+    let spot = |(i, n): (usize, &Vector3<f64>)| {
+        // Spade refuses coordinates between 0 and 1e-42.
+        let tiny = |v: f64| if v.abs() < 1e-30 { 0.0 } else { v };
+        Spot { at: Point2::new(tiny(n.x), tiny(n.y)), number: i as u32 }
+    };
+    let spots: Vec<Spot> = nodes.iter().enumerate().map(spot).collect();
+    let mesh = DelaunayTriangulation::<Spot>::bulk_load_stable(spots)
+        .map_err(|e| Diagnostic::in_file(file, format!("the points cannot be joined to triangles: {e}")))?;
+    let mut triangles: Vec<[u32; 3]> =
+        mesh.inner_faces().map(|face| face.vertices().map(|v| v.data().number)).collect();
+    if let Some(longest) = longest {
+        let edge = |a: u32, b: u32| (nodes[a as usize] - nodes[b as usize]).xy().norm();
+        triangles.retain(|&[a, b, c]| edge(a, b).max(edge(b, c)).max(edge(c, a)) <= longest);
+    }
+    if triangles.is_empty() {
+        return Err(Diagnostic::in_file(
+            file,
+            format!("{} points that span no surface: three that are not in line are needed", nodes.len()),
+        ));
+    }
+    Ok(Triangulated { origin, nodes, triangles, notices })
+}
