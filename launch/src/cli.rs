@@ -1,18 +1,22 @@
 //! The command line.
 
-use crate::command_line::beside;
+use crate::command_line::own_program;
 use crate::estimate;
 use crate::run::{self, Request};
 use crate::stop::Stop;
 use crate::{manual, reference, schema, status, trade, worst};
 use clap::{CommandFactory, Parser, Subcommand};
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc;
-use interface_defs::toolkit::arguments::{ClusterArguments, EnsembleArguments, Input, Logging, Results};
+use interface_defs::toolkit::arguments::{
+    AnswerForm, ClusterArguments, EnsembleArguments, Input, Logging, Results,
+};
+use interface_defs::toolkit::check::Format;
 use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::log::{self, LogFormat};
 use interface_defs::toolkit::program::Savings;
 use interface_defs::toolkit::screen::{complain, show};
+use serde_json::json;
 use std::ffi::OsString;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
@@ -51,6 +55,8 @@ enum Command {
         /// Write the scene with every default and --set filled in to this file; it runs as it is, from any directory
         #[arg(long, value_name = "FILE")]
         resolved: Option<PathBuf>,
+        #[command(flatten)]
+        answer: AnswerForm,
     },
     /// Measure what accuracy costs: run a scene over its knobs, print the cheapest settings for 10, 3, 1 and 0.1 %
     ///
@@ -118,9 +124,9 @@ pub fn main() -> Exit {
         Ok(cli) => cli,
         Err(error) => {
             let Some(scene) = scene_as_command(std::env::args_os().nth(1)) else { error.exit() };
-            complain(&format!(
-                "{scene}: this is a scene, and the command is missing; write rockfall run {scene}"
-            ));
+            let what = format!("{scene}: this is a scene, and the command is missing");
+            let cure = format!("write rockfall run {scene}");
+            complain(&Diagnostic::error(code::ARGUMENT, what).try_instead(cure));
             return Exit::BadInput;
         }
     };
@@ -129,10 +135,12 @@ pub fn main() -> Exit {
     match execute(cli.command, json) {
         Ok(exit) => exit,
         Err(stop) => {
-            if json {
-                tracing::error!("{}", stop.message);
-            } else {
-                complain(&stop.message);
+            for error in &stop.errors {
+                if json {
+                    tracing::error!("{error}");
+                } else {
+                    complain(error);
+                }
             }
             stop.exit
         }
@@ -153,19 +161,25 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
             quiet,
             bar: !quiet && !json,
         }),
-        Command::Check { input, resolved } => {
-            show(&estimate::check(&input, resolved.as_deref())?);
-            Ok(Exit::Done)
+        Command::Check { input, resolved, answer } => {
+            let answered = estimate::check(&input, resolved.as_deref(), answer.format);
+            show(&match &answered {
+                Err(stop) if answer.format == Format::Json => {
+                    format!("{}\n", json!({ "errors": stop.errors }))
+                }
+                answered => answered.clone()?,
+            });
+            answered.map(|_| Exit::Done)
         }
         Command::Trade(arguments) => trade::trade(&arguments, json),
         Command::Ensemble(arguments) if arguments.barrier.is_some() => worst::worst(&arguments, json),
-        Command::Ensemble(_) => become_program("dem-solver", "ensemble", &arguments_after("ensemble")),
+        Command::Ensemble(_) => become_program("dem-solver", "ensemble"),
         Command::Status { dir } => {
             let (text, exit) = status::status(&dir)?;
             show(&text);
             Ok(exit)
         }
-        Command::Cluster(_) => hand_over("dem-solver", "cluster", &arguments_after("cluster")),
+        Command::Cluster(_) => become_program("dem-solver", "cluster"),
         Command::Schema { study, reference } => {
             show(&match (study, reference) {
                 (true, _) => schema::text(&schema::study()?.study()),
@@ -182,7 +196,7 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
         }
         Command::Man { dir } => print_manual(dir.as_deref()),
         Command::Clean => {
-            let removed = ipc::clean().map_err(|failure| Stop::failed(failure.to_string()))?;
+            let removed = ipc::clean().map_err(|failure| Stop::failed(code::PROCESS, failure.to_string()))?;
             if removed.is_empty() {
                 show("nothing to remove: no dead run has left anything behind\n");
             }
@@ -200,11 +214,12 @@ fn print_manual(dir: Option<&Path>) -> Result<Exit, Stop> {
         None => {
             let mut page = Vec::new();
             let rendered = manual::one_page(Cli::command(), &mut page);
-            rendered.map_err(|e| Stop::failed(format!("the manual page cannot be made: {e}")))?;
+            rendered
+                .map_err(|e| Stop::failed(code::OTHER, format!("the manual page cannot be made: {e}")))?;
             show(&String::from_utf8_lossy(&page));
         }
         Some(dir) => manual::write(Cli::command(), dir).map_err(|e| {
-            Stop::input(format!("{}: the manual pages cannot be written: {e}", dir.display()))
+            Stop::input(code::FILE, format!("{}: the manual pages cannot be written: {e}", dir.display()))
         })?,
     }
     Ok(Exit::Done)
@@ -216,25 +231,11 @@ fn arguments_after(word: &str) -> Vec<OsString> {
 }
 
 /// Become a program of this project beside this one: signals reach it, and it ends with its own code.
-fn become_program(program: &str, command: &str, arguments: &[OsString]) -> Result<Exit, Stop> {
-    let file = beside(program)
-        .map_err(|what| Diagnostic::new(what).try_instead("build all programs with cargo build --release"))?;
+fn become_program(program: &str, command: &str) -> Result<Exit, Stop> {
     // It returns only where the program cannot be started.
-    let e = std::process::Command::new(file).arg(command).args(arguments).exec();
-    Err(Diagnostic::new(format!("{program} cannot be started: {e}")).into())
-}
-
-/// Let a program of this project beside this one do the whole work, and end as it does.
-fn hand_over(program: &str, command: &str, arguments: &[OsString]) -> Result<Exit, Stop> {
-    let file = beside(program)
-        .map_err(|what| Diagnostic::new(what).try_instead("build all programs with cargo build --release"))?;
-    let status = std::process::Command::new(file).arg(command).args(arguments).status();
-    match status.map(|s| s.code()) {
-        Ok(Some(0)) => Ok(Exit::Done),
-        Ok(Some(2)) => Ok(Exit::BadInput),
-        Ok(_) => Ok(Exit::Failed),
-        Err(e) => Err(Diagnostic::new(format!("{program} cannot be started: {e}")).into()),
-    }
+    let e =
+        std::process::Command::new(own_program(program)?).arg(command).args(arguments_after(command)).exec();
+    Err(Stop::input(code::PROCESS, format!("{program} cannot be started: {e}")))
 }
 
 #[cfg(test)]

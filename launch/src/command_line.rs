@@ -1,5 +1,6 @@
 //! A command line as a scene writes it, and the program that it means.
 
+use interface_defs::diagnostic::{Diagnostic, code};
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
@@ -50,14 +51,15 @@ pub fn find(name: &str, base: &Path) -> Result<PathBuf, String> {
 }
 
 /// A program of this project: beside this one.
-pub fn beside(name: &str) -> Result<PathBuf, String> {
-    let dir = own_directory().ok_or("the directory of this program is unknown")?;
+pub fn own_program(name: &str) -> Result<PathBuf, Diagnostic> {
+    let missing = |what: String| {
+        Diagnostic::error(code::FILE, what).try_instead("build all programs with cargo build --release")
+    };
+    let dir = own_directory().ok_or_else(|| missing("the directory of this program is unknown".into()))?;
     let path = dir.join(name);
-    if is_program(&path) {
-        Ok(path)
-    } else {
-        Err(format!("the program {name} is missing: it belongs beside this one, in {}", dir.display()))
-    }
+    let absent =
+        || format!("the program {name} is missing: it belongs beside this one, in {}", dir.display());
+    if is_program(&path) { Ok(path) } else { Err(missing(absent())) }
 }
 
 fn own_directory() -> Option<PathBuf> {

@@ -1,100 +1,152 @@
 //! `rockfall check`: what would run, critical steps, windows, cost, from the programs' own numbers.
 
-use crate::choice;
+use crate::choice::{self, Chosen};
 use crate::events::Events;
 use crate::ground::Ground;
 use crate::kind;
 use crate::numbers::{Numbers, Side};
-use crate::plan::Part;
+use crate::plan::{Part, Plan};
 use crate::preset::Preset;
 use crate::record;
 use crate::stop::Stop;
 use crate::validate::validate;
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::diagnostic::{Diagnostic, Severity, code};
 use interface_defs::toolkit::arguments::Input;
-use interface_defs::toolkit::check::CheckReport;
+use interface_defs::toolkit::check::{CheckReport, Format};
 use interface_defs::toolkit::limits::Limits;
 use interface_defs::toolkit::output::Output;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::summary::short;
+use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::Path;
+
+/// A cost beyond this is worth a question: a month [s].
+const LONG: f64 = 30.0 * 86_400.0;
+/// Nobody waits so long for a run: a century [s].
+const FOR_EVER: f64 = 100.0 * 365.0 * 86_400.0;
 
 /// A scene as the programs that it asks for have found it.
 struct Examined {
     scene: Scene,
+    plan: Plan,
     reports: Vec<(Part, CheckReport)>,
-    text: String,
+    chosen: Vec<Chosen>,
+    numbers: Numbers,
 }
 
 /// The answer to `rockfall check`. The scene with every default and every choice filled in goes to `resolved`.
-pub fn check(input: &Input, resolved: Option<&Path>) -> Result<String, Stop> {
-    let Examined { scene, reports, mut text } = examine(input, resolved)?;
-    for warning in warnings(&scene, &reports)? {
-        let _ = writeln!(text, "warning: {warning}");
-    }
-    Ok(text)
+pub fn check(input: &Input, resolved: Option<&Path>, format: Format) -> Result<String, Stop> {
+    let examined = examine(input, resolved, &Events::watch()?)?;
+    let warnings = warnings(&examined.scene, &examined.reports)?;
+    Ok(match format {
+        Format::Json => format!("{}\n", examined.json(&warnings)),
+        Format::Text => {
+            let warnings = warnings.iter().map(|warning| format!("warning: {warning}\n"));
+            examined.text()? + &warnings.collect::<String>()
+        }
+    })
 }
 
 /// What `rockfall check` warns of, without places in the scene.
-pub fn doubts(input: &Input) -> Result<Vec<String>, Stop> {
-    let Examined { scene, reports, .. } = examine(input, None)?;
+pub fn doubts(input: &Input, events: &Events) -> Result<Vec<Diagnostic>, Stop> {
+    let Examined { scene, reports, .. } = examine(input, None, events)?;
     Ok(unplaced(&scene, &reports)?)
 }
 
-fn examine(input: &Input, resolved: Option<&Path>) -> Result<Examined, Stop> {
-    let events = Events::watch().map_err(Stop::failed)?;
+fn examine(input: &Input, resolved: Option<&Path>, events: &Events) -> Result<Examined, Stop> {
     let (scene, plan) = kind::load(input)?;
-    let ground = Ground::of(&scene, &plan, input, &events)?;
-    let mut reports = validate(&plan, ground.input(), &events)?;
+    let ground = Ground::of(&scene, &plan, input, None, events)?;
+    let mut reports = validate(&plan, ground.input(), events)?;
     let chosen = choice::complete(&scene, &plan, &mut reports)?;
     if let Some(file) = resolved {
         let mut table = record::resolved(&scene, &plan, &reports)?;
         // It is made again by whoever runs the scene.
         ground.forget(&mut table);
         record::write_scene(file, &scene, &table, None)
-            .map_err(|e| Stop::input(format!("{}: cannot be written: {e}", file.display())))?;
-    }
-    let mut text = String::new();
-    let how = match plan.members.len() {
-        1 => "1 process, no shared memory".to_owned(),
-        n => format!("{n} processes over shared memory"),
-    };
-    let _ = writeln!(text, "{}: {how}, {} s", scene.name(), short(scene.end_time()?));
-    for member in &plan.members {
-        let program = member.program.display();
-        let _ = writeln!(text, "\n{}: {program} {}", member.part.name(), member.arguments.join(" "));
-        match reports.iter().find(|(part, _)| *part == member.part) {
-            Some((_, report)) => report.builds.iter().for_each(|line| {
-                let _ = writeln!(text, "  {line}");
-            }),
-            None => text.push_str("  named by the scene: it is not asked, and starts as it is\n"),
-        }
+            .map_err(|e| Stop::input(code::FILE, format!("{}: cannot be written: {e}", file.display())))?;
     }
     let numbers = Numbers::of(&reports, scene.end_time()?);
-    text.push('\n');
-    for choice in chosen.iter().filter(|choice| choice.is_of_scene()) {
-        let _ = writeln!(text, "{:<28} {}", "chosen, not in the scene", choice.text());
-    }
-    if let Some(preset) = Preset::of(&scene.document()?) {
-        let _ = writeln!(text, "{:<28} {}", "preset, as measured", preset.quote());
-    }
-    text.push_str(&numbers.steps());
-    text.push_str(&numbers.cost());
-    Ok(Examined { scene, reports, text })
+    Ok(Examined { scene, plan, reports, chosen, numbers })
 }
 
-/// What the user should know before the start, each once, with its place in the scene where it begins with its key.
-pub fn warnings(scene: &Scene, reports: &[(Part, CheckReport)]) -> Result<Vec<String>, Diagnostic> {
-    Ok(unplaced(scene, reports)?.iter().map(|warning| scene.placed(warning)).collect())
+impl Examined {
+    /// For people.
+    fn text(&self) -> Result<String, Stop> {
+        let mut text = String::new();
+        let how = match self.plan.members.len() {
+            1 => "1 process, no shared memory".to_owned(),
+            n => format!("{n} processes over shared memory"),
+        };
+        let _ = writeln!(text, "{}: {how}, {} s", self.scene.name(), short(self.numbers.end_time));
+        for member in &self.plan.members {
+            let program = member.program.display();
+            let _ = writeln!(text, "\n{}: {program} {}", member.part.name(), member.arguments.join(" "));
+            match self.report(member.part) {
+                Some(report) => report.builds.iter().for_each(|line| {
+                    let _ = writeln!(text, "  {line}");
+                }),
+                None => text.push_str("  named by the scene: it is not asked, and starts as it is\n"),
+            }
+        }
+        text.push('\n');
+        for choice in self.chosen.iter().filter(|choice| choice.is_of_scene()) {
+            let _ = writeln!(text, "{:<28} {}", "chosen, not in the scene", choice.text());
+        }
+        if let Some(preset) = Preset::of(&self.scene.document()?) {
+            let _ = writeln!(text, "{:<28} {}", "preset, as measured", preset.quote());
+        }
+        Ok(text + &self.numbers.steps() + &self.numbers.cost())
+    }
+
+    /// The same as data, with what was chosen by its dotted key.
+    fn json(&self, warnings: &[Diagnostic]) -> Value {
+        let process = |member: &crate::plan::Member| {
+            let report = self.report(member.part);
+            json!({
+                "name": member.part.name(),
+                "program": member.program.display().to_string(),
+                "arguments": member.arguments,
+                "builds": report.map(|report| &report.builds),
+                "numbers": report.map(|report| &report.numbers),
+            })
+        };
+        let chosen = self.chosen.iter().filter(|choice| choice.is_of_scene());
+        let chosen = chosen.map(|choice| (format!("{}.{}", choice.key.0, choice.key.1), json!(choice.value)));
+        json!({
+            "scene": self.scene.name(),
+            "end_time_s": self.numbers.end_time,
+            "processes": self.plan.members.iter().map(process).collect::<Vec<_>>(),
+            "chosen": chosen.collect::<serde_json::Map<_, _>>(),
+            "longest_weak_window_s": self.numbers.limit.map(|limit| limit.window),
+            "expected_cost_s": self.numbers.expected_cost().filter(|cost| cost.is_finite()),
+            "warnings": warnings,
+        })
+    }
+
+    fn report(&self, part: Part) -> Option<&CheckReport> {
+        self.reports.iter().find(|(of, _)| *of == part).map(|(_, report)| report)
+    }
 }
 
-fn unplaced(scene: &Scene, reports: &[(Part, CheckReport)]) -> Result<Vec<String>, Diagnostic> {
+/// What the user should know before the start, each once, with its place in the scene where it is about a key. A run that
+/// would take for ever is refused.
+pub fn warnings(scene: &Scene, reports: &[(Part, CheckReport)]) -> Result<Vec<Diagnostic>, Diagnostic> {
+    Ok(unplaced(scene, reports)?.into_iter().map(|warning| scene.placed(warning)).collect())
+}
+
+fn unplaced(scene: &Scene, reports: &[(Part, CheckReport)]) -> Result<Vec<Diagnostic>, Diagnostic> {
+    let numbers = Numbers::of(reports, scene.end_time()?);
+    let of_cost = numbers.of_cost();
+    if let Some(refused) = of_cost.clone().filter(|found| found.severity == Severity::Error) {
+        return Err(scene.placed(refused));
+    }
     let of_programs = reports.iter().flat_map(|(_, report)| report.warnings.iter().cloned());
-    let of_numbers = Numbers::of(reports, scene.end_time()?).warnings();
-    let of_tables = Output::warnings(scene)?.into_iter().chain(Limits::of(scene)?.warnings());
-    let mut all: Vec<String> = Vec::new();
-    for warning in of_programs.chain(of_numbers).chain(of_tables) {
+    let of_output =
+        Output::warnings(scene)?.into_iter().map(|said| Diagnostic::warning(code::UNUSUAL_VALUE, said));
+    let of_tables = of_output.chain(Limits::of(scene)?.warnings());
+    let mut all: Vec<Diagnostic> = Vec::new();
+    for warning in of_programs.chain(numbers.warnings()).chain(of_cost).chain(of_tables) {
         if !all.contains(&warning) {
             all.push(warning);
         }
@@ -149,40 +201,75 @@ impl Numbers {
             return text;
         };
         line("windows", format!("{} of {} s", short(windows), short(length)));
-        // One request and one answer with each of the two solvers, and their steps.
-        let mut pass = 2.0 * self.seconds_per_exchange.unwrap_or(0.0);
-        let mut untold = Vec::new();
+        let mut unknown = Vec::new();
         for (name, side) in [("net", &self.net), ("contact", &self.contact)] {
             match side.steps(length) {
-                Some(steps) => {
-                    line(&format!("steps per window, {name}"), short(steps));
-                    pass += steps * side.seconds.unwrap_or(0.0);
-                }
-                None => untold.push(name),
+                Some(steps) => line(&format!("steps per window, {name}"), short(steps)),
+                None => unknown.push(name),
             }
         }
         let per = if self.weak { "" } else { " for one coupling iteration per window" };
-        let without = if untold.is_empty() {
+        let without = if unknown.is_empty() {
             String::new()
         } else {
-            format!(" and the steps of the {}, which are not known", untold.join(" and the "))
+            format!(" and the steps of the {}, which are not known", unknown.join(" and the "))
         };
-        line("expected cost", format!("up to {} s of wall time{per}{without}", short(windows * pass)));
+        let cost = self.expected_cost().unwrap_or(f64::NAN);
+        line("expected cost", format!("up to {} s of wall time{per}{without}", short(cost)));
         text
     }
 
-    fn warnings(&self) -> Option<String> {
+    /// Wall time of the run as far as it is known [s], for one coupling iteration per window.
+    fn expected_cost(&self) -> Option<f64> {
+        let of = |side: &Side, length: f64| Some(side.steps(length)? * side.seconds.unwrap_or(0.0));
+        let Some((windows, length)) = self.windows.zip(self.window) else {
+            return [&self.net, &self.contact].into_iter().find_map(|side| of(side, self.end_time));
+        };
+        // One request and one answer with each of the two solvers, and their steps.
+        let mut pass = 2.0 * self.seconds_per_exchange.unwrap_or(0.0);
+        for side in [&self.net, &self.contact] {
+            pass += of(side, length).unwrap_or(0.0);
+        }
+        Some(windows * pass)
+    }
+
+    /// What is to be said of a run that takes a month, or that never ends.
+    fn of_cost(&self) -> Option<Diagnostic> {
+        let cost = self.expected_cost().filter(|cost| *cost > LONG)?;
+        let seconds = |side: &Side| side.seconds.zip(side.step).map_or(0.0, |(seconds, step)| seconds / step);
+        let (net, contact) = (seconds(&self.net), seconds(&self.contact));
+        let exchange = self.seconds_per_exchange.zip(self.window).map_or(0.0, |(s, window)| 2.0 * s / window);
+        let key = if exchange > net.max(contact) {
+            "coupling.time_window"
+        } else if net >= contact {
+            "fem.time_step"
+        } else {
+            "dem.time_step"
+        };
+        let days = short((cost / 86_400.0).round());
+        let what = format!("the run would take some {days} days of wall time, most of it because of {key}");
+        let found = Diagnostic::warning(code::SIZE, what).about(key);
+        let severity = if cost > FOR_EVER { Severity::Error } else { Severity::Warning };
+        Some(
+            Diagnostic { severity, ..found }.try_instead("lengthen it, or leave it out; or shorten end_time"),
+        )
+    }
+
+    fn warnings(&self) -> Option<Diagnostic> {
         let (window, limit) = (self.window?, self.limit?);
         (self.weak && window > limit.window).then(|| {
-            format!(
-                "coupling.time_window: weak coupling with a window of {} s is wrong where a contact becomes as stiff as {} N/m on a node of \
-                 {} kg: {} sets the limit there, {} s; shorten coupling.time_window or use scheme = \"strong\"",
+            let what = format!(
+                "weak coupling with a window of {} s is wrong where a contact becomes as stiff as {} N/m on a node of {} kg: {} sets the \
+                 limit there, {} s",
                 short(window),
                 short(self.stiffness.unwrap_or(f64::NAN)),
                 short(self.node_mass.unwrap_or(f64::NAN)),
                 limit.cause,
                 short(limit.window)
-            )
+            );
+            Diagnostic::warning(code::TIME_STEP, what)
+                .about("coupling.time_window")
+                .try_instead("shorten coupling.time_window or use scheme = \"strong\"")
         })
     }
 }
@@ -257,8 +344,22 @@ mod tests {
             coupled(1e-3)
                 .warnings()
                 .expect("too long")
+                .message
                 .contains("over 1 ms, which it has to resolve sets the limit there, 0.000125 s")
         );
+    }
+
+    #[test]
+    fn a_run_that_takes_a_month_is_warned_of_and_one_that_never_ends_is_refused() {
+        let with_step =
+            |step: f64| Numbers { net: Side { step: Some(step), ..coupled(5e-5).net }, ..coupled(5e-5) };
+        assert_eq!(coupled(5e-5).of_cost(), None);
+        // 1 s of it in steps of 1e-6 s of wall time each.
+        let long = with_step(2e-13).of_cost().expect("58 days");
+        assert_eq!((long.severity, &long.code), (Severity::Warning, &code::SIZE));
+        assert!(long.key.as_deref() == Some("fem.time_step") && long.message.contains(" 58 days"), "{long}");
+        let never = with_step(1e-16).of_cost().expect("centuries");
+        assert_eq!(never.severity, Severity::Error);
     }
 
     #[test]

@@ -1,17 +1,17 @@
 //! What happens while other programs are at work: they end, they say how far they are, the user wants to stop.
 
+use crate::stop::Stop;
+use interface_defs::diagnostic::code;
 use interface_defs::ipc::interrupt;
 use interface_defs::toolkit::progress::Line;
 use std::io;
-use std::process::{ExitStatus, Output};
+use std::process::Output;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 /// One of it.
 pub enum Event {
-    /// The check with this number has ended.
-    Checked(usize, io::Result<Output>),
-    /// The process with this number has ended.
-    Ended(usize, io::Result<ExitStatus>),
+    /// The process with this number has ended, with what it printed where that is kept.
+    Ended(usize, io::Result<Output>),
     /// Ctrl-C, SIGTERM, or a closed terminal.
     Signal,
     /// How far the leader is.
@@ -28,10 +28,10 @@ pub struct Events {
 
 impl Events {
     /// From now on signals are events. One that is ignored stays so, as `nohup` wants it.
-    pub fn watch() -> Result<Self, String> {
+    pub fn watch() -> Result<Self, Stop> {
         let (sender, receiver) = channel();
         let mut signals = signal_hook::iterator::Signals::new(interrupt::ending())
-            .map_err(|e| format!("signals cannot be watched: {e}"))?;
+            .map_err(|e| Stop::failed(code::PROCESS, format!("signals cannot be watched: {e}")))?;
         let to_main = sender.clone();
         std::thread::spawn(move || signals.forever().all(|_| to_main.send(Event::Signal).is_ok()));
         Ok(Self { sender, receiver })

@@ -3,18 +3,18 @@
 //!
 //! Neither of the two knows the other. What a scene names itself is left as it is, and so is a scene without terrain.
 
+use crate::children::{self, ask};
 use crate::events::Events;
 use crate::plan::{Part, Plan};
+use crate::scratch::Scratch;
 use crate::stop::Stop;
-use crate::verdict::error_in;
-use interface_defs::ipc::RunId;
+use interface_defs::diagnostic::code;
 use interface_defs::toolkit::arguments::Input;
 use interface_defs::toolkit::ground::Area;
 use interface_defs::toolkit::scene::Scene;
 use std::ffi::OsString;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
 use toml::Table;
 
 /// Name of the raster in the directory of a run.
@@ -32,18 +32,19 @@ pub struct Ground {
 struct Made {
     key: String,
     file: PathBuf,
-}
-
-impl Drop for Made {
-    fn drop(&mut self) {
-        // Where nothing was written there is nothing to remove.
-        let _ = std::fs::remove_file(&self.file);
-    }
+    /// Where it lies.
+    _scratch: Scratch,
 }
 
 impl Ground {
-    /// That of `scene`, as it is loaded from `input`.
-    pub fn of(scene: &Scene, plan: &Plan, input: &Input, events: &Events) -> Result<Self, Stop> {
+    /// That of `scene`, as it is loaded from `input`; its file lies in the directory `home` of the results, if there is one.
+    pub fn of(
+        scene: &Scene,
+        plan: &Plan,
+        input: &Input,
+        home: Option<&Path>,
+        events: &Events,
+    ) -> Result<Self, Stop> {
         let mut ground = Self { input: input.clone(), made: None };
         let own = |part: Part| plan.members.iter().find(|m| m.part == part && !m.foreign);
         let (Some(structure), Some(rocks)) = (own(Part::Fem), own(Part::Dem)) else { return Ok(ground) };
@@ -51,11 +52,13 @@ impl Ground {
             return Ok(ground);
         }
         let Some(area) = area(&structure.program, input, events)? else { return Ok(ground) };
-        let file = std::env::temp_dir().join(format!("rockfall-{}-{FILE}", RunId::new()));
-        let made = Made { key: area.wants.clone(), file };
-        let mut options: Vec<OsString> = area.options().into_iter().map(OsString::from).collect();
-        options.extend(["-o".into(), made.file.clone().into_os_string()]);
-        ask(&rocks.program, "ground", input, &options, events)?;
+        let scratch = Scratch::new(home)?;
+        let made = Made { key: area.wants.clone(), file: scratch.file(FILE), _scratch: scratch };
+        let mut words: Vec<OsString> = vec!["ground".into()];
+        words.extend(children::scene(input));
+        words.extend(area.options().into_iter().map(OsString::from));
+        words.extend(["-o".into(), made.file.clone().into_os_string()]);
+        ask(&rocks.program, &words, events)?;
         let name = toml::Value::from(made.file.display().to_string());
         ground.input.sets.push(format!("{}={name}", made.key));
         ground.made = Some(made);
@@ -107,38 +110,11 @@ fn name(table: &mut Table, key: &str, value: Option<&str>) {
 
 /// Where the structure's program needs heights for the scene.
 pub fn area(program: &Path, input: &Input, events: &Events) -> Result<Option<Area>, Stop> {
-    let answer = ask(program, "site", input, &[], events)?;
-    serde_json::from_str(&answer).map_err(|e| {
-        Stop::failed(format!("{} site: {e}; are all programs of one version?", program.display()))
+    let words: Vec<OsString> = std::iter::once("site".into()).chain(children::scene(input)).collect();
+    serde_json::from_str(&ask(program, &words, events)?).map_err(|e| {
+        let what = format!("{} site: {e}; are all programs of one version?", program.display());
+        Stop::failed(code::CONTRACT, what)
     })
-}
-
-/// What a program prints when it is asked of the scene.
-fn ask(
-    program: &Path,
-    what: &str,
-    input: &Input,
-    more: &[OsString],
-    events: &Events,
-) -> Result<String, Stop> {
-    let mut command = Command::new(program);
-    let program = program.display();
-    command.arg(what).arg(&input.scene).args(more).stdin(Stdio::null());
-    for set in &input.sets {
-        command.args(["--set", set]);
-    }
-    let Output { status, stdout, stderr } =
-        command.output().map_err(|e| Stop::input(format!("{program} cannot be started: {e}")))?;
-    let said = String::from_utf8_lossy(&stderr);
-    let error = || {
-        error_in(&said).unwrap_or_else(|| format!("{program} {what} ended with {status} and printed: {said}"))
-    };
-    match status.code() {
-        Some(0) => Ok(String::from_utf8_lossy(&stdout).into_owned()),
-        Some(2) => Err(Stop::input(error())),
-        _ if events.interrupted() => Err(Stop::failed("interrupted")),
-        _ => Err(Stop::failed(error())),
-    }
 }
 
 #[cfg(test)]

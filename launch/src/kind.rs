@@ -2,6 +2,7 @@
 
 use crate::plan::Plan;
 use crate::stop::Stop;
+use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::toolkit::arguments::Input;
 use interface_defs::toolkit::scene::Scene;
 use std::path::Path;
@@ -23,7 +24,7 @@ pub fn study(path: &Path) -> Option<Stop> {
     let table: toml::Table = std::fs::read_to_string(path).ok()?.parse().ok()?;
     let name = path.display();
     let says = format!("{name}: this is a study, not a scene; write rockfall ensemble {name}");
-    OF_STUDY.iter().all(|key| table.contains_key(*key)).then(|| Stop::input(says))
+    OF_STUDY.iter().all(|key| table.contains_key(*key)).then(|| Stop::input(code::ARGUMENT, says))
 }
 
 /// A barrier that is run with the members of a study has no rock of its own.
@@ -33,11 +34,14 @@ fn for_study(scene: &Scene, stop: Stop) -> Stop {
         return stop;
     }
     let name = scene.path().display();
-    let says = format!(
-        "{}\n    = if it is a barrier for a study: rockfall ensemble STUDY --barrier {name}, which checks it with a rock of the study",
-        stop.message
+    let cure = format!(
+        "if it is a barrier for a study: rockfall ensemble STUDY --barrier {name}, which checks it with a rock of the study"
     );
-    Stop { message: says, ..stop }
+    let more = |mut error: Diagnostic| {
+        error.hint = Some(error.hint.map_or_else(|| cure.clone(), |hint| format!("{hint}; {cure}")));
+        error
+    };
+    Stop { errors: stop.errors.into_iter().map(more).collect(), ..stop }
 }
 
 #[cfg(test)]
@@ -52,7 +56,7 @@ mod tests {
             std::fs::write(&scene, text).expect("written");
             let Err(stop) = load(&Input { scene, sets: Vec::new() }) else { panic!("{name} is a scene") };
             assert_eq!(stop.exit, interface_defs::toolkit::exit::Exit::BadInput);
-            stop.message
+            stop.errors[0].to_string()
         };
         let study = said("study.toml", "scene = \"fall.toml\"\n[[release]]\ncount = 2\n");
         assert!(study.contains("this is a study") && study.contains("rockfall ensemble "), "{study}");

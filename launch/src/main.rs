@@ -14,9 +14,11 @@
 //! - [`choice`]: scheme, window and steps that the scene leaves open, from [`numbers`] and [`stability`] (the longest weak window)
 //! - [`resume`]: whether a run that was killed can go on in the directory of the results
 //! - [`record`]: on disk before it runs: `scene.toml` with every default, `run.json`
-//! - [`supervise`]: start, watch, end ([`events`], [`progress`]); [`verdict`]: one message of how it ended, [`stop`]: with its exit code
+//! - [`children`]: start programs, watch them, end them ([`events`], [`progress`]); [`verdict`]: how a run ended, [`stop`]: with its
+//!   exit code; [`scratch`]: where files lie that one program hands to another
 //! - [`estimate`]: `rockfall check`: the same without starting, with steps and cost
 //! - [`status`]: `rockfall status`: how far a run or a study is, by its files
+//! - [`sweep`]: many runs, each kept; [`columns`]: tables of what came of them
 //! - [`trade`](mod@trade): `rockfall trade`: accuracy against cost, by many runs
 //! - [`worst`](mod@worst): `rockfall ensemble --barrier`: the members of a study that are hardest on a barrier, coupled with it
 //! - [`schema`], [`reference`](mod@reference): what a scene may hold, put together from all programs; [`manual`]: the manual page
@@ -24,8 +26,10 @@
 //! A new command is a variant of `Command` in [`cli`]; options that other programs have too stand in
 //! `interface_defs::toolkit::arguments`.
 
+mod children;
 mod choice;
 mod cli;
+mod columns;
 mod command_line;
 mod estimate;
 mod events;
@@ -41,10 +45,11 @@ mod reference;
 mod resume;
 mod run;
 mod schema;
+mod scratch;
 mod stability;
 mod status;
 mod stop;
-mod supervise;
+mod sweep;
 mod trade;
 mod validate;
 mod verdict;

@@ -1,6 +1,6 @@
 //! Which programs a scene requires: presence decides.
 
-use crate::command_line::{beside, find, split};
+use crate::command_line::{find, own_program, split};
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::processes::Processes;
 use interface_defs::toolkit::scene::Scene;
@@ -156,9 +156,7 @@ fn unused(scene: &Scene, processes: &Processes) -> Result<(), Diagnostic> {
 
 fn member(part: Part, processes: &Processes, scene: &Scene) -> Result<Member, Diagnostic> {
     let Some(line) = command(processes, part) else {
-        let program = beside(part.program()).map_err(|what| {
-            Diagnostic::new(what).try_instead("build all programs with cargo build --release")
-        })?;
+        let program = own_program(part.program())?;
         return Ok(Member { part, program, arguments: Vec::new(), foreign: false });
     };
     let refuse = |what: String| {

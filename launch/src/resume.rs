@@ -3,7 +3,7 @@
 use crate::ground::Ground;
 use crate::record;
 use crate::stop::Stop;
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::toolkit::checkpoint::Found;
 use interface_defs::toolkit::owner::holder;
 use interface_defs::toolkit::run_dir::{HISTORY, RECORD, SCENE};
@@ -63,6 +63,7 @@ pub fn decide(out: &Path, scene: &Scene, resolved: &Table, ground: &Ground) -> R
 
 fn refuse(out: &Path, what: String) -> Stop {
     Diagnostic::in_file(out.display().to_string(), what)
+        .coded(code::RESULT_DIRECTORY)
         .try_instead("begin it anew with --force, or choose another directory with --out")
         .into()
 }
@@ -95,7 +96,7 @@ fn text(value: Option<&toml::Value>) -> Option<String> {
 fn same_inputs(out: &Path, scene: &Scene, resolved: &Table) -> Result<(), Stop> {
     let Ok(text) = std::fs::read_to_string(out.join(RECORD)) else { return Ok(()) };
     let run: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
-    let now = record::hashes(scene, resolved).map_err(|e| Stop::input(e.to_string()))?;
+    let now = record::hashes(scene, resolved).map_err(|e| Stop::input(code::FILE, e.to_string()))?;
     let own = scene.path().display().to_string();
     for (path, hash) in now.iter().filter(|(path, _)| **path != own) {
         let before = &run["inputs"][path];

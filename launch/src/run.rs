@@ -1,5 +1,6 @@
 //! `rockfall run`.
 
+use crate::children::{self, Goes, Job, Rules, Said, log_path};
 use crate::choice;
 use crate::estimate;
 use crate::events::Events;
@@ -10,9 +11,9 @@ use crate::progress::Bar;
 use crate::record;
 use crate::resume::{self, Resume};
 use crate::stop::Stop;
-use crate::supervise::{Job, log_path, supervise};
 use crate::validate::validate;
 use crate::verdict::verdict;
+use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc::{self, Wait};
 use interface_defs::toolkit::arguments::{Input, Results};
 use interface_defs::toolkit::exit::Exit;
@@ -25,6 +26,7 @@ use interface_defs::toolkit::summary::{RunStatus, Summary};
 use std::ffi::OsString;
 use std::io::{self, IsTerminal};
 use std::path::Path;
+use std::process::Command;
 
 /// What the command line asks for.
 pub struct Request {
@@ -42,9 +44,10 @@ pub struct Request {
 
 /// Validate, start, watch; the summary on the screen at the end.
 pub fn run(request: &Request) -> Result<Exit, Stop> {
-    let events = Events::watch().map_err(Stop::failed)?;
+    let events = Events::watch()?;
     let (scene, plan) = kind::load(&request.input)?;
-    let ground = Ground::of(&scene, &plan, &request.input, &events)?;
+    let out = children::path(&request.results.dir.of(&scene));
+    let ground = Ground::of(&scene, &plan, &request.input, Some(&out), &events)?;
     let mut reports = validate(&plan, ground.input(), &events)?;
     for choice in choice::complete(&scene, &plan, &mut reports)?.iter().filter(|choice| choice.is_of_scene())
     {
@@ -57,9 +60,8 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
     let mut resolved = record::resolved(&scene, &plan, &reports)?;
     clean(&plan)?;
     if events.interrupted() {
-        return Err(Stop::failed("interrupted"));
+        return Err(Stop::interrupted());
     }
-    let out = request.results.dir.of(&scene);
     start_from::refuse_own(&scene, &out)?;
     let resume = match request.results.resume {
         true => {
@@ -79,26 +81,40 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
         say(&resume, &out);
     }
     let show = request.bar && std::io::stderr().is_terminal();
-    let jobs: Vec<Job> =
-        plan.members.iter().map(|m| job(m, &plan, request, &owner, (show, goes_on))).collect();
+    let commands: Vec<(&str, Vec<OsString>)> = (plan.members.iter())
+        .map(|m| (m.part.name(), words(m, &plan, request, &owner, (show, goes_on))))
+        .collect();
     let log = out.join(run_dir::LOG);
     let mut clusters = reports.iter().flat_map(|(_, report)| &report.clusters);
     let recorded = match goes_on {
-        true => keep_logs(&log, &jobs),
+        true => keep_logs(&log, &commands),
         false => ground
             .keep(&out.join(ground::FILE), &mut resolved)
-            .and_then(|()| write_record(&owner, &scene, &resolved, &jobs))
+            .and_then(|()| write_record(&owner, &scene, &resolved, &commands))
             .and_then(|()| clusters.try_for_each(|(rock, text)| record::write_cluster(&out, rock, text))),
     };
-    recorded.map_err(|e| Stop::input(format!("{}: cannot be written to: {e}", out.display())))?;
+    recorded.map_err(|e| Stop::input(code::FILE, format!("{}: cannot be written to: {e}", out.display())))?;
     owner.share_with_children();
 
     let mut bar = Bar::new(show);
-    let outcome = supervise(&jobs, &log, &mut bar, show, &events).map_err(Stop::input);
+    let jobs = commands.iter().enumerate().map(|(index, (name, words))| {
+        let output = Goes::Log { file: log_path(&log, name), progress: index == 0 && show };
+        let mut command = Command::new(&words[0]);
+        command.args(&words[1..]);
+        Job { name: (*name).into(), command, input: None, output }
+    });
+    let grace = Some(children::GRACE_OF_LEADER);
+    let mut say = |said: Said| {
+        if let Said::Line(line) = said {
+            bar.update(line);
+        }
+    };
+    let rules = Rules { together: true, grace, limit: None, say: &mut say };
+    let outcome = children::watch(jobs.collect(), rules, &events);
     bar.finish();
     let outcome = outcome?;
-    let judged = verdict(&outcome, jobs[0].name, &log)
-        .and_then(|()| owner.check().map_err(Stop::failed))
+    let judged = verdict(&outcome, commands[0].0, &log)
+        .and_then(|()| owner.check().map_err(|what| Stop::failed(code::RESULT_DIRECTORY, what)))
         .map_err(|stop| with_full_disk(stop, &out));
     for end in outcome.ends.iter().filter(|end| end.forced && judged.is_ok()) {
         tracing::warn!("{} did not end by itself and was ended", end.name);
@@ -124,18 +140,15 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
     // The summary has the last word: a leader of another make may end with 0 whatever it wrote.
     match ended.status {
         RunStatus::Done => Ok(Exit::Done),
-        status => {
-            let message = ended.message.unwrap_or_else(|| format!("the summary says: {}", status.word()));
-            Err(Stop { exit: Exit::of(status), message })
-        }
+        _ => Err(Stop::of(ended)),
     }
 }
 
 /// What the processes of a run printed before it was killed stands beside what they print now.
-fn keep_logs(log: &Path, jobs: &[Job]) -> io::Result<()> {
+fn keep_logs(log: &Path, commands: &[(&str, Vec<OsString>)]) -> io::Result<()> {
     std::fs::create_dir_all(log)?;
-    for job in jobs {
-        match std::fs::rename(log_path(log, job.name), log_path(log, &format!("{}.before", job.name))) {
+    for (name, _) in commands {
+        match std::fs::rename(log_path(log, name), log_path(log, &format!("{name}.before"))) {
             Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(e),
             _ => {}
         }
@@ -174,7 +187,7 @@ fn clean(plan: &Plan) -> Result<(), Stop> {
             }
             Ok(())
         }
-        Err(failure) if plan.is_coupled() => Err(Stop::failed(failure.to_string())),
+        Err(failure) if plan.is_coupled() => Err(Stop::failed(code::PROCESS, failure.to_string())),
         Err(failure) => {
             tracing::warn!("{failure}");
             Ok(())
@@ -183,13 +196,17 @@ fn clean(plan: &Plan) -> Result<(), Stop> {
 }
 
 /// What will run, on disk before it runs.
-fn write_record(owner: &Owner, scene: &Scene, resolved: &toml::Table, jobs: &[Job]) -> io::Result<()> {
+fn write_record(
+    owner: &Owner,
+    scene: &Scene,
+    resolved: &toml::Table,
+    commands: &[(&str, Vec<OsString>)],
+) -> io::Result<()> {
     let out = owner.dir();
-    let commands: Vec<_> = jobs.iter().map(|job| (job.name, job.words.clone())).collect();
     run_dir::remove_record(out)?;
     std::fs::create_dir_all(out.join(run_dir::LOG))?;
     record::write_scene(&out.join(run_dir::SCENE), scene, resolved, Some(owner.run()))?;
-    record::write_run(out, scene, resolved, owner.run(), &commands)
+    record::write_run(out, scene, resolved, owner.run(), commands)
 }
 
 /// Less than this free on a disk explains why a process could not say what has happened [bytes].
@@ -199,7 +216,8 @@ const FULL: u64 = 64 * 1024;
 fn with_full_disk(mut stop: Stop, out: &Path) -> Stop {
     let free = rustix::fs::statvfs(out).map(|disk| disk.f_bavail * disk.f_frsize);
     if free.is_ok_and(|free| free < FULL) {
-        stop.message.push_str(&format!("\nno space is left on the disk of {}", out.display()));
+        let what = format!("no space is left on the disk of {}", out.display());
+        stop.errors.push(Diagnostic::error(code::NOT_WRITTEN, what));
     }
     stop
 }
@@ -211,12 +229,15 @@ fn summary(owner: &Owner, status: RunStatus, stop: Option<&Stop>) -> Summary {
     {
         return summary;
     }
-    let mut summary = Summary::new(status);
     let lost = "the process that keeps the measures has ended without a summary";
+    let mut summary = Summary::new(status);
     if status != RunStatus::Done {
-        summary.message = Some(stop.map_or_else(|| lost.into(), |stop| stop.message.clone()));
+        let unsaid = || vec![Diagnostic::error(code::PROCESS, lost)];
+        summary.reasons = stop.map_or_else(unsaid, |stop| stop.errors.clone());
+        let all: Vec<String> = summary.reasons.iter().map(Diagnostic::to_string).collect();
+        summary.message = Some(all.join("\n"));
     }
-    summary.warnings.push(format!("no measures: {lost}"));
+    summary.warnings.push(Diagnostic::absent("every measure", lost));
     if let Err(what) = owner.write_summary(&mut summary) {
         tracing::error!("{what}");
     }
@@ -224,8 +245,9 @@ fn summary(owner: &Owner, status: RunStatus, stop: Option<&Stop>) -> Summary {
 }
 
 /// The same with what was warned of before the start, each once: with its place, which the solvers do not know.
-fn with_warnings(mut summary: Summary, before: &[String], out: &Path) -> Summary {
-    let placed = |w: &String| before.iter().any(|b| b != w && b.ends_with(&format!(": {w}")));
+fn with_warnings(mut summary: Summary, before: &[Diagnostic], out: &Path) -> Summary {
+    let placed =
+        |w: &Diagnostic| before.iter().any(|b| b != w && Diagnostic { place: None, ..b.clone() } == *w);
     summary.warnings.retain(|w| !placed(w));
     let missing: Vec<_> = before.iter().filter(|w| !summary.warnings.contains(w)).cloned().collect();
     if missing.is_empty() {
@@ -238,9 +260,15 @@ fn with_warnings(mut summary: Summary, before: &[String], out: &Path) -> Summary
     summary
 }
 
-/// The command line of a member: what the scene names, and what makes it take part. All get the resolved scene, in which
+/// The command line of a member, program first: what the scene names, and what makes it take part. All get the resolved scene, in which
 /// every default and `--set` is filled in, so that all compute the same.
-fn job(member: &Member, plan: &Plan, request: &Request, owner: &Owner, (show, goes_on): (bool, bool)) -> Job {
+fn words(
+    member: &Member,
+    plan: &Plan,
+    request: &Request,
+    owner: &Owner,
+    (show, goes_on): (bool, bool),
+) -> Vec<OsString> {
     let mut words: Vec<OsString> = vec![member.program.clone().into()];
     words.extend(member.arguments.iter().map(OsString::from));
     let leads = !plan.is_coupled() || member.part == Part::Coupler;
@@ -271,5 +299,5 @@ fn job(member: &Member, plan: &Plan, request: &Request, owner: &Owner, (show, go
     if leads && goes_on {
         words.push("--resume".into());
     }
-    Job { name: member.part.name(), words }
+    words
 }

@@ -1,12 +1,13 @@
 //! The schema of a whole scene: what each program says of its tables, put together; and that of a study.
 
-use crate::command_line::beside;
+use crate::children;
+use crate::command_line::own_program;
+use crate::events::Events;
 use crate::stop::Stop;
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::diagnostic::code;
 use interface_defs::toolkit::processes::Processes;
 use interface_defs::toolkit::schema::{Share, Tables};
 use serde_json::Value;
-use std::process::{Command, Stdio};
 
 /// Programs with tables of their own.
 const PROGRAMS: [&str; 3] = ["dem-solver", "fem-solver", "coupler"];
@@ -16,7 +17,8 @@ pub fn share() -> Result<Share, Stop> {
     let mut all = Tables::common().key::<Processes>("processes").share();
     for program in PROGRAMS {
         all.merge(ask(program, "schema")?).map_err(|name| {
-            Stop::failed(format!("{program} and another program describe `{name}` differently"))
+            let what = format!("{program} and another program describe `{name}` differently");
+            Stop::failed(code::NAME_TAKEN, what)
         })?;
     }
     Ok(all)
@@ -28,16 +30,10 @@ pub fn study() -> Result<Share, Stop> {
 }
 
 fn ask(program: &str, command: &str) -> Result<Share, Stop> {
-    let file = beside(program)
-        .map_err(|what| Diagnostic::new(what).try_instead("build all programs with cargo build --release"))?;
-    let output = Command::new(&file)
-        .arg(command)
-        .stdin(Stdio::null())
-        .output()
-        .map_err(|e| Diagnostic::new(format!("{} cannot be started: {e}", file.display())))?;
-    Share::from_json(&String::from_utf8_lossy(&output.stdout)).map_err(|e| {
-        let said = String::from_utf8_lossy(&output.stderr);
-        Stop::failed(format!("{program} {command}: {e}; are all programs of one version? It printed: {said}"))
+    let text = children::ask(&own_program(program)?, &[command.into()], &Events::watch()?)?;
+    Share::from_json(&text).map_err(|e| {
+        let what = format!("{program} {command}: {e}; are all programs of one version?");
+        Stop::failed(code::CONTRACT, what)
     })
 }
 

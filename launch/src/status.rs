@@ -2,10 +2,11 @@
 
 use crate::stop::Stop;
 use crate::worst;
+use interface_defs::diagnostic::code;
 use interface_defs::toolkit::checkpoint::Found;
 use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::owner::holder;
-use interface_defs::toolkit::run_dir::{HISTORY, SCENE, SUMMARY};
+use interface_defs::toolkit::run_dir::{CHECKPOINT, HISTORY, SCENE, SUMMARY};
 use interface_defs::toolkit::summary::{RunStatus, Summary};
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -25,7 +26,7 @@ const TAIL: u64 = 1 << 16;
 pub fn status(dir: &Path) -> Result<(String, Exit), Stop> {
     let name = dir.display();
     if !dir.is_dir() {
-        return Err(Stop::input(format!("{name}: there is no such directory")));
+        return Err(Stop::input(code::ARGUMENT, format!("{name}: there is no such directory")));
     }
     let running = holder(dir).map(|(_, process)| match process {
         Some(pid) => format!("process {pid} is writing to it"),
@@ -41,13 +42,19 @@ pub fn status(dir: &Path) -> Result<(String, Exit), Stop> {
     if !dir.join(HISTORY).exists() {
         return match running {
             Some(running) => Ok((format!("{name}: a run is being prepared, {running}\n"), Exit::Done)),
-            None => Err(Stop::input(format!("{name}: there is no run and no study in this directory"))),
+            None => {
+                let what = format!("{name}: there is no run and no study in this directory");
+                Err(Stop::input(code::RESULT_DIRECTORY, what))
+            }
         };
     }
     let far = far(dir).unwrap_or_else(|| "no row yet".into());
     let seen = age(&dir.join(HISTORY));
     Ok(match running {
-        Some(running) => (format!("{name}: still running: {far}; last row {seen}; {running}\n"), Exit::Done),
+        Some(running) => {
+            let kept = last_checkpoint(dir);
+            (format!("{name}: still running: {far}; last row {seen}; {kept}; {running}\n"), Exit::Done)
+        }
         None => (
             format!(
                 "{name}: a run without an end: {far}; last row {seen}; no process of this machine is writing to it: it was killed\n{}",
@@ -68,10 +75,11 @@ pub fn far(dir: &Path) -> Option<String> {
 
 /// A run or a study that has a summary.
 fn ended(dir: &Path, of_run: bool) -> Result<(String, Exit), Stop> {
-    let summary = Summary::read(dir)
-        .map_err(|e| Stop::failed(format!("{}: {SUMMARY} cannot be read: {e}", dir.display())))?;
+    let summary = Summary::read(dir).map_err(|e| {
+        Stop::failed(code::FILE_CONTENT, format!("{}: {SUMMARY} cannot be read: {e}", dir.display()))
+    })?;
     let mut text = format!("{}: {}\n", dir.display(), summary.status.word());
-    for sentence in summary.verdict.iter().chain(&summary.message) {
+    for sentence in summary.sentences().into_iter().chain(summary.message) {
         text += &format!("  {sentence}\n");
     }
     if of_run && matches!(summary.status, RunStatus::Failed | RunStatus::Interrupted) {
@@ -83,7 +91,10 @@ fn ended(dir: &Path, of_run: bool) -> Result<(String, Exit), Stop> {
 /// From where a run can go on.
 fn resumable(dir: &Path) -> String {
     match Found::of(dir).newest {
-        Some(newest) => format!("  rockfall run ... --resume goes on at t = {:.6} s\n", newest.time),
+        Some(newest) => {
+            let kept = last_checkpoint(dir);
+            format!("  rockfall run ... --resume goes on at t = {:.6} s; {kept}\n", newest.time)
+        }
         None => "  there is no checkpoint to go on from\n".into(),
     }
 }
@@ -136,7 +147,7 @@ fn with_barrier(dir: &Path, mut text: String, exit: Exit) -> (String, Exit) {
     text += &format!("  barrier: {done} of {all} members run\n");
     if let Ok(summary) = Summary::read(&barrier) {
         text += &format!("  barrier: {}\n", summary.status.word());
-        for sentence in summary.verdict.iter().chain(&summary.message) {
+        for sentence in worst::outcome(&summary).into_iter().chain(summary.message) {
             text += &format!("    {sentence}\n");
         }
         let of_barrier = Exit::of(summary.status);
@@ -193,16 +204,29 @@ fn end_time(dir: &Path) -> Option<f64> {
     end.as_float().or_else(|| end.as_integer().map(|i| i as f64))
 }
 
+/// How long ago the last checkpoint was written.
+fn last_checkpoint(dir: &Path) -> String {
+    let files = std::fs::read_dir(dir.join(CHECKPOINT)).into_iter().flatten().flatten();
+    let newest = files.filter_map(|file| file.metadata().ok()?.modified().ok()).max();
+    newest.map_or("no checkpoint yet".into(), |time| format!("last checkpoint {}", since(time)))
+}
+
 /// How long ago a file was written.
 fn age(path: &Path) -> String {
-    let written = std::fs::metadata(path).and_then(|m| m.modified()).ok();
-    let seconds = written.and_then(|t| SystemTime::now().duration_since(t).ok()).map_or(0, |d| d.as_secs());
+    let written = std::fs::metadata(path).and_then(|m| m.modified());
+    since(written.unwrap_or_else(|_| SystemTime::now()))
+}
+
+fn since(time: SystemTime) -> String {
+    let seconds = SystemTime::now().duration_since(time).map_or(0, |past| past.as_secs());
     format!("{seconds} s ago")
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use interface_defs::verdict::{Ending, Fate, Verdict};
+    use std::time::Duration;
 
     #[test]
     fn a_run_is_as_far_as_its_last_whole_row() {
@@ -215,11 +239,23 @@ mod tests {
         let (text, exit) = status(dir).expect("a run");
         assert!(text.contains("2.0000 s of 8 s, 25.0 %") && text.contains("it was killed"), "{text}");
         assert_eq!(exit, Exit::Failed);
+        assert_eq!(last_checkpoint(dir), "no checkpoint yet");
+        std::fs::create_dir(dir.join(CHECKPOINT)).expect("created");
+        for (name, past) in [("1.state", 90), ("2.state", 3600)] {
+            let file = File::create(dir.join(CHECKPOINT).join(name)).expect("created");
+            file.set_modified(SystemTime::now() - Duration::from_secs(past)).expect("set");
+        }
+        // Rounded down, and a test may be held up.
+        let said = last_checkpoint(dir);
+        let seconds = said.strip_prefix("last checkpoint ").and_then(|rest| rest.strip_suffix(" s ago"));
+        assert!(seconds.and_then(|s| s.parse().ok()).is_some_and(|s: u64| (90..3000).contains(&s)), "{said}");
         let mut summary = Summary::new(RunStatus::Unreliable);
-        summary.verdict.push("rock came to rest".into());
+        let position = [1.0, 2.0, 3.0];
+        let ending = Ending { fate: Fate::AtRest, time: 7.5, position, speed: 0.0, on_terrain: true };
+        summary.verdict.push(Verdict::of("block", ending));
         summary.write(dir).expect("written");
         let (text, exit) = status(dir).expect("a run");
-        assert!(text.contains("unreliable\n  rock came to rest"), "{text}");
+        assert!(text.contains("unreliable\n  rock `block` came to rest"), "{text}");
         assert_eq!(exit, Exit::Unreliable);
     }
 

@@ -1,31 +1,58 @@
 //! Why a command ends without having done its work.
 
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::diagnostic::{Code, Diagnostic, code};
 use interface_defs::toolkit::exit::Exit;
+use interface_defs::toolkit::summary::Summary;
 
-/// The exit code, and the one message for the user.
+/// The exit code, and what is wrong: at least one error.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stop {
     /// Exit code.
     pub exit: Exit,
-    /// Message.
-    pub message: String,
+    /// What is wrong.
+    pub errors: Vec<Diagnostic>,
 }
 
 impl Stop {
     /// Bad input: nothing was started.
-    pub fn input(message: impl Into<String>) -> Self {
-        Self { exit: Exit::BadInput, message: message.into() }
+    pub fn input(code: Code, message: impl Into<String>) -> Self {
+        Diagnostic::error(code, message).into()
     }
 
     /// The run failed.
-    pub fn failed(message: impl Into<String>) -> Self {
-        Self { exit: Exit::Failed, message: message.into() }
+    pub fn failed(code: Code, message: impl Into<String>) -> Self {
+        Self { exit: Exit::Failed, ..Self::input(code, message) }
+    }
+
+    /// The user has interrupted it.
+    pub fn interrupted() -> Self {
+        Self::failed(code::INTERRUPTED, "interrupted")
+    }
+
+
+    /// Of a run that has ended without being done.
+    pub fn of(summary: Summary) -> Self {
+        let all = summary.message.unwrap_or_else(|| format!("the run is {}", summary.status.word()));
+        let first = summary.reasons.into_iter().next();
+        let first = first.unwrap_or_else(|| Diagnostic::error(code::OTHER, ""));
+        Self {
+            exit: Exit::of(summary.status),
+            errors: vec![Diagnostic { message: all, hint: None, place: None, ..first }],
+        }
+    }
+
+    /// The same, with more behind the last of its errors.
+    #[must_use]
+    pub fn and(mut self, more: &str) -> Self {
+        if let Some(last) = self.errors.last_mut() {
+            last.message += more;
+        }
+        self
     }
 }
 
 impl From<Diagnostic> for Stop {
     fn from(error: Diagnostic) -> Self {
-        Self::input(error.to_string())
+        Self { exit: Exit::BadInput, errors: vec![error] }
     }
 }

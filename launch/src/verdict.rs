@@ -1,12 +1,11 @@
-//! How a run ended: one exit code, one message.
+//! How a run ended: one exit code, and why.
 
+use crate::children::{End, Outcome, how, log_path};
 use crate::stop::Stop;
-use crate::supervise::{End, Outcome, log_path};
+use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::toolkit::exit::Exit;
 use std::fmt::Write;
-use std::os::unix::process::ExitStatusExt;
 use std::path::Path;
-use std::process::ExitStatus;
 
 /// Lines of a log that are quoted.
 const QUOTED: usize = 10;
@@ -14,7 +13,7 @@ const QUOTED: usize = 10;
 /// What became of the run that `leader` led; `Ok` if it is done.
 pub fn verdict(outcome: &Outcome, leader: &str, log: &Path) -> Result<(), Stop> {
     let at = outcome.ends.iter().position(|end| end.name == leader);
-    let Some(at) = at else { return Err(Stop::failed(format!("{leader} was never started"))) };
+    let Some(at) = at else { return Err(Stop::failed(code::PROCESS, format!("{leader} was never started"))) };
     let lead = &outcome.ends[at];
     // Who ended first, before its time: the cause, unless the leader names another one.
     let first = outcome.ends[..at].first().filter(|end| !end.forced);
@@ -22,72 +21,67 @@ pub fn verdict(outcome: &Outcome, leader: &str, log: &Path) -> Result<(), Stop> 
         return Ok(());
     }
     if outcome.interrupted {
-        return Err(Stop::failed("interrupted"));
+        return Err(Stop::interrupted());
     }
     if lead.forced {
         return Err(match first {
             Some(end) => lost(end, log),
-            None => Stop::failed(format!("{leader} did not end and was ended")),
+            None => Stop::failed(code::PROCESS, format!("{leader} did not end and was ended")),
         });
     }
-    if lead.status.code().is_none() {
-        return Err(lost(lead, log));
-    }
-    let exit = match lead.status.code() {
-        Some(2) => Exit::BadInput,
-        Some(3) => Exit::Unreliable,
-        _ => Exit::Failed,
-    };
-    let Some(mut message) = error_in(&read(log, leader)) else {
-        return Err(match exit {
-            Exit::Unreliable => {
-                Stop { exit, message: format!("{leader} ended with exit code 3: unreliable") }
+    if lead.status.code().is_none() || lead.errors.is_empty() {
+        return Err(match lead.exit() {
+            exit @ Exit::Unreliable => {
+                let what = format!("{leader} ended with exit code 3: unreliable");
+                Stop { exit, ..Stop::failed(code::TRUST, what) }
             }
             _ => lost(lead, log),
         });
-    };
-    if let Some(end) = first.filter(|end| message.contains(&format!("{} was lost", end.name))) {
-        let _ = write!(message, "\n{} ended: {}{}", end.name, how(end.status), quote(log, end.name));
     }
-    Err(Stop { exit, message })
+    let mut errors = lead.errors.clone();
+    if let Some(end) = first {
+        let key = about(end);
+        let is_of = |error: &&mut Diagnostic| error.code == code::PROCESS && error.key.as_ref() == Some(&key);
+        if let Some(error) = errors.iter_mut().find(is_of) {
+            let _ =
+                write!(error.message, "\n{} ended: {}{}", end.name, how(end.status), quote(log, &end.name));
+        }
+    }
+    Err(Stop { exit: lead.exit(), errors })
+}
+
+/// The key of the scene that a process stands for.
+fn about(end: &End) -> String {
+    format!("processes.{}", end.name)
 }
 
 /// A process that ended without a word from the leader about it.
 fn lost(end: &End, log: &Path) -> Stop {
-    let cause = error_in(&read(log, end.name));
-    match (end.status.code(), cause) {
-        (Some(2), Some(cause)) => Stop::input(format!("{}: {cause}", end.name)),
-        (Some(_), Some(cause)) => Stop::failed(format!("{} failed: {cause}", end.name)),
-        (Some(0), None) => {
-            Stop::failed(format!("{} ended before the run was over{}", end.name, quote(log, end.name)))
-        }
-        _ => Stop::failed(format!("{} was lost ({}){}", end.name, how(end.status), quote(log, end.name))),
+    let name = &end.name;
+    if end.errors.is_empty() {
+        let what = match end.status.code() {
+            Some(0) => format!("{name} ended before the run was over"),
+            _ => format!("{name} was lost ({})", how(end.status)),
+        };
+        let error = Diagnostic::error(code::PROCESS, what + &quote(log, name)).about(about(end));
+        let exit = if end.exit() == Exit::BadInput { Exit::BadInput } else { Exit::Failed };
+        return Stop { exit, errors: vec![error] };
     }
-}
-
-fn how(status: ExitStatus) -> String {
-    match (status.code(), status.signal()) {
-        (Some(code), _) => format!("exit code {code}"),
-        (None, Some(signal)) => format!("killed by signal {signal}"),
-        (None, None) => "an unknown status".into(),
+    if end.exit() == Exit::BadInput {
+        return Stop { exit: Exit::BadInput, errors: end.errors.clone() };
     }
-}
-
-/// The error that a program has reported last: from its `error: ` to the end.
-pub fn error_in(text: &str) -> Option<String> {
-    let at = text.rfind("\nerror: ").map(|at| at + 1).or(text.starts_with("error: ").then_some(0))?;
-    Some(text[at + "error: ".len()..].trim_end().to_owned())
-}
-
-fn read(log: &Path, name: &str) -> String {
-    String::from_utf8_lossy(&std::fs::read(log_path(log, name)).unwrap_or_default()).into_owned()
+    let of_process = |error: &Diagnostic| Diagnostic {
+        message: format!("{name} failed: {}", error.message),
+        ..error.clone()
+    };
+    Stop { exit: Exit::Failed, errors: end.errors.iter().map(of_process).collect() }
 }
 
 /// The last lines of a log.
 fn quote(log: &Path, name: &str) -> String {
-    let text = read(log, name);
-    let lines: Vec<&str> = text.lines().collect();
     let path = log_path(log, name);
+    let text = String::from_utf8_lossy(&std::fs::read(&path).unwrap_or_default()).into_owned();
+    let lines: Vec<&str> = text.lines().collect();
     if lines.is_empty() {
         return format!("; it printed nothing ({})", path.display());
     }
@@ -101,15 +95,18 @@ fn quote(log: &Path, name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::os::unix::process::ExitStatusExt;
+    use std::process::ExitStatus;
 
     const KILLED: i32 = 9;
 
-    fn code(code: i32) -> i32 {
+    fn status(code: i32) -> i32 {
         code << 8
     }
 
+    /// `ends`: name, raw status, whether it was forced, what it said.
     fn judge(
-        ends: &[(&'static str, i32, bool)],
+        ends: &[(&str, i32, bool, Option<Diagnostic>)],
         interrupted: bool,
         logs: &[(&str, &str)],
     ) -> Result<(), Stop> {
@@ -118,88 +115,111 @@ mod tests {
         for (name, text) in logs {
             std::fs::write(log_path(dir, name), text).expect("written");
         }
-        let ends = ends
-            .iter()
-            .map(|&(name, raw, forced)| End { name, status: ExitStatus::from_raw(raw), forced })
-            .collect();
-        verdict(&Outcome { ends, interrupted }, "coupler", dir)
+        let end = |(index, (name, raw, forced, said)): (usize, &(&str, i32, bool, Option<Diagnostic>))| End {
+            index,
+            name: (*name).into(),
+            status: ExitStatus::from_raw(*raw),
+            forced: *forced,
+            stdout: Vec::new(),
+            stderr: Vec::new(),
+            errors: said.iter().cloned().collect(),
+        };
+        let ends = ends.iter().enumerate().map(end).collect();
+        verdict(&Outcome { ends, interrupted, too_slow: false }, "coupler", dir)
+    }
+
+    fn says(what: &str) -> Option<Diagnostic> {
+        Some(Diagnostic::error(code::OTHER, what))
     }
 
     #[test]
     fn a_run_is_done_when_its_leader_says_so() {
-        assert_eq!(judge(&[("dem", 0, false), ("fem", 0, false), ("coupler", 0, false)], false, &[]), Ok(()));
-        assert_eq!(judge(&[("coupler", 0, false), ("fem", KILLED, true)], true, &[]), Ok(()));
+        let fine = [("dem", 0, false, None), ("fem", 0, false, None), ("coupler", 0, false, None)];
+        assert_eq!(judge(&fine, false, &[]), Ok(()));
+        assert_eq!(judge(&[("coupler", 0, false, None), ("fem", KILLED, true, None)], true, &[]), Ok(()));
     }
 
     #[test]
-    fn the_message_of_the_coupler_is_told_and_the_log_of_the_lost_one_quoted() {
-        let logs =
-            [("coupler", "INFO x\nerror: fem was lost: its process ended in window 3\n"), ("fem", "a\nb\n")];
-        let stop = judge(
-            &[("fem", KILLED, false), ("dem", code(1), false), ("coupler", code(1), false)],
-            false,
-            &logs,
-        )
-        .expect_err("failed");
-        assert_eq!(stop.exit, Exit::Failed);
-        let expected =
-            "fem was lost: its process ended in window 3\nfem ended: killed by signal 9\nlast lines of ";
-        assert!(stop.message.starts_with(expected), "{}", stop.message);
-        assert!(stop.message.ends_with("fem.log:\n  | a\n  | b"), "{}", stop.message);
+    fn the_error_of_the_coupler_stays_and_the_log_of_the_lost_one_is_quoted() {
+        let what = "fem was lost: its process ended in window 3";
+        let of_process = |key: &str| Some(Diagnostic::error(code::PROCESS, what).about(key));
+        let ends = |key| {
+            let said = of_process(key);
+            [
+                ("fem", KILLED, false, None),
+                ("dem", status(1), false, None),
+                ("coupler", status(1), false, said),
+            ]
+        };
+        let stop = judge(&ends("processes.fem"), false, &[("fem", "a\nb\n")]).expect_err("failed");
+        assert_eq!((stop.exit, stop.errors.len()), (Exit::Failed, 1));
+        let message = &stop.errors[0].message;
+        assert!(
+            message.starts_with(&format!("{what}\nfem ended: killed by signal 9\nlast lines of ")),
+            "{message}"
+        );
+        assert!(message.ends_with("fem.log:\n  | a\n  | b"), "{message}");
+        // It decides by the key, and not by the words.
+        let other = judge(&ends("processes.dem"), false, &[("fem", "a\nb\n")]).expect_err("failed");
+        assert_eq!(other.errors[0].message, what);
     }
 
     #[test]
     fn a_failure_of_the_coupling_itself_quotes_nobody() {
-        let logs = [
-            ("coupler", "error: window 3: not converged\ntry less\n"),
-            ("dem", "error: ended by the coupler\n"),
-        ];
-        let stop =
-            judge(&[("dem", code(1), false), ("coupler", code(1), false)], false, &logs).expect_err("failed");
-        assert_eq!(stop, Stop::failed("window 3: not converged\ntry less"));
-        let logs = [("coupler", "error: s.toml:3:1: no\n")];
-        assert_eq!(judge(&[("coupler", code(2), false)], false, &logs), Err(Stop::input("s.toml:3:1: no")));
+        let coupler = ("coupler", status(1), false, says("window 3: not converged"));
+        let stop = judge(&[("dem", status(1), false, says("ended by the coupler")), coupler], false, &[]);
+        assert_eq!(stop, Err(Stop::failed(code::OTHER, "window 3: not converged")));
+        assert_eq!(
+            judge(&[("coupler", status(2), false, says("no"))], false, &[]),
+            Err(Stop::input(code::OTHER, "no"))
+        );
     }
 
     #[test]
     fn a_run_beyond_a_bound_of_trust_is_unreliable_with_the_words_of_its_leader() {
-        let logs = [("coupler", "error: unreliable: energy_error is 48 %\n")];
-        for (logs, says) in [
-            (&logs[..], "unreliable: energy_error is 48 %"),
-            (&[], "coupler ended with exit code 3: unreliable"),
+        for (said, due) in [
+            (says("unreliable: energy_error is 48 %"), "unreliable: energy_error is 48 %"),
+            (None, "coupler ended with exit code 3: unreliable"),
         ] {
-            let stop = judge(&[("coupler", code(3), false)], false, logs).expect_err("unreliable");
-            assert_eq!(stop, Stop { exit: Exit::Unreliable, message: says.into() });
+            let stop = judge(&[("coupler", status(3), false, said)], false, &[]).expect_err("unreliable");
+            assert_eq!((stop.exit, stop.errors[0].message.as_str()), (Exit::Unreliable, due));
         }
+    }
+
+    /// What a program of others prints is quoted, and decides nothing.
+    #[test]
+    fn who_says_nothing_as_data_is_quoted() {
+        let log = [("coupler", "error: s.toml:1:2: no such law\n")];
+        let stop = judge(&[("coupler", status(1), false, None)], false, &log).expect_err("failed");
+        assert!(
+            stop.errors[0].message.starts_with("coupler was lost (exit code 1)\nlast lines of"),
+            "{stop:?}"
+        );
+        assert!(stop.errors[0].message.ends_with("  | error: s.toml:1:2: no such law"), "{stop:?}");
     }
 
     #[test]
     fn a_coupler_that_is_killed_is_named() {
-        let stop =
-            judge(&[("coupler", KILLED, false), ("dem", code(1), false)], false, &[]).expect_err("failed");
-        assert!(stop.message.starts_with("coupler was lost (killed by signal 9)"), "{}", stop.message);
+        let ends = [("coupler", KILLED, false, None), ("dem", status(1), false, None)];
+        let stop = judge(&ends, false, &[]).expect_err("failed");
+        assert!(stop.errors[0].message.starts_with("coupler was lost (killed by signal 9)"), "{stop:?}");
     }
 
     #[test]
     fn who_ended_before_the_coupler_could_see_it_is_named_with_its_own_words() {
-        let coupler = ("coupler", code(1), true);
-        let logs = [("coupler", "error: interrupted\n"), ("fem", "error: s.toml:1:2: no such law\n")];
-        let stop = judge(&[("fem", code(2), false), coupler], false, &logs).expect_err("failed");
-        assert_eq!(stop, Stop::input("fem: s.toml:1:2: no such law"));
-        let stop = judge(&[("fem", 0, false), coupler], false, &logs[..1]).expect_err("failed");
+        let coupler = || ("coupler", status(1), true, says("interrupted"));
+        let stop = judge(&[("fem", status(2), false, says("no such law")), coupler()], false, &[]);
+        assert_eq!(stop, Err(Stop::input(code::OTHER, "no such law")));
+        let stop = judge(&[("fem", 0, false, None), coupler()], false, &[]).expect_err("failed");
         assert!(
-            stop.message.starts_with("fem ended before the run was over; it printed nothing"),
-            "{}",
-            stop.message
+            stop.errors[0].message.starts_with("fem ended before the run was over; it printed nothing"),
+            "{stop:?}"
         );
     }
 
     #[test]
     fn an_interrupted_run_says_so_and_nothing_else() {
-        let ends = [("coupler", code(1), false), ("dem", KILLED, true)];
-        assert_eq!(
-            judge(&ends, true, &[("coupler", "error: interrupted\n")]),
-            Err(Stop::failed("interrupted"))
-        );
+        let ends = [("coupler", status(1), false, says("interrupted")), ("dem", KILLED, true, None)];
+        assert_eq!(judge(&ends, true, &[]), Err(Stop::interrupted()));
     }
 }

@@ -199,7 +199,8 @@ fn a_coupler_that_names_the_lost_one_is_believed_and_nobody_is_left() {
     let stubborn = format!("trap '' TERM\nsleep 1000 &\necho $! > child.pid\n{FOREVER}");
     let seen = "while [ ! -e child.pid ] || [ ! -e fem.pid ] || \
                 grep -qs 'State:.[^Z]' /proc/$(cat fem.pid)/status; do sleep 0.05; done";
-    let coupler = format!("{seen}\necho 'error: fem was lost: in window 3' >&2\nexit 1");
+    let error = r#"{"severity":"error","code":"process","key":"processes.fem","message":"fem was lost: in window 3"}"#;
+    let coupler = format!("{seen}\necho '{error}' >> \"$ROCKFALL_DIAGNOSTICS\"\nexit 1");
     bench.coupled(&coupler, &stubborn, "sleep 0.1\nkill -9 $$");
     let (code, message) = bench.run();
     assert_eq!(code, Some(1), "{message}");
@@ -309,6 +310,48 @@ fn a_foreign_solver_reads_the_resolved_scene_and_files_are_found() {
         text.lines().skip(1).map(String::from).collect::<Vec<_>>()
     };
     assert_eq!(body("resolved.toml"), body("read.toml"));
+}
+
+/// A directory and a scene whose names look like options stay what they are, in all programs.
+#[test]
+fn a_name_that_begins_with_a_dash_is_no_option() {
+    let bench = Bench::new();
+    bench.script("dem", "ls \"$4\" && cp \"$2\" read.toml");
+    bench.scene("end_time = 1.0\nprocesses.dem = \"./dem\"\n");
+    std::fs::rename(bench.path("s.toml"), bench.path("-s.toml")).expect("renamed");
+    let words = ["run", "--out=-x", "--set=title=-y", "--", "-s.toml"];
+    let output = bench.rockfall(&words).output().expect("started");
+    assert_eq!(ended_with(&output), (Some(0), String::new()));
+    assert!(bench.path("read.toml").exists() && bench.path("-x/summary.json").exists());
+    let log = std::fs::read_to_string(bench.path("-x/log/dem.log")).expect("a log");
+    assert!(log.contains("run ./-x/scene.toml --out ./-x --supervisor "), "{log}");
+}
+
+#[test]
+fn check_answers_as_data_and_says_what_is_wrong_as_data() {
+    let bench = Bench::new();
+    bench.coupled("exit 0", "exit 0", "exit 0");
+    let check = |scene: &str| {
+        let output = bench.rockfall(&["check", scene, "--format", "json"]).output().expect("started");
+        let answer: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        (output.status.code(), answer)
+    };
+    let (code, answer) = check("s.toml");
+    assert_eq!((code, answer["scene"].as_str()), (Some(0), Some("s")));
+    let processes = answer["processes"].as_array().expect("a list");
+    assert_eq!(
+        processes.iter().map(|p| p["name"].as_str()).collect::<Vec<_>>(),
+        [Some("coupler"), Some("dem"), Some("fem")]
+    );
+    assert!(answer["warnings"].is_array(), "{answer}");
+    bench.scene("end_time = 1.0\n[[rok]]\n");
+    let (code, answer) = check("s.toml");
+    let error = &answer["errors"][0];
+    assert_eq!(
+        (code, &error["severity"], &error["place"]["position"][0]),
+        (Some(2), &"error".into(), &2.into())
+    );
+    assert_eq!(answer["errors"].as_array().map(Vec::len), Some(1));
 }
 
 #[test]

@@ -207,14 +207,11 @@ impl Atlas<'_, '_> {
     /// Whether a run holds. Another model has other measures: its status alone counts.
     fn judge(&self, outcome: &Outcome, class: Class) -> Fared {
         if outcome.status == Status::Stopped {
-            return Fared::Not(format!(
-                "not searched further: {}",
-                outcome.message.as_deref().unwrap_or_default()
-            ));
+            return Fared::Not(format!("not searched further: {}", outcome.message()));
         }
         if outcome.status != Status::Done {
-            let what = outcome.message.as_deref().unwrap_or_default();
-            return Fared::Broke(format!("{}: {}", outcome.status.word(), report::shortened(what)));
+            let what = report::shortened(&outcome.message());
+            return Fared::Broke(format!("{}: {what}", outcome.status.word()));
         }
         for (name, known) in &self.study.reference.0 {
             let Some(value) = outcome.measure(name) else {

@@ -26,8 +26,9 @@ mod tests;
 
 use crate::events::Events;
 use crate::stop::Stop;
+use crate::sweep;
 use clap::Args;
-use indicatif::ProgressBar;
+use interface_defs::diagnostic::code;
 use interface_defs::toolkit::arguments::Input;
 use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::screen::show;
@@ -38,9 +39,7 @@ use result::{Outcome, Purpose, Record, Status};
 use runner::{Programs, Runner};
 use setup::Setup;
 use std::cell::RefCell;
-use std::io::IsTerminal;
 use std::path::PathBuf;
-use std::time::Duration;
 use store::Store;
 use study::{Finished, Study};
 
@@ -84,7 +83,7 @@ pub struct Arguments {
 
 /// The whole command.
 pub fn trade(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
-    let events = Events::watch().map_err(Stop::failed)?;
+    let events = Events::watch()?;
     let setup = Setup::of(arguments, &events)?;
     let mut store = Store::open(&setup.out, &setup.identity, arguments.force)?;
     let runs = store.load(&setup.space);
@@ -100,7 +99,7 @@ pub fn trade(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
     };
     let mut progress = Progress::new(arguments.quiet, json, arguments.budget);
     if !study.runs.is_empty() {
-        progress.say(&format!("{} runs are there already, and count", study.runs.len()));
+        progress.shown.say(&format!("{} runs are there already, and count", study.runs.len()));
     }
     let mut runner = Programs { input: &arguments.input, always: setup.always, events: &events };
     let mut work = Work { runner: &mut runner, store: &mut store, progress: &mut progress };
@@ -110,7 +109,7 @@ pub fn trade(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
         true => explore(&mut study, &mut work, arguments, plan::next_of_reference)
             .and_then(|()| push_all(&mut study, &mut work, arguments, &events, &mut found)),
     };
-    progress.finish();
+    progress.shown.finish();
     let written = match arguments.atlas {
         false => write(&study, &store, &setup.facts),
         true => write_atlas(&study, &found, &store, &setup.facts),
@@ -119,17 +118,13 @@ pub fn trade(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
         Ok(()) => show(&written?),
         Err(stop) if stop.exit == Exit::BadInput => return Err(stop),
         Err(stop) => {
-            let kept = format!(
-                "{} runs are kept in {}; the same command goes on",
-                study.runs.len(),
-                setup.out.display()
-            );
-            return Err(Stop { message: format!("{}; {kept}", stop.message), ..stop });
+            let (runs, out) = (study.runs.len(), setup.out.display());
+            return Err(stop.and(&format!("; {runs} runs are kept in {out}; the same command goes on")));
         }
     }
     match (study.reference.0.is_empty(), report::unknown(&study)) {
-        (true, _) => Err(Stop::failed(no_reference(&study))),
-        (false, Some(why)) if !arguments.atlas => Err(Stop::failed(why)),
+        (true, _) => Err(Stop::failed(code::FEW_SAMPLES, no_reference(&study))),
+        (false, Some(why)) if !arguments.atlas => Err(Stop::failed(code::FEW_SAMPLES, why)),
         _ => Ok(Exit::Done),
     }
 }
@@ -158,7 +153,7 @@ fn explore(
         work.progress.begin(study, &label);
         let outcome = work.runner.run(&sets, &work.store.next(), task.limit)?;
         if study.runs.is_empty() && outcome.status == Status::Refused {
-            return Err(Stop::input(outcome.message.unwrap_or_default()));
+            return Err(Stop { exit: Exit::BadInput, errors: outcome.errors });
         }
         let run =
             Finished { point: task.point, record: Record { key, purpose: task.purpose, sets, outcome } };
@@ -196,23 +191,23 @@ fn push_all(
 fn write_atlas(study: &Study, found: &[atlas::Found], store: &Store, facts: &Facts) -> Result<String, Stop> {
     let page = atlas::page(study, found, facts);
     let path = store.write("atlas.md", &page)?;
-    let table = atlas::table(study, found);
-    store.write("atlas.csv", &table.map_err(|e| Stop::failed(format!("atlas.csv cannot be made: {e}")))?)?;
+    store.write("atlas.csv", &atlas::table(study, found).map_err(|e| unwritten("atlas.csv", &e))?)?;
     Ok(format!("{}all limits   {}\n", atlas::screen(study, found), path.display()))
 }
 
 /// Page, table and picture; what the screen shows.
 fn write(study: &Study, store: &Store, facts: &Facts) -> Result<String, Stop> {
     let page = store.write("trade.md", &report::page(study, facts))?;
-    let table =
-        report::table(study, facts).map_err(|e| Stop::failed(format!("trade.csv cannot be made: {e}")))?;
-    store.write("trade.csv", &table)?;
-    let picture = plot::draw(&picture(study, facts))
-        .map_err(|e| Stop::failed(format!("trade.svg cannot be drawn: {e}")))?;
+    store.write("trade.csv", &report::table(study, facts).map_err(|e| unwritten("trade.csv", &e))?)?;
+    let picture = plot::draw(&picture(study, facts)).map_err(|e| unwritten("trade.svg", &e))?;
     if let Some(picture) = picture {
         store.write("trade.svg", &picture)?;
     }
     Ok(format!("{}all runs     {}\n", report::screen(study), page.display()))
+}
+
+fn unwritten(file: &str, why: &dyn std::fmt::Display) -> Stop {
+    Stop::failed(code::NOT_WRITTEN, format!("{file} cannot be made: {why}"))
 }
 
 fn picture(study: &Study, facts: &Facts) -> plot::Picture {
@@ -235,7 +230,7 @@ fn picture(study: &Study, facts: &Facts) -> plot::Picture {
 }
 
 fn no_reference(study: &Study) -> String {
-    let last = study.runs.last().and_then(|run| run.record.outcome.message.clone()).unwrap_or_default();
+    let last = study.runs.last().map_or(String::new(), |run| run.record.outcome.message());
     let tried = study.refinements().len();
     format!(
         "there is nothing to compare with: of {tried} runs, each twice as fine as the one before, the finest is not done; raise \
@@ -245,36 +240,18 @@ fn no_reference(study: &Study) -> String {
 
 /// What is shown while runs are at work.
 struct Progress {
-    quiet: bool,
-    json: bool,
+    shown: sweep::Progress,
     budget: f64,
-    spinner: Option<ProgressBar>,
 }
 
 impl Progress {
     fn new(quiet: bool, json: bool, budget: f64) -> Self {
-        let show = !quiet && !json && std::io::stderr().is_terminal();
-        let spinner = show.then(ProgressBar::new_spinner);
-        if let Some(spinner) = &spinner {
-            spinner.enable_steady_tick(Duration::from_millis(200));
-        }
-        Self { quiet, json, budget, spinner }
-    }
-
-    fn say(&self, line: &str) {
-        match &self.spinner {
-            _ if self.json => tracing::info!("{line}"),
-            _ if self.quiet => {}
-            Some(spinner) => spinner.println(line),
-            None => eprintln!("{line}"),
-        }
+        Self { shown: sweep::Progress::new(quiet, json, true), budget }
     }
 
     fn begin(&self, study: &Study, label: &str) {
-        if let Some(spinner) = &self.spinner {
-            let spent = seconds(study.spent());
-            spinner.set_message(format!("{spent} of {}: {label}", seconds(self.budget)));
-        }
+        let spent = seconds(study.spent());
+        self.shown.begin(&format!("{spent} of {}: {label}", seconds(self.budget)));
     }
 
     fn ended(&self, study: &Study, label: &str) {
@@ -288,10 +265,8 @@ impl Progress {
             (Some(_), _) => "done".into(),
             (None, Status::Done) => "done".into(),
             (None, status) => {
-                let why = outcome
-                    .message
-                    .as_deref()
-                    .map_or(String::new(), |m| format!(": {}", report::shortened(m)));
+                let why = Some(outcome.message()).filter(|message| !message.is_empty());
+                let why = why.map_or(String::new(), |why| format!(": {}", report::shortened(&why)));
                 format!("{}{why}", status.word())
             }
         };
@@ -303,12 +278,7 @@ impl Progress {
         };
         let number = study.runs.len();
         let spent = seconds(study.spent());
-        self.say(&format!("{number:>4}  {spent:>12}  {label}{purpose}: {what}, {}", seconds(outcome.wall)));
-    }
-
-    fn finish(&self) {
-        if let Some(spinner) = &self.spinner {
-            spinner.finish_and_clear();
-        }
+        self.shown
+            .say(&format!("{number:>4}  {spent:>12}  {label}{purpose}: {what}, {}", seconds(outcome.wall)));
     }
 }

@@ -270,9 +270,9 @@ fn status(study: &Study, outcome: &Outcome) -> String {
             .collect();
         return if lacks.is_empty() { "done".into() } else { format!("done, without {}", lacks.join(", ")) };
     }
-    match &outcome.message {
-        Some(message) => format!("{}: {}", outcome.status.word(), shortened(message)),
-        None => outcome.status.word().into(),
+    match outcome.message() {
+        none if none.is_empty() => outcome.status.word().into(),
+        message => format!("{}: {}", outcome.status.word(), shortened(&message)),
     }
 }
 
@@ -339,7 +339,7 @@ pub fn table(study: &Study, facts: &Facts) -> Result<String, csv::Error> {
         );
         row.extend(processes.iter().map(|name| text(outcome.cpu.get(name).copied())));
         row.extend([outcome.passes.map(|p| p / (1e3 * facts.end_time)), outcome.memory].map(text));
-        row.push(outcome.message.as_deref().map_or(String::new(), shortened));
+        row.push(shortened(&outcome.message()));
         out.write_record(&row)?;
     }
     let bytes = out.into_inner().map_err(|e| csv::Error::from(e.into_error()))?;

@@ -1,5 +1,6 @@
 //! What one run gave, and what it cost.
 
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::summary::{RunStatus, Summary};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -40,8 +41,8 @@ pub struct Outcome {
     /// How it ended.
     pub status: Status,
     /// Why it is not done.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub message: Option<String>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub errors: Vec<Diagnostic>,
     /// Wall time of the whole command, with its checks [s].
     pub seconds: f64,
     /// Wall time of the run itself [s].
@@ -78,7 +79,7 @@ impl Outcome {
                 RunStatus::Unreliable => Status::Unreliable,
                 RunStatus::Failed | RunStatus::Interrupted => Status::Failed,
             },
-            message: summary.message.clone(),
+            errors: summary.reasons.clone(),
             seconds,
             wall: cost(&["wall_s"]).unwrap_or(seconds),
             time_loop: cost(&["loop_s"]).or_else(|| cost(&["stages", "loop_s"])),
@@ -86,20 +87,17 @@ impl Outcome {
             passes: number(&summary.coupling, &["iterations"]),
             memory: memory.or_else(|| cost(&["peak_memory_bytes"])),
             measures: (summary.measures.iter())
-                .map(|m| {
-                    (m.name.split(" @ ").next().unwrap_or(&m.name).to_owned(), (m.value, m.unit.clone()))
-                })
+                .map(|m| (m.name.clone(), (m.value, m.unit.clone())))
                 .collect(),
         }
     }
 
     /// One that gave nothing.
-    pub fn without_results(status: Status, message: impl Into<String>, seconds: f64) -> Self {
+    pub fn without_results(status: Status, errors: Vec<Diagnostic>, seconds: f64) -> Self {
         let (cpu, measures) = (BTreeMap::new(), BTreeMap::new());
-        let message = Some(message.into());
         Self {
             status,
-            message,
+            errors,
             seconds,
             wall: seconds,
             time_loop: None,
@@ -108,6 +106,11 @@ impl Outcome {
             memory: None,
             measures,
         }
+    }
+
+    /// Why it is not done, in words.
+    pub fn message(&self) -> String {
+        self.errors.iter().map(Diagnostic::headline).collect::<Vec<_>>().join("; ")
     }
 
     /// A measure.
@@ -167,8 +170,7 @@ pub mod tests {
 
     /// A run that is done, with one measure.
     pub fn done(name: &str, value: f64, wall: f64) -> Outcome {
-        let mut outcome = Outcome::without_results(Status::Done, "", wall);
-        outcome.message = None;
+        let mut outcome = Outcome::without_results(Status::Done, Vec::new(), wall);
         outcome.measures.insert(name.into(), (value, "m".into()));
         outcome
     }
@@ -176,8 +178,9 @@ pub mod tests {
     #[test]
     fn the_cost_of_a_summary_is_read_by_process_and_stage() {
         let mut summary = Summary::new(RunStatus::Unreliable);
-        let measure = |name: &str| Measure { name: name.into(), value: 2.0, unit: "N".into(), time: None };
-        summary.measures = vec![measure("max_reaction"), measure("posts_tension_min @ post 3")];
+        let measure = |name: &str| Measure::new(name, 2.0, "N");
+        summary.measures =
+            vec![measure("max_reaction"), measure("posts_tension_min").of_member(Some("post 3".into()))];
         let cost = json!({ "wall_s": 2.5, "stages": { "loop_s": 2.0 }, "processes": {
             "dem": { "cpu_s": 1.5, "peak_memory_bytes": 10 }, "fem": { "cpu_s": 0.25, "peak_memory_bytes": 30 } } });
         summary.cost = cost.as_object().expect("a table").clone();

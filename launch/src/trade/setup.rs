@@ -14,6 +14,7 @@ use crate::plan::Plan;
 use crate::record;
 use crate::stop::Stop;
 use crate::validate::validate;
+use interface_defs::diagnostic::code;
 use interface_defs::toolkit::arguments::Input;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
@@ -37,7 +38,7 @@ impl Setup {
     pub fn of(arguments: &Arguments, events: &Events) -> Result<Self, Stop> {
         let input = &arguments.input;
         let (scene, plan) = kind::load(input)?;
-        let ground = Ground::of(&scene, &plan, input, events)?;
+        let ground = Ground::of(&scene, &plan, input, None, events)?;
         let mut reports = validate(&plan, ground.input(), events)?;
         let chosen = choice::complete(&scene, &plan, &mut reports)?;
         let mut resolved = record::resolved(&scene, &plan, &reports)?;
@@ -60,7 +61,8 @@ impl Setup {
         knobs::turn_only(&mut knobs, &arguments.knobs)?;
         let space = Space { knobs, open };
         let fault = |e: std::io::Error| {
-            Stop::input(format!("{}: an input file cannot be read: {e}", scene.path().display()))
+            let what = format!("{}: an input file cannot be read: {e}", scene.path().display());
+            Stop::input(code::FILE, what)
         };
         let programs =
             std::env::current_exe().into_iter().chain(plan.members.iter().map(|m| m.program.clone()));
@@ -93,7 +95,7 @@ pub fn numbers(input: &Input, sets: &[String], events: &Events) -> Option<Number
     input.sets.extend_from_slice(sets);
     let scene = input.load().ok()?;
     let plan = Plan::of(&scene).ok()?;
-    let ground = Ground::of(&scene, &plan, &input, events).ok()?;
+    let ground = Ground::of(&scene, &plan, &input, None, events).ok()?;
     let mut reports = validate(&plan, ground.input(), events).ok()?;
     choice::complete(&scene, &plan, &mut reports).ok()?;
     Some(Numbers::of(&reports, scene.end_time().ok()?))

@@ -2,10 +2,10 @@
 
 use super::point::{Point, Space};
 use super::result::Record;
-use super::runner::directory;
 use super::study::Finished;
 use crate::stop::Stop;
-use interface_defs::diagnostic::Diagnostic;
+use crate::sweep;
+use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::toolkit::files;
 use interface_defs::toolkit::owner::{Claim, Owner};
 use serde::{Deserialize, Serialize};
@@ -15,11 +15,9 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 /// Directories of the runs.
-pub const RUNS: &str = "runs";
+const RUNS: &str = "runs";
 /// What the study is of.
 const STUDY: &str = "study.json";
-/// One finished run, in its directory.
-const RECORD: &str = "trade.json";
 
 /// What a study is of: runs of another are not comparable.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -78,9 +76,8 @@ impl Store {
     /// All finished runs, in their order.
     pub fn load(&mut self, space: &Space) -> Vec<Finished> {
         let mut all = Vec::new();
-        while let Ok(text) = std::fs::read_to_string(directory(&self.out, self.last + 1).join(RECORD)) {
-            // One that an older version wrote is made again.
-            let Ok(kept) = serde_json::from_str::<Kept>(&text) else { break };
+        // One that another version wrote is made again.
+        while let Some((_, kept)) = sweep::kept::<Kept>(&self.next()) {
             let known = |(name, rung): (&String, &i32)| Some((space.knob(name)?.name, *rung));
             let point: Option<Point> = kept.point.iter().map(known).collect();
             let Some(point) = point else { break };
@@ -92,7 +89,7 @@ impl Store {
 
     /// Directory of the next run.
     pub fn next(&self) -> PathBuf {
-        directory(&self.out, self.last + 1)
+        self.out.join(RUNS).join(format!("{:03}", self.last + 1))
     }
 
     /// Keep what the next run gave.
@@ -100,19 +97,16 @@ impl Store {
         let dir = self.next();
         let point = run.point.iter().map(|(name, rung)| ((*name).to_owned(), *rung)).collect();
         let kept = Kept { point, record: run.record.clone() };
-        let written = serde_json::to_string_pretty(&kept).map_err(io::Error::from).and_then(|text| {
-            std::fs::create_dir_all(&dir)?;
-            files::write(&dir.join(RECORD), (text + "\n").as_bytes())
-        });
         self.last += 1;
-        written.map_err(|e| Stop::failed(format!("{}: cannot be written: {e}", dir.display())))
+        sweep::keep(&dir, &run.record.key, kept)
     }
 
     /// Write a file of the study.
     pub fn write(&self, name: &str, text: &str) -> Result<PathBuf, Stop> {
         let path = self.out.join(name);
-        files::write(&path, text.as_bytes())
-            .map_err(|e| Stop::failed(format!("{}: cannot be written: {e}", path.display())))?;
+        files::write(&path, text.as_bytes()).map_err(|e| {
+            Stop::failed(code::NOT_WRITTEN, format!("{}: cannot be written: {e}", path.display()))
+        })?;
         Ok(path)
     }
 }
@@ -180,9 +174,10 @@ mod tests {
         drop(store);
         let refused = Store::open(&out, &identity("b"), false).err().expect("another");
         assert!(
-            refused.message.contains("of another scene") && refused.message.contains("--force"),
+            refused.errors[0].to_string().contains("of another scene")
+                && refused.errors[0].to_string().contains("--force"),
             "{}",
-            refused.message
+            refused.errors[0]
         );
         assert_eq!(refused.exit, interface_defs::toolkit::exit::Exit::BadInput);
         let mut store = Store::open(&out, &identity("b"), true).expect("forced");

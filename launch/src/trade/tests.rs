@@ -10,6 +10,7 @@ use super::study::Study;
 use super::{Arguments, Progress, Work, explore, report};
 use crate::stop::Stop;
 use clap::Parser;
+use interface_defs::diagnostic::{Diagnostic, code};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -17,6 +18,10 @@ use std::path::Path;
 const EXACT: f64 = 2.0;
 /// Weak coupling fails beyond this window [s].
 const STABLE: f64 = 5e-4;
+
+fn why(what: &str) -> Vec<Diagnostic> {
+    vec![Diagnostic::error(code::OTHER, what)]
+}
 
 /// A coupled scene: second order in the window and in the contact solver's step.
 #[derive(Default)]
@@ -31,7 +36,7 @@ struct Formula {
 impl Runner for Formula {
     fn run(&mut self, sets: &[String], _: &Path, limit: f64) -> Result<Outcome, Stop> {
         if self.left == Some(0) {
-            return Err(Stop::failed("interrupted"));
+            return Err(Stop::interrupted());
         }
         self.left = self.left.map(|left| left - 1);
         let sets: BTreeMap<String, String> =
@@ -47,10 +52,10 @@ impl Runner for Formula {
         let wall = steps * noise;
         self.runs.push(sets);
         if wall > limit {
-            return Ok(Outcome::without_results(Status::Stopped, "too slow", limit));
+            return Ok(Outcome::without_results(Status::Stopped, why("too slow"), limit));
         }
         if !strong && window > STABLE {
-            return Ok(Outcome::without_results(Status::Failed, "diverged | here", 0.1));
+            return Ok(Outcome::without_results(Status::Failed, why("diverged | here"), 0.1));
         }
         let error = 0.002 * (window / 1e-4).powi(2) + 1e-4 * (step / 2.5e-5).powi(2);
         let mut outcome = done("max_deflection", EXACT * (1.0 + error) * (1e8 / young).powf(0.1), wall);
@@ -215,7 +220,7 @@ fn an_interrupted_study_gives_in_the_end_what_an_uninterrupted_one_gives() {
     let mut broken = study(&[]);
     let mut runner = Formula { left: Some(7), ..Formula::default() };
     let stopped = session(&mut broken, &mut runner, temp.path(), &["--budget", "500"]);
-    assert_eq!(stopped.expect_err("Ctrl-C").message, "interrupted");
+    assert_eq!(stopped, Err(Stop::interrupted()));
     runner.left = None;
     let mut resumed = study(&[]);
     session(&mut resumed, &mut runner, temp.path(), &["--budget", "500"]).expect("explored");
@@ -235,7 +240,7 @@ fn a_given_reference_spares_the_refinements_and_a_misspelt_measure_is_refused() 
     let other = tempfile::tempdir().expect("a directory");
     let refused =
         session(&mut study(&[]), &mut Formula::default(), other.path(), &["--measure", "max_deflexion"]);
-    let message = refused.expect_err("misspelt").message;
+    let message = refused.expect_err("misspelt").errors[0].to_string();
     assert!(message.contains("did you mean `max_deflection`?"), "{message}");
 }
 
@@ -246,7 +251,7 @@ fn a_run_that_is_slower_than_it_should_be_is_ended() {
         fn run(&mut self, sets: &[String], dir: &Path, limit: f64) -> Result<Outcome, Stop> {
             if sets.iter().any(|set| set.ends_with("strong")) {
                 assert!(limit < 100.0, "{limit}");
-                return Ok(Outcome::without_results(Status::Stopped, "too slow", limit));
+                return Ok(Outcome::without_results(Status::Stopped, why("too slow"), limit));
             }
             self.0.run(sets, dir, limit)
         }

@@ -3,24 +3,27 @@
 //! The rocks' program computes the study, chooses the members and writes the scene of each; the structure's program says where the
 //! barrier stands. Here each of these scenes is run, one after the other, and what came of them is put together.
 //!
-//! - [`child`]: a program that is waited for; [`place`]: where in the user's file that is wrong which a member's scene has from it;
+//! - [`place`]: where in the user's file that is wrong which a member's scene has from it;
 //!   [`case`]: a chosen member with what became of it; [`table`]: the results of all
 
 mod case;
-mod child;
 mod place;
 mod table;
 
-use crate::command_line::beside;
+pub use table::outcome;
+
+use crate::children::{self, Goes, Job, Rules};
+use crate::command_line::own_program;
 use crate::estimate;
 use crate::events::{Event, Events};
 use crate::ground;
 use crate::kind;
+use crate::scratch::Scratch;
 use crate::status;
 use crate::stop::Stop;
-use case::{Case, Chosen, OF};
-use interface_defs::diagnostic::Diagnostic;
-use interface_defs::ipc::RunId;
+use crate::sweep::{self, Progress, Task};
+use case::{Case, Chosen};
+use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::toolkit::arguments::{EnsembleArguments, Input};
 use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::ground::Area;
@@ -29,7 +32,7 @@ use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::summary::{RunStatus, Summary};
 use place::Generated;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
@@ -43,14 +46,16 @@ const LOOK: Duration = Duration::from_millis(500);
 /// How many members were chosen in the folder `dir` of a barrier, and how many of them are run; `None`: none were chosen.
 pub fn progress(dir: &Path) -> Option<(usize, usize)> {
     let chosen = Chosen::read(&dir.join(CHOSEN)).ok()?.chosen;
-    let is_run = |entry: &&serde_json::Value| dir.join(entry["member"].to_string()).join(OF).exists();
+    let is_run = |entry: &&serde_json::Value| sweep::is_kept(&dir.join(entry["member"].to_string()));
     Some((chosen.iter().filter(is_run).count(), chosen.len()))
 }
 
 /// The whole command.
 pub fn worst(arguments: &EnsembleArguments, json: bool) -> Result<Exit, Stop> {
-    let events = Events::watch().map_err(Stop::failed)?;
-    let Some(barrier) = &arguments.barrier else { return Err(Stop::input("--barrier is missing")) };
+    let events = Events::watch()?;
+    let Some(barrier) = &arguments.barrier else {
+        return Err(Stop::input(code::ARGUMENT, "--barrier is missing"));
+    };
     let (_, sets) = arguments.sets()?;
     let scene = Scene::load(barrier, &sets).map_err(|e| kind::study(barrier).unwrap_or_else(|| e.into()))?;
     let work = Work {
@@ -60,6 +65,7 @@ pub fn worst(arguments: &EnsembleArguments, json: bool) -> Result<Exit, Stop> {
         scene,
         events: &events,
         quiet: arguments.quiet || json,
+        progress: Progress::new(arguments.quiet || json, false, false),
     };
     if arguments.scene_of.is_some() {
         return work.study(&work.of_member());
@@ -72,7 +78,7 @@ pub fn worst(arguments: &EnsembleArguments, json: bool) -> Result<Exit, Stop> {
     if let Some(member) = arguments.run_worst {
         return work.one(&out, member);
     }
-    work.check()?;
+    work.check(out.parent().unwrap_or(&out))?;
     let exit = work.study(&work.of_all())?;
     if !matches!(exit, Exit::Done | Exit::Unreliable) {
         return Ok(exit);
@@ -89,22 +95,23 @@ pub fn worst(arguments: &EnsembleArguments, json: bool) -> Result<Exit, Stop> {
         return ended;
     }
     // It is said once all is done, where it is read.
-    let of_study = out.parent().and_then(|dir| Summary::read(dir).ok()?.message);
-    Err(unreliable(of_study.unwrap_or_else(|| "the study is unreliable".into()), ended))
+    let of_study = out.parent().and_then(|dir| Summary::read(dir).ok());
+    Err(unreliable(Stop::of(of_study.unwrap_or_else(|| Summary::new(RunStatus::Unreliable))), ended))
 }
 
 /// How an unreliable study ends that was followed by runs which ended so.
-fn unreliable(of_study: String, ended: Result<Exit, Stop>) -> Stop {
-    match ended {
-        Ok(_) => Stop { exit: Exit::Unreliable, message: of_study },
-        Err(stop) => Stop { message: format!("{of_study}\nerror: {}", stop.message), ..stop },
+fn unreliable(mut of_study: Stop, ended: Result<Exit, Stop>) -> Stop {
+    if let Err(stop) = ended {
+        of_study.exit = stop.exit;
+        of_study.errors.extend(stop.errors);
     }
+    of_study
 }
 
 /// Where the barrier of `scene` stands.
 /// `sets` are values that take the place of those of its file.
 fn site(scene: &Scene, sets: Vec<String>, events: &Events) -> Result<Area, Stop> {
-    let program = program("fem-solver")?;
+    let program = own_program("fem-solver")?;
     let input = Input { scene: scene.path().to_owned(), sets };
     if let Some(area) = ground::area(&program, &input, events)? {
         return Ok(area);
@@ -116,11 +123,6 @@ fn site(scene: &Scene, sets: Vec<String>, events: &Events) -> Result<Area, Stop>
     Err(scene.invalid(key, what).try_instead(advice).into())
 }
 
-fn program(name: &str) -> Result<PathBuf, Stop> {
-    let missing = |what| Diagnostic::new(what).try_instead("build all programs with cargo build --release");
-    Ok(beside(name).map_err(missing)?)
-}
-
 /// What is done, and with what.
 struct Work<'a> {
     arguments: &'a EnsembleArguments,
@@ -129,18 +131,19 @@ struct Work<'a> {
     site: Area,
     events: &'a Events,
     quiet: bool,
+    progress: Progress,
 }
 
 impl Work<'_> {
     /// The study's program with what all its calls have.
     fn command(&self) -> Result<Command, Stop> {
-        let mut command = Command::new(program("dem-solver")?);
-        command.arg("ensemble").arg(&self.arguments.study).arg("--barrier").arg(self.barrier);
-        let site = serde_json::to_string(&self.site).map_err(|e| Stop::failed(e.to_string()))?;
-        command.arg("--site").arg(site);
-        for set in &self.arguments.sets {
-            command.args(["--set", set]);
-        }
+        let mut command = Command::new(own_program("dem-solver")?);
+        command.arg("ensemble").arg(children::path(&self.arguments.study));
+        command.arg("--barrier").arg(children::path(self.barrier));
+        let site = serde_json::to_string(&self.site);
+        let site = site.map_err(|e| Stop::failed(code::CONTRACT, e.to_string()))?;
+        command.arg(format!("--site={site}"));
+        command.args(self.arguments.sets.iter().map(|set| format!("--set={set}")));
         if self.arguments.savings.no_shortcuts {
             command.arg("--no-shortcuts");
         }
@@ -182,50 +185,39 @@ impl Work<'_> {
             // The list alone is printed there.
             command.stdout(Stdio::null());
         }
-        let output = child::wait(command.args(options), self.events)?;
-        Ok(match output.status.code() {
-            Some(0) => Exit::Done,
-            Some(2) => Exit::BadInput,
-            Some(3) => Exit::Unreliable,
-            _ => Exit::Failed,
-        })
+        command.args(options);
+        // What is wrong it has said itself.
+        Ok(self.wait(Job { output: Goes::Shown, ..Job::of(command) })?.exit())
+    }
+
+    fn wait(&self, job: Job) -> Result<children::End, Stop> {
+        let grace = Some(children::GRACE_OF_RUN);
+        let rules = Rules { together: false, grace, limit: None, say: &mut |_| {} };
+        Ok(children::one(job, rules, self.events)?.0)
     }
 
     /// Refuse a barrier that cannot be run with the study's rock and terrain, before the study is computed.
-    fn check(&self) -> Result<(), Stop> {
-        let file = std::env::temp_dir().join(format!("rockfall-{}-member.toml", RunId::new()));
+    fn check(&self, home: &Path) -> Result<(), Stop> {
+        let scratch = Scratch::new(Some(home))?;
+        let file = scratch.file("member.toml");
         let mut command = self.command()?;
-        command.arg("--scene-of=1").arg("--output").arg(&file).stderr(Stdio::piped());
-        let output = child::wait(&mut command, self.events)?;
-        let said = String::from_utf8_lossy(&output.stderr);
-        if !output.status.success() {
-            let message = crate::verdict::error_in(&said).unwrap_or_else(|| said.trim().to_owned());
-            return Err(match output.status.code() {
-                Some(2) => Stop::input(message),
-                _ => Stop::failed(message),
-            });
-        }
-        let doubts = estimate::doubts(&Input { scene: file.clone(), sets: Vec::new() });
-        let generated = Generated {
-            file: file.display().to_string(),
-            text: std::fs::read_to_string(&file).unwrap_or_default(),
-            barrier: &self.scene,
-        };
-        // Where it cannot be removed it lies in the directory for such files.
-        let _ = std::fs::remove_file(&file);
+        command.arg("--scene-of=1").arg("--output").arg(&file);
+        self.wait(Job::of(command))?.text()?;
+        let generated = Generated { file: file.display().to_string(), barrier: &self.scene };
+        let doubts = estimate::doubts(&Input { scene: file, sets: Vec::new() }, self.events);
         let see = || {
             format!(
-                "this is of member 1 of the study; its scene: rockfall ensemble {} --barrier {} --scene-of 1",
+                "\nthis is of member 1 of the study; its scene: rockfall ensemble {} --barrier {} --scene-of 1",
                 self.arguments.study.display(),
                 self.barrier.display()
             )
         };
-        let doubts = doubts.map_err(|stop| Stop {
-            message: format!("{}\n{}", generated.error(&stop.message), see()),
-            ..stop
-        })?;
-        for doubt in doubts.iter().filter(|_| !self.quiet) {
-            tracing::warn!("{}", generated.warning(doubt));
+        let of_barrier = |stop: Stop| {
+            let errors = stop.errors.into_iter().map(|error| generated.placed(error)).collect();
+            Stop { errors, ..stop }.and(&see())
+        };
+        for doubt in doubts.map_err(of_barrier)?.into_iter().filter(|_| !self.quiet) {
+            tracing::warn!("{}", generated.placed(doubt));
         }
         Ok(())
     }
@@ -247,20 +239,17 @@ impl Work<'_> {
         let place = dir.join(member.to_string());
         while holder(&place).is_some() {
             if let Ok(Event::Signal) = self.events.receiver.recv_timeout(LOOK) {
-                return Err(Stop::failed("interrupted"));
+                return Err(Stop::interrupted());
             }
         }
         if Case::finished(entry, &place).is_some() {
             return Ok(Exit::Done);
         }
         let case = self.run(entry, &place, [1, 1])?;
-        if !self.quiet {
-            Self::say(&case, 1, 1);
-        }
         // What its run says of itself is for the results of all. A run that has left nothing is worth another try.
         match Case::finished(entry, &place) {
             Some(_) => Ok(Exit::Done),
-            None => Err(Stop::failed(case.message)),
+            None => Err(Stop { exit: Exit::Failed, errors: case.reasons }),
         }
     }
 
@@ -268,62 +257,41 @@ impl Work<'_> {
     fn cases(&self, dir: &Path) -> Result<Exit, Stop> {
         let chosen = Chosen::read(&dir.join(CHOSEN))?;
         let owner = Owner::claim(dir, &Claim { force: true, ..Claim::default() })?;
+        let all = chosen.chosen.len();
         let mut cases: Vec<Case> = Vec::new();
         for entry in &chosen.chosen {
-            let number = entry["member"].as_u64().unwrap_or_default();
-            let place = dir.join(number.to_string());
+            let place = dir.join(entry["member"].to_string());
             let found = if self.arguments.force { None } else { Case::finished(entry, &place) };
-            let again = found.is_some();
-            let case = match found {
-                Some(case) => case,
-                None => self.run(entry, &place, [cases.len() + 1, chosen.chosen.len()]).map_err(|stop| {
-                    let kept = format!("{} of {} members are computed", cases.len(), chosen.chosen.len());
-                    Stop { message: format!("{}; {kept}; the same command goes on", stop.message), ..stop }
-                })?,
-            };
-            if !self.quiet && !again {
-                Self::say(&case, cases.len() + 1, chosen.chosen.len());
-            }
-            cases.push(case);
+            let case = found.map_or_else(|| self.run(entry, &place, [cases.len() + 1, all]), Ok);
+            let kept =
+                || format!("; {} of {all} members are computed; the same command goes on", cases.len());
+            cases.push(case.map_err(|stop| stop.and(&kept()))?);
             table::write_rows(&chosen.columns, &cases, dir)
-                .map_err(|e| Stop::failed(format!("{}: {e}", dir.display())))?;
+                .map_err(|e| Stop::failed(code::NOT_WRITTEN, format!("{}: {e}", dir.display())))?;
         }
         let mut summary = table::summary(&chosen, &cases, &self.barrier.display().to_string());
-        owner.write_summary(&mut summary).map_err(Stop::failed)?;
+        owner.write_summary(&mut summary).map_err(|what| Stop::failed(code::NOT_WRITTEN, what))?;
         if !self.arguments.quiet {
             interface_defs::toolkit::screen::show(&table::screen(&summary, &cases, dir));
         }
         match summary.status {
             RunStatus::Done => Ok(Exit::Done),
-            status => Err(Stop { exit: Exit::of(status), message: summary.message.unwrap_or_default() }),
+            _ => Err(Stop::of(summary)),
         }
-    }
-
-    fn say(case: &Case, number: usize, all: usize) {
-        eprintln!("{number} of {all}: member {}: {}", case.member(), case.words());
     }
 
     fn run(&self, entry: &serde_json::Value, place: &Path, [number, all]: [usize; 2]) -> Result<Case, Stop> {
-        let rockfall = std::env::current_exe()
-            .map_err(|e| Stop::failed(format!("rockfall itself is not found: {e}")))?;
-        let mut command = Command::new(rockfall);
-        command
-            .arg("run")
-            .arg(place.with_extension("toml"))
-            .arg("--out")
-            .arg(place)
-            .args(["--force", "--quiet"]);
-        if self.arguments.savings.no_shortcuts {
-            command.arg("--no-shortcuts");
-        }
-        command.stdout(Stdio::null()).stderr(Stdio::piped());
-        let tell = |seconds| {
+        let scene = place.with_extension("toml");
+        let shortcuts = !self.arguments.savings.no_shortcuts;
+        let task = Task { scene: &scene, sets: Vec::new(), dir: place, shortcuts, limit: f64::INFINITY };
+        let of = format!("{number} of {all}: member {}", entry["member"]);
+        let mut say = |seconds| {
             let far = status::far(place).unwrap_or_else(|| "no row yet".into());
-            eprintln!("{number} of {all}: member {}: {far}, after {seconds} s", entry["member"]);
+            self.progress.say(&format!("{of}: {far}, after {seconds} s"));
         };
-        let tell: &dyn Fn(u64) = if self.quiet { &|_| {} } else { &tell };
-        let output = child::wait_telling(&mut command, self.events, tell)?;
-        Case::ended(entry, place, &output).map_err(|e| Stop::failed(format!("{}: {e}", place.display())))
+        let case = Case::ended(entry, place, task.run(self.events, &mut say)?)?;
+        self.progress.say(&format!("{of}: {}", case.words()));
+        Ok(case)
     }
 }
 
@@ -333,12 +301,11 @@ mod tests {
 
     #[test]
     fn an_unreliable_study_is_said_at_the_end_and_never_ends_as_done() {
-        let of = |ended| unreliable("unreliable: 3 of 40".into(), ended);
-        let alone = of(Ok(Exit::Done));
-        assert_eq!((alone.exit, alone.message.as_str()), (Exit::Unreliable, "unreliable: 3 of 40"));
-        let both = of(Err(Stop { exit: Exit::Unreliable, message: "unreliable: 1 of 2".into() }));
-        assert_eq!(both.exit, Exit::Unreliable);
-        assert_eq!(both.message, "unreliable: 3 of 40\nerror: unreliable: 1 of 2");
-        assert_eq!(of(Err(Stop::failed("interrupted"))).exit, Exit::Failed);
+        let trust = |what: &str| Stop { exit: Exit::Unreliable, ..Stop::failed(code::TRUST, what) };
+        let of = |ended| unreliable(trust("unreliable: 3 of 40"), ended);
+        assert_eq!(of(Ok(Exit::Done)), trust("unreliable: 3 of 40"));
+        let both = of(Err(trust("unreliable: 1 of 2")));
+        assert_eq!((both.exit, both.errors.len()), (Exit::Unreliable, 2));
+        assert_eq!(of(Err(Stop::interrupted())).exit, Exit::Failed);
     }
 }

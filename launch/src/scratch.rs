@@ -1,0 +1,103 @@
+//! A directory for what programs hand to each other in files, which nobody else can write to.
+
+use crate::stop::Stop;
+use interface_defs::diagnostic::code;
+use interface_defs::ipc::RunId;
+use rustix::process::getuid;
+use std::fs::DirBuilder;
+use std::io;
+use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+use std::path::{Path, PathBuf};
+
+/// Names that are tried: somebody else may have guessed one.
+const TRIES: usize = 8;
+
+/// It is removed with what is in it when this ends.
+#[derive(Debug)]
+pub struct Scratch {
+    dir: PathBuf,
+    /// Directories above it that were not there before, the innermost first.
+    made: Vec<PathBuf>,
+}
+
+impl Scratch {
+    /// In the directory `home` of the results, which is made if it is not there; without one, in that of this user for such files.
+    pub fn new(home: Option<&Path>) -> Result<Self, Stop> {
+        let place = home.map_or_else(of_user, Path::to_path_buf);
+        Self::within(&place).map_err(|e| {
+            Stop::input(code::FILE, format!("{}: nothing can be written here: {e}", place.display()))
+        })
+    }
+
+    fn within(place: &Path) -> io::Result<Self> {
+        let missing = place.ancestors().take_while(|dir| !dir.as_os_str().is_empty() && !dir.exists());
+        let made: Vec<PathBuf> = missing.map(Path::to_path_buf).collect();
+        std::fs::create_dir_all(place)?;
+        let mut fault = io::Error::from(io::ErrorKind::AlreadyExists);
+        for _ in 0..TRIES {
+            let dir = place.join(format!(".rockfall-{}", RunId::new()));
+            // Of whatever has the name already, a link too, nothing is used.
+            match DirBuilder::new().mode(0o700).create(&dir) {
+                Ok(()) => return Ok(Self { dir: std::path::absolute(dir)?, made }),
+                Err(e) if e.kind() == io::ErrorKind::AlreadyExists => fault = e,
+                Err(e) => return Err(e),
+            }
+        }
+        Err(fault)
+    }
+
+    /// A file in it.
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.dir.join(name)
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        // What cannot be removed stays in a directory that is this user's own.
+        let _ = std::fs::remove_dir_all(&self.dir);
+        // One that holds something by now stays.
+        self.made.iter().for_each(|dir| drop(std::fs::remove_dir(dir)));
+    }
+}
+
+/// `$XDG_RUNTIME_DIR` if it is this user's, else the directory for temporary files.
+fn of_user() -> PathBuf {
+    let own = |dir: &PathBuf| {
+        dir.symlink_metadata()
+            .is_ok_and(|it| it.is_dir() && it.uid() == getuid().as_raw() && it.mode() & 0o022 == 0)
+    };
+    std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from).filter(own).unwrap_or_else(std::env::temp_dir)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_is_closed_to_others_and_leaves_nothing_behind() {
+        let temp = tempfile::tempdir().expect("a directory");
+        let home = temp.path().join("out/study");
+        let scratch = Scratch::new(Some(&home)).expect("made");
+        let file = scratch.file("member.toml");
+        std::fs::write(&file, "x").expect("written");
+        let dir = file.parent().expect("a directory").metadata().expect("there");
+        assert_eq!((dir.mode() & 0o777, dir.uid()), (0o700, getuid().as_raw()));
+        assert!(file.starts_with(&home));
+        drop(scratch);
+        assert!(!temp.path().join("out").exists());
+        std::fs::create_dir(temp.path().join("out")).expect("made");
+        let scratch = Scratch::new(Some(&home)).expect("made");
+        std::fs::write(home.join("summary.json"), "x").expect("written");
+        drop(scratch);
+        let left: Vec<_> = std::fs::read_dir(&home).expect("kept").collect();
+        assert_eq!(left.len(), 1, "{left:?}");
+    }
+
+    #[test]
+    fn two_of_one_directory_are_two() {
+        let temp = tempfile::tempdir().expect("a directory");
+        let [one, other] = [0; 2].map(|_| Scratch::new(Some(temp.path())).expect("made"));
+        assert_ne!(one.file("a"), other.file("a"));
+    }
+}
