@@ -46,7 +46,7 @@ macro_rules! tagged {
 
             impl<'de> ::serde::Deserialize<'de> for $name {
                 fn deserialize<D: ::serde::Deserializer<'de>>(table: D) -> Result<Self, D::Error> {
-                    Untagged::deserialize($crate::toolkit::tagged::Tagged::new(table, &[$tag]))
+                    Untagged::deserialize($crate::toolkit::tagged::Tagged { table, key: &[$tag] })
                 }
             }
         };
@@ -55,15 +55,10 @@ macro_rules! tagged {
 
 /// A table as the enum that its entry `key` names. It is what [`tagged!`](crate::tagged) reads from.
 pub struct Tagged<D> {
-    table: D,
-    key: &'static [&'static str; 1],
-}
-
-impl<D> Tagged<D> {
-    /// Of a table with the name under `key`.
-    pub fn new(table: D, key: &'static [&'static str; 1]) -> Self {
-        Self { table, key }
-    }
+    /// The table.
+    pub table: D,
+    /// Its key with the name.
+    pub key: &'static [&'static str; 1],
 }
 
 impl<'de, D: Deserializer<'de>> Deserializer<'de> for Tagged<D> {
