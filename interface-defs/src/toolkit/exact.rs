@@ -407,14 +407,14 @@ mod tests {
 
     tagged! {
         #[derive(Debug, PartialEq, Serialize)]
-        enum Outline by "type" as "Outline" (rename_all = "snake_case", deny_unknown_fields) {
+        enum Outline by "type" (rename_all = "snake_case", deny_unknown_fields) {
             Box { size: [f64; 3] },
         }
     }
 
     tagged! {
         #[derive(Debug, PartialEq, Serialize)]
-        enum Mark by "type" as "Mark" (rename_all = "snake_case") {
+        enum Mark by "type" (rename_all = "snake_case") {
             Spot(Spot),
         }
     }
