@@ -2,11 +2,13 @@
 
 use super::normal::{LawName, Refusal};
 use super::presets;
+use interface_defs::toolkit::scene::read_value;
 use serde::de::{
     DeserializeOwned, DeserializeSeed, Deserializer, Error, IntoDeserializer, MapAccess, Visitor,
 };
 use serde::forward_to_deserialize_any;
 use std::fmt;
+use std::sync::OnceLock;
 
 /// The key that fills in others.
 const PRESET: &str = "preset";
@@ -26,19 +28,20 @@ pub fn owner(key: &str) -> Option<LawName> {
 /// A law's own keys as the struct that it takes.
 ///
 /// # Errors
-/// With the key that cannot be read: it is the one in whose place a number could, or nothing; `law` where that is none.
+/// With the key that cannot be read; `law` where that is none.
 pub fn read<K: DeserializeOwned>(own: &toml::Table) -> Result<K, Refusal> {
-    own.clone().try_into().map_err(|e: toml::de::Error| {
-        let is_at_fault = |key: &&String| {
-            let mut other = own.clone();
-            other.insert((*key).clone(), toml::Value::Float(1.0));
-            let as_number = other.clone().try_into::<K>().is_ok();
-            other.remove(*key);
-            as_number || other.try_into::<K>().is_ok()
-        };
-        let key = own.keys().find(is_at_fault).map_or("law", String::as_str);
-        Refusal { misread: true, ..Refusal::of(key, e.message()) }
+    read_value("", &toml::Value::Table(own.clone())).map_err(|e| Refusal {
+        cure: e.hint,
+        misread: true,
+        ..Refusal::of(e.key.filter(|key| !key.is_empty()).unwrap_or("law".into()), e.message)
     })
+}
+
+/// The keys that `[[contact]]` may have: `fields`, and those of every law.
+fn known(fields: &'static [&'static str]) -> &'static [&'static str] {
+    static KNOWN: OnceLock<Vec<&'static str>> = OnceLock::new();
+    let own = || LawName::ALL.iter().flat_map(|law| of(*law)).map(|key| &*key.leak());
+    KNOWN.get_or_init(|| fields.iter().copied().chain(own()).collect())
 }
 
 /// Reads a table into a struct, and sets aside in `own` what belongs to laws.
@@ -117,19 +120,15 @@ impl<'de, M: MapAccess<'de>> MapAccess<'de> for Common<'_, M> {
         while let Some(key) = self.map.next_key::<String>()? {
             self.state.given.push(key.clone());
             if key == PRESET {
-                let value: toml::Value = self.map.next_value()?;
-                self.state.preset = value.as_str().map(str::to_owned);
-                self.state.value = Some(value);
+                let preset: String = self.map.next_value()?;
+                self.state.value = Some(preset.clone().into());
+                self.state.preset = Some(preset);
             }
             if self.fields.contains(&key.as_str()) {
                 return seed.deserialize(key.into_deserializer()).map(Some);
             }
             if owner(&key).is_none() {
-                let own = LawName::ALL.iter().flat_map(|law| of(*law));
-                let known: Vec<String> = self.fields.iter().map(|f| (*f).to_owned()).chain(own).collect();
-                let known = known.iter().map(|k| format!("`{k}`")).collect::<Vec<_>>().join(", ");
-                // As serde words it: a list of names known beforehand is all that its own function takes.
-                return Err(M::Error::custom(format!("unknown field `{key}`, expected one of {known}")));
+                return Err(M::Error::unknown_field(&key, known(self.fields)));
             }
             let value = self.map.next_value()?;
             self.own.insert(key, value);
@@ -147,7 +146,7 @@ impl<'de, M: MapAccess<'de>> MapAccess<'de> for Common<'_, M> {
 
     fn next_value_seed<S: DeserializeSeed<'de>>(&mut self, seed: S) -> Result<S::Value, M::Error> {
         match self.state.value.take() {
-            Some(value) => seed.deserialize(value).map_err(|e| M::Error::custom(e.message())),
+            Some(value) => seed.deserialize(value).map_err(M::Error::custom),
             None => self.map.next_value_seed(seed),
         }
     }
