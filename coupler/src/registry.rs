@@ -9,15 +9,16 @@ macro_rules! registry {
     ($(#[$doc:meta])* pub enum $any:ident: $method:ident { $($name:literal => $file:ident::$kind:ident,)+ }) => {
         $(pub use $file::$kind;)+
 
-        $(#[$doc])*
-        #[derive(Debug, Clone, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
-        #[serde(tag = "type")]
-        #[allow(missing_docs)] // A method's own doc comment says what it is, in the schema too.
-        pub enum $any {
-            $(
-                #[serde(rename = $name)]
-                $kind($kind),
-            )+
+        interface_defs::tagged! {
+            $(#[$doc])*
+            #[derive(Debug, Clone, serde::Serialize, schemars::JsonSchema)]
+            #[allow(missing_docs)] // A method's own doc comment says what it is, in the schema too.
+            pub enum $any by "type" () {
+                $(
+                    #[serde(rename = $name)]
+                    $kind($kind),
+                )+
+            }
         }
 
         impl $any {

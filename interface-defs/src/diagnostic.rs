@@ -361,5 +361,7 @@ mod tests {
             "{table}"
         );
         assert_eq!(table.lines().count(), 2 + code::ALL.len());
+        let page = include_str!("../PROTOCOL.md");
+        assert!(names.iter().all(|name| page.contains(&format!("`{name}`"))), "PROTOCOL.md lists all codes");
     }
 }

@@ -1,5 +1,6 @@
 //! `[structure.generator]`: structures that are made from a few numbers.
 
+use interface_defs::tagged;
 use interface_defs::toolkit::coordinates::Coordinates;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -9,16 +10,17 @@ fn yes() -> bool {
     true
 }
 
-/// A generated structure.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "type", rename_all = "snake_case")]
-pub enum Generator {
-    /// Square cells of cables in the plane of x and y.
-    RectangularNet(RectangularNet),
-    /// Rings in the plane of x and y.
-    RingNet(RingNet),
-    /// A barrier as a whole.
-    Barrier(Barrier),
+tagged! {
+    /// A generated structure.
+    #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+    pub enum Generator by "type" (rename_all = "snake_case") {
+        /// Square cells of cables in the plane of x and y.
+        RectangularNet(RectangularNet),
+        /// Rings in the plane of x and y.
+        RingNet(RingNet),
+        /// A barrier as a whole.
+        Barrier(Barrier),
+    }
 }
 
 /// `type = "rectangular_net"`: square cells of cables in the plane of x and y.

@@ -284,15 +284,16 @@ pub trait Element: Debug {
 macro_rules! elements {
     ($($name:literal => $settings:ident::$part:ident { $($module:ident::$element:ident),* },)*
      besides { $($alone:ident::$other:ident),* }) => {
-        /// A part; `element` says of what.
-        #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
-        #[serde(tag = "element")]
-        #[allow(missing_docs)] // What a part is, its settings' own doc comment says, in the schema too.
-        pub enum PartConfig {
-            $(
-                #[serde(rename = $name)]
-                $part($settings::$part),
-            )*
+        interface_defs::tagged! {
+            /// A part; `element` says of what.
+            #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
+            #[allow(missing_docs)] // What a part is, its settings' own doc comment says, in the schema too.
+            pub enum PartConfig by "element" () {
+                $(
+                    #[serde(rename = $name)]
+                    $part($settings::$part),
+                )*
+            }
         }
 
         impl Deref for PartConfig {

@@ -7,58 +7,15 @@
 use super::tagged;
 use serde::de::value::StringDeserializer;
 use serde::de::{
-    DeserializeSeed, Deserializer, Error, Expected as Expectation, IntoDeserializer, MapAccess, SeqAccess,
-    Unexpected, Visitor,
+    Deserialize, DeserializeSeed, Deserializer, Error, Expected as Expectation, IntoDeserializer, MapAccess,
+    SeqAccess, Unexpected, Visitor,
 };
 use serde::forward_to_deserialize_any;
 use std::borrow::Cow;
 use std::fmt;
 use std::ops::Range;
-use toml::Spanned;
 use toml::de::{DeInteger, DeString, DeTable, DeValue, ValueDeserializer};
-
-/// What stands where something else is expected.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Got {
-    Bool(bool),
-    Integer(i128),
-    Float(f64),
-    Text(String),
-    Array,
-    Table,
-    Other(String),
-}
-
-impl From<Unexpected<'_>> for Got {
-    fn from(value: Unexpected) -> Self {
-        match value {
-            Unexpected::Bool(value) => Self::Bool(value),
-            Unexpected::Signed(value) => Self::Integer(value.into()),
-            Unexpected::Unsigned(value) => Self::Integer(value.into()),
-            Unexpected::Float(value) => Self::Float(value),
-            Unexpected::Str(text) => Self::Text(text.to_owned()),
-            Unexpected::Seq => Self::Array,
-            Unexpected::Map => Self::Table,
-            other => Self::Other(other.to_string()),
-        }
-    }
-}
-
-impl From<&DeValue<'_>> for Got {
-    fn from(value: &DeValue) -> Self {
-        match value {
-            DeValue::String(text) => Self::Text(text.to_string()),
-            DeValue::Integer(number) => {
-                whole(number).map_or_else(|| Self::Other(format!("integer `{number}`")), Self::Integer)
-            }
-            DeValue::Float(number) => Self::Float(float(number.as_str())),
-            DeValue::Boolean(value) => Self::Bool(*value),
-            DeValue::Datetime(_) => Self::Other("date".into()),
-            DeValue::Array(_) => Self::Array,
-            DeValue::Table(_) => Self::Table,
-        }
-    }
-}
+use toml::{Spanned, Value};
 
 /// What is expected: by the method that a type calls on its deserialiser, or in the words of a visitor that takes several types.
 #[derive(Debug, Clone, PartialEq)]
@@ -78,55 +35,27 @@ pub(crate) enum Expected {
 /// What is wrong with a value.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum What {
-    UnknownField {
-        name: String,
-        known: &'static [&'static str],
-    },
-    UnknownVariant {
-        name: String,
-        known: &'static [&'static str],
-    },
+    /// Its name, and those that are known.
+    UnknownField(String, Names),
+    UnknownVariant(String, Names),
     MissingField(&'static str),
     DuplicateField(&'static str),
-    WrongType {
-        got: Got,
-        expected: Expected,
-    },
-    WrongValue {
-        got: Got,
-        expected: Expected,
-    },
-    /// `number` is what two of the values may be: one number that a decimal comma has cut.
-    WrongLength {
-        found: usize,
-        expected: Expected,
-        number: Option<String>,
-    },
+    /// What stands there.
+    WrongType(Value, Expected),
+    WrongValue(Value, Expected),
+    /// How many there are, and what two of them may be: one number that a decimal comma has cut.
+    WrongLength(usize, Expected, Option<String>),
     Other(String),
 }
 
-/// One step from a table or list to what it holds.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Step {
-    Key(String),
-    Item(usize),
-}
-
-impl fmt::Display for Step {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self {
-            Self::Key(name) => f.write_str(name),
-            Self::Item(number) => number.fmt(f),
-        }
-    }
-}
+type Names = &'static [&'static str];
 
 /// What is wrong, with which key, and where in the text.
 #[derive(Debug)]
 pub(crate) struct Mismatch {
     pub what: What,
-    /// From the value that was read down to the fault, the last step first.
-    pub path: Vec<Step>,
+    /// Keys and numbers of items from the value that was read down to the fault, the last first.
+    pub path: Vec<String>,
     pub span: Option<Range<usize>>,
 }
 
@@ -136,8 +65,8 @@ impl Mismatch {
         self
     }
 
-    fn below(mut self, step: Step) -> Self {
-        self.path.push(step);
+    fn below(mut self, step: impl ToString) -> Self {
+        self.path.push(step.to_string());
         self
     }
 }
@@ -162,23 +91,23 @@ impl Error for Mismatch {
     }
 
     fn invalid_type(got: Unexpected, expected: &dyn Expectation) -> Self {
-        What::WrongType { got: got.into(), expected: Expected::Prose(expected.to_string()) }.into()
+        What::WrongType(owned(got), Expected::Prose(expected.to_string())).into()
     }
 
     fn invalid_value(got: Unexpected, expected: &dyn Expectation) -> Self {
-        What::WrongValue { got: got.into(), expected: Expected::Prose(expected.to_string()) }.into()
+        What::WrongValue(owned(got), Expected::Prose(expected.to_string())).into()
     }
 
     fn invalid_length(found: usize, expected: &dyn Expectation) -> Self {
-        What::WrongLength { found, expected: Expected::Prose(expected.to_string()), number: None }.into()
+        What::WrongLength(found, Expected::Prose(expected.to_string()), None).into()
     }
 
-    fn unknown_variant(name: &str, known: &'static [&'static str]) -> Self {
-        What::UnknownVariant { name: name.to_owned(), known }.into()
+    fn unknown_variant(name: &str, known: Names) -> Self {
+        What::UnknownVariant(name.to_owned(), known).into()
     }
 
-    fn unknown_field(name: &str, known: &'static [&'static str]) -> Self {
-        What::UnknownField { name: name.to_owned(), known }.into()
+    fn unknown_field(name: &str, known: Names) -> Self {
+        What::UnknownField(name.to_owned(), known).into()
     }
 
     fn missing_field(name: &'static str) -> Self {
@@ -187,6 +116,19 @@ impl Error for Mismatch {
 
     fn duplicate_field(name: &'static str) -> Self {
         What::DuplicateField(name).into()
+    }
+}
+
+/// What a visitor was given; places and what lists and tables hold are of no interest.
+fn owned(got: Unexpected) -> Value {
+    match got {
+        Unexpected::Bool(value) => value.into(),
+        Unexpected::Signed(number) => number.into(),
+        Unexpected::Float(number) => number.into(),
+        Unexpected::Seq => Value::Array(Vec::new()),
+        Unexpected::Map => Value::Table(toml::Table::new()),
+        Unexpected::Str(text) => text.into(),
+        other => other.to_string().into(),
     }
 }
 
@@ -209,11 +151,15 @@ impl<'de> Exact<'de> {
         fits: fn(&DeValue<'de>) -> bool,
         visitor: V,
     ) -> Result<V::Value, Mismatch> {
-        let value = self.0.get_ref();
-        if fits(value) {
+        if fits(self.0.get_ref()) {
             return self.deserialize_any(visitor);
         }
-        Err(Mismatch::from(What::WrongType { got: value.into(), expected }).at(self.0.span()))
+        Err(self.refused(|got| What::WrongType(got, expected)))
+    }
+
+    fn refused(self, what: impl FnOnce(Value) -> What) -> Mismatch {
+        let span = self.0.span();
+        Value::deserialize(self).map_or_else(|e| e, |got| Mismatch::from(what(got)).at(span))
     }
 
     fn integer<V: Visitor<'de>>(self, least: i128, most: i128, visitor: V) -> Result<V::Value, Mismatch> {
@@ -221,26 +167,14 @@ impl<'de> Exact<'de> {
         if let DeValue::Integer(number) = self.0.get_ref()
             && !whole(number).is_some_and(|value| (least..=most).contains(&value))
         {
-            return Err(
-                Mismatch::from(What::WrongValue { got: self.0.get_ref().into(), expected }).at(self.0.span())
-            );
+            return Err(self.refused(|got| What::WrongValue(got, expected)));
         }
         self.expect(expected, DeValue::is_integer, visitor)
-    }
-
-    fn tuple<V: Visitor<'de>>(self, length: usize, visitor: V) -> Result<V::Value, Mismatch> {
-        if let DeValue::Array(items) = self.0.get_ref()
-            && items.len() != length
-        {
-            let number = decimal_comma(items).filter(|_| items.len() > length);
-            return Err(wrong_length(items.len(), length, number).at(self.0.span()));
-        }
-        self.expect(Expected::ArrayOf(length), DeValue::is_array, visitor)
     }
 }
 
 fn wrong_length(found: usize, needed: usize, number: Option<String>) -> Mismatch {
-    What::WrongLength { found, expected: Expected::ArrayOf(needed), number }.into()
+    What::WrongLength(found, Expected::ArrayOf(needed), number).into()
 }
 
 /// The number that a decimal comma may have cut in a list that is too long.
@@ -343,16 +277,13 @@ impl<'de> Deserializer<'de> for Exact<'de> {
     }
 
     fn deserialize_tuple<V: Visitor<'de>>(self, length: usize, visitor: V) -> Result<V::Value, Mismatch> {
-        self.tuple(length, visitor)
-    }
-
-    fn deserialize_tuple_struct<V: Visitor<'de>>(
-        self,
-        _name: &'static str,
-        length: usize,
-        visitor: V,
-    ) -> Result<V::Value, Mismatch> {
-        self.tuple(length, visitor)
+        if let DeValue::Array(items) = self.0.get_ref()
+            && items.len() != length
+        {
+            let number = decimal_comma(items).filter(|_| items.len() > length);
+            return Err(wrong_length(items.len(), length, number).at(self.0.span()));
+        }
+        self.expect(Expected::ArrayOf(length), DeValue::is_array, visitor)
     }
 
     fn deserialize_enum<V: Visitor<'de>>(
@@ -392,7 +323,7 @@ impl<'de> Deserializer<'de> for Exact<'de> {
     }
 
     forward_to_deserialize_any! {
-        char bytes byte_buf unit unit_struct ignored_any
+        char bytes byte_buf unit unit_struct tuple_struct ignored_any
     }
 }
 
@@ -406,7 +337,7 @@ impl<'de> SeqAccess<'de> for &mut Items<'de> {
         let Some(item) = self.0.next() else { return Ok(None) };
         self.1 += 1;
         let span = item.span();
-        seed.deserialize(Exact(item)).map(Some).map_err(|e| e.at(span).below(Step::Item(self.1 - 1)))
+        seed.deserialize(Exact(item)).map(Some).map_err(|e| e.at(span).below(self.1 - 1))
     }
 
     fn size_hint(&self) -> Option<usize> {
@@ -435,13 +366,13 @@ impl<'de> Entries<'de> {
     fn visited_by<V: Visitor<'de>>(mut self, visitor: V) -> Result<V::Value, Mismatch> {
         visitor.visit_map(&mut self).map_err(|e| match (&e.what, self.key) {
             _ if e.span.is_some() => e,
-            (What::UnknownField { name, .. }, Some(key)) if name == key.get_ref() => {
+            (What::UnknownField(name, _), Some(key)) if name == key.get_ref() => {
                 let span = key.span();
-                e.at(span).below(Step::Key(key.into_inner()))
+                e.at(span).below(key.into_inner())
             }
             (What::MissingField(name), _) => {
-                let step = Step::Key((*name).to_owned());
-                e.below(step)
+                let name = *name;
+                e.below(name)
             }
             _ => e,
         })
@@ -464,8 +395,7 @@ impl<'de> MapAccess<'de> for &mut Entries<'de> {
             return Err(Mismatch::custom("a key without its value"));
         };
         let span = value.span();
-        let step = || Step::Key(key.get_ref().clone());
-        seed.deserialize(Exact(value)).map_err(|e| e.at(span).below(step()))
+        seed.deserialize(Exact(value)).map_err(|e| e.at(span).below(key.get_ref()))
     }
 }
 
@@ -477,14 +407,14 @@ mod tests {
 
     tagged! {
         #[derive(Debug, PartialEq, Serialize)]
-        enum Outline by "type" as "Outline" (rename_all = "snake_case", deny_unknown_fields) {
+        enum Outline by "type" (rename_all = "snake_case", deny_unknown_fields) {
             Box { size: [f64; 3] },
         }
     }
 
     tagged! {
         #[derive(Debug, PartialEq, Serialize)]
-        enum Mark by "type" as "Mark" (rename_all = "snake_case") {
+        enum Mark by "type" (rename_all = "snake_case") {
             Spot(Spot),
         }
     }
@@ -544,29 +474,32 @@ mod tests {
             let table = DeTable::parse(text).expect("TOML");
             let value = Spanned::new(0..text.len(), DeValue::Table(table.into_inner()));
             let error = Region::deserialize(Exact(value)).expect_err(text);
-            let path: Vec<_> = error.path.iter().rev().map(Step::to_string).collect();
+            let path: Vec<_> = error.path.into_iter().rev().collect();
             assert_eq!((path.join(".").as_str(), error.what), (key, what), "{text}");
         };
-        let wrong = |got, expected| What::WrongType { got, expected };
-        refused("at = [0, true, 0]", "at.1", wrong(Got::Bool(true), Expected::Number));
-        refused("polygon = [[0, 1], 7]", "polygon.1", wrong(Got::Integer(7), Expected::ArrayOf(2)));
-        refused("polygon = 1979-05-27", "polygon", wrong(Got::Other("date".into()), Expected::Array));
-        refused("pair = [1.5, 2]", "pair.0", wrong(Got::Float(1.5), Expected::Text));
-        let value =
-            |number| What::WrongValue { got: Got::Integer(number), expected: Expected::WholeNotNegative };
+        let wrong = What::WrongType;
+        refused("at = [0, true, 0]", "at.1", wrong(true.into(), Expected::Number));
+        refused("polygon = [[0, 1], 7]", "polygon.1", wrong(7.into(), Expected::ArrayOf(2)));
+        refused(
+            "polygon = 1979-05-27",
+            "polygon",
+            wrong(Value::Datetime("1979-05-27".parse().expect("a date")), Expected::Array),
+        );
+        refused("pair = [1.5, 2]", "pair.0", wrong(1.5.into(), Expected::Text));
+        let value = |number: i64| What::WrongValue(number.into(), Expected::WholeNotNegative);
         refused("pair = [\"a\", 256]", "pair.1", value(256));
         refused("pair = [\"a\", -1]", "pair.1", value(-1));
-        refused("shape = 3", "shape", wrong(Got::Integer(3), Expected::Table));
-        refused("shape = { type = 3 }", "shape.type", wrong(Got::Integer(3), Expected::Name));
+        refused("shape = 3", "shape", wrong(3.into(), Expected::Table));
+        refused("shape = { type = 3 }", "shape.type", wrong(3.into(), Expected::Name));
         refused("shape = { size = [1, 2, 3] }", "shape.type", What::MissingField("type"));
         refused("shape = { type = \"box\" }", "shape.size", What::MissingField("size"));
-        let unknown = |name: &str, known| What::UnknownField { name: name.into(), known };
+        let unknown = |name: &str, known| What::UnknownField(name.into(), known);
         let inside = "shape = { size = [1, 2, 3], type = \"box\", colour = 1 }";
         refused(inside, "shape.colour", unknown("colour", &["size"]));
         refused("spot = { z = 1, type = \"spot\", x = 2 }", "spot.z", unknown("z", &["x"]));
         refused("polygons = 1", "polygons", unknown("polygons", &["at", "polygon", "shape", "spot", "pair"]));
         let known = &["box"];
-        refused("shape.type = \"bax\"", "shape.type", What::UnknownVariant { name: "bax".into(), known });
+        refused("shape.type = \"bax\"", "shape.type", What::UnknownVariant("bax".into(), known));
     }
 
     #[test]

@@ -1,24 +1,24 @@
 //! What a [`Mismatch`] is in the user's words, with what to try and the nearest known name.
 
-use super::exact::{Expected, Got, Mismatch, Step, What};
+use super::exact::{Expected, Mismatch, What};
 use crate::diagnostic::{Code, Diagnostic, code};
 use serde::de::Unexpected;
 use std::fmt;
-use toml::Spanned;
 use toml::de::DeValue;
+use toml::{Spanned, Value};
 
-impl fmt::Display for Got {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self {
-            Self::Bool(value) => Unexpected::Bool(*value).fmt(f),
-            Self::Integer(number) => write!(f, "integer `{number}`"),
-            Self::Float(number) => Unexpected::Float(*number).fmt(f),
-            Self::Text(text) => Unexpected::Str(text).fmt(f),
-            Self::Array => Unexpected::Seq.fmt(f),
-            Self::Table => Unexpected::Map.fmt(f),
-            Self::Other(words) => f.write_str(words),
-        }
+/// A value as serde describes it.
+fn described(value: &Value) -> String {
+    match value {
+        Value::Boolean(value) => Unexpected::Bool(*value),
+        Value::Integer(number) => Unexpected::Signed(*number),
+        Value::Float(number) => Unexpected::Float(*number),
+        Value::String(text) => Unexpected::Str(text),
+        Value::Datetime(_) => Unexpected::Other("date"),
+        Value::Array(_) => Unexpected::Seq,
+        Value::Table(_) => Unexpected::Map,
     }
+    .to_string()
 }
 
 impl fmt::Display for Expected {
@@ -41,16 +41,20 @@ impl fmt::Display for Expected {
 impl fmt::Display for What {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
-            Self::UnknownField { name, .. } => write!(f, "unknown key `{name}`"),
-            Self::UnknownVariant { name, .. } => write!(f, "unknown value `{name}`"),
+            Self::UnknownField(name, _) => write!(f, "unknown key `{name}`"),
+            Self::UnknownVariant(name, _) => write!(f, "unknown value `{name}`"),
             Self::MissingField(name) => write!(f, "the key `{name}` is missing here"),
             Self::DuplicateField(name) => write!(f, "the key `{name}` is given twice"),
-            Self::WrongType { got, expected } => write!(f, "wrong type: {got}, expected {expected}"),
-            Self::WrongValue { got, expected } => write!(f, "wrong value: {got}, expected {expected}"),
-            Self::WrongLength { found, expected: Expected::ArrayOf(needed), .. } => {
+            Self::WrongType(got, expected) => {
+                write!(f, "wrong type: {}, expected {expected}", described(got))
+            }
+            Self::WrongValue(got, expected) => {
+                write!(f, "wrong value: {}, expected {expected}", described(got))
+            }
+            Self::WrongLength(found, Expected::ArrayOf(needed), _) => {
                 write!(f, "{found} values where {needed} are needed")
             }
-            Self::WrongLength { found, expected, .. } => write!(f, "{found} values, expected {expected}"),
+            Self::WrongLength(found, expected, _) => write!(f, "{found} values, expected {expected}"),
             Self::Other(words) => f.write_str(words),
         }
     }
@@ -59,13 +63,13 @@ impl fmt::Display for What {
 impl What {
     fn code(&self) -> Code {
         match self {
-            Self::UnknownField { .. } => code::UNKNOWN_KEY,
-            Self::UnknownVariant { .. } => code::UNKNOWN_NAME,
+            Self::UnknownField(..) => code::UNKNOWN_KEY,
+            Self::UnknownVariant(..) => code::UNKNOWN_NAME,
             Self::MissingField(_) => code::MISSING_KEY,
             Self::DuplicateField(_) => code::CONTRADICTION,
-            Self::WrongType { .. } => code::WRONG_TYPE,
-            Self::WrongLength { .. } => code::WRONG_LENGTH,
-            Self::WrongValue { .. } | Self::Other(_) => code::INVALID_VALUE,
+            Self::WrongType(..) => code::WRONG_TYPE,
+            Self::WrongLength(..) => code::WRONG_LENGTH,
+            Self::WrongValue(..) | Self::Other(_) => code::INVALID_VALUE,
         }
     }
 }
@@ -73,37 +77,34 @@ impl What {
 impl Mismatch {
     /// For the user, about the value at the dotted key `key` or below it; `top` are the keys that stand at the top of a scene.
     pub fn diagnostic(&self, key: &str, top: &[&str]) -> Diagnostic {
-        let steps: Vec<String> = self.path.iter().rev().map(Step::to_string).collect();
-        let own = Some(key.to_owned()).filter(|key| !key.is_empty());
-        let at = own.into_iter().chain(steps).collect::<Vec<_>>().join(".");
+        let own = Some(key).filter(|key| !key.is_empty());
+        let at =
+            own.into_iter().chain(self.path.iter().rev().map(String::as_str)).collect::<Vec<_>>().join(".");
         Diagnostic::error(self.what.code(), self.what.to_string()).about(at).try_if(self.hint(key, top))
     }
 
     fn hint(&self, key: &str, top: &[&str]) -> Option<String> {
         match &self.what {
-            What::UnknownField { name, .. } if top.contains(&name.as_str()) => Some(format!(
+            What::UnknownField(name, _) if top.contains(&name.as_str()) => Some(format!(
                 "`{name}` belongs to the scene, not to `{key}`: it must come before the first [table]; or are these two scenes?"
             )),
-            What::UnknownField { name, known } | What::UnknownVariant { name, known } => {
-                suggestion(name, known)
-            }
+            What::UnknownField(name, known) | What::UnknownVariant(name, known) => suggestion(name, known),
             What::MissingField(name) => Some(format!(
                 "add `{name} = ...` to this table; docs/reference.md has its keys and their units"
             )),
-            What::WrongType { got: Got::Table, expected: Expected::Array } => {
-                let names = self.path.iter().rev().filter(|step| matches!(step, Step::Key(_)));
+            What::WrongType(Value::Table(_), Expected::Array) => {
+                let names = self.path.iter().rev().filter(|name| !is_item(name));
                 let names: String = names.map(|name| format!(".{name}")).collect();
                 Some(format!("there may be several of them, so brackets are double: [[{key}{names}]]"))
             }
-            What::WrongType { got, expected } => match self.path.first() {
-                Some(Step::Key(name)) => as_table(name, got, expected),
-                _ => None,
+            What::WrongType(got, expected) => {
+                let name = self.path.first().filter(|name| !is_item(name));
+                name.and_then(|name| as_table(name, got, expected)).or_else(|| of_type(got, expected))
             }
-            .or_else(|| of_type(got, expected)),
-            What::WrongLength { number: Some(number), .. } => {
+            What::WrongLength(_, _, Some(number)) => {
                 Some(format!("a decimal comma? a number is written with a point: {number}"))
             }
-            What::WrongLength { found, expected: Expected::ArrayOf(needed), .. } if found < needed => {
+            What::WrongLength(found, Expected::ArrayOf(needed), None) if found < needed => {
                 let fewer = match needed {
                     2 => "write two numbers, as in [1.0, 2.0]",
                     3 => "a vector has three numbers, [x, y, z]",
@@ -120,9 +121,14 @@ impl Mismatch {
     }
 }
 
+/// Whether a step of a path leads to an item of a list.
+fn is_item(step: &str) -> bool {
+    step.parse::<usize>().is_ok()
+}
+
 /// What to try where a value is of another type.
-fn of_type(got: &Got, expected: &Expected) -> Option<String> {
-    let text = if let Got::Text(text) = got { Some(text.trim()) } else { None };
+fn of_type(got: &Value, expected: &Expected) -> Option<String> {
+    let text = got.as_str().map(str::trim);
     match expected {
         Expected::Number | Expected::Whole | Expected::WholeNotNegative => {
             let text = text?;
@@ -148,12 +154,12 @@ fn of_type(got: &Got, expected: &Expected) -> Option<String> {
 }
 
 /// What to try where the key `name` must be a table and is none, or is one and must not be.
-fn as_table(name: &str, got: &Got, expected: &Expected) -> Option<String> {
+fn as_table(name: &str, got: &Value, expected: &Expected) -> Option<String> {
     Some(match (name, got, expected) {
-        (_, Got::Table, Expected::Text) => {
+        (_, Value::Table(_), Expected::Text) => {
             format!("it is one value, and belongs among the keys of the table above: {name} = \"...\"")
         }
-        ("cluster", Got::Integer(number), Expected::Table) => {
+        ("cluster", Value::Integer(number), Expected::Table) => {
             format!("the number of spheres is cluster.spheres = {number}")
         }
         ("shape", _, Expected::Table) => {
@@ -214,24 +220,21 @@ mod tests {
         assert_eq!(nearest("colour", &known), None);
     }
 
-    fn text(value: &str) -> Got {
-        Got::Text(value.into())
+    fn text(value: &str) -> Value {
+        value.into()
     }
 
     #[test]
     fn a_mismatch_is_put_in_words_of_the_file() {
         let said = |what: What| what.to_string();
-        let (got, expected) = (text("a, expected b"), Expected::Number);
         assert_eq!(
-            said(What::WrongType { got, expected }),
+            said(What::WrongType(text("a, expected b"), Expected::Number)),
             "wrong type: string \"a, expected b\", expected a number"
         );
-        let got = Got::Float(9.0);
-        let what = What::WrongValue { got, expected: Expected::WholeNotNegative };
+        let what = What::WrongValue(9.0.into(), Expected::WholeNotNegative);
         assert_eq!(said(what), "wrong value: floating point `9.0`, expected a whole number, not negative");
         let known = &["weak", "strong"];
-        let error =
-            Mismatch::from(What::UnknownVariant { name: "week".into(), known }).diagnostic("coupling", &[]);
+        let error = Mismatch::from(What::UnknownVariant("week".into(), known)).diagnostic("coupling", &[]);
         assert_eq!((error.message.as_str(), &error.code), ("unknown value `week`", &code::UNKNOWN_NAME));
         assert_eq!(error.hint.as_deref(), Some("did you mean `weak`? known here: `weak`, `strong`"));
     }
@@ -239,32 +242,31 @@ mod tests {
     #[test]
     fn a_value_of_another_type_is_shown_as_it_should_stand() {
         let hint = |what: What, path: &[&str]| {
-            let path = path.iter().map(|name| Step::Key((*name).into())).collect();
+            let path = path.iter().map(|name| (*name).to_owned()).collect();
             Mismatch { path, ..what.into() }.diagnostic("rock", &[]).hint
         };
-        let wrong = |got: Got, expected: Expected| What::WrongType { got, expected };
-        let short =
-            |found, needed| What::WrongLength { found, expected: Expected::ArrayOf(needed), number: None };
+        let wrong = What::WrongType;
+        let short = |found, needed| What::WrongLength(found, Expected::ArrayOf(needed), None);
         for (what, cure) in [
             (wrong(text("260"), Expected::Number), "without quotes: 260"),
             (wrong(text("-0.5 kN"), Expected::Number), "without its unit, in SI units: -0.5"),
             (wrong(text("0.2ms"), Expected::Number), "in SI units: 0.2"),
             (wrong(text("0,0,3"), Expected::ArrayOf(3)), "as in [0,0,3]"),
-            (wrong(Got::Float(9.81), Expected::ArrayOf(3)), "[0.0, 0.0, -9.81]"),
+            (wrong(9.81.into(), Expected::ArrayOf(3)), "[0.0, 0.0, -9.81]"),
             (short(3, 4), "[w, x, y, z]"),
             (short(2, 3), "[x, y, z]"),
             (What::MissingField("shape"), "add `shape = ...`"),
-            (wrong(Got::Table, Expected::Array), "[[rock]]"),
+            (wrong(Value::Table(toml::Table::new()), Expected::Array), "[[rock]]"),
         ] {
             let hint = hint(what.clone(), &[]).unwrap_or_default();
             assert!(hint.contains(cure), "{what:?}: {hint}");
         }
         assert_eq!(hint(wrong(text("heavy"), Expected::Number), &["mass"]), None);
         assert_eq!(
-            hint(wrong(Got::Integer(80), Expected::Table), &["cluster"]).as_deref(),
+            hint(wrong(80.into(), Expected::Table), &["cluster"]).as_deref(),
             Some("the number of spheres is cluster.spheres = 80")
         );
-        let one = hint(wrong(Got::Table, Expected::Text), &["material"]);
+        let one = hint(wrong(Value::Table(toml::Table::new()), Expected::Text), &["material"]);
         assert!(one.is_some_and(|text| text.ends_with("material = \"...\"")));
     }
 }

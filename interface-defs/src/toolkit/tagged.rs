@@ -14,14 +14,13 @@ use std::fmt;
 /// entry over first.
 pub(crate) const NAME: &str = "$tagged";
 
-/// Declares an enum that a table names under the key `$tag`. Its last word is its own name again, as text; behind it stand
-/// attributes of serde.
+/// Declares an enum that a table names under the key `$tag`; behind that stand further attributes of serde.
 ///
 /// ```
 /// interface_defs::tagged! {
 ///     /// A solid.
 ///     #[derive(Debug, serde::Serialize)]
-///     pub enum Solid by "type" as "Solid" (rename_all = "snake_case", deny_unknown_fields) {
+///     pub enum Solid by "type" (rename_all = "snake_case", deny_unknown_fields) {
 ///         /// A ball.
 ///         Ball { radius: f64 },
 ///     }
@@ -32,21 +31,23 @@ pub(crate) const NAME: &str = "$tagged";
 /// ```
 #[macro_export]
 macro_rules! tagged {
-    ($(#[$about:meta])* $vis:vis enum $name:ident by $tag:literal as $text:literal ($($options:tt)*) { $($variants:tt)* }) => {
+    ($(#[$about:meta])* $vis:vis enum $name:ident by $tag:literal ($($options:tt)*) { $($variants:tt)* }) => {
         $(#[$about])*
         #[serde(tag = $tag, $($options)*)]
         $vis enum $name { $($variants)* }
 
         const _: () = {
+            type Whole = $name;
+
             // Without the tag it is read through `deserialize_enum`, to which `Tagged` hands the table over.
             #[derive(::serde::Deserialize)]
-            #[serde(remote = $text, $($options)*)]
+            #[serde(remote = "Whole", $($options)*)]
             #[allow(dead_code)]
             enum Untagged { $($variants)* }
 
             impl<'de> ::serde::Deserialize<'de> for $name {
                 fn deserialize<D: ::serde::Deserializer<'de>>(table: D) -> Result<Self, D::Error> {
-                    Untagged::deserialize($crate::toolkit::tagged::Tagged::new(table, &[$tag]))
+                    Untagged::deserialize($crate::toolkit::tagged::Tagged { table, key: &[$tag] })
                 }
             }
         };
@@ -55,15 +56,10 @@ macro_rules! tagged {
 
 /// A table as the enum that its entry `key` names. It is what [`tagged!`](crate::tagged) reads from.
 pub struct Tagged<D> {
-    table: D,
-    key: &'static [&'static str; 1],
-}
-
-impl<D> Tagged<D> {
-    /// Of a table with the name under `key`.
-    pub fn new(table: D, key: &'static [&'static str; 1]) -> Self {
-        Self { table, key }
-    }
+    /// The table.
+    pub table: D,
+    /// Its key with the name.
+    pub key: &'static [&'static str; 1],
 }
 
 impl<'de, D: Deserializer<'de>> Deserializer<'de> for Tagged<D> {

@@ -5,6 +5,7 @@ use super::presets;
 use serde::de::{DeserializeSeed, Deserializer, Error, IntoDeserializer, MapAccess, Visitor};
 use serde::forward_to_deserialize_any;
 use std::fmt;
+use std::sync::OnceLock;
 
 /// The key that fills in others.
 const PRESET: &str = "preset";
@@ -19,6 +20,13 @@ pub fn of(law: LawName) -> Vec<String> {
 /// The law that has this key for its own.
 pub fn owner(key: &str) -> Option<LawName> {
     LawName::ALL.iter().copied().find(|law| of(*law).iter().any(|own| own == key))
+}
+
+/// The keys that `[[contact]]` may have: `fields`, and those of every law.
+fn known(fields: &'static [&'static str]) -> &'static [&'static str] {
+    static KNOWN: OnceLock<Vec<&'static str>> = OnceLock::new();
+    let own = || LawName::ALL.iter().flat_map(|law| of(*law)).map(|key| &*key.leak());
+    KNOWN.get_or_init(|| fields.iter().copied().chain(own()).collect())
 }
 
 /// Reads a table into a struct, and sets aside in `own` what belongs to laws.
@@ -97,19 +105,15 @@ impl<'de, M: MapAccess<'de>> MapAccess<'de> for Common<'_, M> {
         while let Some(key) = self.map.next_key::<String>()? {
             self.state.given.push(key.clone());
             if key == PRESET {
-                let value: toml::Value = self.map.next_value()?;
-                self.state.preset = value.as_str().map(str::to_owned);
-                self.state.value = Some(value);
+                let preset: String = self.map.next_value()?;
+                self.state.value = Some(preset.clone().into());
+                self.state.preset = Some(preset);
             }
             if self.fields.contains(&key.as_str()) {
                 return seed.deserialize(key.into_deserializer()).map(Some);
             }
             if owner(&key).is_none() {
-                let own = LawName::ALL.iter().flat_map(|law| of(*law));
-                let known: Vec<String> = self.fields.iter().map(|f| (*f).to_owned()).chain(own).collect();
-                let known = known.iter().map(|k| format!("`{k}`")).collect::<Vec<_>>().join(", ");
-                // As serde words it: a list of names known beforehand is all that its own function takes.
-                return Err(M::Error::custom(format!("unknown field `{key}`, expected one of {known}")));
+                return Err(M::Error::unknown_field(&key, known(self.fields)));
             }
             let value = self.map.next_value()?;
             self.own.insert(key, value);
@@ -127,7 +131,7 @@ impl<'de, M: MapAccess<'de>> MapAccess<'de> for Common<'_, M> {
 
     fn next_value_seed<S: DeserializeSeed<'de>>(&mut self, seed: S) -> Result<S::Value, M::Error> {
         match self.state.value.take() {
-            Some(value) => seed.deserialize(value).map_err(|e| M::Error::custom(e.message())),
+            Some(value) => seed.deserialize(value).map_err(M::Error::custom),
             None => self.map.next_value_seed(seed),
         }
     }

@@ -1,5 +1,6 @@
 //! Why a law cannot be built from the table of a scene.
 
+use interface_defs::toolkit::scene::read_value;
 use serde::de::DeserializeOwned;
 
 /// Why a law cannot be built from its table.
@@ -32,17 +33,11 @@ impl Refusal {
 /// A law's own keys as the struct that it takes.
 ///
 /// # Errors
-/// With the key that cannot be read: it is the one in whose place a number could, or nothing; `law` where that is none.
+/// With the key that cannot be read; `law` where that is none.
 pub fn read<K: DeserializeOwned>(own: &toml::Table) -> Result<K, Refusal> {
-    own.clone().try_into().map_err(|e: toml::de::Error| {
-        let is_at_fault = |key: &&String| {
-            let mut other = own.clone();
-            other.insert((*key).clone(), toml::Value::Float(1.0));
-            let as_number = other.clone().try_into::<K>().is_ok();
-            other.remove(*key);
-            as_number || other.try_into::<K>().is_ok()
-        };
-        let key = own.keys().find(is_at_fault).map_or("law", String::as_str);
-        Refusal { misread: true, ..Refusal::of(key, e.message()) }
+    read_value("", &toml::Value::Table(own.clone())).map_err(|e| Refusal {
+        cure: e.hint,
+        misread: true,
+        ..Refusal::of(e.key.filter(|key| !key.is_empty()).unwrap_or("law".into()), e.message)
     })
 }

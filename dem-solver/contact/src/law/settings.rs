@@ -266,22 +266,13 @@ impl ContactSettings {
         // A Poisson's ratio that is missing is asked for later.
         let sides =
             self.young.map(|young| Elastic { own: (young, self.poisson.unwrap_or(0.0)), other: None });
-        match self.law.build(&self.own, sides.as_ref()) {
-            Ok(_) => Ok(()),
-            Err(refusal) if refusal.misread => Err(scene.misread(&place(&refusal.key), &refusal.what)),
-            Err(refusal) => {
-                let what = if refusal.what.starts_with("it ") {
-                    refusal.what.replacen("it", &format!("`{name}`"), 1)
-                } else {
-                    refusal.what
-                };
-                let error = invalid(&refusal.key, what);
-                Err(match refusal.cure {
-                    Some(cure) => error.try_instead(cure),
-                    None => error,
-                })
-            }
+        if matches!(self.law, LawName::HertzRock | LawName::HertzMindlin) && sides.is_none() {
+            return Err(invalid("young", format!("`{name}` needs `young` [Pa]")));
         }
+        self.law.build(&self.own, sides.as_ref()).map(drop).map_err(|refusal| {
+            let code = if refusal.misread { code::WRONG_TYPE } else { code::INVALID_VALUE };
+            invalid(&refusal.key, refusal.what).coded(code).try_if(refusal.cure)
+        })
     }
 
     /// The moduli of both sides; `None` without `young`.

@@ -4,7 +4,8 @@ use super::integrals::SolidIntegrals;
 use super::surface::Surface;
 use nalgebra::Vector3;
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::de::{Error, Unexpected, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
 use std::fmt;
 
 /// Most pieces that a message names.
@@ -26,13 +27,38 @@ pub struct Piece {
 }
 
 /// A piece that is asked for.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum PieceChoice {
     /// Its number, from 1 in the order of the first triangles.
     Number(u32),
     /// What the file calls it.
     Name(String),
+}
+
+impl<'de> Deserialize<'de> for PieceChoice {
+    fn deserialize<D: Deserializer<'de>>(value: D) -> Result<Self, D::Error> {
+        struct Either;
+        impl Visitor<'_> for Either {
+            type Value = PieceChoice;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("the number of a piece, from 1, or its name")
+            }
+            fn visit_str<E>(self, name: &str) -> Result<PieceChoice, E> {
+                Ok(PieceChoice::Name(name.into()))
+            }
+            fn visit_u64<E: Error>(self, number: u64) -> Result<PieceChoice, E> {
+                let refuse = |_| E::invalid_value(Unexpected::Unsigned(number), &self);
+                number.try_into().map(PieceChoice::Number).map_err(refuse)
+            }
+            fn visit_i64<E: Error>(self, number: i64) -> Result<PieceChoice, E> {
+                let refuse = |_| E::invalid_value(Unexpected::Signed(number), &self);
+                number.try_into().map(PieceChoice::Number).map_err(refuse)
+            }
+        }
+        value.deserialize_any(Either)
+    }
 }
 
 impl From<&str> for PieceChoice {

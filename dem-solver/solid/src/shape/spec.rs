@@ -6,6 +6,7 @@ use super::pieces::PieceChoice;
 use super::surface::Surface;
 use super::{builtin, hull};
 use interface_defs::diagnostic::Diagnostic;
+use interface_defs::tagged;
 use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -17,67 +18,68 @@ const EXACT: u32 = 5;
 /// The same for pictures: 1280 triangles.
 const DRAWN: u32 = 3;
 
-/// The true solid, in its own axes. Built-in shapes lie around the origin.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
-pub enum Shape {
-    /// A box.
-    Box {
-        /// Edge lengths along x, y, z [m].
-        size: [f64; 3],
-    },
-    /// A sphere.
-    Sphere {
-        /// Radius [m].
-        radius: f64,
-    },
-    /// An ellipsoid.
-    Ellipsoid {
-        /// Half the lengths along x, y, z [m].
-        semi_axes: [f64; 3],
-    },
-    /// The test block of EAD 340059-00-0106: a cube with its edges and corners cut off.
-    EadBlock {
-        /// Edge of the cube from which it is cut [m].
-        size: f64,
-    },
-    /// A norm rock of the Chant Sura experiments.
-    NormRock {
-        /// `111` (the EAD block) or `221` (the same, a plate).
-        form: NormRock,
-        /// Volume [m3].
-        volume: f64,
-    },
-    /// A random convex polyhedron: the hull of points on and in an ellipsoid.
-    RandomConvex {
-        /// Edges of the box that it fills [m].
-        size: [f64; 3],
-        /// Another number, another rock. Default 0.
-        #[serde(default)]
-        seed: u64,
-        /// Points, 8 to 10 000; most of them become corners. Default 30.
-        #[serde(default = "points")]
-        points: u32,
-    },
-    /// The convex hull of points.
-    ConvexHull {
-        /// The points [m].
-        points: Vec<[f64; 3]>,
-    },
-    /// A closed surface from a file.
-    Mesh {
-        /// STL or OBJ; relative to the scene file.
-        file: PathBuf,
-        /// Metres per unit of the file. Default 1.
-        #[serde(default = "one")]
-        scale: f64,
-        /// Close small holes, as scans have them: up to a tenth of the size wide. Default false.
-        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-        close_holes: bool,
-        /// Of several closed surfaces in the file take this one: its number, from 1, or its name in the file.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        piece: Option<PieceChoice>,
-    },
+tagged! {
+    /// The true solid, in its own axes. Built-in shapes lie around the origin.
+    #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+    pub enum Shape by "type" (rename_all = "snake_case", deny_unknown_fields) {
+        /// A box.
+        Box {
+            /// Edge lengths along x, y, z [m].
+            size: [f64; 3],
+        },
+        /// A sphere.
+        Sphere {
+            /// Radius [m].
+            radius: f64,
+        },
+        /// An ellipsoid.
+        Ellipsoid {
+            /// Half the lengths along x, y, z [m].
+            semi_axes: [f64; 3],
+        },
+        /// The test block of EAD 340059-00-0106: a cube with its edges and corners cut off.
+        EadBlock {
+            /// Edge of the cube from which it is cut [m].
+            size: f64,
+        },
+        /// A norm rock of the Chant Sura experiments.
+        NormRock {
+            /// `111` (the EAD block) or `221` (the same, a plate).
+            form: NormRock,
+            /// Volume [m3].
+            volume: f64,
+        },
+        /// A random convex polyhedron: the hull of points on and in an ellipsoid.
+        RandomConvex {
+            /// Edges of the box that it fills [m].
+            size: [f64; 3],
+            /// Another number, another rock. Default 0.
+            #[serde(default)]
+            seed: u64,
+            /// Points, 8 to 10 000; most of them become corners. Default 30.
+            #[serde(default = "points")]
+            points: u32,
+        },
+        /// The convex hull of points.
+        ConvexHull {
+            /// The points [m].
+            points: Vec<[f64; 3]>,
+        },
+        /// A closed surface from a file.
+        Mesh {
+            /// STL or OBJ; relative to the scene file.
+            file: PathBuf,
+            /// Metres per unit of the file. Default 1.
+            #[serde(default = "one")]
+            scale: f64,
+            /// Close small holes, as scans have them: up to a tenth of the size wide. Default false.
+            #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+            close_holes: bool,
+            /// Of several closed surfaces in the file take this one: its number, from 1, or its name in the file.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            piece: Option<PieceChoice>,
+        },
+    }
 }
 
 /// Ratio of a norm rock's extents.

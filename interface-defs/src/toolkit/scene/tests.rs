@@ -19,7 +19,7 @@ struct Cluster {
 
 tagged! {
     #[derive(Debug, PartialEq, Serialize)]
-    enum Law by "type" as "Law" (rename_all = "snake_case", deny_unknown_fields) {
+    enum Law by "type" (rename_all = "snake_case", deny_unknown_fields) {
         Hertz { restitution: f64 },
         Linear { stiffness: f64 },
     }
@@ -146,7 +146,7 @@ fn a_decimal_comma_makes_one_number_too_many_and_is_named() {
     }
     tagged! {
         #[derive(Debug, Serialize)]
-        enum Shape by "type" as "Shape" (rename_all = "snake_case") {
+        enum Shape by "type" (rename_all = "snake_case") {
             Box { size: [f64; 3] },
         }
     }
