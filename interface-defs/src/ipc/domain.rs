@@ -47,6 +47,10 @@ impl Domain {
         let root =
             IoxPath::new(root.as_os_str().as_encoded_bytes()).map_err(transport("place of the run"))?;
         config.global.set_root_path(&root);
+        // A run ends with the first process that is lost. Nobody need clean up after another that may be just coming up.
+        config.global.node.cleanup_dead_nodes_on_creation = false;
+        config.global.node.cleanup_dead_nodes_on_destruction = false;
+        config.global.service.cleanup_dead_nodes_on_open = false;
         Ok(Self { run: run.clone(), home: home.to_owned(), prefix, config })
     }
 

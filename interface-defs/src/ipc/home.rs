@@ -163,7 +163,7 @@ impl Home {
         let _ = rustix::fs::unlinkat(&self.directory, lock_name(id), AtFlags::empty());
     }
 
-    /// Remove what dead runs left behind here; returns their ids.
+    /// Remove what dead runs left behind here; returns their ids. Only who has reserved it may.
     pub fn clean(&self) -> BTreeSet<String> {
         let mut ids = BTreeSet::new();
         for entry in std::fs::read_dir(&self.path).into_iter().flatten().flatten() {
@@ -183,10 +183,11 @@ impl Home {
         ids
     }
 
-    /// The lock is held meanwhile, so that no coupler takes the id over.
+    /// The lock is held meanwhile, so that no coupler takes the id over; shared, since a waiting solver takes who holds it alone
+    /// for the coupler.
     fn remove_if_dead(&self, id: &RunId) -> bool {
         let Ok(Some(lock)) = self.lock(id, true) else { return false };
-        let dead = lock.try_lock().is_ok() && self.is_lock(id, &lock);
+        let dead = lock.try_lock_shared().is_ok() && self.is_lock(id, &lock);
         if dead {
             self.remove_remains(id);
             self.remove_lock(id);
