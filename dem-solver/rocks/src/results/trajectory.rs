@@ -7,7 +7,7 @@ use crate::model::Model;
 use crate::model::state::{Body, State};
 use dem_terrain::Terrain;
 use interface_defs::Fault;
-use interface_defs::toolkit::history::History;
+use interface_defs::toolkit::history::{History, Mark};
 use nalgebra::Vector3;
 use std::io;
 use std::path::Path;
@@ -211,10 +211,10 @@ impl Trajectory {
         Ok(it)
     }
 
-    /// Go on with the file in `dir` as it was when it had `length` bytes: its rows are read again, as they were written.
-    pub fn go_on(dir: &Path, length: u64) -> Result<Self, Fault> {
+    /// Go on with the file in `dir` as it was at `mark`: its rows are read again, as they were written.
+    pub fn go_on(dir: &Path, mark: &Mark) -> Result<Self, Fault> {
         let path = dir.join(TRAJECTORY);
-        let file = History::go_on(&path, &COLUMNS.map(String::from), length).map_err(unwritable)?;
+        let file = History::go_on(&path, &COLUMNS.map(String::from), mark).map_err(unwritable)?;
         let text = std::fs::read_to_string(&path).map_err(unwritable)?;
         let rows = text.lines().skip(1).map(read).collect::<Option<Vec<Row>>>();
         let rows =
@@ -222,10 +222,10 @@ impl Trajectory {
         Ok(Self { file, rows })
     }
 
-    /// Bytes of the file so far, all of them on the disk.
-    pub fn kept(&self) -> Result<u64, Fault> {
+    /// What is written so far, all of it on the disk.
+    pub fn kept(&self) -> Result<Mark, Fault> {
         self.file.sync().map_err(unwritable)?;
-        Ok(self.file.length())
+        Ok(self.file.mark())
     }
 
     /// Append the rows of a committed window.

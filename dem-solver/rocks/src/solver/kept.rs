@@ -7,6 +7,7 @@ use crate::results::fields::{FieldFiles, KeptFields};
 use crate::results::trajectory::Trajectory;
 use interface_defs::Fault;
 use interface_defs::toolkit::checkpoint::{pack, unpack};
+use interface_defs::toolkit::history::Mark;
 use serde::{Deserialize, Serialize};
 
 /// All that the next windows follow from.
@@ -15,8 +16,8 @@ pub(super) struct Kept {
     state: State,
     integrator: KeptIntegrator,
     fields: Option<KeptFields>,
-    /// Bytes of `trajectory.csv`.
-    trajectory: Option<u64>,
+    /// `trajectory.csv` as it was.
+    trajectory: Option<Mark>,
 }
 
 impl Kept {
@@ -41,7 +42,7 @@ impl DemSolver {
         (self.fields, self.trajectory) = (None, None);
         let Some(out) = self.options.out.clone() else { return Ok(()) };
         let (fields, trajectory) = match kept {
-            Some(kept) => (kept.fields.take(), kept.trajectory),
+            Some(kept) => (kept.fields.take(), kept.trajectory.take()),
             None => (None, None),
         };
         if let Some(interval) = self.model.settings.fields {
@@ -56,7 +57,7 @@ impl DemSolver {
         }
         if self.model.ground.is_some() && self.model.settings.named() > 0 {
             self.trajectory = Some(match trajectory {
-                Some(length) => Trajectory::go_on(&out, length)?,
+                Some(mark) => Trajectory::go_on(&out, &mark)?,
                 None => Trajectory::create(&out, &self.model, &self.committed)?,
             });
         }
