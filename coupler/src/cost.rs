@@ -4,9 +4,10 @@ use crate::records::Records;
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::ipc::Remote;
 use interface_defs::ipc::serve::{cpu_seconds, peak_memory};
+use interface_defs::toolkit::recorder::describe_processes;
 use interface_defs::toolkit::summary::{Summary, totals};
 use interface_defs::{Participant, Statistics};
-use serde_json::{Map, Value, json};
+use serde_json::json;
 use std::time::Instant;
 
 /// When the run began, and when its loop ended.
@@ -49,7 +50,16 @@ pub(crate) fn describe(
     cost.insert("windows".into(), summary.coupling.get("windows").cloned().unwrap_or_default());
     cost.insert("iterations".into(), summary.coupling.get("iterations").cloned().unwrap_or_default());
     totals(cost, &of_solvers);
-    cost.insert("processes".into(), processes(records, &of_solvers).into());
+    // A run that ended before its second window has none to count.
+    let allocations = records.allocations().map(|n| ("allocations_after_first_window".into(), n));
+    let own = Statistics {
+        cpu_seconds: cpu_seconds(),
+        peak_memory: peak_memory(),
+        counts: allocations.into_iter().collect(),
+        ..Statistics::default()
+    };
+    let solvers = ["dem", "fem"].into_iter().zip(of_solvers);
+    describe_processes(summary, std::iter::once(("coupler", &own)).chain(solvers));
 }
 
 /// The mean time of an exchange beside the computing of the solvers.
@@ -62,23 +72,4 @@ fn describe_exchange(summary: &mut Summary, exchanges: u64, waited: f64, of_solv
         let why = "a solver does not report its seconds inside solve";
         summary.warnings.push(Diagnostic::absent("exchange_microseconds", why));
     }
-}
-
-/// Time, memory and counts of each process.
-fn processes(records: &Records, of_solvers: &[&Statistics]) -> Map<String, Value> {
-    // A run that ended before its second window has none to count.
-    let allocations = records.allocations().map(|n| ("allocations_after_first_window".into(), json!(n)));
-    let counts: Map<_, _> = allocations.into_iter().collect();
-    let own = json!({ "cpu_s": cpu_seconds(), "peak_memory_bytes": peak_memory(), "counts": counts });
-    let of_solver = |s: &Statistics| {
-        let counts: Map<_, _> = s.counts.iter().map(|(k, v)| (k.clone(), json!(v))).collect();
-        json!({
-            "cpu_s": s.cpu_seconds,
-            "solve_s": s.solve_seconds,
-            "peak_memory_bytes": s.peak_memory,
-            "counts": counts,
-        })
-    };
-    let solvers = ["dem", "fem"].into_iter().zip(of_solvers).map(|(name, s)| (name.to_owned(), of_solver(s)));
-    std::iter::once(("coupler".to_owned(), own)).chain(solvers).collect()
 }

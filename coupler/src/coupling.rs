@@ -1,7 +1,6 @@
 //! The Gauss-Seidel loop: contact solver, then structure, until both agree; window after window.
 
 use crate::convergence::{Residual, Trend};
-use crate::counts::Counts;
 use crate::energy::{Balance, Both};
 use crate::guard;
 use crate::handshake::{Agreement, agree};
@@ -21,7 +20,7 @@ mod kept;
 mod selection;
 use selection::no_selection;
 
-pub use crate::observer::{Committed, CouplingError, Iteration, KeptRun, Observer};
+pub use crate::observer::{Committed, Counts, CouplingError, Iteration, KeptRun, Observer};
 
 /// A run of the loop over two participants.
 pub struct Coupling<'a> {
@@ -217,8 +216,9 @@ impl<'a> Coupling<'a> {
             return Ok(());
         };
         let Gauges { dem, fem, touches, .. } = &self.gauges;
-        let (touches, balance) = (*touches, &self.balance);
-        let committed = Committed { span, iterations, residual, converged, touches, dem, fem, balance };
+        let (touches, balance, counts) = (*touches, &self.balance, &self.counts);
+        let committed =
+            Committed { span, iterations, residual, converged, touches, dem, fem, balance, counts };
         observer.committed(&committed).map_err(CouplingError::output)
     }
 

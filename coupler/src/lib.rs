@@ -12,7 +12,7 @@
 //!   meshes), [`mapping`] (the matrix between them), [`patch`] (the nodes that cross), `seat` (asks one solver), `places` (where fields lie in a payload), [`convergence`] (residual and tolerances),
 //!   [`acceleration`] (residual to next iterate)
 //! - seen from outside: `observer`
-//! - after it: [`energy`] (balance and work at the interface), [`counts`], [`records`] (result files) with `rows` (which windows
+//! - after it: [`energy`] (balance and work at the interface), [`records`] (result files) with `rows` (which windows
 //!   become rows), [`trust`] (what speaks against a run), `cost`
 //!
 //! A new acceleration or mapping is one file and two lines in the `mod.rs` of its folder.
@@ -20,7 +20,6 @@
 pub mod acceleration;
 pub mod convergence;
 mod cost;
-pub mod counts;
 pub mod coupling;
 pub mod energy;
 pub mod guard;

@@ -6,6 +6,7 @@ use crate::schedule::Span;
 use crate::side::Side;
 use interface_defs::Failure;
 use interface_defs::diagnostic::{Diagnostic, code};
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// Why the run ended before its time.
@@ -78,6 +79,29 @@ pub struct Iteration {
     pub factor: f64,
 }
 
+/// What was done.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+pub struct Counts {
+    /// Committed windows.
+    pub windows: u64,
+    /// Coupling iterations, those of failed windows included.
+    pub iterations: u64,
+    /// Times that the nodes that cross the interface were selected.
+    pub selections: u64,
+    /// Windows that were solved again at half length.
+    pub halved: u64,
+    /// Those of them that were given up before `max_iterations`, since their residual grew or stayed.
+    pub diverged: u64,
+    /// Committed windows shorter than the scene's.
+    pub short: u64,
+    /// Windows accepted although they had not converged.
+    pub unconverged: u64,
+    /// Most iterations of a committed window.
+    pub most_iterations: u32,
+    /// Largest displacement residual of a committed window [m].
+    pub largest_residual: f64,
+}
+
 /// One committed window, as an observer sees it.
 pub struct Committed<'a> {
     /// The window.
@@ -96,6 +120,8 @@ pub struct Committed<'a> {
     pub fem: &'a [f64],
     /// Energy and work.
     pub balance: &'a Balance,
+    /// What was done so far.
+    pub counts: &'a Counts,
 }
 
 /// The state of a run between two windows: that of each solver in a form of its own, and that of the loop.

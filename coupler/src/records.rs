@@ -1,21 +1,21 @@
 //! Result files of a coupled run: `history.csv`, `iterations.csv`, and the measures for `summary.json`.
 
-use crate::coupling::{Committed, Coupling, Iteration, KeptRun, Observer};
-use crate::rows::{OWN_COLUMNS, Rows};
+use crate::coupling::{Committed, Counts, Coupling, Iteration, KeptRun, Observer};
+use crate::rows::{OWN_COLUMNS, Pending, Rows};
 use crate::side::Side;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::toolkit::alloc::allocations;
-use interface_defs::toolkit::checkpoint::{Checkpoint, Store, pack, unpack};
-use interface_defs::toolkit::energy::{self, NOTHING_MOVED};
+use interface_defs::toolkit::checkpoint::{Checkpoint, pack, unpack};
+use interface_defs::toolkit::energy;
 use interface_defs::toolkit::history::{History, Mark};
-use interface_defs::toolkit::limits::ENERGY_ERROR;
 use interface_defs::toolkit::output::Output;
 use interface_defs::toolkit::progress::{Form, Line, Reporter};
+use interface_defs::toolkit::recorder::{Checkpoints, KeptRows, Recorder, open, unwritable};
 use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::summary::Summary;
-use interface_defs::{Fault, Gauge, Measure, Statistics};
+use interface_defs::{Fault, Gauge, Statistics};
 use serde::{Deserialize, Serialize};
-use serde_json::json;
+use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -26,23 +26,18 @@ pub struct Records {
     interval: f64,
     iterations_wanted: bool,
     progress: Reporter,
-    history: Option<History>,
+    recorder: Option<Recorder>,
     iterations: Option<History>,
-    row: Vec<f64>,
     rows: Rows,
-    gauges: Vec<Tracked>,
-    dem_gauges: usize,
     warnings: Vec<Diagnostic>,
     /// Who the two solvers are.
     programs: [String; 2],
-    counts: (u64, u64),
     prepared_at: Option<Instant>,
     touched_at: Option<Instant>,
     window_started: Instant,
     /// Of this process when its first window was on record, and its latest.
     allocations: Option<(u64, u64)>,
-    /// Checkpoints; none are written without it.
-    store: Option<Store>,
+    checkpoints: Checkpoints,
     /// Where these records go on, if they do not begin.
     kept: Option<KeptRecords>,
 }
@@ -50,75 +45,65 @@ pub struct Records {
 /// What is kept of the records themselves.
 #[derive(Serialize, Deserialize)]
 struct KeptRecords {
-    rows: Rows,
-    /// Smallest and largest of each gauge, with their times.
-    extremes: Vec<[(f64, f64); 2]>,
-    /// Windows and iterations.
-    counts: (u64, u64),
-    /// Bytes of `history.csv` and of `iterations.csv`.
-    history: Mark,
+    pending: Pending,
+    rows: KeptRows,
+    /// `iterations.csv` as it was.
     iterations: Option<Mark>,
 }
 
 /// Names of the parts of a checkpoint: both solvers, the loop, the records.
 const KEPT: [&str; 4] = ["dem", "fem", "coupling", "records"];
 
-/// A gauge and its extremes over the committed windows.
-struct Tracked {
-    gauge: Gauge,
-    smallest: (f64, f64),
-    largest: (f64, f64),
-}
+/// Columns of `iterations.csv`.
+const ITERATIONS: [&str; 9] = [
+    "window",
+    "iteration",
+    "start_s",
+    "length_s",
+    "residual_displacement_m",
+    "residual_velocity_m",
+    "increment_m",
+    "factor",
+    "seconds_s",
+];
 
 impl Records {
     /// Records of a run to `end_time` [s] in `dir`, as `output` says; with `progress`, lines on stdout.
     pub fn new(dir: &Path, end_time: f64, output: &Output, progress: Option<Form>) -> Self {
-        let now = Instant::now();
         Self {
             dir: dir.into(),
             end_time,
             interval: output.interval,
             iterations_wanted: output.iterations,
             progress: Reporter::new(progress),
-            history: None,
+            recorder: None,
             iterations: None,
-            row: Vec::new(),
             rows: Rows::new(0, Vec::new(), output.interval),
-            gauges: Vec::new(),
-            dem_gauges: 0,
             warnings: Vec::new(),
             programs: Default::default(),
-            counts: (0, 0),
             prepared_at: None,
             touched_at: None,
-            window_started: now,
+            window_started: Instant::now(),
             allocations: None,
-            store: None,
+            checkpoints: Checkpoints::none(),
             kept: None,
         }
     }
 
-    /// Write checkpoints to `store`. Of a run that goes on from `resume`, the state of the rest of it.
-    pub fn keep_in(&mut self, store: Store, resume: Option<&Checkpoint>) -> Result<Option<KeptRun>, Fault> {
-        self.store = Some(store).filter(Store::is_wanted);
+    /// Write `checkpoints`. Of a run that goes on from `resume`, the state of the rest of it.
+    ///
+    /// # Errors
+    /// If a part of that state is missing or cannot be read.
+    pub fn keep_in(
+        &mut self,
+        checkpoints: Checkpoints,
+        resume: Option<&Checkpoint>,
+    ) -> Result<Option<KeptRun>, Fault> {
+        self.checkpoints = checkpoints;
         let Some(from) = resume else { return Ok(None) };
         let [dem, fem, coupling, records] = KEPT.map(|name| from.part(name));
         self.kept = Some(unpack(records?)?);
         Ok(Some(KeptRun { dem: dem?.to_vec(), fem: fem?.to_vec(), coupling: coupling?.to_vec() }))
-    }
-
-    fn write_checkpoint(&mut self, time: f64, run: KeptRun) -> Result<(), String> {
-        let (Some(store), Some(history)) = (&mut self.store, &self.history) else { return Ok(()) };
-        let kept = KeptRecords {
-            rows: self.rows.clone(),
-            extremes: self.gauges.iter().map(|g| [g.smallest, g.largest]).collect(),
-            counts: self.counts,
-            history: history.mark(),
-            iterations: self.iterations.as_ref().map(History::mark),
-        };
-        let states = [run.dem, run.fem, run.coupling, pack(&kept)];
-        let parts = KEPT.iter().map(|name| (*name).to_owned()).zip(states).collect();
-        history.sync().and_then(|()| store.write(time, parts)).map_err(|e| e.to_string())
     }
 
     /// When both solvers were prepared.
@@ -138,42 +123,15 @@ impl Records {
     }
 
     /// All committed windows are in the rows, and those on the disk itself, when this returns.
+    ///
+    /// # Errors
+    /// If they cannot be written.
     pub fn sync(&mut self) -> Result<(), Diagnostic> {
-        let Some(history) = &mut self.history else { return Ok(()) };
-        self.rows
-            .flush(&mut |row| history.row(row))
-            .and_then(|()| history.sync())
-            .map_err(|e| unwritable(run_dir::HISTORY, &e))
+        let Some(recorder) = &mut self.recorder else { return Ok(()) };
+        let (_, file) = recorder.row();
+        self.rows.flush(&mut |row| file.row(row)).map_err(|e| unwritable(Path::new(run_dir::HISTORY), &e))?;
+        recorder.sync()
     }
-
-    /// What both solvers reported while preparing.
-    pub fn warnings(&self) -> &[Diagnostic] {
-        &self.warnings
-    }
-
-    /// Extremes of the gauges that are results of their own.
-    pub fn extremes(&self) -> Vec<Measure> {
-        let measure = |g: &Gauge, which: &str, (value, time): (f64, f64)| {
-            Measure::new(format!("{}_{which}", g.name), value, g.unit.clone()).at(time)
-        };
-        let seen = self.gauges.iter().filter(|t| t.gauge.extremes && t.smallest.0.is_finite());
-        seen.flat_map(|t| [measure(&t.gauge, "min", t.smallest), measure(&t.gauge, "max", t.largest)])
-            .collect()
-    }
-
-    /// A file of rows: a new one, or as it was at `mark`.
-    fn open(&self, name: &str, columns: &[String], mark: Option<&Mark>) -> Result<History, Diagnostic> {
-        let path = self.dir.join(name);
-        let opened = match mark {
-            None => History::create(&path, columns),
-            Some(mark) => History::go_on(&path, columns, mark),
-        };
-        opened.map_err(|e| unwritable(&path.display().to_string(), &e))
-    }
-}
-
-fn unwritable(file: &str, e: &std::io::Error) -> Diagnostic {
-    Diagnostic::error(code::NOT_WRITTEN, format!("cannot write {file}: {e}"))
 }
 
 impl Observer for Records {
@@ -181,50 +139,25 @@ impl Observer for Records {
         self.prepared_at = Some(Instant::now());
         self.window_started = Instant::now();
         self.warnings.extend_from_slice(warnings);
-        self.dem_gauges = dem.gauges.len();
         self.programs = [dem.program.clone(), fem.program.clone()];
-        let none = ((f64::INFINITY, 0.0), (f64::NEG_INFINITY, 0.0));
-        self.gauges = dem
-            .gauges
-            .iter()
-            .chain(&fem.gauges)
-            .map(|gauge| Tracked { gauge: gauge.clone(), smallest: none.0, largest: none.1 })
-            .collect();
-        let mut columns = vec!["time_s".to_string()];
-        columns.extend(dem.columns().chain(fem.columns()));
-        columns.extend(OWN_COLUMNS.map(String::from));
-        self.row = Vec::with_capacity(columns.len());
-        let means = (0..self.gauges.len()).filter(|i| self.gauges[*i].gauge.is_mean()).map(|i| i + 1);
-        self.rows = Rows::new(columns.len(), means.collect(), self.interval);
-        let kept = self.kept.take();
-        let length = kept.as_ref().map(|kept| &kept.history);
-        self.history = Some(self.open(run_dir::HISTORY, &columns, length)?);
-        if self.iterations_wanted {
-            let columns = [
-                "window",
-                "iteration",
-                "start_s",
-                "length_s",
-                "residual_displacement_m",
-                "residual_velocity_m",
-                "increment_m",
-                "factor",
-                "seconds_s",
-            ];
-            let length = kept.as_ref().and_then(|kept| kept.iterations.as_ref());
-            self.iterations = Some(self.open(run_dir::ITERATIONS, &columns.map(String::from), length)?);
+        let gauges: Vec<Gauge> = dem.gauges.iter().chain(&fem.gauges).cloned().collect();
+        // The first column is the time.
+        let means = (0..gauges.len()).filter(|i| gauges[*i].is_mean()).map(|i| i + 1).collect();
+        self.rows = Rows::new(1 + gauges.len() + OWN_COLUMNS.len(), means, self.interval);
+        let (mut rows, mut iterations) = (None, None);
+        if let Some(kept) = self.kept.take() {
+            self.rows.go_on(kept.pending)?;
+            (rows, iterations) = (Some(kept.rows), kept.iterations);
         }
-        if let Some(kept) = kept {
-            (self.rows, self.counts) = (kept.rows, kept.counts);
-            for (gauge, [smallest, largest]) in self.gauges.iter_mut().zip(kept.extremes) {
-                (gauge.smallest, gauge.largest) = (smallest, largest);
-            }
+        self.recorder = Some(Recorder::open(&self.dir, gauges, &OWN_COLUMNS, rows)?);
+        if self.iterations_wanted {
+            let path = self.dir.join(run_dir::ITERATIONS);
+            self.iterations = Some(open(&path, &ITERATIONS.map(String::from), iterations.as_ref())?);
         }
         Ok(())
     }
 
     fn iteration(&mut self, iteration: &Iteration) -> Result<(), Diagnostic> {
-        self.counts.1 += 1;
         let Some(file) = &mut self.iterations else { return Ok(()) };
         let r = &iteration.residual;
         let seconds = self.window_started.elapsed().as_secs_f64();
@@ -240,50 +173,46 @@ impl Observer for Records {
             iteration.factor,
             seconds,
         ])
-        .map_err(|e| unwritable(run_dir::ITERATIONS, &e))
+        .map_err(|e| unwritable(Path::new(run_dir::ITERATIONS), &e))
     }
 
     fn is_due(&mut self, interrupted: bool) -> bool {
-        self.store.as_ref().is_some_and(|store| interrupted || store.is_due())
+        self.checkpoints.is_due(interrupted)
     }
 
     fn keep(&mut self, time: f64, run: KeptRun) {
-        if let Err(what) = self.write_checkpoint(time, run) {
-            tracing::warn!("no checkpoint at t = {time} s, and none from here on: {what}");
-            self.store = None;
-        }
+        let Some(recorder) = &self.recorder else { return };
+        let kept = KeptRecords {
+            pending: self.rows.kept(),
+            rows: recorder.kept(),
+            iterations: self.iterations.as_ref().map(History::mark),
+        };
+        self.checkpoints.write(time, || {
+            recorder.sync()?;
+            let states = [run.dem, run.fem, run.coupling, pack(&kept)];
+            Ok(KEPT.map(str::to_owned).into_iter().zip(states).collect())
+        });
     }
 
     fn cannot_keep(&mut self, solver: &str) {
         tracing::warn!("no checkpoints are written: {solver} cannot write its state down");
-        self.store = None;
+        self.checkpoints = Checkpoints::none();
     }
 
     fn committed(&mut self, c: &Committed) -> Result<(), Diagnostic> {
-        self.counts.0 += 1;
+        let recorder = self.recorder.as_mut().expect("opened when both were prepared");
         let time = c.span.end();
-        self.row.clear();
-        self.row.push(time);
-        let answers = c.dem.chunks_exact(3).chain(c.fem.chunks_exact(3));
-        for (tracked, gauge) in self.gauges.iter_mut().zip(answers) {
-            self.row.push(gauge[0]);
-            if gauge[1] < tracked.smallest.0 {
-                tracked.smallest = (gauge[1], time);
-            }
-            if gauge[2] > tracked.largest.0 {
-                tracked.largest = (gauge[2], time);
-            }
-        }
+        recorder.take(time, c.dem.as_chunks().0.iter().chain(c.fem.as_chunks().0));
         let defect = c.balance.structure_work - c.balance.mesh_work;
-        self.row.extend([c.balance.imbalance, defect, c.iterations.into(), c.residual.displacement]);
-        let history = self.history.as_mut().expect("created when both were prepared");
+        let (row, file) = recorder.row();
+        row.extend([c.balance.imbalance, defect, c.iterations.into(), c.residual.displacement]);
         self.rows
-            .take(c.span.start, &self.row, c.touches, |row| history.row(row))
-            .map_err(|e| unwritable(run_dir::HISTORY, &e))?;
+            .take(c.span.start, row, c.touches, |row| file.row(row))
+            .map_err(|e| unwritable(Path::new(run_dir::HISTORY), &e))?;
         if c.touches && self.touched_at.is_none() {
             self.touched_at = Some(Instant::now());
         }
-        let (windows, iterations) = self.counts;
+        let Counts { windows, iterations, .. } = *c.counts;
         let residual = Some(c.residual.displacement);
         let end = self.end_time;
         self.progress.report(|| Line { t: time, end, windows, iterations, residual, what: String::new() });
@@ -317,7 +246,7 @@ pub fn describe(
     records: &Records,
     statistics: Option<&(Statistics, Statistics)>,
 ) {
-    summary.warnings.extend_from_slice(records.warnings());
+    summary.warnings.extend_from_slice(&records.warnings);
     match statistics {
         Some((dem, fem)) => {
             for (program, statistics) in records.programs.iter().zip([dem, fem]) {
@@ -332,7 +261,7 @@ pub fn describe(
             summary.warnings.push(Diagnostic::warning(code::ABSENT_MEASURE, what));
         }
     }
-    records.extremes().into_iter().for_each(|measure| summary.add(measure));
+    records.recorder.iter().flat_map(Recorder::measures).for_each(|measure| summary.add(measure));
     drop_unresolved(summary, coupling.sample_length());
     describe_energy(summary, coupling, records);
     describe_coupling(summary, coupling);
@@ -381,20 +310,21 @@ fn name_absent(summary: &mut Summary, programs: &[String; 2], statistics: [&Stat
 fn describe_coupling(summary: &mut Summary, coupling: &Coupling) {
     let counts = &coupling.counts;
     let windows = counts.windows;
-    summary.coupling = [
-        ("windows", json!(windows)),
-        ("iterations", json!(counts.iterations)),
-        ("iterations_per_window", json!(counts.iterations as f64 / (windows.max(1)) as f64)),
-        ("most_iterations", json!(counts.most_iterations)),
-        ("windows_halved", json!(counts.halved)),
-        ("windows_diverged", json!(counts.diverged)),
-        ("windows_shortened", json!(counts.short)),
-        ("windows_unconverged", json!(counts.unconverged)),
-        ("residual_largest_m", json!(counts.largest_residual)),
-    ]
-    .into_iter()
-    .map(|(key, value)| (key.to_string(), value))
-    .collect();
+    let per_window = counts.iterations as f64 / windows.max(1) as f64;
+    let Value::Object(section) = json!({
+        "windows": windows,
+        "iterations": counts.iterations,
+        "iterations_per_window": per_window,
+        "most_iterations": counts.most_iterations,
+        "windows_halved": counts.halved,
+        "windows_diverged": counts.diverged,
+        "windows_shortened": counts.short,
+        "windows_unconverged": counts.unconverged,
+        "residual_largest_m": counts.largest_residual,
+    }) else {
+        unreachable!("an object")
+    };
+    summary.coupling = section;
     if counts.selections > 0 {
         summary.coupling.insert("selections".into(), json!(counts.selections));
     }
@@ -413,43 +343,27 @@ fn describe_coupling(summary: &mut Summary, coupling: &Coupling) {
 
 fn describe_energy(summary: &mut Summary, coupling: &Coupling, records: &Records) {
     let balance = &coupling.balance;
-    let [dem, fem, interface] = balance.origins();
-    let energy = &mut summary.energy;
-    for (name, joules) in [
-        ("interface_work_structure_J", balance.structure_work),
-        ("interface_work_mesh_J", balance.mesh_work),
-        ("interface_defect_J", balance.defect),
-        ("imbalance_contact_solver_J", dem),
-        ("imbalance_structure_J", fem),
-        ("imbalance_interface_J", interface),
-        ("imbalance_largest_J", balance.system.largest.0),
-    ]
-    .into_iter()
-    .take(if coupling.has_balance { 7 } else { 3 })
-    {
-        energy.insert(name.into(), json!(joules));
-    }
-    if records.prepared_at().is_none() {
-        return;
-    }
-    if !coupling.has_balance {
+    let mut add = |name: &str, joules: f64| summary.energy.insert(name.into(), json!(joules));
+    add("interface_work_structure_J", balance.structure_work);
+    add("interface_work_mesh_J", balance.mesh_work);
+    add("interface_defect_J", balance.defect);
+    if coupling.has_balance {
+        let [dem, fem, interface] = balance.origins();
+        add("imbalance_contact_solver_J", dem);
+        add("imbalance_structure_J", fem);
+        add("imbalance_interface_J", interface);
+        balance.system.describe(summary);
+    } else if records.prepared_at.is_some() {
         let why =
             "a solver does not report its kinetic, potential, stored, dissipated energy and received work";
         summary.warnings.push(energy::absent(why));
-        return;
     }
-    let (Some(reference), Some(value)) = (balance.system.reference(), balance.system.error()) else {
-        summary.warnings.push(energy::absent(NOTHING_MOVED));
-        return;
-    };
-    energy.insert("reference_J".into(), json!(reference));
-    energy.insert(ENERGY_ERROR.into(), json!(value));
-    summary.measures.push(energy::error_measure(value, balance.system.largest.1));
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use interface_defs::Measure;
     use interface_defs::toolkit::summary::RunStatus;
 
     #[test]

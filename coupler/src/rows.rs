@@ -1,6 +1,8 @@
 //! Which committed windows become rows of `history.csv`: each one while anything touches and for an output interval after it (a
 //! rock that is being braked leaves the net for moments), else one per interval, and the last one before a touch.
 
+use interface_defs::diagnostic::Diagnostic;
+use interface_defs::toolkit::recorder::of_others;
 use serde::{Deserialize, Serialize};
 
 /// Columns of the coupler itself, behind those of the solvers' gauges.
@@ -8,13 +10,19 @@ pub const OWN_COLUMNS: [&str; 4] =
     ["energy_imbalance_J", "energy_interface_defect_J", "iterations", "residual"];
 
 /// The rows of a run.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone)]
 pub struct Rows {
     /// Interval between rows while nothing touches [s].
     interval: f64,
     /// Columns that are means over a row's time; the others are of its end.
     means: Vec<usize>,
-    /// Their sums since the row written last, each times the window's length.
+    pending: Pending,
+}
+
+/// What the next row follows from: what a checkpoint keeps.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Pending {
+    /// Sums of the means since the row written last, each times the window's length.
     sums: Vec<f64>,
     /// End of the row written last [s].
     written: f64,
@@ -28,16 +36,32 @@ pub struct Rows {
 impl Rows {
     /// Rows of `columns` numbers, of which `means` are means, at least one per `interval` [s].
     pub fn new(columns: usize, means: Vec<usize>, interval: f64) -> Self {
-        let sums = vec![0.0; means.len()];
-        Self {
-            interval,
-            means,
-            sums,
+        let pending = Pending {
+            sums: vec![0.0; means.len()],
             written: 0.0,
             touched: f64::NEG_INFINITY,
             held: None,
             row: vec![0.0; columns],
+        };
+        Self { interval, means, pending }
+    }
+
+    /// What the next row follows from.
+    pub fn kept(&self) -> Pending {
+        self.pending.clone()
+    }
+
+    /// Go on from there.
+    ///
+    /// # Errors
+    /// If those were rows with other columns.
+    pub fn go_on(&mut self, kept: Pending) -> Result<(), Diagnostic> {
+        let size = |pending: &Pending| (pending.sums.len(), pending.row.len());
+        if size(&kept) != size(&self.pending) {
+            return Err(of_others("columns"));
         }
+        self.pending = kept;
+        Ok(())
     }
 
     /// The window that ends with `values`, whose first is its end [s], and which began at `start` [s]. `write` gets each
@@ -51,31 +75,32 @@ impl Rows {
     ) -> Result<(), E> {
         let time = values[0];
         if touches {
-            self.touched = time;
+            self.pending.touched = time;
             self.flush(&mut write)?;
         }
-        self.row.clear();
-        self.row.extend_from_slice(values);
-        for (sum, column) in self.sums.iter_mut().zip(&self.means) {
+        let Self { interval, means, pending } = &mut *self;
+        pending.row.clear();
+        pending.row.extend_from_slice(values);
+        for (sum, column) in pending.sums.iter_mut().zip(means) {
             *sum += values[*column] * (time - start);
             // A row of one window has its own mean, to the last bit.
-            if self.written < start {
-                self.row[*column] = *sum / (time - self.written);
+            if pending.written < start {
+                pending.row[*column] = *sum / (time - pending.written);
             }
         }
         // In intervals, so that what rounding makes of a multiple does not count.
-        let passed = |time: f64| (time / self.interval * (1.0 + 1e-9)).floor();
-        self.held = Some(time);
-        let touched = time <= self.touched + self.interval;
-        if touched || passed(time) > passed(self.written) { self.flush(&mut write) } else { Ok(()) }
+        let passed = |time: f64| (time / *interval * (1.0 + 1e-9)).floor();
+        pending.held = Some(time);
+        let touched = time <= pending.touched + *interval;
+        if touched || passed(time) > passed(pending.written) { self.flush(&mut write) } else { Ok(()) }
     }
 
     /// Write the last row, if it has not been written.
     pub fn flush<E>(&mut self, write: &mut impl FnMut(&[f64]) -> Result<(), E>) -> Result<(), E> {
-        let Some(time) = self.held.take() else { return Ok(()) };
-        self.written = time;
-        self.sums.fill(0.0);
-        write(&self.row)
+        let Some(time) = self.pending.held.take() else { return Ok(()) };
+        self.pending.written = time;
+        self.pending.sums.fill(0.0);
+        write(&self.pending.row)
     }
 }
 
@@ -117,5 +142,13 @@ mod tests {
             .sum();
         let exact: f64 = (1..=28).map(|n| (1e-3 * f64::from(n)).powi(2) * 1e-3).sum();
         assert!((sum / exact - 1.0).abs() < 1e-12, "{sum} {exact}");
+    }
+
+    #[test]
+    fn rows_that_were_kept_with_other_columns_are_refused() {
+        let kept = Rows::new(3, vec![1, 2], 5e-3).kept();
+        assert!(Rows::new(2, vec![1], 5e-3).go_on(kept.clone()).is_err(), "columns of more gauges");
+        assert!(Rows::new(3, vec![1], 5e-3).go_on(kept.clone()).is_err(), "another kind of gauge");
+        Rows::new(3, vec![1, 2], 5e-3).go_on(kept).expect("its own");
     }
 }

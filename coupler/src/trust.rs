@@ -1,7 +1,7 @@
 //! What speaks against a run: bounds that it passed, and the likely cause.
 
-use crate::counts::Counts;
 use crate::energy::Balance;
+use crate::observer::Counts;
 use crate::settings::{CouplingSettings, Scheme};
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::toolkit::limits::{Evidence, Limits, percent};
@@ -85,16 +85,6 @@ impl Causes<'_> {
 
     /// What is said of a run that is ended because its energy has exploded by `time` [s].
     pub fn diverged(&self, time: f64, limits: &Limits) -> Diagnostic {
-        let imbalance = self.balance.imbalance;
-        let reference = self.balance.system.reference().unwrap_or(0.0);
-        let what = if imbalance < 0.0 { "are lost" } else { "have come from nowhere" };
-        let what = format!(
-            "the computation has diverged: at t = {time:.6} s {:.3e} J {what}, {} of the {reference:.3e} J at impact \
-             (limits.energy_error = {}, and ten times that ends a run)",
-            imbalance.abs(),
-            percent(imbalance.abs() / reference),
-            percent(limits.energy_error)
-        );
-        Diagnostic::error(code::LIMIT, what).about("limits.energy_error").try_instead(self.of_energy())
+        self.balance.system.diverged(time, limits, &self.of_energy())
     }
 }

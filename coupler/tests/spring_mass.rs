@@ -46,7 +46,7 @@ struct Run {
     node: Node,
     sphere: Sphere,
     outcome: Result<(), CouplingError>,
-    counts: coupler::counts::Counts,
+    counts: coupler::coupling::Counts,
 }
 
 fn run(settings: CouplingSettings, end: f64, sphere: Sphere, node: Node) -> Run {

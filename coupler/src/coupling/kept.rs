@@ -1,7 +1,6 @@
 //! A run that was killed goes on: what the loop keeps of itself, and how it begins again from that.
 
-use super::{Coupling, Gauges};
-use crate::counts::Counts;
+use super::{Counts, Coupling, Gauges};
 use crate::energy::Balance;
 use crate::guard;
 use crate::handshake::{Agreement, refuse};

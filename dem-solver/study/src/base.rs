@@ -18,7 +18,6 @@ use interface_defs::toolkit::limits::Limits;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
-use serde::Deserialize;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -165,7 +164,7 @@ impl Base {
             let file = kept::file(folder, name, shape);
             if !std::fs::read(&file).is_ok_and(|known| known == text.as_bytes()) {
                 std::fs::create_dir_all(folder)?;
-                files::write_among_others(&file, text.as_bytes())?;
+                files::write(&file, text.as_bytes())?;
             }
         }
         Ok(())
@@ -264,7 +263,7 @@ fn prototypes(
     };
     let of = |value: &toml::Value| {
         let refuse = |e: String| file.invalid("vary.shape", e);
-        let shape = Shape::deserialize(value.clone()).map_err(|e| file.misread("vary.shape", e.message()))?;
+        let shape = file.read_value::<Shape>("vary.shape", value)?;
         shape.check().map_err(|(key, what)| refuse(format!("{key}: {what}")))?;
         let mut document = scene.document()?;
         if let Some(rock) = rock_of(&mut document) {

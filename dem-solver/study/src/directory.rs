@@ -104,7 +104,7 @@ impl Directory {
         // Tasks begin at the same time.
         copies
             .iter()
-            .try_for_each(|(name, text)| files::write_among_others(&self.path(name), text.as_bytes()))
+            .try_for_each(|(name, text)| files::write(&self.path(name), text.as_bytes()))
             .and_then(|()| base.keep_clusters(&self.path(CLUSTERS)))
             .map_err(unwritable)
     }

@@ -103,7 +103,7 @@ impl Distribution {
             let what = "a distribution has one of uniform, normal, lognormal, choice";
             return Err(study.invalid(key, what).try_instead("write { uniform = [0.2, 0.4] }"));
         }
-        let spec = Spec::deserialize(value.clone()).map_err(|e| study.misread(key, e.message()))?;
+        let spec = study.read_value::<Spec>(key, value)?;
         let refuse = |what: String, cure: &str| Err(study.invalid(key, what).try_instead(cure));
         let forms =
             [spec.uniform.is_some(), spec.normal.is_some(), spec.lognormal.is_some(), spec.choice.is_some()];

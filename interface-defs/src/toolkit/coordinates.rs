@@ -7,7 +7,7 @@ mod layer;
 
 use super::input_file;
 use super::scene::Scene;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, code};
 use schemars::generate::SchemaGenerator;
 use schemars::{JsonSchema, Schema, json_schema};
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
@@ -82,12 +82,15 @@ impl<P: Clone + From<[f64; 2]>> Coordinates<P> {
     pub fn read(&self, form: Form, key: &str, scene: &Scene) -> Result<Self, Diagnostic> {
         let Some(Source { file, name }) = &self.source else { return Ok(self.clone()) };
         let path = scene.resolve(file);
-        input_file::regular(&path).map_err(|e| scene.invalid(key, e.headline()).try_if(e.hint))?;
+        input_file::regular(&path)
+            .map_err(|e| scene.invalid(key, e.headline()).coded(e.code).try_if(e.hint))?;
         let own = key.rsplit('.').next().unwrap_or(key);
         let read = layer::Layer::read(&path)
             .and_then(|layer| Ok((layer.points(form, name.as_deref(), (own, file))?, layer.epsg())));
-        let (places, system) = read
-            .map_err(|(what, hint)| scene.invalid(key, format!("{}: {what}", file.display())).try_if(hint))?;
+        let (places, system) = read.map_err(|(what, hint)| {
+            let what = format!("{}: {what}", file.display());
+            scene.invalid(key, what).coded(code::FILE_CONTENT).try_if(hint)
+        })?;
         Ok(Self { points: places.into_iter().map(P::from).collect(), source: None, system })
     }
 }
@@ -106,7 +109,7 @@ impl<P> Coordinates<P> {
         match self.system.zip(terrain) {
             Some((own, terrain)) if own != terrain => {
                 let what = format!("its layer is in EPSG:{own}, and the terrain in EPSG:{terrain}");
-                Err(scene.invalid(key, what).try_instead(AS_GEOJSON))
+                Err(scene.invalid(key, what).coded(code::PLACE).try_instead(AS_GEOJSON))
             }
             _ => Ok(()),
         }

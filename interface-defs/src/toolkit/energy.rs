@@ -1,7 +1,8 @@
 //! The balance of energy of a whole system, and the energy to which its error relates.
 
-use super::limits::ENERGY_ERROR;
-use crate::diagnostic::Diagnostic;
+use super::limits::{ENERGY_ERROR, Limits, percent};
+use super::summary::Summary;
+use crate::diagnostic::{Diagnostic, code};
 use crate::message::{Gauge, Measure, Role, Worse};
 use serde::{Deserialize, Serialize};
 
@@ -138,7 +139,38 @@ impl Balance {
 
     /// Largest imbalance relative to the reference; `None` where nothing has moved.
     pub fn error(&self) -> Option<f64> {
-        self.reference().map(|reference| self.largest.0 / reference)
+        self.relative(self.largest.0)
+    }
+
+    /// An energy [J] relative to the reference; `None` where nothing has moved.
+    pub fn relative(&self, energy: f64) -> Option<f64> {
+        self.reference().map(|reference| energy.abs() / reference)
+    }
+
+    /// What is said of a run that is ended because its energy has exploded by `time` [s], `cure` being what to try.
+    pub fn diverged(&self, time: f64, limits: &Limits, cure: &str) -> Diagnostic {
+        let what = if self.imbalance < 0.0 { "are lost" } else { "have come from nowhere" };
+        let message = format!(
+            "the computation has diverged: at t = {time:.6} s {:.3e} J {what}, {} of the {:.3e} J at impact \
+             (limits.energy_error = {}, and ten times that ends a run)",
+            self.imbalance.abs(),
+            percent(self.relative(self.imbalance).unwrap_or(f64::INFINITY)),
+            self.reference().unwrap_or(0.0),
+            percent(limits.energy_error)
+        );
+        Diagnostic::error(code::LIMIT, message).about("limits.energy_error").try_instead(cure)
+    }
+
+    /// Write it into the summary of a run: the section of energies, and the energy error as a measure.
+    pub fn describe(&self, summary: &mut Summary) {
+        summary.energy.insert("imbalance_largest_J".into(), self.largest.0.into());
+        let Some((reference, error)) = self.reference().zip(self.error()) else {
+            summary.warnings.push(absent(NOTHING_MOVED));
+            return;
+        };
+        summary.energy.insert("reference_J".into(), reference.into());
+        summary.energy.insert(ENERGY_ERROR.into(), error.into());
+        summary.measures.push(error_measure(error, self.largest.1));
     }
 
     /// Whether the imbalance has left `bound` (relative to the reference) for good. To be asked once per window.

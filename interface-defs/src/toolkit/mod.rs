@@ -46,6 +46,7 @@ pub mod processes;
 pub mod program;
 pub mod progress;
 pub mod provenance;
+pub mod recorder;
 pub mod run_dir;
 pub mod scene;
 pub mod schema;

@@ -140,7 +140,7 @@ struct Disk {
 
 impl Disk {
     fn take(&mut self, step: &Done) {
-        let mut change = |change: Change, disk: &mut Self| {
+        let change = |change: Change, disk: &mut Self| {
             apply(&change, &mut disk.seen);
             disk.pending.push(change);
         };

@@ -1,9 +1,10 @@
 //! Runs of one solver alone.
 
 use super::*;
-use crate::message::{Hello, Role};
-use crate::solver::OnProgress;
+use crate::message::{Gauge, Hello, Role};
+use crate::solver::{OnProgress, Window};
 use crate::toolkit::owner::Claim;
+use crate::toolkit::run_dir::HISTORY;
 
 /// A body in free fall; past `fails_at` it cannot be solved.
 struct Fall {
