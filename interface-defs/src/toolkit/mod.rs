@@ -39,6 +39,7 @@ pub mod owner;
 pub mod processes;
 pub mod program;
 pub mod progress;
+pub mod ranges;
 pub mod run_dir;
 pub mod scene;
 pub mod schema;
