@@ -33,9 +33,7 @@ pub struct GaugeConfig {
 ///
 /// Forces, tensions and elongations of several members (the elements of a group, the segments of a rope, the supported
 /// nodes of a group) are reported as the smallest and the largest of them: columns `_min` and `_max` at the row's end, and
-/// measures of the same names over all solver steps, which name the member. A sum is called `_sum`, a mean `_mean`. Old
-/// names stay for one version: `_tension` and `_elongation` of several members are the largest, `_fx` and the like the
-/// sum, `_ux` and `_vx` the mean.
+/// measures of the same names over all solver steps, which name the member. A sum is called `_sum`, a mean `_mean`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {

@@ -182,7 +182,7 @@ impl Element for Bar {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::element::checks::{Case, random};
+    use crate::element::tests::checks::{Case, random};
 
     fn bar(law: Law) -> Bar {
         Bar {

@@ -360,7 +360,7 @@ impl Element for Beam {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::element::checks::{Case, random};
+    use crate::element::tests::checks::{Case, random};
     use nalgebra::UnitQuaternion;
 
     fn beam() -> Beam {

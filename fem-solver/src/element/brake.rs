@@ -7,8 +7,7 @@ use super::segment::{Segment, add_consistent_mass, add_pair, add_vector};
 use super::{Answer, Element, Energy};
 use crate::element::Slack;
 use crate::element::material::{HISTORY, Law};
-use crate::read::mesh::Kind;
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::{Matrix3, Vector3};
 
 /// A brake, or any two-node device with a force `N(l - L)` along its line.
@@ -147,7 +146,7 @@ impl Element for Brake {
 
 part! {
     /// Energy-dissipating devices between two nodes.
-    BrakePart {
+    BrakePart: "brakes", (2, 2) nodes, Line2 {
         /// Stiffness before it yields, on unloading, and beyond its stroke [N/m].
         stiffness: f64,
         /// Curve of a slow test: rows `[elongation, force]` [m, N], the first where it yields, at
@@ -200,7 +199,7 @@ impl BrakePart {
     }
 
     /// Refuse a curve that the prestress of a rope at the brake exceeds from the start; what its forces may not have meant.
-    fn judge_curve(&self, at: &Surroundings) -> Result<Vec<String>, Diagnostic> {
+    fn judge_curve(&self, at: &Surroundings) -> Result<Vec<Diagnostic>, Diagnostic> {
         let (key, most) = (&at.key.key, self.curve.iter().map(|row| row[1]).fold(0.0, f64::max));
         if let Some((rope, pull)) = (at.pulled)().filter(|(_, pull)| most > 0.0 && most <= *pull) {
             let what = format!(
@@ -214,34 +213,22 @@ impl BrakePart {
         }
         let mut warnings = Vec::new();
         if most > 0.0 && most < 1e3 {
-            warnings
-                .push(format!("{key}.curve: the brake gives way under {most} N at most; 120 kN is 1.2e5"));
+            let what = format!("the brake gives way under {most} N at most");
+            let about = Diagnostic::warning(code::LIKELY_UNIT, what).about(format!("{key}.curve"));
+            warnings.push(about.try_instead("120 kN is 1.2e5"));
         }
         if let (Some(force), Some(first)) = (self.rupture_force, self.curve.first())
             && force <= first[1]
         {
-            warnings.push(format!(
-                "{key}.rupture_force: the brake breaks under {force} N, before it gives way under {} N",
-                first[1]
-            ));
+            let what = format!("the brake breaks under {force} N, before it gives way under {} N", first[1]);
+            let about = Diagnostic::warning(code::UNUSUAL_VALUE, what);
+            warnings.push(about.about(format!("{key}.rupture_force")));
         }
         Ok(warnings)
     }
 }
 
 impl PartSettings for BrakePart {
-    fn plural(&self) -> &'static str {
-        "brakes"
-    }
-
-    fn nodes(&self) -> (usize, usize) {
-        (2, 2)
-    }
-
-    fn takes(&self, kind: Kind) -> bool {
-        kind == Kind::Line2
-    }
-
     fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), Diagnostic> {
         let key = cell.key;
         key.positive("stiffness", self.stiffness, "N/m")?;
@@ -274,7 +261,7 @@ impl PartSettings for BrakePart {
         Some(StatedSection { radius: self.radius, ..StatedSection::default() })
     }
 
-    fn judge(&self, at: &Surroundings) -> Result<Vec<String>, Diagnostic> {
+    fn judge(&self, at: &Surroundings) -> Result<Vec<Diagnostic>, Diagnostic> {
         let travel = self.curve.last().map_or(0.0, |row| row[0]);
         for (name, value) in [("stroke", self.stroke.unwrap_or(0.0)), ("curve", travel)] {
             if value > 10.0 * at.extent {
@@ -288,7 +275,7 @@ impl PartSettings for BrakePart {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::element::checks::{Case, random};
+    use crate::element::tests::checks::{Case, random};
 
     fn brake() -> Brake {
         Brake {

@@ -13,7 +13,7 @@ part! {
     /// or quadrilateral of a mesh is a closed polygon of them, the wire of a ring; so is a cell whose last
     /// node is its first. Neighbours share nodes, never cables. `young` to `tension_only`, and `radius`: default what
     /// `[structure.cable]` says.
-    CablePart {
+    CablePart: "cables", (2, usize::MAX) nodes, Line2 | Row | Tri3 | Quad4 {
         /// Young's modulus [Pa].
         #[serde(default, skip_serializing_if = "Option::is_none")]
         young: Option<f64>,
@@ -69,18 +69,6 @@ impl CablePart {
 }
 
 impl PartSettings for CablePart {
-    fn plural(&self) -> &'static str {
-        "cables"
-    }
-
-    fn nodes(&self) -> (usize, usize) {
-        (2, usize::MAX)
-    }
-
-    fn takes(&self, kind: Kind) -> bool {
-        matches!(kind, Kind::Line2 | Kind::Row | Kind::Tri3 | Kind::Quad4)
-    }
-
     fn closes(&self, kind: Kind) -> bool {
         matches!(kind, Kind::Tri3 | Kind::Quad4)
     }

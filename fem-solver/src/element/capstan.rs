@@ -375,7 +375,7 @@ fn solve_tridiagonal(below: &[f64], diagonal: &mut [f64], above: &[f64], x: &mut
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::element::checks::random;
+    use crate::element::tests::checks::random;
 
     const LAW: RopeLaw = RopeLaw { rigidity: 1e5, preload: 0.0, least: 0.0 };
 

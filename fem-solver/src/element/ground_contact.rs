@@ -257,7 +257,7 @@ impl Element for GroundContact {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::element::checks::{Case, random};
+    use crate::element::tests::checks::{Case, random};
     use crate::read::heights::Heights;
 
     /// A hilly ground of 4 m by 4 m.

@@ -308,7 +308,7 @@ impl Element for Membrane {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::element::checks::{Case, random};
+    use crate::element::tests::checks::{Case, random};
 
     const CORNERS: [[f64; 3]; 3] = [[0.1, 0.0, 0.2], [1.2, 0.3, 0.0], [0.4, 1.1, 0.1]];
 

@@ -159,7 +159,7 @@ impl Element for MembraneQuad {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::element::checks::{Case, patch, random};
+    use crate::element::tests::checks::{Case, patch, random};
     use nalgebra::UnitQuaternion;
 
     const PLACES: [[f64; 3]; 4] = [[0.1, 0.0, 0.2], [1.2, 0.3, 0.1], [1.0, 1.4, 0.0], [-0.1, 1.1, 0.15]];

@@ -15,8 +15,6 @@ pub mod cable;
 pub mod cable_part;
 pub mod cable_properties;
 mod capstan;
-#[cfg(test)]
-pub(crate) mod checks;
 pub mod ground_contact;
 pub mod mass;
 pub mod material;
@@ -24,14 +22,14 @@ pub mod membrane;
 pub mod membrane_quad;
 pub mod nothing;
 pub mod part;
-#[cfg(test)]
-mod patches;
 pub mod ring;
 pub mod segment;
 pub mod shell;
 pub mod slack;
 pub mod sliding_cable;
 pub mod spring;
+#[cfg(test)]
+pub(crate) mod tests;
 pub mod turn;
 
 pub use bar::Bar;

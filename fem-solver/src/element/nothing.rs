@@ -23,9 +23,7 @@ impl PartHead for NoPart {
     fn cells(&self) -> &[Vec<usize>] {
         &[]
     }
-}
 
-impl PartSettings for NoPart {
     fn plural(&self) -> &'static str {
         "nothing"
     }
@@ -37,7 +35,9 @@ impl PartSettings for NoPart {
     fn takes(&self, _kind: Kind) -> bool {
         true
     }
+}
 
+impl PartSettings for NoPart {
     fn build(&self, _cell: &PartCell, _made: &mut NewElements) -> Result<(), Diagnostic> {
         Ok(())
     }

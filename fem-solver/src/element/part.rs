@@ -20,10 +20,7 @@ pub trait PartHead: Debug {
 
     /// Nodes of each of its elements, as far as the scene states them.
     fn cells(&self) -> &[Vec<usize>];
-}
 
-/// A kind of part: implemented by the settings of an element, beside the element.
-pub trait PartSettings: PartHead {
     /// What its elements are, in the plural.
     fn plural(&self) -> &'static str;
 
@@ -32,15 +29,18 @@ pub trait PartSettings: PartHead {
 
     /// Whether an element can be made of a cell of that shape.
     fn takes(&self, kind: Kind) -> bool;
+}
 
+/// A kind of part: implemented by the settings of an element, beside the element.
+pub trait PartSettings: PartHead {
     /// Check the settings and make the elements of one cell.
     fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), Diagnostic>;
 
     /// Material and section as stated, of which units are judged; `common` is `[structure.cable]`.
     fn section(&self, common: Option<&CableConfig>) -> Option<StatedSection>;
 
-    /// Refuse what no one can mean of elements with such surroundings; returns what someone might mean.
-    fn judge(&self, _at: &Surroundings) -> Result<Vec<String>, Diagnostic> {
+    /// Refuse what is certainly wrong of elements with such surroundings; returns what is possible, but unusual.
+    fn judge(&self, _at: &Surroundings) -> Result<Vec<Diagnostic>, Diagnostic> {
         Ok(Vec::new())
     }
 
@@ -70,7 +70,7 @@ pub trait PartSettings: PartHead {
     }
 
     /// What the user should know of its so many cells with four nodes.
-    fn remark(&self, _quadrilaterals: usize) -> Option<String> {
+    fn remark(&self, _quadrilaterals: usize) -> Option<Diagnostic> {
         None
     }
 }
@@ -229,9 +229,10 @@ pub(super) fn is_zero(value: &f64) -> bool {
     *value == 0.0
 }
 
-/// Settings of a part: what all have in common, and what its elements need.
+/// Settings of a part: what its elements are called, how many nodes they have and of which shapes of cells they are made, what
+/// all parts have in common, and what its elements need.
 macro_rules! part {
-    ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident: $type:ty,)* }) => {
+    ($(#[$doc:meta])* $name:ident: $plural:literal, $nodes:tt nodes, $($kind:ident)|+ { $($(#[$field_doc:meta])* $field:ident: $type:ty,)* }) => {
         $(#[$doc])*
         #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
         #[serde(deny_unknown_fields)]
@@ -257,6 +258,19 @@ macro_rules! part {
 
             fn cells(&self) -> &[Vec<usize>] {
                 &self.cells
+            }
+
+            fn plural(&self) -> &'static str {
+                $plural
+            }
+
+            fn nodes(&self) -> (usize, usize) {
+                $nodes
+            }
+
+            fn takes(&self, kind: $crate::read::mesh::Kind) -> bool {
+                use $crate::read::mesh::Kind;
+                matches!(kind, $(Kind::$kind)|+)
             }
         }
     };

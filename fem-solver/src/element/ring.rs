@@ -362,7 +362,7 @@ impl Element for Ring {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::element::checks::{Case, random};
+    use crate::element::tests::checks::{Case, random};
 
     /// A ring of diameter 0.3 m with its nodes on the circle.
     fn ring(count: usize) -> (Ring, Vec<Vector3<f64>>) {

@@ -25,8 +25,7 @@ use super::part::{NewElements, PartCell, PartSettings, StatedSection, Surroundin
 use super::segment::{add_block, add_vector, vector};
 use super::turn::{self, START};
 use super::{Answer, Element, Energy};
-use crate::read::mesh::Kind;
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector2, Vector3, Vector6};
 
 /// Stiffness against turns in the plane, relative to that of the membrane.
@@ -299,7 +298,7 @@ impl Element for Shell {
 
 part! {
     /// Thin shell, with rotations: triangles, and quadrilaterals that are split into two, along their shorter diagonals.
-    ShellPart {
+    ShellPart: "shells", (3, 4) nodes, Tri3 | Quad4 {
         /// Thickness [m].
         thickness: f64,
         /// Density [kg/m3].
@@ -313,24 +312,13 @@ part! {
 }
 
 impl PartSettings for ShellPart {
-    fn plural(&self) -> &'static str {
-        "shells"
-    }
-
-    fn nodes(&self) -> (usize, usize) {
-        (3, 4)
-    }
-
-    fn takes(&self, kind: Kind) -> bool {
-        matches!(kind, Kind::Tri3 | Kind::Quad4)
-    }
-
-    fn remark(&self, quadrilaterals: usize) -> Option<String> {
+    fn remark(&self, quadrilaterals: usize) -> Option<Diagnostic> {
         (quadrilaterals > 0).then(|| {
-            format!(
+            let what = format!(
                 "part `{}`: {quadrilaterals} quadrilaterals of shell are split into two triangles each, along the shorter diagonal",
                 self.name
-            )
+            );
+            Diagnostic::warning(code::GEOMETRY, what)
         })
     }
 
@@ -361,7 +349,7 @@ impl PartSettings for ShellPart {
         Some(StatedSection { young, density, ..StatedSection::default() })
     }
 
-    fn judge(&self, at: &Surroundings) -> Result<Vec<String>, Diagnostic> {
+    fn judge(&self, at: &Surroundings) -> Result<Vec<Diagnostic>, Diagnostic> {
         check_thickness(at, self.thickness)
     }
 }
@@ -376,7 +364,7 @@ fn triangles(cell: &PartCell) -> Vec<[usize; 3]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::element::checks::{Case, random};
+    use crate::element::tests::checks::{Case, random};
     use nalgebra::UnitQuaternion;
 
     const CORNERS: [[f64; 3]; 3] = [[0.1, 0.0, 0.2], [1.2, 0.3, 0.0], [0.4, 1.1, 0.1]];

@@ -89,7 +89,7 @@ impl Failure {
                 "it does not come to rest: node {} moves at {speed:.2e} m/s, and {count} nodes in all at a tenth of that or more",
                 model.node_name(*node)
             ),
-            Self::Stopped(fault) => fault.message.clone(),
+            Self::Stopped(fault) => fault.to_string(),
         }
     }
 }
@@ -104,7 +104,7 @@ impl fmt::Display for Failure {
             Self::Turns { angle } => write!(f, "the path turns by {angle:.3} rad"),
             Self::Broken { element, tension, .. } => write!(f, "element {element} breaks at {tension:.4e} N"),
             Self::Moves(node, speed, _) => write!(f, "node {node} moves at {speed:.2e} m/s"),
-            Self::Stopped(fault) => f.write_str(&fault.message),
+            Self::Stopped(fault) => fault.fmt(f),
         }
     }
 }

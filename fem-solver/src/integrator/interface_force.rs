@@ -3,6 +3,7 @@
 use crate::config::scheme::Scheme;
 use crate::integrator::implicit::StepLoad;
 use crate::integrator::shown::Shown;
+use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::field::{FieldSpec, Items, Layout, Sampling, name};
 use interface_defs::mesh::InterfaceMesh;
 use interface_defs::message::{Fault, Plan};
@@ -65,7 +66,7 @@ impl Loads {
         plan: &Plan,
         mesh: &InterfaceMesh,
         dofs: usize,
-    ) -> Result<(Self, Vec<String>), Fault> {
+    ) -> Result<(Self, Vec<Diagnostic>), Fault> {
         let layout = Layout::new(&plan.takes, mesh, 0);
         let find = |sampling| {
             let spec = plan.takes.iter().find(|f| f.name == name::FORCE && f.sampling == sampling)?;
@@ -77,7 +78,7 @@ impl Loads {
         let mut choose = |own: &Option<Source>, other: &Option<Source>, what: &str| match (own, other) {
             (Some(own), _) => Some(own.clone()),
             (None, Some(other)) => {
-                warnings.push(what.to_owned());
+                warnings.push(Diagnostic::warning(code::TRUST, what));
                 Some(other.clone())
             }
             (None, None) => None,
@@ -260,7 +261,7 @@ mod tests {
             Plan { takes: vec![FieldSpec::nodal(name::FORCE, 3, Sampling::Means)], ..Default::default() };
         let (mut loads, warnings) =
             Loads::new(Needs::of(Some(scheme(0.0))), &plan, &mesh(), 3).expect("is fine");
-        assert!(warnings[0].contains("lag of half a window"), "{warnings:?}");
+        assert!(warnings[0].message.contains("lag of half a window"), "{warnings:?}");
         loads.begin_part(&[5.0, 0.0, 0.0], 0, &Shown::all(1), &[0.0; 3]);
         assert_eq!(loads.of_step(&scheme(0.0), 0, 1).end[0], 5.0);
     }

@@ -11,7 +11,7 @@ use crate::model::Model;
 use crate::model::validation::supports::unseen_rows;
 use crate::state::inherited::Inherited;
 use crate::state::motion::StartMotion;
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::message::Fault;
 use interface_defs::toolkit::output::Output;
 use interface_defs::toolkit::scene::Scene;
@@ -63,7 +63,7 @@ pub struct Start {
     /// What form finding took.
     pub form_finding: Info,
     /// What the user should know.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Diagnostic>,
     /// The Newton iteration, for the implicit schemes.
     pub newton: Newton,
 }
@@ -202,29 +202,30 @@ fn now_and_then(on_progress: OnProgress) -> impl FnMut(u64, f64) -> Result<(), F
 }
 
 /// What the user should know of how the structure was built and found.
-fn notes(model: &Model, inherited: Option<&Inherited>, smoothed: bool) -> Vec<String> {
+fn notes(model: &Model, inherited: Option<&Inherited>, smoothed: bool) -> Vec<Diagnostic> {
     let mut warnings = model.warnings.clone();
     warnings.extend(inherited.iter().flat_map(|from| from.warnings.iter().cloned()));
     if model.added_mass > 0.0 {
         let all: f64 = model.mass.iter().sum();
-        warnings.push(format!(
+        let what = format!(
             "mass scaling added {:.4} kg to {:.4} kg: impacts are slower and forces of inertia larger by as much",
             model.added_mass,
             all - model.added_mass
-        ));
+        );
+        warnings.push(Diagnostic::warning(code::TRUST, what));
     }
     if smoothed {
-        warnings.push(
+        warnings.push(Diagnostic::warning(
+            code::NOT_CONVERGED,
             "with friction of the ropes no rest shape was found: they hang as they would without, with one tension each; \
-             friction acts from t = 0 on"
-                .into(),
-        );
+             friction acts from t = 0 on",
+        ));
     }
     warnings
 }
 
 /// A beam that stands elsewhere than it was modelled: a post that fell over is a shape at rest, too.
-fn fallen(model: &Model, displacement: &[f64]) -> Option<String> {
+fn fallen(model: &Model, displacement: &[f64]) -> Option<Diagnostic> {
     let turned = |element: &AnyElement| {
         let nodes = element.nodes();
         let (first, last) = (*nodes.first()?, *nodes.last()?);
@@ -235,10 +236,13 @@ fn fallen(model: &Model, displacement: &[f64]) -> Option<String> {
     let all =
         model.elements.iter().enumerate().filter_map(|(number, element)| Some((number, turned(element)?)));
     let (number, most) = all.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, angle)| *angle > FALLEN)?;
-    Some(format!(
-        "{} has turned by {most:.0} degrees in form finding: it has fallen over, and the net with it. Move the anchors further away from \
-         it, raise them, or let it lean the other way (structure.generator.lean, anchor_distance)",
+    let what = format!(
+        "{} has turned by {most:.0} degrees in form finding: it has fallen over, and the net with it",
         model.member_name(number, None)
+    );
+    Some(Diagnostic::warning(code::GEOMETRY, what).try_instead(
+        "move the anchors further away from it, raise them, or let it lean the other way (structure.generator.lean, \
+         anchor_distance)",
     ))
 }
 
@@ -261,7 +265,7 @@ fn log_shift(model: &Model, shifted_at: Option<usize>) {
 }
 
 /// What is said of rows of a history that steps of `time_step` [s] do not see.
-fn unseen(scene: &Scene, config: &Config, time_step: f64) -> Result<Vec<String>, NoStart> {
+fn unseen(scene: &Scene, config: &Config, time_step: f64) -> Result<Vec<Diagnostic>, NoStart> {
     // A window is one step at least; that of a coupled run is chosen elsewhere.
     let rows = if scene.has("rock") { f64::INFINITY } else { Output::of(scene)?.interval };
     let longest = time_step.min(rows);
@@ -270,7 +274,7 @@ fn unseen(scene: &Scene, config: &Config, time_step: f64) -> Result<Vec<String>,
 
 /// What is said of a degree of freedom without stiffness at rest; in statics that is an error, unless something moves or loads
 /// the structure later: that may stiffen it on the way, as it does a flat net.
-fn not_stiff(scene: &Scene, model: &Model, dof: usize, statics: bool) -> Result<String, NoStart> {
+fn not_stiff(scene: &Scene, model: &Model, dof: usize, statics: bool) -> Result<Diagnostic, NoStart> {
     let steady = model.timed.iter().all(|load| load.factor.rests(0.0, f64::INFINITY));
     if statics && model.moving.is_empty() && steady {
         return Err(NoStart::Input(mechanism(scene, model, dof)));
@@ -280,7 +284,8 @@ fn not_stiff(scene: &Scene, model: &Model, dof: usize, statics: bool) -> Result<
     } else {
         "it is held there by nothing but inertia"
     };
-    Ok(format!("the structure at rest has no stiffness for {}: {held}", model.dof_name(dof)))
+    let what = format!("the structure at rest has no stiffness for {}: {held}", model.dof_name(dof));
+    Ok(Diagnostic::warning(code::GEOMETRY, what))
 }
 
 fn mechanism(scene: &Scene, model: &Model, dof: usize) -> Diagnostic {
@@ -288,7 +293,7 @@ fn mechanism(scene: &Scene, model: &Model, dof: usize) -> Diagnostic {
         "the structure is a mechanism: {} can move without any force, so statics has no answer",
         model.dof_name(dof)
     );
-    scene.invalid("structure", what).try_instead(
+    scene.invalid("structure", what).coded(code::GEOMETRY).try_instead(
         "support or connect that node, give the cables tension, or choose an integrator with inertia",
     )
 }
@@ -310,7 +315,7 @@ fn not_found(scene: &Scene, model: &Model, way: FormFinding, failure: &Failure) 
     if let Failure::Broken { element, .. } = failure {
         let of_part = model.parts[..model.part_count].iter().position(|p| p.elements.contains(element));
         let key = of_part.map_or("structure".into(), |part| format!("structure.parts.{part}.rupture_force"));
-        return scene.invalid(&key, what).try_instead(
+        return scene.invalid(&key, what).coded(code::RUPTURE).try_instead(
             "a larger rupture_force, in newtons (300 kN is 3e5), or rupture_strain; or less load or prestress",
         );
     }
@@ -320,7 +325,7 @@ fn not_found(scene: &Scene, model: &Model, way: FormFinding, failure: &Failure) 
              and a load acts",
             model.node_name(node)
         );
-        return scene.invalid("structure", what).try_instead(
+        return scene.invalid("structure", what).coded(code::GEOMETRY).try_instead(
             "add supports = [{ group = \"name of a group\" }]; or write form_finding = \"none\" for what shall fall",
         );
     }
@@ -330,7 +335,7 @@ fn not_found(scene: &Scene, model: &Model, way: FormFinding, failure: &Failure) 
         }
         _ => "form_finding = \"dynamic_relaxation\" where much is slack, or \"none\"",
     };
-    scene.invalid("structure.form_finding", what).try_instead(format!(
+    scene.invalid("structure.form_finding", what).coded(code::NOT_CONVERGED).try_instead(format!(
         "support or connect that node, give the cables tension or the rings less room, or write {other}"
     ))
 }
@@ -352,7 +357,7 @@ fn time_step(
     scene: &Scene,
     config: &Config,
     frequency: f64,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Diagnostic>,
 ) -> Result<f64, Diagnostic> {
     let critical = 2.0 / frequency;
     let explicit = config.fem.integrator == Integrator::CentralDifference;
@@ -365,19 +370,20 @@ fn time_step(
             "the time step {step:.4e} s lies above the critical one, {critical:.4e} s (highest frequency {frequency:.4e} rad/s)"
         );
         if !config.fem.allow_unstable {
-            return Err(scene.invalid("fem.time_step", what).try_instead(format!(
+            return Err(scene.invalid("fem.time_step", what).coded(code::TIME_STEP).try_instead(format!(
                 "at most {:.2e}, an implicit integrator, or allow_unstable = true",
                 LOADED * critical
             )));
         }
-        warnings.push(what);
+        warnings.push(Diagnostic::warning(code::TIME_STEP, what).about("fem.time_step"));
     } else if step > LOADED * critical {
-        warnings.push(format!(
+        let what = format!(
             "the time step is {:.0} % of the critical one at rest; in a loaded net more wires pull a node the same way, and more than {:.0} \
              % may become unstable",
             100.0 * step / critical,
             100.0 * LOADED
-        ));
+        );
+        warnings.push(Diagnostic::warning(code::TIME_STEP, what).about("fem.time_step"));
     }
     Ok(step)
 }

@@ -394,7 +394,7 @@ mod tests {
 
     #[test]
     fn a_front_of_any_size_is_its_factor_times_itself_and_what_is_left_over() {
-        let mut random = crate::element::checks::random(5);
+        let mut random = crate::element::tests::checks::random(5);
         let sizes = (1..20).flat_map(|p| [0, 1, 5, 8, 21].map(|b| (p, p + b)));
         for (pivots, rows) in sizes.chain([(97, 97), (100, 131), (200, 203), (300, 341)]) {
             // Positive: each diagonal entry is larger than the sum of its row.

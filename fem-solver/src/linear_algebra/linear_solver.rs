@@ -127,7 +127,7 @@ mod tests {
 
     #[test]
     fn whatever_the_pattern_the_solution_leaves_no_residual() {
-        let mut random = crate::element::checks::random(11);
+        let mut random = crate::element::tests::checks::random(11);
         for (n, links) in [(1, 0), (2, 1), (7, 9), (30, 20), (61, 100), (200, 150), (200, 900), (90, 9000)] {
             // Links with stiffness from 0 to 1 between unknowns at random, some in parts of their own; ground of 0.1.
             let mut dense = vec![0.0; n * n];
@@ -225,7 +225,7 @@ mod tests {
     #[test]
     fn whatever_its_signs_a_matrix_of_any_pattern_is_solved_and_counted_as_it_is() {
         // Links of either sign between unknowns at random: the count against that of the dense eigenvalues.
-        let mut random = crate::element::checks::random(17);
+        let mut random = crate::element::tests::checks::random(17);
         for (n, links) in [(7, 9), (30, 20), (61, 100), (120, 400), (60, 4000)] {
             let mut dense = nalgebra::DMatrix::<f64>::zeros(n, n);
             (0..n).for_each(|i| dense[(i, i)] = 2.0 * random());
@@ -261,7 +261,7 @@ mod tests {
     #[test]
     fn nodes_of_any_number_of_unknowns_are_eliminated_together() {
         // A square of nodes with one to six unknowns, each linked to all of its neighbours.
-        let (side, mut random) = (14, crate::element::checks::random(3));
+        let (side, mut random) = (14, crate::element::tests::checks::random(3));
         let widths: Vec<usize> = (0..side * side).map(|i| [3, 2, 6, 1, 3][i % 5]).collect();
         let first: Vec<usize> = widths.iter().scan(0, |n, w| Some(std::mem::replace(n, *n + w))).collect();
         let unknowns = |node: usize| first[node]..first[node] + widths[node];

@@ -10,7 +10,7 @@ use crate::config::structure::StructureConfig;
 use crate::element::PartConfig;
 use crate::read::mesh::{ElementGroup, Kind, Mesh, MeshElement};
 use crate::read::read;
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::mesh::Group;
 use interface_defs::toolkit::explain::suggestion;
 use interface_defs::toolkit::scene::Scene;
@@ -38,7 +38,7 @@ pub struct Base {
     /// Whether nodes without an element may stay where they are held: a frame.
     pub framed: bool,
     /// What the user should know.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Diagnostic>,
 }
 
 /// In no part.
@@ -170,9 +170,10 @@ impl Base {
         }
         let kept: Vec<usize> = (0..used.len()).filter(|n| used[*n]).collect();
         self.put_in_order(&kept);
-        self.warnings.push(format!(
+        let what = format!(
             "{unused} nodes of the mesh belong to no element and to no support, spring, mass or load: left out"
-        ));
+        );
+        self.warnings.push(Diagnostic::warning(code::GEOMETRY, what));
     }
 
     /// Number the nodes anew, neighbours close to each other, if that halves their distances: steps then walk through

@@ -11,7 +11,7 @@ use crate::element::{AnyElement, GroundContact};
 use crate::ground::Surface;
 use crate::read::bounds::{not_negative, positive};
 use crate::read::heights::Heights;
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::toolkit::ground::Area;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
@@ -184,12 +184,12 @@ impl Model {
         } else {
             "form finding lifts them".to_owned()
         };
-        let text = format!(
-            "structure.ground: {} modelled in the ground, the deepest by {depth:.3} m: node {}; {so}",
+        let what = format!(
+            "{} modelled in the ground, the deepest by {depth:.3} m: node {}; {so}",
             count(in_it.len()),
             self.node_name(node)
         );
-        self.warnings.push(text);
+        self.warnings.push(Diagnostic::warning(code::PLACE, what).about("structure.ground"));
         Ok(())
     }
 }

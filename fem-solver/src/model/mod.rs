@@ -25,6 +25,7 @@ pub mod timed;
 pub mod validation;
 
 use crate::element::{AnyElement, Cable, PointMass, Spring};
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::mesh::{Group, InterfaceMesh};
 use nalgebra::Vector3;
 use std::ops::Range;
@@ -91,7 +92,7 @@ pub struct Model {
     /// where one is of several elements of the file.
     pub element_numbers: [Vec<Option<u64>>; 2],
     /// What the user should know of how it was built.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Diagnostic>,
 }
 
 /// A named set of elements.

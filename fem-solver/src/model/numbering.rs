@@ -80,7 +80,7 @@ mod tests {
     /// Pairs of a square grid whose nodes have numbers without a pattern, and the mean distance of the numbers of pairs.
     fn grid(side: usize) -> Vec<[usize; 2]> {
         let mut numbers: Vec<usize> = (0..side * side).collect();
-        let mut noise = crate::element::checks::random(3);
+        let mut noise = crate::element::tests::checks::random(3);
         (1..side * side).rev().for_each(|i| numbers.swap(i, ((noise() + 0.5) * (i + 1) as f64) as usize));
         let mut pairs = Vec::new();
         for i in 0..side {

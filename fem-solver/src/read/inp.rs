@@ -11,7 +11,7 @@
 //! Source: CalculiX CrunchiX user's manual, "Input deck format".
 
 use super::format::MeshFormat;
-use super::mesh::{Builder, Kind, Mesh};
+use super::mesh::{Builder, Kind, Mesh, Of};
 use super::tokens::{error, real, shown};
 use interface_defs::diagnostic::Diagnostic;
 
@@ -68,12 +68,8 @@ fn parse(file: &str, text: &str) -> Result<Mesh, Diagnostic> {
         return Err(error(file, card_line, "this keyword ends with a comma, and nothing follows"));
     }
     reader.complete()?;
-    if !reader.passed.is_empty() {
-        let list = reader.passed.join(", ");
-        reader.builder.warn(format!(
-            "{file}: passed over: {list}; sections, supports and loads are those of the scene"
-        ));
-    }
+    let hint = "sections, supports and loads are those of the scene";
+    reader.builder.passed_over(&reader.passed, Some(hint));
     reader.builder.finish()
 }
 
@@ -85,11 +81,8 @@ enum Block {
     NoData(&'static str),
     Nodes(Option<usize>),
     Elements(Kind, Option<usize>),
-    NodeSet {
-        group: usize,
-        generate: bool,
-    },
-    ElementSet {
+    Set {
+        of: Of,
         group: usize,
         generate: bool,
     },
@@ -139,7 +132,7 @@ impl InpReader<'_> {
                 if card.get("SYSTEM").is_some_and(|s| !s.eq_ignore_ascii_case("R")) {
                     return Err(self.refused(&card, "coordinates that are not rectangular are not read"));
                 }
-                Block::Nodes(self.node_group(&card, "NSET")?)
+                Block::Nodes(self.group(&card, Of::Nodes)?)
             }
             "ELEMENT" => {
                 let Some(name) = card.get("TYPE") else {
@@ -151,26 +144,21 @@ impl InpReader<'_> {
                          and quadrilaterals (S4, M3D4, ...)",
                     )
                 })?;
-                let group = self.element_group(&card, "ELSET")?;
-                Block::Elements(kind, group)
+                Block::Elements(kind, self.group(&card, Of::Elements)?)
             }
-            "NSET" => {
-                let group = self.node_group(&card, "NSET")?;
-                let group = group.ok_or_else(|| error(self.file, line, "*NSET has no name (NSET=...)"))?;
-                if let Some(from) = card.get("ELSET") {
-                    let from = self.builder.known_element_group(&from.to_ascii_uppercase());
-                    let from =
-                        from.ok_or_else(|| self.no_set(line, "element", card.get("ELSET").unwrap_or("")))?;
-                    self.builder.add_nodes_of_elements(line, group, from)?;
-                    Block::NoData("*NSET with ELSET")
-                } else {
-                    Block::NodeSet { group, generate: card.get("GENERATE").is_some() }
+            name @ ("NSET" | "ELSET") => {
+                let of = if name == "NSET" { Of::Nodes } else { Of::Elements };
+                let group = self
+                    .group(&card, of)?
+                    .ok_or_else(|| error(self.file, line, format!("*{name} has no name ({name}=...)")))?;
+                match card.get("ELSET").filter(|_| of == Of::Nodes) {
+                    Some(from) => {
+                        let from = self.builder.known_group(line, Of::Elements, &key(from))?;
+                        self.builder.add_nodes_of_elements(line, group, from)?;
+                        Block::NoData("*NSET with ELSET")
+                    }
+                    None => Block::Set { of, group, generate: card.get("GENERATE").is_some() },
                 }
-            }
-            "ELSET" => {
-                let group = self.element_group(&card, "ELSET")?;
-                let group = group.ok_or_else(|| error(self.file, line, "*ELSET has no name (ELSET=...)"))?;
-                Block::ElementSet { group, generate: card.get("GENERATE").is_some() }
             }
             "INCLUDE" => return Err(self.refused(&card, "other files are not followed; put its text here")),
             "NGEN" | "NCOPY" | "NFILL" | "NMAP" | "ELGEN" | "ELCOPY" | "SYSTEM" | "SUBMODEL" => {
@@ -204,24 +192,14 @@ impl InpReader<'_> {
             .try_instead("write a flat file with all nodes and elements in it")
     }
 
-    fn no_set(&self, line: usize, kind: &str, name: &str) -> Diagnostic {
-        error(self.file, line, format!("there is no {kind} set {} before this line", shown(name)))
-    }
-
-    fn node_group(&mut self, card: &Card, parameter: &str) -> Result<Option<usize>, Diagnostic> {
+    /// The set that a keyword names, if it names one.
+    fn group(&mut self, card: &Card, of: Of) -> Result<Option<usize>, Diagnostic> {
+        let parameter = if of == Of::Nodes { "NSET" } else { "ELSET" };
         let Some(name) = card.get(parameter) else { return Ok(None) };
         if name.is_empty() {
             return Err(error(self.file, card.line, format!("{parameter} has no name")));
         }
-        Ok(Some(self.builder.node_group(&name.to_ascii_uppercase(), name)))
-    }
-
-    fn element_group(&mut self, card: &Card, parameter: &str) -> Result<Option<usize>, Diagnostic> {
-        let Some(name) = card.get(parameter) else { return Ok(None) };
-        if name.is_empty() {
-            return Err(error(self.file, card.line, format!("{parameter} has no name")));
-        }
-        Ok(Some(self.builder.element_group(&name.to_ascii_uppercase(), name)))
+        Ok(Some(self.builder.group(of, &key(name), name)))
     }
 
     fn data(&mut self, line: usize, content: &str) -> Result<(), Diagnostic> {
@@ -231,46 +209,18 @@ impl InpReader<'_> {
                 .try_instead("write a flat file with all nodes and elements in it")),
             Block::Nodes(group) => self.node(line, content, group),
             Block::Elements(kind, group) => self.element(line, content, kind, group),
-            Block::NodeSet { group, generate: false } => {
+            Block::Set { of, group, generate: true } => {
+                // The first number that is not known ends it, whatever the range claims.
+                self.range(line, content)?.try_for_each(|number| self.add(line, of, group, number))
+            }
+            Block::Set { of, group, generate: false } => {
                 for field in fields(content) {
-                    match field.parse::<u64>() {
-                        Ok(number) => {
-                            let node = self.builder.node_at(line, number, format_args!("the set"))?;
-                            self.builder.add_node(line, group, node)?;
-                        }
-                        Err(_) => {
-                            let from = self.builder.known_node_group(&key(field));
-                            let from = from.ok_or_else(|| self.no_set(line, "node", field))?;
-                            self.builder.add_nodes_of_group(line, group, from)?;
-                        }
+                    if let Ok(number) = field.parse() {
+                        self.add(line, of, group, number)?;
+                        continue;
                     }
-                }
-                Ok(())
-            }
-            Block::ElementSet { group, generate: false } => {
-                for field in fields(content) {
-                    match field.parse::<u64>() {
-                        Ok(number) => self.add_element(line, group, number)?,
-                        Err(_) => {
-                            let from = self.builder.known_element_group(&key(field));
-                            let from = from.ok_or_else(|| self.no_set(line, "element", field))?;
-                            self.builder.add_elements_of_group(line, group, from)?;
-                        }
-                    }
-                }
-                Ok(())
-            }
-            Block::NodeSet { group, generate: true } => {
-                // The first number without a node ends it, whatever the range claims.
-                for number in self.range(line, content)? {
-                    let node = self.builder.node_at(line, number, format_args!("GENERATE"))?;
-                    self.builder.add_node(line, group, node)?;
-                }
-                Ok(())
-            }
-            Block::ElementSet { group, generate: true } => {
-                for number in self.range(line, content)? {
-                    self.add_element(line, group, number)?;
+                    let from = self.builder.known_group(line, of, &key(field))?;
+                    self.builder.add_group(line, of, group, from)?;
                 }
                 Ok(())
             }
@@ -294,7 +244,7 @@ impl InpReader<'_> {
             }
         }
         let node = self.builder.node(line, number, point)?;
-        group.map_or(Ok(()), |group| self.builder.add_node(line, group, node))
+        group.map_or(Ok(()), |group| self.builder.add(line, Of::Nodes, group, node))
     }
 
     fn element(
@@ -320,11 +270,11 @@ impl InpReader<'_> {
         }
         let mut nodes = [0; MOST_NODES];
         for (node, number) in nodes.iter_mut().zip(&self.row[1..]) {
-            *node = self.builder.node_at(line, *number, format_args!("element {}", self.row[0]))?;
+            *node = self.builder.at(line, Of::Nodes, *number, format_args!("element {}", self.row[0]))?;
         }
         let element = self.builder.element(self.row_line, self.row[0], kind, &nodes[..count])?;
         self.row.clear();
-        group.map_or(Ok(()), |group| self.builder.add_element(line, group, element))
+        group.map_or(Ok(()), |group| self.builder.add(line, Of::Elements, group, element))
     }
 
     /// No element may be left half read.
@@ -337,11 +287,10 @@ impl InpReader<'_> {
         Ok(())
     }
 
-    fn add_element(&mut self, line: usize, group: usize, number: u64) -> Result<(), Diagnostic> {
-        let element = self.builder.element_at(number).ok_or_else(|| {
-            error(self.file, line, format!("the set names element {number}, which is not defined before"))
-        })?;
-        self.builder.add_element(line, group, element)
+    /// Put the node or element of this number into a set.
+    fn add(&mut self, line: usize, of: Of, group: usize, number: u64) -> Result<(), Diagnostic> {
+        let member = self.builder.at(line, of, number, format_args!("the set"))?;
+        self.builder.add(line, of, group, member)
     }
 
     /// `first, last, step` of a set that is generated.
@@ -451,7 +400,7 @@ rope, LAST
             (vec![0, 1], vec![1], vec![0, 1])
         );
         let listed = "net.inp: passed over: *MATERIAL, *ELASTIC, *STEP, *STATIC, *END STEP;";
-        assert!(mesh.warnings[0].starts_with(listed), "{:?}", mesh.warnings);
+        assert!(mesh.warnings[0].to_string().starts_with(listed), "{:?}", mesh.warnings);
     }
 
     #[test]
@@ -475,7 +424,7 @@ rope, LAST
             ("11, 2, 3", "11, 2, 7", "net.inp:12: ", "element 11 names node 7"),
             ("11, 2, 3", "10, 2, 3", "net.inp:12: ", "there is an element 10 already"),
             ("ENDS, 2", "FINISH, 2", "net.inp:16: ", "there is no node set `FINISH` before"),
-            ("1, 3, 2", "1, 18446744073709551615", "net.inp:18: ", "GENERATE names node 4"),
+            ("1, 3, 2", "1, 18446744073709551615", "net.inp:18: ", "the set names node 4"),
             ("1, 3, 2", "1, 3, 0", "net.inp:18: ", "from 1 to 3 by 0 is no range"),
             ("*NSET, NSET=ends", "*NSET", "net.inp:13: ", "*NSET has no name"),
             ("*STEP", "*PART, NAME=a\n*END PART\n*PART, NAME=b", "net.inp:29: ", "one part is read"),

@@ -8,7 +8,7 @@
 //! Source: Kratos documentation, "Input files and IO".
 
 use super::format::MeshFormat;
-use super::mesh::{Builder, Kind, Mesh};
+use super::mesh::{Builder, Kind, Mesh, Of};
 use super::tokens::{Tokens, shown};
 use interface_defs::diagnostic::Diagnostic;
 use std::collections::HashMap;
@@ -59,10 +59,8 @@ fn parse(file: &str, text: &str) -> Result<Mesh, Diagnostic> {
             }
         }
     }
-    if !passed.is_empty() {
-        let list: Vec<String> = passed.iter().map(|p| shown(p)).collect();
-        reader.builder.warn(format!("{file}: passed over: {}", list.join(", ")));
-    }
+    let passed: Vec<String> = passed.iter().map(|p| shown(p)).collect();
+    reader.builder.passed_over(&passed, None);
     reader.builder.finish()
 }
 
@@ -111,7 +109,7 @@ impl<'a> MdpaReader<'a> {
             self.t.whole("the properties of an element")?;
             for node in &mut nodes[..count] {
                 let named = self.t.whole("a node of an element")?;
-                *node = self.builder.node_at(self.t.line(), named, format_args!("element {number}"))?;
+                *node = self.builder.at(self.t.line(), Of::Nodes, named, format_args!("element {number}"))?;
             }
             self.builder.element(line, number, kind, &nodes[..count])?;
         }
@@ -129,7 +127,8 @@ impl<'a> MdpaReader<'a> {
             let start = self.condition_nodes.len();
             for _ in 0..count {
                 let named = self.t.whole("a node of a condition")?;
-                let node = self.builder.node_at(self.t.line(), named, format_args!("condition {number}"))?;
+                let node =
+                    self.builder.at(self.t.line(), Of::Nodes, named, format_args!("condition {number}"))?;
                 self.condition_nodes.push(node);
             }
             if self.conditions.insert(number, (start, count)).is_some() {
@@ -150,7 +149,7 @@ impl<'a> MdpaReader<'a> {
             return Err(self.t.error(format!("more than {DEEPEST} sub model parts are nested")));
         }
         let name = outer.join(".");
-        let nodes = self.builder.node_group(&name, &name);
+        let nodes = self.builder.group(Of::Nodes, &name, &name);
         let mut elements = None;
         loop {
             match self.t.word("`End SubModelPart`")? {
@@ -171,19 +170,18 @@ impl<'a> MdpaReader<'a> {
                 block @ "SubModelPartNodes" => {
                     while let Some(number) = self.number(block)? {
                         let line = self.t.line();
-                        let node = self.builder.node_at(line, number, format_args!("the sub model part"))?;
-                        self.builder.add_node(line, nodes, node)?;
+                        let node =
+                            self.builder.at(line, Of::Nodes, number, format_args!("the sub model part"))?;
+                        self.builder.add(line, Of::Nodes, nodes, node)?;
                     }
                 }
                 block @ "SubModelPartElements" => {
                     while let Some(number) = self.number(block)? {
-                        let element = self.builder.element_at(number).ok_or_else(|| {
-                            self.t.error(format!(
-                                "the sub model part names element {number}, which is not defined before"
-                            ))
-                        })?;
-                        let group = *elements.get_or_insert_with(|| self.builder.element_group(&name, &name));
-                        self.builder.add_element(self.t.line(), group, element)?;
+                        let (line, of) = (self.t.line(), Of::Elements);
+                        let element =
+                            self.builder.at(line, of, number, format_args!("the sub model part"))?;
+                        let group = *elements.get_or_insert_with(|| self.builder.group(of, &name, &name));
+                        self.builder.add(line, of, group, element)?;
                     }
                 }
                 block @ "SubModelPartConditions" => {
@@ -195,7 +193,7 @@ impl<'a> MdpaReader<'a> {
                             return Err(self.t.error(what));
                         };
                         for at in start..start + count {
-                            self.builder.add_node(self.t.line(), nodes, self.condition_nodes[at])?;
+                            self.builder.add(self.t.line(), Of::Nodes, nodes, self.condition_nodes[at])?;
                         }
                     }
                 }
@@ -314,7 +312,7 @@ End SubModelPart
         assert_eq!((nodes("Rope"), nodes("Rope.load")), (vec![0, 1, 2], vec![1]));
         assert_eq!(mesh.element_groups.len(), 1);
         assert_eq!(mesh.element_groups[0].elements, [0, 1]);
-        assert_eq!(mesh.warnings, ["net.mdpa: passed over: `NodalData`"]);
+        assert_eq!(mesh.warnings[0].to_string(), "net.mdpa: passed over: `NodalData`");
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! What a mesh file or a generator gives: nodes, elements, named groups of both; no properties.
 
-use super::tokens::error;
-use interface_defs::diagnostic::Diagnostic;
+use super::tokens::{error, shown};
+use interface_defs::diagnostic::{Diagnostic, Place, code};
 use interface_defs::mesh::Group;
 use nalgebra::Vector3;
 use std::collections::{HashMap, HashSet};
@@ -90,7 +90,7 @@ pub struct Mesh {
     /// elements, unless the file names other nodes so.
     pub node_groups: Vec<Group>,
     /// What was passed over and the user should know.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Diagnostic>,
 }
 
 impl Mesh {
@@ -185,14 +185,32 @@ impl Names {
     }
 }
 
+/// What a number or a group of a mesh file stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Of {
+    /// Nodes.
+    Nodes,
+    /// Elements.
+    Elements,
+}
+
+impl Of {
+    fn word(self) -> &'static str {
+        match self {
+            Self::Nodes => "node",
+            Self::Elements => "element",
+        }
+    }
+}
+
 /// A mesh while it is read: resolves numbers, and refuses what would not fit.
 pub struct Builder<'a> {
     file: &'a str,
     mesh: Mesh,
-    nodes: Numbering,
-    elements: Numbering,
-    node_groups: Names,
-    element_groups: Names,
+    /// Of nodes and of elements.
+    numbers: [Numbering; 2],
+    /// Of nodes and of elements.
+    groups: [Names; 2],
     /// How many members all groups together may still take. A few lines can say that a hundred
     /// groups hold a million nodes each; memory stays proportional to the file.
     members_left: usize,
@@ -204,30 +222,18 @@ impl<'a> Builder<'a> {
         Self {
             file,
             mesh: Mesh::default(),
-            nodes: Numbering::default(),
-            elements: Numbering::default(),
-            node_groups: Names::default(),
-            element_groups: Names::default(),
+            numbers: Default::default(),
+            groups: Default::default(),
             members_left: (1 << 20) + 8 * bytes,
         }
     }
 
     /// Append the node `number` at `point` [m], stated on `line`.
     pub fn node(&mut self, line: usize, number: u64, point: [f64; 3]) -> Result<u32, Diagnostic> {
-        let position = self.mesh.nodes.len() as u32;
-        if !self.nodes.push(number, position) {
-            return Err(error(self.file, line, format!("there is a node {number} already")));
-        }
+        let position = self.number(line, Of::Nodes, number, self.mesh.nodes.len())?;
         self.mesh.nodes.push(point.into());
         self.mesh.numbers.push(number);
         Ok(position)
-    }
-
-    /// Position of the node `number`, named on `line` by `what`.
-    pub fn node_at(&self, line: usize, number: u64, what: fmt::Arguments) -> Result<u32, Diagnostic> {
-        self.nodes.get(number).ok_or_else(|| {
-            error(self.file, line, format!("{what} names node {number}, which is not defined before"))
-        })
     }
 
     /// Append the element `number` with nodes by position, stated on `line`.
@@ -238,17 +244,25 @@ impl<'a> Builder<'a> {
         kind: Kind,
         nodes: &[u32],
     ) -> Result<u32, Diagnostic> {
-        let position = self.mesh.elements.len() as u32;
-        if !self.elements.push(number, position) {
-            return Err(error(self.file, line, format!("there is an element {number} already")));
-        }
+        let position = self.number(line, Of::Elements, number, self.mesh.elements.len())?;
         self.mesh.push_numbered(number, kind, nodes.iter().copied());
         Ok(position)
     }
 
-    /// Position of the element `number`, if there is one.
-    pub fn element_at(&self, number: u64) -> Option<u32> {
-        self.elements.get(number)
+    fn number(&mut self, line: usize, of: Of, number: u64, position: usize) -> Result<u32, Diagnostic> {
+        if self.numbers[of as usize].push(number, position as u32) {
+            return Ok(position as u32);
+        }
+        let article = if of == Of::Nodes { "a" } else { "an" };
+        Err(error(self.file, line, format!("there is {article} {} {number} already", of.word())))
+    }
+
+    /// Position of the node or element `number`, named on `line` by `what`.
+    pub fn at(&self, line: usize, of: Of, number: u64, what: fmt::Arguments) -> Result<u32, Diagnostic> {
+        self.numbers[of as usize].get(number).ok_or_else(|| {
+            let what = format!("{what} names {} {number}, which is not defined before", of.word());
+            error(self.file, line, what)
+        })
     }
 
     /// Nodes of the element at a position.
@@ -256,67 +270,40 @@ impl<'a> Builder<'a> {
         self.mesh.nodes_of(&self.mesh.elements[position as usize])
     }
 
-    /// Number of nodes and of elements so far.
-    pub fn counts(&self) -> (usize, usize) {
-        (self.mesh.nodes.len(), self.mesh.elements.len())
+    /// The group that `key` stands for, called `name` where it is new.
+    pub fn group(&mut self, of: Of, key: &str, name: &str) -> usize {
+        self.groups[of as usize].group(key, name)
     }
 
-    /// The node group that `key` stands for, called `name` where it is new.
-    pub fn node_group(&mut self, key: &str, name: &str) -> usize {
-        self.node_groups.group(key, name)
+    /// The group that `key` stands for, which `line` says is there.
+    pub fn known_group(&self, line: usize, of: Of, key: &str) -> Result<usize, Diagnostic> {
+        self.groups[of as usize].position.get(key).copied().ok_or_else(|| {
+            let what = format!("there is no {} set {} before this line", of.word(), shown(key));
+            error(self.file, line, what)
+        })
     }
 
-    /// The element group that `key` stands for, called `name` where it is new.
-    pub fn element_group(&mut self, key: &str, name: &str) -> usize {
-        self.element_groups.group(key, name)
-    }
-
-    /// The node group that `key` stands for, if there is one.
-    pub fn known_node_group(&self, key: &str) -> Option<usize> {
-        self.node_groups.position.get(key).copied()
-    }
-
-    /// The element group that `key` stands for, if there is one.
-    pub fn known_element_group(&self, key: &str) -> Option<usize> {
-        self.element_groups.position.get(key).copied()
-    }
-
-    /// Put a node into a group.
-    pub fn add_node(&mut self, line: usize, group: usize, node: u32) -> Result<(), Diagnostic> {
+    /// Put a node or an element into a group.
+    pub fn add(&mut self, line: usize, of: Of, group: usize, member: u32) -> Result<(), Diagnostic> {
         self.take(line, 1)?;
-        self.node_groups.groups[group].1.push(node);
+        self.groups[of as usize].groups[group].1.push(member);
         Ok(())
     }
 
-    /// Put an element into a group.
-    pub fn add_element(&mut self, line: usize, group: usize, element: u32) -> Result<(), Diagnostic> {
-        self.take(line, 1)?;
-        self.element_groups.groups[group].1.push(element);
-        Ok(())
-    }
-
-    /// Put all of the node group `from` into the node group `to`.
-    pub fn add_nodes_of_group(&mut self, line: usize, to: usize, from: usize) -> Result<(), Diagnostic> {
-        self.take(line, self.node_groups.groups[from].1.len())?;
-        let members = self.node_groups.groups[from].1.clone();
-        self.node_groups.groups[to].1.extend(members);
-        Ok(())
-    }
-
-    /// Put all of the element group `from` into the element group `to`.
-    pub fn add_elements_of_group(&mut self, line: usize, to: usize, from: usize) -> Result<(), Diagnostic> {
-        self.take(line, self.element_groups.groups[from].1.len())?;
-        let members = self.element_groups.groups[from].1.clone();
-        self.element_groups.groups[to].1.extend(members);
+    /// Put all of the group `from` into the group `to`.
+    pub fn add_group(&mut self, line: usize, of: Of, to: usize, from: usize) -> Result<(), Diagnostic> {
+        let members = self.groups[of as usize].groups[from].1.clone();
+        self.take(line, members.len())?;
+        self.groups[of as usize].groups[to].1.extend(members);
         Ok(())
     }
 
     /// Put the nodes of all elements of the element group `from` into the node group `to`.
     pub fn add_nodes_of_elements(&mut self, line: usize, to: usize, from: usize) -> Result<(), Diagnostic> {
-        for i in 0..self.element_groups.groups[from].1.len() {
-            let element = self.mesh.elements[self.element_groups.groups[from].1[i] as usize];
+        for i in 0..self.groups[1].groups[from].1.len() {
+            let element = self.mesh.elements[self.groups[1].groups[from].1[i] as usize];
             self.take(line, element.count as usize)?;
-            self.node_groups.groups[to].1.extend(self.mesh.nodes_of(&element));
+            self.groups[0].groups[to].1.extend(self.mesh.nodes_of(&element));
         }
         Ok(())
     }
@@ -336,9 +323,13 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// What the user should know.
-    pub fn warn(&mut self, warning: String) {
-        self.mesh.warnings.push(warning);
+    /// What of the file is not read, if anything, and what to do about that.
+    pub fn passed_over(&mut self, list: &[String], hint: Option<&str>) {
+        if !list.is_empty() {
+            let what = format!("passed over: {}", list.join(", "));
+            let about = Diagnostic::warning(code::FILE_CONTENT, what).at(Place::file(self.file));
+            self.mesh.warnings.push(about.try_if(hint.map(str::to_owned)));
+        }
     }
 
     /// The mesh, or an error if there is no node in it.
@@ -347,9 +338,10 @@ impl<'a> Builder<'a> {
         if mesh.nodes.is_empty() {
             return Err(Diagnostic::in_file(self.file, "there is no node in this file"));
         }
-        mesh.node_groups = self.node_groups.finish().map(|(name, nodes)| Group { name, nodes }).collect();
+        let [nodes, elements] = self.groups;
+        mesh.node_groups = nodes.finish().map(|(name, nodes)| Group { name, nodes }).collect();
         mesh.element_groups =
-            self.element_groups.finish().map(|(name, elements)| ElementGroup { name, elements }).collect();
+            elements.finish().map(|(name, elements)| ElementGroup { name, elements }).collect();
         mesh.name_nodes();
         Ok(mesh)
     }

@@ -7,7 +7,7 @@
 //! Source: Gmsh reference manual, section "MSH file format".
 
 use super::format::MeshFormat;
-use super::mesh::{Builder, Kind, Mesh};
+use super::mesh::{Builder, Kind, Mesh, Of};
 use super::tokens::{Tokens, error, shown};
 use super::twins::Written;
 use interface_defs::diagnostic::Diagnostic;
@@ -80,9 +80,8 @@ fn parse(file: &str, text: &str) -> Result<Mesh, Diagnostic> {
             }
         }
     }
-    if !passed.is_empty() {
-        reader.builder.warn(format!("{file}: passed over: {}", passed.join(", ")));
-    }
+    let passed: Vec<String> = passed.iter().map(ToString::to_string).collect();
+    reader.builder.passed_over(&passed, None);
     reader.builder.finish()
 }
 
@@ -280,7 +279,7 @@ impl MshReader<'_> {
                 let (nodes, count) = self.nodes_of(t, number, kind)?;
                 let element = self.builder.element(line, number, kind, &nodes[..count])?;
                 for group in &groups {
-                    self.builder.add_element(line, *group, element)?;
+                    self.builder.add(line, Of::Elements, *group, element)?;
                 }
             }
         }
@@ -314,7 +313,7 @@ impl MshReader<'_> {
             };
             if physical != 0 {
                 let group = group(&mut self.builder, &self.names, dim, physical);
-                self.builder.add_element(line, group, element)?;
+                self.builder.add(line, Of::Elements, group, element)?;
             }
         }
         t.expect("$EndElements")
@@ -325,7 +324,7 @@ impl MshReader<'_> {
         let count = kind.node_count().expect("shapes of Gmsh have a fixed number of nodes");
         for node in &mut nodes[..count] {
             let named = t.whole("a node of an element")?;
-            *node = self.builder.node_at(t.line(), named, format_args!("element {number}"))?;
+            *node = self.builder.at(t.line(), Of::Nodes, named, format_args!("element {number}"))?;
         }
         Ok((nodes, count))
     }
@@ -335,10 +334,10 @@ impl MshReader<'_> {
 fn group(builder: &mut Builder, names: &HashMap<(u64, i64), String>, dim: u64, physical: i64) -> usize {
     let number = physical.saturating_abs();
     match names.get(&(dim, number)) {
-        Some(name) => builder.element_group(name, name),
+        Some(name) => builder.group(Of::Elements, name, name),
         None => {
             let name = format!("{} {number}", dimension(dim).unwrap_or("entity"));
-            builder.element_group(&name, &name)
+            builder.group(Of::Elements, &name, &name)
         }
     }
 }
@@ -415,7 +414,7 @@ $EndPeriodic
     fn both_versions_give_the_same_mesh_with_physical_names() {
         let old = read(V22).unwrap();
         let new = read(V41).unwrap();
-        assert_eq!(new.warnings, ["net.msh: passed over: $Periodic"]);
+        assert_eq!(new.warnings[0].to_string(), "net.msh: passed over: $Periodic");
         assert_eq!((&old.nodes, &old.numbers), (&new.nodes, &vec![1, 5, 9]));
         for (mesh, other_elements) in [(&old, vec![2]), (&new, vec![1, 2])] {
             assert_eq!(mesh.elements.len(), 3, "the element in two groups is one element");

@@ -1,6 +1,6 @@
 //! Field files for ParaView.
 //!
-//! `structure`: its lines with displacement, velocity, `axial_force` [N] (`tension` is its old name), `stress` [Pa] (axial
+//! `structure`: its lines with displacement, velocity, `axial_force` [N], `stress` [Pa] (axial
 //! force by the section as modelled; 0 where there is none, as in rings and brakes), `utilisation` (axial force over
 //! `rupture_force`, or strain over `rupture_strain`, the larger; 0 without either, 1 where broken), and the flags `slack`
 //! and `broken`; where there are beams, `bending_moment_1_start` to `bending_moment_2_end` [N m] in the plane of each cross
@@ -231,7 +231,6 @@ impl Fields {
                 ("part", 1, &self.legend.line_parts[..]),
                 ("group", 1, &self.legend.line_groups),
                 ("axial_force", 1, &self.tension),
-                ("tension", 1, &self.tension),
                 ("stress", 1, &self.stress),
                 ("utilisation", 1, &self.utilisation),
                 ("slack", 1, &self.slack),

@@ -91,16 +91,14 @@ impl Probe {
         }
     }
 
-    /// The gauges that report it, each with the number that it shows. Old names follow the new ones.
+    /// The gauges that report it, each with the number that it shows.
     pub fn declared(&self, name: &str) -> Vec<(Gauge, usize)> {
         let followed = |name: String, unit: &str| Gauge { extremes: true, ..Gauge::new(name, unit) };
         let vector = |letter: char, unit: &'static str, over: &str| {
             let axes = [(0, 'x'), (1, 'y'), (2, 'z')];
-            let plain = axes.map(|(c, axis)| (followed(format!("{name}_{letter}{axis}"), unit), c));
-            let new = axes.map(|(c, axis)| (followed(format!("{name}_{letter}{axis}_{over}"), unit), c));
-            if over.is_empty() { plain.into() } else { [new, plain].concat() }
+            axes.map(|(c, axis)| (followed(format!("{name}_{letter}{axis}{over}"), unit), c)).into()
         };
-        let mean = |nodes: &[usize]| if nodes.len() > 1 { "mean" } else { "" };
+        let mean = |nodes: &[usize]| if nodes.len() > 1 { "_mean" } else { "" };
         let (quantity, unit) = self.quantity();
         match self {
             Self::Displacement(nodes) => vector('u', "m", mean(nodes)),
@@ -118,12 +116,8 @@ impl Probe {
                 // The extremes of these are reported with the member that they belong to, as measures of the solver.
                 let of_members =
                     |end: &str, slot| (Gauge::new(format!("{name}_{quantity}_{end}"), unit), slot);
-                let mut all = if first > 0 { vector('f', unit, "sum") } else { Vec::new() };
+                let mut all = if first > 0 { vector('f', unit, "_sum") } else { Vec::new() };
                 all.extend([of_members("min", first), of_members("max", first + 1)]);
-                // The old name; what is new has none.
-                if first == 0 && quantity != "bending_moment" {
-                    all.push((Gauge::new(format!("{name}_{quantity}"), unit), 1));
-                }
                 all
             }
         }

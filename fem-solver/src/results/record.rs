@@ -8,7 +8,7 @@ use crate::results::moving_mean::{MovingMean, Sample};
 use crate::results::probe::Probe;
 use crate::state::{Extreme, Peaks, Range, State};
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::message::{Gauge, Measure};
+use interface_defs::message::{Gauge, Measure, Worse};
 use interface_defs::toolkit::scene::Scene;
 
 /// Supports whose force is summed: held degrees of freedom, and springs by their feet.
@@ -335,18 +335,19 @@ impl Probes {
             if let Probe::Height(height) = probe {
                 height.scan(model, state, |slot, value| {
                     let name = format!("{}_{}_end", config.name, Height::suffix(slot));
-                    measures.push(Measure { name, value, unit: "m".into(), time: Some(time) });
+                    let measure = Measure::new(name, value, "m").at(time);
+                    measures.push(measure.ranked(Measure::ORDINARY, Worse::Smaller));
                 });
             }
             let Some(range) = (probe.members() > 0).then(|| groups.next()).flatten() else { continue };
             let (quantity, unit) = probe.quantity();
-            for (end, extreme) in [("min", range.smallest), ("max", range.largest)] {
-                if extreme.value.is_finite() {
-                    let member = probe.member_name(model, extreme.member as usize);
-                    let name = format!("{}_{quantity}_{end} @ {member}", config.name);
-                    let (value, time) = (extreme.value, Some(extreme.time));
-                    measures.push(Measure { name, value, unit: unit.into(), time });
-                }
+            let ends = [("min", range.smallest, Worse::Smaller), ("max", range.largest, Worse::Larger)];
+            for (end, extreme, worse) in ends.into_iter().filter(|(_, extreme, _)| extreme.value.is_finite())
+            {
+                let name = format!("{}_{quantity}_{end}", config.name);
+                let measure = Measure::new(name, extreme.value, unit).at(extreme.time);
+                let member = probe.member_name(model, extreme.member as usize);
+                measures.push(measure.of_member(Some(member)).ranked(Measure::ORDINARY, worse));
             }
         }
         measures

@@ -30,7 +30,7 @@ pub fn check(scene: &Scene) -> Result<CheckReport, Diagnostic> {
     let start = Start::new(scene, &config, solver.model(), solver.inherited(), None, &mut |_| Ok(()))
         .map_err(|reason| match reason {
             NoStart::Input(error) => error,
-            NoStart::Stopped(fault) => Diagnostic::new(fault.message),
+            NoStart::Stopped(fault) => *fault.diagnostic,
         })?;
     let model = solver.model();
     let mut interface = model.interface_mesh(&start.displacement);
@@ -202,7 +202,7 @@ fn seconds_per_step(
     let plan = Plan { end_time: step, window: step, takes, ..Plan::default() };
     let nodal = solver.model().mass.iter().flat_map(|m| [0.0, 0.0, -1000.0 * m]);
     let force: Vec<f64> = std::iter::repeat_n(nodal, sources).flatten().collect();
-    let ready = solver.begin(start, &plan).map_err(|fault| Diagnostic::new(fault.message))?;
+    let ready = solver.begin(start, &plan).map_err(|fault| *fault.diagnostic)?;
     let mut output = ready.initial;
     let window = Window { number: 1, iteration: 1, start: 0.0, length: step };
     let repeats = if explicit { 50 } else { 1 };

@@ -3,7 +3,8 @@
 use super::Prepared;
 use crate::equilibrium::form_finding::Form;
 use crate::equilibrium::newton::Info;
-use crate::integrator::window::KeptWindows;
+use crate::integrator::window::{KeptWindows, other_structure};
+use crate::model::Model;
 use crate::results::fields::{Fields, KeptFields};
 use interface_defs::message::Fault;
 use interface_defs::toolkit::checkpoint::{pack, unpack};
@@ -23,8 +24,14 @@ pub(super) struct Kept {
 }
 
 impl Kept {
-    pub(super) fn read(bytes: &[u8]) -> Result<Box<Self>, Fault> {
-        unpack(bytes).map(Box::new)
+    /// What was kept of `model`.
+    pub(super) fn read(bytes: &[u8], model: &Model) -> Result<Box<Self>, Fault> {
+        let kept: Self = unpack(bytes)?;
+        let Form { displacement, history, .. } = &kept.form.0;
+        if (displacement.len(), history.len()) != (model.dof_count(), model.start_history().len()) {
+            return Err(other_structure());
+        }
+        Ok(Box::new(kept))
     }
 }
 
@@ -41,8 +48,8 @@ impl Prepared {
     }
 
     /// Stand where `kept` was, with the files of results in `out` as they were then.
-    pub(super) fn go_on(&mut self, kept: Kept, out: Option<&Path>) -> Result<(), Fault> {
-        self.windows.go_on(kept.windows);
+    pub(super) fn go_on(&mut self, model: &Model, kept: Kept, out: Option<&Path>) -> Result<(), Fault> {
+        self.windows.go_on(model, kept.windows)?;
         (self.time, self.accepted) = (kept.accepted, kept.accepted);
         if let (Some(fields), Some(out), Some(kept)) = (self.fields.take(), out, kept.fields) {
             self.fields = Some(fields.go_on(&out.join(run_dir::FIELDS), kept)?);

@@ -21,18 +21,21 @@ use crate::results::energy::Energies;
 use crate::results::fields::Fields;
 use crate::results::record::{Probes, Recorder};
 use crate::state::inherited::{End, Inherited};
-use crate::state::{Critical, CriticalKind, State};
+use crate::state::{Critical, CriticalKind, Peak, State};
 use broken::BrokenLines;
-use interface_defs::diagnostic::Diagnostic;
-use interface_defs::field::{FieldSpec, Place, Sampling, name};
+use interface_defs::diagnostic::{Diagnostic, Place, Severity, code};
+use interface_defs::field::{self, FieldSpec, Sampling, name};
 use interface_defs::mesh::InterfaceMesh;
-use interface_defs::message::{Fault, Gauge, Hello, Measure, Plan, Progress, Ready, Statistics, capability};
+use interface_defs::message::{
+    Fault, Gauge, Hello, Measure, Plan, Progress, Ready, Statistics, Worse, capability,
+};
 use interface_defs::selection::Selection;
 use interface_defs::solver::{OnProgress, Solver, Window};
 use interface_defs::toolkit::output::Output;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::scene::Scene;
+use interface_defs::verdict::Torn;
 use kept::Kept;
 
 /// Steps within 1 ms and a window for which memory is set aside, at most.
@@ -41,6 +44,8 @@ const MOST_REMEMBERED: f64 = 2e5;
 const AT_END: f64 = 1e-9;
 /// Windows are halved that often before a run gives up.
 const HALVINGS: f64 = 64.0;
+/// Ranks of `max_reaction_1ms`, `max_cable_force`, `max_reaction` and `sag` among all measures of a run.
+const RANKS: [u16; 4] = [60, 70, 260, 270];
 
 /// A structure of cables, springs and masses.
 pub struct FemSolver {
@@ -190,7 +195,7 @@ impl FemSolver {
         };
         prepared.report_broken(&[], &mut initial);
         if let Some(kept) = resume {
-            prepared.go_on(*kept, self.options.out.as_deref())?;
+            prepared.go_on(&self.model, *kept, self.options.out.as_deref())?;
         }
         self.prepared = Some(prepared);
         Ok(Ready { mesh, gauges: self.gauges.clone(), initial, warnings, ..Ready::default() })
@@ -198,7 +203,7 @@ impl FemSolver {
 
     /// Leave the state at the end for a run that starts from it: that of a run that has come to its end, and no other.
     /// Returns what the user should know.
-    fn leave_state(&self, prepared: &Prepared) -> Option<String> {
+    fn leave_state(&self, prepared: &Prepared) -> Option<Diagnostic> {
         let out = self.options.out.as_ref()?;
         if prepared.accepted < prepared.end_time * (1.0 - AT_END) {
             return None;
@@ -206,10 +211,9 @@ impl FemSolver {
         let path = out.join(run_dir::STRUCTURE_STATE);
         let (state, name) = (&prepared.windows.committed, self.config.fem.integrator.name());
         let end = End::new(&self.model, state, prepared.accepted, name, &prepared.torn);
-        let written = end.write(&path);
-        written
-            .err()
-            .map(|e| format!("{} cannot be written, so no run can start from this one: {e}", path.display()))
+        let why = end.write(&path).err()?;
+        let what = format!("it cannot be written, so no run can start from this one: {why}");
+        Some(Diagnostic::warning(code::NOT_WRITTEN, what).at(Place::file(path.display().to_string())))
     }
 
     /// Refuse a plan that asks for what this solver has not declared.
@@ -242,8 +246,8 @@ impl FemSolver {
     }
 }
 
-/// What broke, in words: the first ones one by one.
-fn ruptures(model: &Model, events: &[Event]) -> Vec<String> {
+/// What broke: the first ones one by one.
+fn ruptures(model: &Model, events: &[Event]) -> Vec<Diagnostic> {
     const MOST_NAMED: usize = 20;
     let named = events.iter().take(MOST_NAMED).map(|event| {
         format!(
@@ -257,62 +261,48 @@ fn ruptures(model: &Model, events: &[Event]) -> Vec<String> {
     if let Some(last) = events.get(MOST_NAMED..).and_then(|rest| rest.last()) {
         named.push(format!("{} more broke until t = {:.6} s", events.len() - MOST_NAMED, last.time));
     }
-    named
+    named.into_iter().map(|what| Diagnostic::warning(code::RUPTURE, what)).collect()
 }
 
 /// That something was torn before the run.
-fn torn_before(count: usize) -> Option<String> {
+fn torn_before(count: usize) -> Option<Diagnostic> {
     let were = match count {
         0 => return None,
         1 => "1 element was".to_owned(),
         _ => format!("{count} elements were"),
     };
-    Some(format!("{were} torn before, in the run that this one starts from"))
+    let what = format!("{were} torn before, in the run that this one starts from");
+    Some(Diagnostic::warning(code::RUPTURE, what))
 }
 
-/// What tore, in a sentence for each part, in the order of its first rupture; that nothing did where something could.
-fn verdict(model: &Model, events: &[Event]) -> Vec<String> {
+/// What tore of each part, in the order of its first rupture; `None` where nothing can.
+fn torn(model: &Model, events: &[Event]) -> Option<Vec<Torn>> {
     if events.is_empty() {
-        let can = model.elements.iter().any(|e| e.can_break());
-        return if can { vec!["verdict: nothing of the structure tore".into()] } else { Vec::new() };
+        return model.elements.iter().any(|e| e.can_break()).then(Vec::new);
     }
-    let part_of = |event: &Event| {
-        let element = event.element as usize;
-        model.parts.iter().position(|p| p.elements.contains(&element))
-    };
-    let mut parts: Vec<(Option<usize>, Vec<&Event>)> = Vec::new();
+    let mut all: Vec<Torn> = Vec::new();
     for event in events {
-        let part = part_of(event);
-        match parts.iter_mut().find(|(known, _)| *known == part) {
-            Some((_, own)) => own.push(event),
-            None => parts.push((part, vec![event])),
+        let element = event.element as usize;
+        let part = model.parts.iter().find(|p| p.elements.contains(&element));
+        let part = part.map_or("the structure", |part| part.name.as_str());
+        match all.iter_mut().find(|torn| torn.part == part) {
+            Some(torn) => (torn.elements, torn.last) = (torn.elements + 1, event.time),
+            None => all.push(Torn {
+                part: part.into(),
+                elements: 1,
+                first: event.time,
+                last: event.time,
+                force: event.tension,
+                member: model.member_name(element, None),
+            }),
         }
     }
-    let sentence = |(part, own): (Option<usize>, Vec<&Event>)| {
-        let (first, last) = (own[0], own[own.len() - 1]);
-        let name = part.map_or("the structure", |p| model.parts[p].name.as_str());
-        let place = model.member_name(first.element as usize, None);
-        let kind = if first.tension < 0.0 { " of compression" } else { "" };
-        let force = format!("{:.1} kN{kind}", first.tension.abs() / 1e3);
-        match own.len() {
-            1 => format!("verdict: `{name}` tore at {:.4} s under {force}: {place}", first.time),
-            count => format!(
-                "verdict: {count} elements of `{name}` tore from {:.4} s to {:.4} s, the first under {force}: {place}",
-                first.time, last.time
-            ),
-        }
-    };
-    parts.into_iter().map(sentence).collect()
+    Some(all)
 }
 
 /// The limit points and branch points of a path, and the first of them.
 fn critical_loads(state: &State) -> Vec<Measure> {
-    let measure = |name: String, point: &Critical| Measure {
-        name,
-        value: point.factor,
-        unit: "1".into(),
-        time: Some(point.time),
-    };
+    let measure = |name: String, point: &Critical| Measure::new(name, point.factor, "1").at(point.time);
     let mut counts = [0, 0];
     let mut measures: Vec<_> =
         state.critical.first().map(|p| measure("critical_load_factor".into(), p)).into_iter().collect();
@@ -328,7 +318,7 @@ fn critical_loads(state: &State) -> Vec<Measure> {
 }
 
 /// That a path goes on unstable, and from where.
-fn unstable_path(state: &State) -> Option<String> {
+fn unstable_path(state: &State) -> Option<Diagnostic> {
     let (time, factor) = state.along.unstable_from?;
     let from = match state.critical.iter().find(|p| p.negative > 0) {
         Some(point) => {
@@ -340,10 +330,11 @@ fn unstable_path(state: &State) -> Option<String> {
         }
         None => format!("t = {time:.6} s, load factor {factor:.6e}"),
     };
-    Some(format!(
-        "the path of equilibrium is unstable from {from}: under these loads alone the structure snaps or buckles there; the \
-         column negative_pivots says where it is stable again"
-    ))
+    let what = format!(
+        "the path of equilibrium is unstable from {from}: under these loads alone the structure snaps or buckles there"
+    );
+    let hint = "the column negative_pivots says where it is stable again";
+    Some(Diagnostic::warning(code::TRUST, what).try_instead(hint))
 }
 
 impl Solver for FemSolver {
@@ -352,9 +343,12 @@ impl Solver for FemSolver {
         let mut gives = vec![given(name::DISPLACEMENT), given(name::VELOCITY)];
         if self.model.elements.iter().any(|element| element.can_break()) {
             let broken = FieldSpec::nodal(name::BROKEN, 1, Sampling::Once);
-            gives.push(FieldSpec { place: Place::Line, ..broken });
+            gives.push(FieldSpec { place: field::Place::Line, ..broken });
         }
-        gives.push(FieldSpec { place: Place::Whole, ..FieldSpec::nodal(name::TRAVEL, 1, Sampling::Once) });
+        gives.push(FieldSpec {
+            place: field::Place::Whole,
+            ..FieldSpec::nodal(name::TRAVEL, 1, Sampling::Once)
+        });
         gives.extend(local::offered(&self.model, &self.config.fem).unwrap_or_default());
         Hello {
             program: concat!("fem-solver ", env!("CARGO_PKG_VERSION")).into(),
@@ -426,13 +420,15 @@ impl Solver for FemSolver {
     }
 
     fn resume(&mut self, state: &[u8]) -> Result<(), Fault> {
-        self.resume = Some(Kept::read(state)?);
+        self.resume = Some(Kept::read(state, &self.model)?);
         Ok(())
     }
 
     fn finish(&mut self) -> Result<Statistics, Fault> {
         let fields = self.prepared.as_mut().and_then(|prepared| prepared.fields.as_mut());
-        let unwritten = fields.and_then(|fields| fields.finish().err()).map(|fault| fault.message);
+        let unwritten = fields.and_then(|fields| fields.finish().err()).map(|fault| {
+            Diagnostic { severity: Severity::Warning, ..*fault.diagnostic }.coded(code::NOT_WRITTEN)
+        });
         let Some(prepared) = &self.prepared else {
             return Err(Fault::broken("asked for results before the preparation"));
         };
@@ -440,43 +436,39 @@ impl Solver for FemSolver {
         let peaks = prepared.windows.committed.peaks;
         let (mut measures, mut warnings) = (Vec::new(), Vec::new());
         let events = &prepared.windows.committed.events;
-        warnings.extend(verdict(model, events));
         warnings.extend(ruptures(model, events));
         warnings.extend(torn_before(prepared.torn.len()));
         if let Some(first) = events.first()
             && prepared.touched
             && prepared.broken.is_none()
         {
-            warnings.push(format!(
+            let what = format!(
                 "what is broken is still touched, from t = {:.6} s on ({} elements): the contact solver does not take the \
                  field \"broken\"",
                 first.time,
                 events.len()
-            ));
+            );
+            warnings.push(Diagnostic::warning(code::TRUST, what));
         }
         if model.held.contains(&true) || !model.until.is_empty() || !model.springs.is_empty() {
             let (raw, mean) = (peaks.reaction, peaks.reaction_1ms);
-            measures.push(measure("max_reaction", raw.value, "N", Some(raw.time)));
-            measures.push(measure("max_reaction_1ms", mean.value, "N", Some(mean.time)));
+            measures.push(peak("max_reaction", raw, RANKS[2]));
+            measures.push(peak("max_reaction_1ms", mean, RANKS[0]));
         } else {
-            warnings.push("max_reaction is absent: the structure has no supports".into());
+            warnings.push(Diagnostic::absent("max_reaction", "the structure has no supports"));
         }
         if model.lines().next().is_none() {
-            warnings.push("max_cable_force is absent: the structure has no cables".into());
+            warnings.push(Diagnostic::absent("max_cable_force", "the structure has no cables"));
         } else {
-            measures.push(measure(
-                "max_cable_force",
-                peaks.cable_force.value,
-                "N",
-                Some(peaks.cable_force.time),
-            ));
+            measures.push(peak("max_cable_force", peaks.cable_force, RANKS[1]));
         }
         let (committed, time) = (&prepared.windows.committed, prepared.time);
         measures.extend(self.probes.measures(&self.config.gauges, model, committed, time));
         match prepared.sag {
-            Some(sag) => measures.push(measure("sag", sag, "m", None)),
+            Some(sag) => measures.push(Measure::new("sag", sag, "m").ranked(RANKS[3], Worse::Larger)),
             None => {
-                warnings.push("sag is absent: no weight acts on the structure, or nothing is held".into())
+                let why = "no weight acts on the structure, or nothing is held";
+                warnings.push(Diagnostic::absent("sag", why));
             }
         }
         warnings.extend(self.leave_state(prepared));
@@ -485,10 +477,12 @@ impl Solver for FemSolver {
         let counts = &prepared.windows.counts;
         warnings.extend(counts.warnings(model, self.config.fem.load_steps.is_some()));
         warnings.extend(unwritten);
-        Ok(Statistics { measures, counts: counts.named(), warnings, ..Statistics::default() })
+        let torn = torn(model, events);
+        Ok(Statistics { measures, torn, counts: counts.named(), warnings, ..Statistics::default() })
     }
 }
 
-fn measure(name: &str, value: f64, unit: &str, time: Option<f64>) -> Measure {
-    Measure { name: name.into(), value, unit: unit.into(), time }
+/// The largest force of a run.
+fn peak(name: &str, peak: Peak, rank: u16) -> Measure {
+    Measure::new(name, peak.value, "N").at(peak.time).ranked(rank, Worse::Larger)
 }

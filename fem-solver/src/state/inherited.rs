@@ -8,7 +8,7 @@ use crate::internal_force::assembly::Event;
 use crate::model::Model;
 use crate::state::State;
 use crate::state::motion::StartMotion;
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc::run_id::fnv1a;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::start_from::{At, KEY, Origin};
@@ -23,6 +23,8 @@ use std::path::Path;
 const VERSION: u32 = 1;
 /// What the histories of the elements mean is the program's own.
 const PROGRAM: &str = concat!("fem-solver ", env!("CARGO_PKG_VERSION"));
+/// What to do about a state that cannot be used.
+const AGAIN: &str = "run that scene again with this version";
 /// Difference of two places of a support [relative to the extent of the structure] that is one of rounding.
 const SAME_PLACE: f64 = 1e-9;
 
@@ -197,7 +199,7 @@ pub struct Inherited {
     /// How the structure starts.
     pub at: At,
     /// What the user should know.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Diagnostic>,
     /// The scene's word, with the path as seen from anywhere.
     pub origin: Origin,
 }
@@ -215,7 +217,8 @@ impl Inherited {
         let (file, warning) = origin.state(scene)?;
         let shown = file.display();
         let end: End = state_file::read(&file, VERSION).map_err(|why| {
-            scene.invalid(KEY, format!("the state {shown} cannot be used: {why}")).try_instead(
+            let what = format!("the state {shown} cannot be used: {why}");
+            scene.invalid(KEY, what).coded(code::FILE_CONTENT).try_instead(
                 "run that scene again with this version; a file that was copied must be copied as it is",
             )
         })?;
@@ -224,17 +227,18 @@ impl Inherited {
                 "the state {shown} was written by {}, and this is {PROGRAM}: histories may differ",
                 end.program
             );
-            return Err(scene.invalid(KEY, what).try_instead("run that scene again with this version"));
+            return Err(scene.invalid(KEY, what).coded(code::PROVENANCE).try_instead(AGAIN));
         }
         if let Some(difference) = Fingerprint::of(model).difference(&end.model, model) {
             let what = format!("the structure of {} is another: {difference}", origin.run.display());
-            return Err(scene.invalid(KEY, what).try_instead(
+            return Err(scene.invalid(KEY, what).coded(code::PROVENANCE).try_instead(
                 "mesh, parts and materials must be those of that run; loads, supports, gauges and [fem] may differ",
             ));
         }
         let run = std::path::absolute(&origin.run).unwrap_or_else(|_| origin.run.clone());
         let origin = Origin { run, at: origin.at };
-        let inherited = Self { end, at: origin.at, warnings: warning.into_iter().collect(), origin };
+        let warnings = warning.map(|what| Diagnostic::warning(code::TRUST, what)).into_iter().collect();
+        let inherited = Self { end, at: origin.at, warnings, origin };
         inherited.check(scene, model)?;
         Ok(Some(inherited))
     }
@@ -252,7 +256,17 @@ impl Inherited {
                 end.velocity.len(),
                 end.history.len()
             );
-            return Err(scene.invalid(KEY, what).try_instead("run that scene again with this version"));
+            return Err(scene.invalid(KEY, what).coded(code::FILE_CONTENT).try_instead(AGAIN));
+        }
+        let numbers = [&end.displacement[..], &end.velocity, &end.booked, &[end.time]];
+        let unknown = end.torn.iter().find(|torn| torn.0 as usize >= model.elements.len());
+        if unknown.is_some() || numbers.into_iter().flatten().any(|number| !number.is_finite()) {
+            let what = match unknown {
+                Some((element, ..)) => format!("element {element} has torn in it, and there is none"),
+                None => "not all of its displacements, velocities and energies are finite".into(),
+            };
+            let what = format!("the state of {} is damaged: {what}", self.origin.run.display());
+            return Err(scene.invalid(KEY, what).coded(code::FILE_CONTENT).try_instead(AGAIN));
         }
         let near = SAME_PLACE * model.extent();
         let mut start = end.displacement.clone();

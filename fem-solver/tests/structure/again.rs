@@ -10,6 +10,7 @@ use fem_solver::equilibrium::newton::Newton;
 use fem_solver::internal_force::assembly::Assembly;
 use fem_solver::state::inherited::End;
 use interface_defs::Sampling;
+use interface_defs::diagnostic::code;
 use interface_defs::message::{Plan, Statistics};
 use interface_defs::solver::Solver;
 use interface_defs::toolkit::program::Options;
@@ -282,11 +283,38 @@ fn what_was_torn_stays_torn_and_touches_nothing_from_the_start() {
     run.step(STEP, &[]);
     assert_eq!(run.output[at], expected[..]);
     let told = run.solver.finish().expect("prepared");
-    let said = told.warnings.join("\n");
+    let said = told.warnings.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n");
     assert!(said.contains("1 element was torn before, in the run that this one starts from"), "{said}");
-    assert!(!said.contains("rupture at"), "{said}");
+    assert_eq!(told.torn, Some(Vec::new()));
     // The run has not come to its end: the state of the first is still there.
     assert_eq!(end(dir).torn, torn);
+}
+
+#[test]
+fn a_state_with_numbers_that_do_not_fit_is_refused_as_a_damaged_file() {
+    let temp = tempfile::tempdir().expect("a directory");
+    let dir = temp.path();
+    let text = FRAME.to_owned() + "[fem]\nintegrator = \"central_difference\"\ntime_step = 6e-5";
+    drop(alone(&text, 2, dir));
+    let whole = end(dir);
+    let damages: [(&str, fn(&mut End)); 6] = [
+        ("numbers of history", |end| end.history.truncate(1)),
+        ("displacements", |end| end.displacement.push(0.0)),
+        ("element 4294967295 has torn", |end| end.torn.push((u32::MAX, 0.1, 1e3))),
+        ("not all of its", |end| end.displacement[0] = f64::NAN),
+        ("not all of its", |end| end.velocity[1] = f64::INFINITY),
+        ("not all of its", |end| end.booked[0] = f64::NEG_INFINITY),
+    ];
+    for (words, damage) in damages {
+        let mut state = whole.clone();
+        damage(&mut state);
+        state_file::write(&dir.join(STRUCTURE_STATE), 1, &state).expect("written");
+        for at in ["rest", "motion"] {
+            let scene = scene(&with(&from(dir, at), &text));
+            let error = FemSolver::new(&scene, &Options::default()).err().expect("must be refused");
+            assert!(error.code == code::FILE_CONTENT && error.message.contains(words), "{error}");
+        }
+    }
 }
 
 #[test]

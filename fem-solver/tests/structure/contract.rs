@@ -259,7 +259,10 @@ fn newton_that_fails_is_a_fault_of_the_window_with_its_numbers() {
     let push = force(&run, 1, 1e4);
     let fault = run.solve(1e-2, &push).unwrap_err();
     assert_eq!(fault.kind, FaultKind::Window);
-    assert!(fault.message.contains("after 1 iterations") && fault.message.contains("node "), "{fault}");
+    assert!(
+        fault.diagnostic.message.contains("after 1 iterations") && fault.diagnostic.message.contains("node "),
+        "{fault}"
+    );
 }
 
 #[test]
@@ -276,7 +279,7 @@ fn a_step_that_diverges_is_a_fault_of_the_window() {
     }
     let fault = fault.expect("steps of five times the critical one diverge");
     assert_eq!(fault.kind, FaultKind::Window);
-    assert!(fault.message.contains("diverged"), "{fault}");
+    assert!(fault.diagnostic.message.contains("diverged"), "{fault}");
 }
 
 #[test]
@@ -285,14 +288,14 @@ fn a_plan_that_asks_for_the_unknown_is_refused() {
     let mut plan = coupled_plan(1e-4, Sampling::Means, 1, 1);
     plan.gives[0].name = "temperature".into();
     let fault = structure.prepare(&plan, &mut |_| Ok(())).unwrap_err();
-    assert!(fault.message.contains("temperature"), "{fault}");
+    assert!(fault.diagnostic.message.contains("temperature"), "{fault}");
 }
 
 #[test]
 fn a_mean_force_for_a_scheme_of_end_forces_is_a_warning() {
     let run = Run::with(&net("integrator = \"newmark\""), coupled_plan(1e-4, Sampling::Means, 1, 1));
     assert!(
-        run.ready.warnings.iter().any(|w| w.contains("lag of half a window")),
+        run.ready.warnings.iter().any(|w| w.message.contains("lag of half a window")),
         "{:?}",
         run.ready.warnings
     );
@@ -308,7 +311,7 @@ fn form_finding_reports_and_can_be_stopped() {
     };
     structure.prepare(&Plan::default(), &mut listen).unwrap();
     assert!(told.iter().any(|t| t.contains("form finding: iteration")), "{told:?}");
-    let stop = interface_defs::message::Fault::new(FaultKind::Interrupted, "stop");
+    let stop = interface_defs::message::Fault::interrupted();
     let fault = solver(WALENSTADT).prepare(&Plan::default(), &mut |_| Err(stop.clone())).unwrap_err();
     assert_eq!(fault.kind, FaultKind::Interrupted);
 }

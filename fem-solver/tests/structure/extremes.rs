@@ -41,7 +41,8 @@ fn stiffnesses_eight_decades_apart_are_told_apart() {
     }
     // At 1e16 the rounding of a position, 1e-17 m, is some 10 N in the stiff one, at both its ends: said, and not computed.
     let mut solver = FemSolver::new(&scene(&row(1e16)), &Options { out: None, shortcuts: true }).unwrap();
-    let message = solver.prepare(&Default::default(), &mut |_| Ok(())).expect_err("is too stiff").message;
+    let message =
+        solver.prepare(&Default::default(), &mut |_| Ok(())).expect_err("is too stiff").diagnostic.message;
     let at_an_end = message.contains("largest at node 1") || message.contains("largest at node 2");
     assert!(message.contains("did not converge") && at_an_end, "{message}");
 }
@@ -295,7 +296,7 @@ fn refused(text: &str) -> String {
 /// Message of a structure that is refused as a run starts.
 fn refused_at_start(text: &str) -> String {
     let mut solver = FemSolver::new(&scene(text), &Options { out: None, shortcuts: true }).unwrap();
-    solver.prepare(&Default::default(), &mut |_| Ok(())).expect_err("must be refused").message
+    solver.prepare(&Default::default(), &mut |_| Ok(())).expect_err("must be refused").diagnostic.message
 }
 
 /// A square of four bars on two hinges, and a diagonal of the section `diagonal` where that is above 0.
@@ -401,14 +402,18 @@ fn steps_beyond_a_tenth_of_a_second_are_shortened_and_said_or_refused() {
             match run.solve(step, &[]) {
                 Ok(()) => run.commit(step),
                 Err(fault) => {
-                    assert!(step > 0.1 && fault.message.contains("a shorter window"), "{}", fault.message);
+                    assert!(
+                        step > 0.1 && fault.diagnostic.message.contains("a shorter window"),
+                        "{}",
+                        fault.diagnostic.message
+                    );
                     troubled += 1;
                     break;
                 }
             }
         }
         let warnings = run.solver.finish().expect("is prepared").warnings;
-        let said = warnings.iter().any(|w| w.contains("were begun anew with shorter steps"));
+        let said = warnings.iter().any(|w| w.message.contains("were begun anew with shorter steps"));
         assert_eq!(run.count("refined_windows") > 0, said, "{warnings:?}");
         troubled += u64::from(said);
     }
@@ -423,7 +428,7 @@ fn steps_beyond_a_tenth_of_a_second_are_shortened_and_said_or_refused() {
             }
             fault
         });
-        let message = failed.expect("is too long").message;
+        let message = failed.expect("is too long").diagnostic.message;
         assert!(message.contains("node 1 at (1, 0, 0)") && message.contains("a shorter window"), "{message}");
     }
     // The trapezoidal rule keeps the energy of linear structures only: below 1 % of it at 0.01 s, not at 0.3 s, where its

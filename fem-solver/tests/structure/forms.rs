@@ -156,7 +156,7 @@ mass = 0.5
     assert!(off(run.value("reaction_z"), 36.0 * 0.5 * 9.81) < 1e-9 && run.measure("sag") > 0.05);
     let refused = |text: &str| {
         let mut solver = FemSolver::new(&scene(text), &Options { out: None, shortcuts: true }).unwrap();
-        solver.prepare(&Default::default(), &mut |_| Ok(())).err().map(|fault| fault.message)
+        solver.prepare(&Default::default(), &mut |_| Ok(())).err().map(|fault| fault.diagnostic.message)
     };
     // Where even that fails (cells of 0.15 m), the message says what is left to try; where Newton alone fails, relaxation.
     for (cell, way, advice) in

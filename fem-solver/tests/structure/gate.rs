@@ -1,8 +1,9 @@
-//! Mistakes of a user: an error where no one can mean it, a warning where someone might, each with numbers and the cure.
+//! Mistakes of a user: certainly wrong is an error, possible but unusual a warning, each with numbers and the cure.
 
 use crate::common::scene;
 use fem_solver::FemSolver;
 use fem_solver::solver::check::check;
+use interface_defs::diagnostic::Severity;
 use interface_defs::toolkit::program::Options;
 
 /// A barrier of one field with everything in it.
@@ -88,7 +89,9 @@ fn refused(text: &str) -> String {
 /// Warnings of a scene, before anything is computed.
 fn warned(text: &str) -> String {
     let solver = FemSolver::new(&scene(text), &Options::default()).unwrap_or_else(|e| panic!("{e}"));
-    solver.model().warnings.join("\n")
+    let warnings = &solver.model().warnings;
+    assert!(warnings.iter().all(|w| w.severity == Severity::Warning), "{warnings:?}");
+    warnings.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
 }
 
 #[test]
@@ -97,10 +100,10 @@ fn a_barrier_as_it_should_be_brings_no_warning() {
 }
 
 #[test]
-fn what_no_one_can_mean_is_refused_with_its_numbers_and_a_cure() {
+fn what_is_certainly_wrong_is_refused_with_its_numbers_and_a_cure() {
     for (from, to, words, cure) in [
-        ("young = 1e11", "young = 100.0", "young is 100 Pa", "1e11"),
-        ("young = 2.1e11", "young = 210.0", "young is 210 Pa", "2.1e11"),
+        ("young = 1e11", "young = 100.0", "young = 100.0 Pa is too soft", "1e11"),
+        ("young = 2.1e11", "young = 210.0", "young = 210.0 Pa is too soft", "2.1e11"),
         ("density = 7850.0", "density = 7.85e-9", "lighter than air", "7850"),
         ("density = 7850.0", "density = 7.85e12", "heavier than anything", "7850"),
         ("area = 1.6e-4", "area = 160.0", "a rod 14.273 m thick", "2.4e-4"),
@@ -166,9 +169,9 @@ fn what_no_one_can_mean_is_refused_with_its_numbers_and_a_cure() {
 }
 
 #[test]
-fn what_someone_might_mean_is_a_warning_with_its_numbers() {
+fn what_is_unusual_is_a_warning_with_its_numbers() {
     for (from, to, words) in [
-        ("young = 1e11", "young = 1e5", "in MPa it would be a metal's: write 1e11"),
+        ("young = 1e11", "young = 1e5", "in MPa it would be 1e11 Pa: write 1e11"),
         ("young = 1e11", "young = 8228.0", "in MPa it would be 8.228e9 Pa"),
         ("prestress = 5e7", "prestress = 50.0", "were it in MPa, it would be 5e7 Pa"),
         // 2e-11 of 1e11 Pa, of the part that has no modulus of its own.
@@ -191,7 +194,11 @@ fn what_someone_might_mean_is_a_warning_with_its_numbers() {
         // A rod of 25 mm2 has a radius of sqrt(25 / pi) = 2.82 mm.
         ("radius = 0.004", "radius = 0.00564", "is it the diameter? Then write 0.00282"),
         ("young = 2.1e11", "young = 2.1e14", "stiffer than diamond"),
-        ("density = 7850.0", "density = 7.85", "7.85 kg/m3 is that of a foam"),
+        (
+            "density = 7850.0",
+            "density = 7.85",
+            "7.85 kg/m3 is that of a foam; in g/cm3 it would be 7850.0 kg/m3",
+        ),
         ("density = 7850.0", "density = 78500.0", "heavier than any metal"),
         ("area = 1.6e-4", "area = 1.6", "a rod 1.427 m thick"),
         ("radius = 0.004", "radius = 0.4", "radius: 0.4 m beside elements of"),
@@ -210,7 +217,11 @@ fn what_someone_might_mean_is_a_warning_with_its_numbers() {
             "breaks under 40000 N, before it gives way under 50000 N",
         ),
         ("gravity = [0.0, 0.0, -9.81]", "", "there is no gravity"),
-        ("gravity = [0.0, 0.0, -9.81]", "gravity = [0.0, 0.0, -9810.0]", "9810 m/s2"),
+        (
+            "gravity = [0.0, 0.0, -9.81]",
+            "gravity = [0.0, 0.0, -9810.0]",
+            "9810.0 m/s2 is more than five times that of the earth",
+        ),
         ("fields = 1", "fields = 60", "are these centimetres or millimetres?"),
         (
             "supports = [{ group = \"feet\", rotations = \"z\" }, { group = \"anchors\" }]",
@@ -290,9 +301,12 @@ density = 7850.0
 rupture_strain = 5.0
 "#;
     let said = warned(text);
-    assert!(said.contains("5 is a strain, no percentage"), "{said}");
+    assert!(
+        said.contains("structure.parts.0.rupture_strain: 5 is a strain, no percentage; 5 % is 0.05"),
+        "{said}"
+    );
     let report = check(&scene(text)).unwrap_or_else(|e| panic!("{e}"));
-    assert!(report.warnings.contains(&said), "{said}: {:?}", report.warnings);
+    assert!(report.warnings.iter().any(|w| w.to_string() == said), "{said}: {:?}", report.warnings);
 }
 
 #[test]

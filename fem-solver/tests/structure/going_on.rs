@@ -3,7 +3,8 @@
 use crate::common::{Run, WALENSTADT, solver};
 use crate::curves::{ARCH, arch, lee, panel, toggle};
 use crate::load_steps::cantilever;
-use interface_defs::message::Plan;
+use interface_defs::diagnostic::code;
+use interface_defs::message::{Fault, Plan};
 use interface_defs::solver::Solver;
 
 /// `count` windows of `length` [s]; kept and gone on with by another solver before each of the windows in `stops`.
@@ -61,4 +62,20 @@ fn in_dynamics_of_every_scheme() {
         let fem = format!("{load}[fem]\nintegrator = \"{scheme}\"\n{step}");
         goes_on(scheme, &format!("{WALENSTADT}{fem}"), 1e-3, 12);
     }
+}
+
+#[test]
+fn what_another_structure_has_kept_is_refused() {
+    let fem = |scheme: &str| format!("{WALENSTADT}[fem]\nintegrator = \"{scheme}\"\ntime_step = 1e-4\n");
+    let state = Run::alone(&fem("newmark"), 1e-3).solver.save().expect("it keeps its state");
+    let refused = |fault: Fault| assert_eq!(fault.diagnostic.code, code::PROVENANCE, "{fault}");
+    let smaller = fem("newmark").replace("[26, 26]", "[25, 26]");
+    refused(solver(&smaller).resume(&state).expect_err("other nodes"));
+    // One gauge more, which the answers that were kept do not have.
+    let gauge = "[[gauge]]\nname = \"mid\"\nat = [0.0, 0.0, 0.0]\nquantity = \"displacement\"\n";
+    let mut other = solver(&(fem("newmark") + gauge));
+    other.resume(&state).expect("the same nodes");
+    let plan = Plan { end_time: 1.0, window: 1e-3, ..Plan::default() };
+    refused(other.prepare(&plan, &mut |_| Ok(())).expect_err("other gauges"));
+    assert!(solver(&fem("newmark")).resume(&state[..state.len() / 2]).is_err());
 }

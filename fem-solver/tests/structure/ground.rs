@@ -334,6 +334,7 @@ fn what_no_one_can_mean_is_refused_with_its_place() {
     assert!(refused(&light).contains("has no mass, of which its stiffness in the ground would follow"));
     // In it by less: a word, with the energy that would throw it out.
     let shallow = check(&scene(&mass(&ground(&dir, ""), 0.2, 30.0, ""))).expect("valid");
-    let said = shallow.warnings.iter().find(|w| w.contains("modelled in the ground")).expect("is said");
-    assert!(said.contains("0.200 m") && said.contains("4.000e4 J"), "{said}");
+    let said =
+        shallow.warnings.iter().find(|w| w.message.contains("modelled in the ground")).expect("is said");
+    assert!(said.message.contains("0.200 m") && said.message.contains("4.000e4 J"), "{said}");
 }

@@ -64,7 +64,7 @@ fn where_one_step_fails_load_steps_that_adapt_come_to_the_end() {
     };
     let mut run = Run::with(&text(""), coupled_plan(1.0, Sampling::AtEnds, 1, 1));
     let fault = run.solve(1.0, &[]).expect_err("a slack balloon takes no such pressure at once");
-    assert!(fault.message.contains("step 1 of 8"), "{}", fault.message);
+    assert!(fault.diagnostic.message.contains("step 1 of 8"), "{}", fault.diagnostic.message);
     let growth = |window: f64| {
         let text = text("load_steps = { first = 0.1, shortest = 1e-6 }");
         let mut run = Run::with(&text, coupled_plan(window, Sampling::AtEnds, 1, 1));
@@ -84,7 +84,7 @@ fn load_steps_end_with_a_message_where_they_end() {
     let mut run = Run::alone(&text, 1.0);
     let fault = run.solve(1.0, &[]).expect_err("cannot be");
     for words in ["statics ends at t = 0", "after 1 iterations", "none below 1.000e-3 s", "fem.path_speed"] {
-        assert!(fault.message.contains(words), "{}", fault.message);
+        assert!(fault.diagnostic.message.contains(words), "{}", fault.diagnostic.message);
     }
 }
 

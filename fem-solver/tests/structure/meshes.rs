@@ -164,7 +164,7 @@ fn parts_say_what_a_group_becomes_and_give_its_properties() {
     assert_eq!(model.node_name(3), "40 at (1, 1, 0)", "nodes are called as in the file");
     assert_eq!(model.node_count(), 4, "node 50 is left out");
     assert!(
-        model.warnings[0].starts_with("1 nodes of the mesh belong to no element"),
+        model.warnings[0].message.starts_with("1 nodes of the mesh belong to no element"),
         "{:?}",
         model.warnings
     );
@@ -199,7 +199,11 @@ fn a_group_that_becomes_nothing_leaves_its_other_nodes_out() {
     let scene = files.scene(&format!("mesh = \"mixed.inp\"\n{CABLE}\n{skin}"));
     let report = check(&scene).unwrap();
     assert_eq!(report.numbers["nodes"], 3.0);
-    assert!(report.warnings.iter().any(|w| w.starts_with("2 nodes of the mesh")), "{:?}", report.warnings);
+    assert!(
+        report.warnings.iter().any(|w| w.message.starts_with("2 nodes of the mesh")),
+        "{:?}",
+        report.warnings
+    );
     // A group that is bound keeps its nodes, and then they need an element.
     let message = files.refused(&format!(
         "mesh = \"mixed.inp\"\n{CABLE}\n{skin}\nloads = [{{ group = \"top\", force = [0.0, 0.0, 1.0] }}]"

@@ -6,6 +6,7 @@
 use crate::common::{Run, off};
 use crate::curves::{ARCH, Frame, Point, arch, column, follow, lee, panel, toggle, turning};
 use crate::elastica::Rod;
+use interface_defs::diagnostic::code;
 use interface_defs::solver::Solver;
 
 /// Largest difference between a curve and the rod's: of the load in units of `unit`, of the other displacement in units of
@@ -84,7 +85,10 @@ fn a_straight_column_tells_eulers_load_and_that_it_goes_on_unstable() {
             assert_eq!(point.negative, passed as f64, "{point:?}");
         }
         let warnings = run.solver.finish().expect("is prepared").warnings;
-        assert!(warnings.iter().any(|w| w.contains("unstable from the branch point")), "{warnings:?}");
+        assert!(
+            warnings.iter().any(|w| w.message.contains("unstable from the branch point")),
+            "{warnings:?}"
+        );
         [found[0].1, found[1].1]
     };
     let (coarse, fine) = (loads(16), loads(32));
@@ -324,9 +328,9 @@ quantity = "displacement"
     for (window, rows) in [(0.01, 20), (0.2, 1)] {
         let (mut run, points) = follow(text, window, rows);
         let warnings = run.solver.finish().expect("is prepared").warnings;
-        let torn = warnings.iter().find(|w| w.starts_with("rupture at")).expect("tears");
+        let torn = warnings.iter().find(|w| w.code == code::RUPTURE).expect("tears");
         let force: f64 =
-            torn.split("under ").nth(1).and_then(|w| w.split(' ').next()).unwrap().parse().unwrap();
+            torn.message.split("under ").nth(1).and_then(|w| w.split(' ').next()).unwrap().parse().unwrap();
         assert!((5e4..5e4 * 1.002).contains(&force), "{torn}");
         assert!(points[rows - 1].load > 1e5, "and goes on: {points:?}");
     }

@@ -271,7 +271,11 @@ curve = [[0.001, 1e3]]
 mass = 1.0
 "#;
     let mut solver = FemSolver::new(&scene(text), &Options { out: None, shortcuts: true }).unwrap();
-    let message =
-        solver.prepare(&Default::default(), &mut |_| Ok(())).map(|_| ()).expect_err("it falls").message;
+    let message = solver
+        .prepare(&Default::default(), &mut |_| Ok(()))
+        .map(|_| ())
+        .expect_err("it falls")
+        .diagnostic
+        .message;
     assert!(message.contains("does not come to rest: node 1"), "{message}");
 }

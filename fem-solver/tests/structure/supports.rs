@@ -293,8 +293,16 @@ fn supports_that_no_one_can_mean_are_refused() {
 
 #[test]
 fn releases_after_the_end_and_angles_in_degrees_are_warned_of() {
-    let warned =
-        |text: &str| FemSolver::new(&scene(text), &Options::default()).unwrap().model().warnings.join("\n");
+    let warned = |text: &str| {
+        FemSolver::new(&scene(text), &Options::default())
+            .unwrap()
+            .model()
+            .warnings
+            .iter()
+            .map(ToString::to_string)
+            .collect::<Vec<_>>()
+            .join("\n")
+    };
     assert!(
         warned(&rope(SCHEMES[0]).replace("= 0.1 }", "= 100.0 }")).contains("the run ends at end_time = 1 s")
     );

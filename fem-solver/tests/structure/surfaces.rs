@@ -183,7 +183,7 @@ fn quadrilaterals_of_shell_are_split_and_that_is_said() {
     let scene = from_file(dir.path(), FILES[1], skin);
     let report = fem_solver::solver::check::check(&scene).expect("a scene");
     let said = report.warnings.iter().any(|w| {
-        w == "part `skin`: 2 quadrilaterals of shell are split into two triangles each, along the shorter diagonal"
+        w.message == "part `skin`: 2 quadrilaterals of shell are split into two triangles each, along the shorter diagonal"
     });
     assert!(said, "{:?}", report.warnings);
     let solver = FemSolver::new(&scene, &Options::default()).unwrap_or_else(|e| panic!("{e}"));

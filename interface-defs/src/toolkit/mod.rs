@@ -47,6 +47,7 @@ pub mod program;
 pub mod progress;
 pub mod provenance;
 pub mod recorder;
+pub mod ranges;
 pub mod run_dir;
 pub mod scene;
 pub mod schema;

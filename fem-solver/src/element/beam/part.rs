@@ -3,13 +3,12 @@
 use super::Beam;
 use crate::element::cable_properties::CableConfig;
 use crate::element::part::{NewElements, PartCell, PartSettings, StatedSection, part};
-use crate::read::mesh::Kind;
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::Vector3;
 
 part! {
     /// Beams between two nodes, with rotations.
-    BeamPart {
+    BeamPart: "beams", (2, 2) nodes, Line2 {
         /// Young's modulus [Pa].
         young: f64,
         /// Shear modulus [Pa]. Default `young / 2.6`.
@@ -32,18 +31,6 @@ part! {
 }
 
 impl PartSettings for BeamPart {
-    fn plural(&self) -> &'static str {
-        "beams"
-    }
-
-    fn nodes(&self) -> (usize, usize) {
-        (2, 2)
-    }
-
-    fn takes(&self, kind: Kind) -> bool {
-        kind == Kind::Line2
-    }
-
     fn turns_without_inertia(&self) -> bool {
         self.density <= 0.0
     }

@@ -6,13 +6,12 @@ use crate::element::cable_properties::CableConfig;
 use crate::element::part::{
     Key, NewElements, PartCell, PartSettings, StatedSection, Surroundings, is_zero, part,
 };
-use crate::read::mesh::Kind;
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::{Vector2, Vector3};
 
 part! {
     /// Triangles and quadrilaterals of membrane.
-    MembranePart {
+    MembranePart: "membranes", (3, 4) nodes, Tri3 | Quad4 {
         /// Thickness [m].
         thickness: f64,
         /// Density [kg/m3].
@@ -75,18 +74,6 @@ impl MembranePart {
 }
 
 impl PartSettings for MembranePart {
-    fn plural(&self) -> &'static str {
-        "membranes"
-    }
-
-    fn nodes(&self) -> (usize, usize) {
-        (3, 4)
-    }
-
-    fn takes(&self, kind: Kind) -> bool {
-        matches!(kind, Kind::Tri3 | Kind::Quad4)
-    }
-
     fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), Diagnostic> {
         let key = cell.key;
         key.positive("thickness", self.thickness, "m")?;
@@ -128,7 +115,7 @@ impl PartSettings for MembranePart {
         Some(StatedSection { young, density, ..StatedSection::default() })
     }
 
-    fn judge(&self, at: &Surroundings) -> Result<Vec<String>, Diagnostic> {
+    fn judge(&self, at: &Surroundings) -> Result<Vec<Diagnostic>, Diagnostic> {
         check_thickness(at, self.thickness)
     }
 }
@@ -137,7 +124,7 @@ impl PartSettings for MembranePart {
 pub(in crate::element) fn check_thickness(
     at: &Surroundings,
     thickness: f64,
-) -> Result<Vec<String>, Diagnostic> {
+) -> Result<Vec<Diagnostic>, Diagnostic> {
     if at.size > 0.0 && thickness > at.size {
         return Err(at.too_long("thickness", thickness, "its triangles have sides of", at.size));
     }

@@ -3,12 +3,11 @@
 use super::{Mechanism, Ring};
 use crate::element::cable_properties::CableConfig;
 use crate::element::part::{NewElements, PartCell, PartSettings, StatedSection, Surroundings, part};
-use crate::read::mesh::Kind;
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::diagnostic::{Diagnostic, code};
 
 part! {
     /// Rings of a ring net, by their 3 or 4 points of contact, around.
-    RingPart {
+    RingPart: "rings", (3, 4) nodes, Tri3 | Quad4 {
         /// Diameter of the ring [m].
         diameter: f64,
         /// Stiffness of its perimeter, beyond its length [N/m].
@@ -31,18 +30,6 @@ fn unloading() -> [f64; 2] {
 }
 
 impl PartSettings for RingPart {
-    fn plural(&self) -> &'static str {
-        "rings"
-    }
-
-    fn nodes(&self) -> (usize, usize) {
-        (3, 4)
-    }
-
-    fn takes(&self, kind: Kind) -> bool {
-        matches!(kind, Kind::Tri3 | Kind::Quad4)
-    }
-
     fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), Diagnostic> {
         let (key, nodes) = (cell.key, cell.nodes);
         key.positive("diameter", self.diameter, "m")?;
@@ -78,14 +65,15 @@ impl PartSettings for RingPart {
         Some(StatedSection { radius: self.radius, ..StatedSection::default() })
     }
 
-    fn judge(&self, at: &Surroundings) -> Result<Vec<String>, Diagnostic> {
+    fn judge(&self, at: &Surroundings) -> Result<Vec<Diagnostic>, Diagnostic> {
         let (diameter, size) = (self.diameter, at.size);
         if size > 0.0 && diameter > 20.0 * size {
             return Err(at.too_long("diameter", diameter, "its nodes lie within", size));
         }
         if size > 0.0 && !(0.5..=2.0).contains(&(diameter / size)) {
-            let key = &at.key.key;
-            return Ok(vec![format!("{key}.diameter: {diameter} m, and its nodes lie {size:.4} m apart")]);
+            let what = format!("{diameter} m, and its nodes lie {size:.4} m apart");
+            let about = Diagnostic::warning(code::UNUSUAL_VALUE, what);
+            return Ok(vec![about.about(format!("{}.diameter", at.key.key))]);
         }
         Ok(Vec::new())
     }

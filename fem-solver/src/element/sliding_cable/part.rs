@@ -3,13 +3,12 @@
 use super::{Memory, SlidingCable};
 use crate::element::cable_properties::CableConfig;
 use crate::element::part::{NewElements, PartCell, PartSettings, StatedSection, is_zero, part};
-use crate::read::mesh::Kind;
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::Vector3;
 
 part! {
     /// Ropes that slide over all of their nodes but the ends; lines of a mesh that follow each other are one rope.
-    SlidingCablePart {
+    SlidingCablePart: "sliding cables", (2, usize::MAX) nodes, Line2 | Row {
         /// Young's modulus [Pa].
         young: f64,
         /// Section [m2].
@@ -32,18 +31,6 @@ part! {
 }
 
 impl PartSettings for SlidingCablePart {
-    fn plural(&self) -> &'static str {
-        "sliding cables"
-    }
-
-    fn nodes(&self) -> (usize, usize) {
-        (2, usize::MAX)
-    }
-
-    fn takes(&self, kind: Kind) -> bool {
-        matches!(kind, Kind::Line2 | Kind::Row)
-    }
-
     fn joins_lines(&self) -> bool {
         true
     }

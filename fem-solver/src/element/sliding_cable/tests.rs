@@ -1,5 +1,5 @@
 use super::*;
-use crate::element::checks::{Case, random};
+use crate::element::tests::checks::{Case, random};
 
 fn rope(points: &[Vector3<f64>], stretch: f64, friction: f64) -> SlidingCable {
     let spans: Vec<_> = points.windows(2).map(|p| p[1] - p[0]).collect();

@@ -1,6 +1,7 @@
 //! What a run did.
 
 use crate::model::Model;
+use interface_defs::diagnostic::{Diagnostic, code};
 use serde::{Deserialize, Serialize};
 
 /// Work that was done, iterations of windows included, and windows that were skipped.
@@ -47,28 +48,31 @@ impl Counts {
     }
 
     /// What the user should know of them; in `load_steps` of statics, or in steps of the scene.
-    pub fn warnings(&self, model: &Model, load_steps: bool) -> Vec<String> {
+    pub fn warnings(&self, model: &Model, load_steps: bool) -> Vec<Diagnostic> {
         let mut warnings = Vec::new();
         if self.refined > 0 {
-            warnings.push(format!(
+            let what = format!(
                 "Newton failed in {} windows, iterations of the coupling included: they were begun anew with shorter steps",
                 self.refined
-            ));
+            );
+            warnings.push(Diagnostic::warning(code::NOT_CONVERGED, what));
         }
         if self.late > 0.0 {
-            warnings.push(format!(
-                "a step ended with {:.4} times the strength of what broke in it: loads grew too much in one step; shorten {}",
-                self.late,
-                if load_steps { "fem.load_steps.first" } else { "fem.time_step" }
-            ));
+            let key = if load_steps { "fem.load_steps.first" } else { "fem.time_step" };
+            let what = format!(
+                "a step ended with {:.4} times the strength of what broke in it: loads grew too much in one step",
+                self.late
+            );
+            warnings.push(Diagnostic::warning(code::TRUST, what).about(key).try_instead("shorten it"));
         }
         if let Some(dof) = self.unstable_at {
-            warnings.push(format!(
+            let what = format!(
                 "the tangent was not positive at the end of {} steps (slack, or close to buckling; the first pivot at {}): it was \
                  shifted, which slows Newton down and leaves its answer as it is",
                 self.unstable,
                 model.dof_name(dof)
-            ));
+            );
+            warnings.push(Diagnostic::warning(code::GEOMETRY, what));
         }
         warnings
     }

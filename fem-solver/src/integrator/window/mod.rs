@@ -9,7 +9,7 @@ mod report;
 mod retry;
 
 pub use self::counts::Counts;
-pub use self::kept::KeptWindows;
+pub use self::kept::{KeptWindows, other_structure};
 use crate::config::Config;
 use crate::config::fem::AtBranch;
 use crate::config::scheme::Scheme;

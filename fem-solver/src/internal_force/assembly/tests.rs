@@ -1,6 +1,6 @@
 use super::*;
 use crate::config::Config;
-use crate::element::checks::random;
+use crate::element::tests::checks::random;
 use interface_defs::toolkit::scene::Scene;
 
 /// A net whose rows are longer than a block, of rings that break.

@@ -13,7 +13,7 @@ mod pull;
 pub mod rings;
 mod scattered;
 
-use self::pull::{Pull, WIDEST};
+use self::pull::pull_runs;
 use self::scattered::Scattered;
 use crate::element::Cable;
 use crate::linear_algebra::lanes::{add_to, subtract_from, sum_of, wide};
@@ -118,13 +118,7 @@ impl Kernel {
             kernel.tiles.push(Tile { nodes, runs: first..kernel.runs.len(), reach });
         }
         let longest = kernel.runs.iter().map(|r| r.cables.len()).max().unwrap_or(0);
-        // Room for what the widest registers write beyond the end of a run.
-        kernel.pull = [0, 1, 2].map(|_| vec![0.0; longest + WIDEST]);
-        for constants in
-            kernel.span2.iter_mut().chain([&mut kernel.square, &mut kernel.q0, &mut kernel.slope])
-        {
-            constants.resize(constants.len() + WIDEST, 0.0);
-        }
+        kernel.pull = [0, 1, 2].map(|_| vec![0.0; longest]);
         kernel.scalar = vec![0.0; longest];
         for i in 0..kernel.runs.len() {
             kernel.runs[i].alike = kernel.alike(&kernel.runs[i].cables);
@@ -220,7 +214,7 @@ impl Kernel {
         let [x, y, z] = &self.span2;
         let constants = [x, y, z, &self.square, &self.q0, &self.slope].map(|of| &of[..]);
         let (nodes, spare) = (self.node_count, &mut self.pull);
-        pulp::Arch::new().dispatch(Pull { runs, constants, u, force, nodes, spare })
+        pull_runs(runs, constants, u, force, nodes, spare)
     }
 
     /// Add the pull of the cables over a step from `before` to `after` to `force`: the mean stress
@@ -432,7 +426,7 @@ mod tests {
         let (mut cables, n, u) = case();
         // Each node gets another number, without a pattern.
         let mut numbers: Vec<usize> = (0..n).collect();
-        let mut noise = crate::element::checks::random(5);
+        let mut noise = crate::element::tests::checks::random(5);
         (1..n).rev().for_each(|i| numbers.swap(i, ((noise() + 0.5) * (i + 1) as f64) as usize));
         let to = |i: usize| numbers[i];
         let mut rows = Kernel::new(&cables, n);

@@ -6,7 +6,7 @@
 use super::line::Line;
 use crate::config::generator::{Barrier, Side};
 use crate::read::heights::Heights;
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::{Vector2, Vector3};
 
@@ -35,7 +35,7 @@ pub struct Site {
     /// Two anchors in the slope for each post [m].
     pub upslope: Vec<[Vector3<f64>; 2]>,
     /// What the user should know.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Diagnostic>,
 }
 
 impl Site {
@@ -227,7 +227,7 @@ fn left(way: Vector2<f64>) -> Vector2<f64> {
 }
 
 /// Fields whose bottom rope, straight from foot to foot, the ground leaves far above or below it.
-fn off_ground(ground: &Heights, feet: &[Vector3<f64>]) -> Vec<String> {
+fn off_ground(ground: &Heights, feet: &[Vector3<f64>]) -> Vec<Diagnostic> {
     let mut warnings = Vec::new();
     for (k, pair) in feet.windows(2).enumerate() {
         let over = (1..LOOKS).filter_map(|look| {
@@ -238,15 +238,15 @@ fn off_ground(ground: &Heights, feet: &[Vector3<f64>]) -> Vec<String> {
         if let Some((over, at)) = most.filter(|(over, _)| over.abs() > OFF_GROUND) {
             let (where_to, so) =
                 if over > 0.0 { ("above", "the net hangs in it") } else { ("below", "rocks may pass there") };
-            warnings.push(format!(
-                "structure.generator.line: between posts {} and {} the ground lies {:.2} m {where_to} the bottom rope, at x = {:.2}, \
-                 y = {:.2} m: {so}",
+            let what = format!(
+                "between posts {} and {} the ground lies {:.2} m {where_to} the bottom rope, at x = {:.2}, y = {:.2} m: {so}",
                 k + 1,
                 k + 2,
                 over.abs(),
                 at.x,
                 at.y
-            ));
+            );
+            warnings.push(Diagnostic::warning(code::PLACE, what).about("structure.generator.line"));
         }
     }
     warnings

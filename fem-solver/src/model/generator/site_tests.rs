@@ -149,7 +149,7 @@ fn ground_far_above_or_below_the_bottom_rope_is_reported() {
         let warnings = made(&table, Some(&text)).expect("valid").mesh.warnings;
         assert_eq!(warnings.len(), 2, "{warnings:?}");
         // Bilinear between points 1 m apart: the crest at 5 m is one of them.
-        assert!(warnings[0].contains(&format!("0.80 m {so} the bottom rope")), "{warnings:?}");
+        assert!(warnings[0].message.contains(&format!("0.80 m {so} the bottom rope")), "{warnings:?}");
     }
 }
 

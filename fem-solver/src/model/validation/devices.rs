@@ -1,18 +1,14 @@
 //! Parts against the structure that they are in.
 
+use super::Judge;
 use crate::config::Config;
 use crate::element::part::{Key, Surroundings};
 use crate::model::{Model, Part};
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::scene::Scene;
 
 /// Every part against the structure that it is in.
-pub fn judge(
-    scene: &Scene,
-    config: &Config,
-    model: &Model,
-    warnings: &mut Vec<String>,
-) -> Result<(), Diagnostic> {
+pub(super) fn judge(at: &mut Judge) -> Result<(), Diagnostic> {
+    let Judge { scene, config, model, ref mut warnings } = *at;
     let extent = model.extent();
     for (i, (part, built)) in config.structure.parts.iter().zip(&model.parts).enumerate() {
         let key = Key { scene, key: format!("structure.parts.{i}") };

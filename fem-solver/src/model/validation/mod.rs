@@ -1,5 +1,5 @@
 //! What can be known of a structure before it is computed: numbers in other units than SI, sections that do not fit their
-//! elements, strengths below what acts from the start. An error where no one can mean it, else a warning.
+//! elements, strengths below what acts from the start. Error: certainly wrong. Warning: possible, but unusual.
 
 mod devices;
 pub mod supports;
@@ -8,7 +8,8 @@ use crate::config::Config;
 use crate::element::cable_properties::Stated;
 use crate::element::part::StatedSection;
 use crate::model::Model;
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::diagnostic::{Code, Diagnostic, code};
+use interface_defs::toolkit::ranges::{Band, Gate};
 use interface_defs::toolkit::scene::Scene;
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -20,30 +21,76 @@ const SHORTEST: f64 = 0.01;
 /// Nodes closer than this, relative to the extent, are at one place.
 const SAME_PLACE: f64 = 1e-9;
 
-/// Strain by a prestress of which no one could see anything.
+/// Strain by a prestress that changes nothing.
 const SLACK: f64 = 1e-6;
 /// Strain from which on a prestress below 0 is more likely to be a tension with the wrong sign.
 const LOOSE: f64 = 5e-3;
-/// Stress that no wire bears [Pa].
-const STRONGEST: f64 = 1e10;
 /// Least density of metals [kg/m3], and a modulus that is below all of theirs [Pa].
 const METAL: f64 = 2000.0;
 const SOFTEST_METAL: f64 = 1e9;
+/// Modulus of rubber at most [Pa].
+const RUBBER: f64 = 3e5;
+const ALL_ABOVE: f64 = f64::INFINITY;
 
-/// Judge `model`. What someone might mean goes into its warnings.
+const YOUNG: Gate = Gate {
+    key: "young",
+    unit: "Pa",
+    hint: "210 GPa of steel is 2.1e11, a wire rope has 1e11",
+    bands: &[
+        Band::wrong(-ALL_ABOVE..1e3, "is too soft: no solid is that soft"),
+        Band::likely(1e3..RUBBER, "is softer than rubber, which has 1e6", "MPa", 1e6),
+        Band::unusual(2e12..ALL_ABOVE, "is stiffer than diamond (1.2e12)"),
+    ],
+};
+/// Of parts with the density of a metal.
+const YOUNG_OF_METAL: Gate = Gate {
+    bands: &[Band::likely(
+        RUBBER..SOFTEST_METAL,
+        "is softer than plastic, and the density is that of a metal",
+        "kPa",
+        1e3,
+    )],
+    ..YOUNG
+};
+const DENSITY: Gate = Gate {
+    key: "density",
+    unit: "kg/m3",
+    hint: "steel has 7850 (7.85 g/cm3, 7.85e-9 t/mm3)",
+    bands: &[
+        Band::wrong(f64::MIN_POSITIVE..0.01, "is lighter than air"),
+        Band::likely(0.01..30.0, "is that of a foam", "g/cm3", 1e3),
+        Band::unusual(3e4..1e6, "is heavier than any metal (osmium has 22600)"),
+        Band::wrong(1e6..ALL_ABOVE, "is heavier than anything"),
+    ],
+};
+const PRESTRESS: Gate = Gate {
+    key: "prestress",
+    unit: "Pa",
+    hint: "it is a stress: 100 MPa is 1e8, a force is divided by the area",
+    bands: &[Band::unusual(1e10..ALL_ABOVE, "is more than any wire bears (2e9 Pa)")],
+};
+
+/// A structure that is judged, and what is said of it.
+struct Judge<'a> {
+    scene: &'a Scene,
+    config: &'a Config,
+    model: &'a Model,
+    warnings: &'a mut Vec<Diagnostic>,
+}
+
+/// Judge `model`. What is possible, but unusual goes into its warnings.
 pub fn judge(scene: &Scene, config: &Config, model: &mut Model) -> Result<(), Diagnostic> {
     let mut warnings = Vec::new();
-    judge_extent(scene, config, model, &mut warnings)?;
+    let mut at = Judge { scene, config, model, warnings: &mut warnings };
+    judge_extent(&mut at)?;
     for section in sections(config, model) {
-        let mut judge = Judge { scene, section: &section, warnings: &mut warnings };
+        let mut judge = SectionJudge { scene, section: &section, warnings: at.warnings };
         judge.material()?;
         judge.shape()?;
         judge.strength()?;
     }
-    devices::judge(scene, config, model, &mut warnings)?;
-    supports::judge(scene, config, model, &mut warnings)?;
-    supports::judge_gravity(scene, config, &mut warnings);
-    supports::judge_damping(config, &mut warnings);
+    devices::judge(&mut at)?;
+    supports::judge(&mut at)?;
     warnings.extend(twins(model));
     model.warnings.extend(warnings);
     Ok(())
@@ -91,86 +138,38 @@ fn sections(config: &Config, model: &Model) -> Vec<StatedSection> {
 }
 
 /// Judges one section.
-struct Judge<'a> {
+struct SectionJudge<'a> {
     scene: &'a Scene,
     section: &'a StatedSection,
-    warnings: &'a mut Vec<String>,
+    warnings: &'a mut Vec<Diagnostic>,
 }
 
-impl Judge<'_> {
-    fn error(&self, name: &str, what: String, cure: &str) -> Diagnostic {
-        self.scene.invalid(&format!("{}.{name}", self.section.key), what).try_instead(cure)
+impl SectionJudge<'_> {
+    fn error(&self, name: &str, what: String, hint: &str) -> Diagnostic {
+        self.scene.invalid(&format!("{}.{name}", self.section.key), what).try_instead(hint)
     }
 
-    fn warn(&mut self, name: &str, what: String) {
-        self.warnings.push(format!("{}.{name}: {what}", self.section.key));
+    fn warn(&mut self, code: Code, name: &str, what: String, hint: &str) {
+        self.warnings.push(warning(code, format!("{}.{name}", self.section.key), what, hint));
+    }
+
+    fn pass(&mut self, gate: &Gate, value: Option<f64>) -> Result<(), Diagnostic> {
+        match value {
+            Some(value) => gate.pass(self.scene, &self.section.key, value, self.warnings),
+            None => Ok(()),
+        }
     }
 
     /// Modulus and density.
     fn material(&mut self) -> Result<(), Diagnostic> {
-        if let Some(young) = self.section.young {
-            if young < 1e3 {
-                let what = format!("young is {young} Pa: no solid is that soft");
-                return Err(self.error(
-                    "young",
-                    what,
-                    "pascals: 210 GPa of steel is 2.1e11, a wire rope has 1e11",
-                ));
-            }
-            if (5e4..=3e5).contains(&young) {
-                self.warn(
-                    "young",
-                    format!(
-                        "{young} Pa is softer than rubber; in MPa it would be a metal's: write {:e}",
-                        1e6 * young
-                    ),
-                );
-            }
-            if young < 5e4 {
-                self.warn(
-                    "young",
-                    format!(
-                        "{young} Pa is softer than rubber, which has 1e6; in MPa it would be {:e} Pa",
-                        1e6 * young
-                    ),
-                );
-            }
-            let dense = self.section.density.is_some_and(|d| d >= METAL);
-            // What is stretched to more than its double by its prestress alone is no material, but a stiffness by prestress.
-            let stretched = self.section.prestress.is_some_and(|stress| stress >= young);
-            if dense && young > 3e5 && young < SOFTEST_METAL && !stretched {
-                self.warn(
-                    "young",
-                    format!(
-                        "{young:e} Pa is softer than plastic, and {} kg/m3 is a metal's density; in kPa it would be {:e} Pa",
-                        self.section.density.unwrap_or_default(),
-                        1e3 * young
-                    ),
-                );
-            }
-            if young > 2e12 {
-                self.warn(
-                    "young",
-                    format!("{young:e} Pa is stiffer than diamond (1.2e12); steel has 2.1e11"),
-                );
-            }
+        let (young, density) = (self.section.young, self.section.density);
+        self.pass(&YOUNG, young)?;
+        // What its prestress alone makes longer than its double is no material, but a stiffness by prestress.
+        let stretched = self.section.prestress.zip(young).is_some_and(|(stress, young)| stress >= young);
+        if density.is_some_and(|d| d >= METAL) && !stretched {
+            self.pass(&YOUNG_OF_METAL, young)?;
         }
-        let Some(density) = self.section.density.filter(|d| *d > 0.0) else { return Ok(()) };
-        let steel = "kilograms per cubic metre: steel has 7850 (7.85 g/cm3, 7.85e-9 t/mm3)";
-        if !(0.01..=1e6).contains(&density) {
-            let than = if density < 1.0 { "lighter than air" } else { "heavier than anything" };
-            return Err(self.error("density", format!("density is {density} kg/m3: {than}"), steel));
-        }
-        if density < 30.0 {
-            self.warn("density", format!("{density} kg/m3 is that of a foam; {steel}"));
-        }
-        if density > 3e4 {
-            self.warn(
-                "density",
-                format!("{density} kg/m3 is heavier than any metal (osmium has 22600); {steel}"),
-            );
-        }
-        Ok(())
+        self.pass(&DENSITY, density)
     }
 
     /// Area, moments of inertia and radius, against each other and the length of the elements.
@@ -185,10 +184,8 @@ impl Judge<'_> {
             return Err(self.error("radius", what, "metres: 8 mm is 0.008"));
         }
         if radius > 0.2 * longest {
-            self.warn(
-                "radius",
-                format!("{radius} m beside elements of {longest:.4} m at most; 8 mm is 0.008"),
-            );
+            let what = format!("{radius} m beside elements of {longest:.4} m at most");
+            self.warn(code::LIKELY_UNIT, "radius", what, "8 mm is 0.008");
         }
         let Some(area) = self.section.area else { return Ok(()) };
         let (width, beam) = (2.0 * (area / PI).sqrt(), self.section.inertia.is_some());
@@ -199,26 +196,19 @@ impl Judge<'_> {
             return Err(self.error("area", what, "square metres: 240 mm2 is 2.4e-4"));
         }
         if width > if beam { longest } else { 0.1 * longest.max(1.0) } {
-            self.warn("area", format!("{what}; 240 mm2 is 2.4e-4"));
+            self.warn(code::LIKELY_UNIT, "area", what, "240 mm2 is 2.4e-4");
         }
         if radius > 0.0 && !beam && (1.9..=2.1).contains(&(radius / (0.5 * width))) {
-            self.warn(
-                "radius",
-                format!(
-                    "{radius} m is twice the radius of a rod of the section, {area} m2: is it the diameter? Then write {:?}",
-                    0.5 * radius
-                ),
-            );
+            let what = format!("{radius} m is twice the radius of a rod of the section, {area} m2");
+            let hint = format!("is it the diameter? Then write {:?}", 0.5 * radius);
+            self.warn(code::UNUSUAL_VALUE, "radius", what, &hint);
         }
         if radius > 0.0 && !beam && (area > 1.2 * PI * radius * radius || PI * radius * radius > 50.0 * area)
         {
-            self.warn(
-                "radius",
-                format!(
-                    "a contact sees {radius} m, and the section of {area} m2 alone has {:.2e} m",
-                    0.5 * width
-                ),
-            );
+            let rod = 0.5 * width;
+            let what =
+                format!("a contact sees {radius} m, and the section of {area} m2 alone has {rod:.2e} m");
+            self.warn(code::UNUSUAL_VALUE, "radius", what, "");
         }
         for inertia in self.section.inertia.unwrap_or_default() {
             let gyration = (inertia / area).sqrt();
@@ -226,60 +216,46 @@ impl Judge<'_> {
                 "inertia is {inertia} m4 with an area of {area} m2: a radius of gyration of {gyration:.2e} m, of a beam \
                  of {longest:.4} m"
             );
+            let hint = "metres to the fourth: 2490 cm4 (HE 160 B) is 2.49e-5";
             if gyration > longest {
-                return Err(self.error(
-                    "inertia",
-                    what,
-                    "metres to the fourth: 2490 cm4 (HE 160 B) is 2.49e-5",
-                ));
+                return Err(self.error("inertia", what, hint));
             }
             if beam && (gyration > 0.2 * longest || gyration < 0.01 * width) {
-                self.warn("inertia", format!("{what}; 2490 cm4 (HE 160 B) is 2.49e-5"));
+                self.warn(code::LIKELY_UNIT, "inertia", what, hint);
             }
         }
         Ok(())
     }
 
     /// Prestress, against the modulus.
-    fn prestress(&mut self) {
-        let (Some(stress), Some(young)) = (self.section.prestress, self.section.strained) else { return };
+    fn prestress(&mut self) -> Result<(), Diagnostic> {
+        let (Some(stress), Some(young)) = (self.section.prestress, self.section.strained) else {
+            return Ok(());
+        };
         let strain = stress / young;
         if stress != 0.0 && strain.abs() < SLACK {
-            self.warn(
-                "prestress",
-                format!(
-                    "{stress} Pa strains it by {strain:.1e} only (young is {young:e} Pa), which changes nothing; were it in MPa, \
-                     it would be {:e} Pa",
-                    1e6 * stress
-                ),
+            let what = format!(
+                "{stress} Pa strains it by {strain:.1e} only (young is {young:e} Pa), which changes nothing"
             );
-        }
-        if stress > STRONGEST {
-            self.warn(
-                "prestress",
-                format!("{stress:e} Pa is more than any wire bears (2e9 Pa); it is a stress: 100 MPa is 1e8, a force is divided by the area"),
-            );
+            let hint = format!("were it in MPa, it would be {:e} Pa", 1e6 * stress);
+            self.warn(code::LIKELY_UNIT, "prestress", what, &hint);
         }
         if strain <= -LOOSE {
-            self.warn(
-                "prestress",
-                format!(
-                    "{stress:e} Pa makes it {:.1} % longer than the distance of its nodes, as below 0 is slack; a tension is above 0",
-                    -100.0 * strain
-                ),
-            );
+            let longer = -100.0 * strain;
+            let what = format!("{stress:e} Pa makes it {longer:.1} % longer than the distance of its nodes");
+            self.warn(code::UNUSUAL_VALUE, "prestress", what, "below 0 is slack, a tension is above 0");
         }
+        self.pass(&PRESTRESS, Some(stress))
     }
 
     /// Strength, against prestress and what a section of its size carries.
     fn strength(&mut self) -> Result<(), Diagnostic> {
         if let Some(strain) = self.section.rupture_strain.filter(|s| *s > 1.0) {
-            self.warn(
-                "rupture_strain",
-                format!("{strain} is a strain, no percentage: {strain} % is {}", 0.01 * strain),
-            );
+            let hint = format!("{strain} % is {}", 0.01 * strain);
+            let what = format!("{strain} is a strain, no percentage");
+            self.warn(code::LIKELY_UNIT, "rupture_strain", what, &hint);
         }
-        self.prestress();
+        self.prestress()?;
         let (Some(force), Some(area)) = (self.section.rupture_force, self.section.area) else {
             return Ok(());
         };
@@ -294,25 +270,19 @@ impl Judge<'_> {
         let strength = force / area;
         if !(5e6..=1e10).contains(&strength) {
             let than = if strength < 5e6 { "weaker than wood" } else { "stronger than any wire" };
-            self.warn(
-                "rupture_force",
-                format!("{force} N on {area} m2 is a strength of {strength:.1e} Pa, {than}; 300 kN is 3e5"),
-            );
+            let what = format!("{force} N on {area} m2 is a strength of {strength:.1e} Pa, {than}");
+            self.warn(code::LIKELY_UNIT, "rupture_force", what, "300 kN is 3e5");
         }
         Ok(())
     }
 }
 
-fn judge_extent(
-    scene: &Scene,
-    config: &Config,
-    model: &Model,
-    warnings: &mut Vec<String>,
-) -> Result<(), Diagnostic> {
+fn judge_extent(at: &mut Judge) -> Result<(), Diagnostic> {
+    let Judge { scene, config, model, ref mut warnings } = *at;
     let table = &config.structure;
     if model.nodes.is_empty() {
         let what = "no element of the mesh becomes anything: the structure is empty";
-        return Err(scene.invalid("structure.mesh", what).try_instead(
+        return Err(scene.invalid("structure.mesh", what).coded(code::GEOMETRY).try_instead(
             "save the lines of the mesh too (in Gmsh: physical groups for curves), and write parts or [structure.cable]",
         ));
     }
@@ -332,16 +302,16 @@ fn judge_extent(
     }
     let key = if table.nodes.is_empty() { key } else { "structure.nodes" };
     if extent > LONGEST[1] {
-        warnings.push(format!("{key}: {what}: are these centimetres or millimetres? {cure}"));
-    }
-    if model.nodes.len() > 1 && extent < SHORTEST {
-        warnings.push(format!("{key}: {what}: its coordinates count in metres"));
+        let hint = format!("are these centimetres or millimetres? {cure}");
+        warnings.push(warning(code::LIKELY_UNIT, key, what, &hint));
+    } else if model.nodes.len() > 1 && extent < SHORTEST {
+        warnings.push(warning(code::LIKELY_UNIT, key, what, "its coordinates count in metres"));
     }
     Ok(())
 }
 
 /// Nodes at one place: a mesh whose parts were not joined falls apart there.
-fn twins(model: &Model) -> Option<String> {
+fn twins(model: &Model) -> Option<Diagnostic> {
     let step = (SAME_PLACE * model.extent()).max(f64::MIN_POSITIVE);
     let mut seen: HashMap<[i64; 3], usize> = HashMap::with_capacity(model.node_count());
     let mut pairs = Vec::new();
@@ -355,11 +325,17 @@ fn twins(model: &Model) -> Option<String> {
         }
     }
     let (a, b) = *pairs.first()?;
-    Some(format!(
-        "structure: {} nodes lie where another one does, first node {} and node {}: elements that end there are not connected; join \
-         them (in Gmsh: Coherence)",
+    let what = format!(
+        "{} nodes lie where another one does, first node {} and node {}: elements that end there are not connected",
         pairs.len(),
         model.node_name(a),
         model.node_name(b)
-    ))
+    );
+    Some(warning(code::GEOMETRY, "structure", what, "join them (in Gmsh: Coherence)"))
+}
+
+/// A warning about `key`; an empty `hint` is none.
+pub(super) fn warning(code: Code, key: impl Into<String>, what: impl Into<String>, hint: &str) -> Diagnostic {
+    let about = Diagnostic::warning(code, what).about(key);
+    if hint.is_empty() { about } else { about.try_instead(hint) }
 }

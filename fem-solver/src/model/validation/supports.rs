@@ -1,32 +1,57 @@
 //! Supports, loads and gravity: what holds, what moves, what pulls.
 
+use super::{Judge, warning};
 use crate::config::Config;
 use crate::config::scheme::Scheme;
 use crate::config::structure::SupportEntry;
 use crate::model::Model;
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::diagnostic::{Diagnostic, code};
+use interface_defs::toolkit::ranges::{Band, Gate};
 use interface_defs::toolkit::scene::Scene;
+use std::f64::consts::TAU;
 
-/// Motion of a support over the extent of the structure that no one can mean.
+/// Motion of a support over the extent of the structure that is certainly wrong.
 const FARTHEST: f64 = 5.0;
 /// Strain of the stiffest cable by a load, from which on something is said.
 const LONGER: f64 = 0.5;
-/// Mass-proportional damping from which on something is said [1/s].
-const HEAVY: f64 = 1e3;
-/// Angle from which on something is said [rad]: two turns.
-const MOST_TURN: f64 = 4.0 * std::f64::consts::PI;
-/// Speed that no one can mean [m/s]: that of sound in steel.
-const FASTEST: f64 = 5000.0;
 /// End of a motion over that of the run from which on something is said.
 const LATER: f64 = 100.0;
+/// Mass-proportional damping from which on something is said [1/s].
+const HEAVY: f64 = 1e3;
+const ALL_ABOVE: f64 = f64::INFINITY;
+
+const ANGLE: Gate = Gate {
+    key: "turning.angles",
+    unit: "rad",
+    hint: "rows are [t, angle] in s and rad: 90 degrees are 1.5708",
+    bands: &[Band::likely(2.0 * TAU..ALL_ABOVE, "are more than two turns", "degrees", TAU / 360.0)],
+};
+const SPEED: Gate = Gate {
+    key: "velocity",
+    unit: "m/s",
+    hint: "metres per second: 90 km/h is 25.0",
+    bands: &[Band::wrong(5000.0..ALL_ABOVE, "is faster than sound in steel")],
+};
+/// Amount of a pressure.
+const PRESSURE: Gate = Gate {
+    key: "pressure",
+    unit: "Pa",
+    hint: "5 kPa are 5000.0",
+    bands: &[
+        Band::unusual(0.0..f64::MIN_POSITIVE, "load nothing"),
+        Band::unusual(1e7..ALL_ABOVE, "are more than 100 bar"),
+    ],
+};
+const GRAVITY: Gate = Gate {
+    key: "gravity",
+    unit: "m/s2",
+    hint: "on earth it is 9.81: gravity = [0.0, 0.0, -9.81]",
+    bands: &[Band::unusual(50.0..ALL_ABOVE, "is more than five times that of the earth")],
+};
 
 /// Supports that hold nothing, and structures that nothing holds.
-pub fn judge(
-    scene: &Scene,
-    config: &Config,
-    model: &Model,
-    warnings: &mut Vec<String>,
-) -> Result<(), Diagnostic> {
+pub(super) fn judge(at: &mut Judge) -> Result<(), Diagnostic> {
+    let Judge { scene, config, model, .. } = *at;
     let mut used = vec![false; model.node_count()];
     model.cables.iter().flat_map(|c| c.nodes).for_each(|n| used[n] = true);
     model.elements.iter().flat_map(|e| e.nodes()).for_each(|n| used[*n] = true);
@@ -36,15 +61,24 @@ pub fn judge(
         let key = format!("structure.supports.{i}");
         let nodes = model.place(scene, &key, entry.place())?;
         if nodes.iter().all(|n| !used[*n]) {
-            warnings
-                .push(format!("{key}: {key} holds nothing: no element ends at its {} nodes", nodes.len()));
+            let what = format!("{key} holds nothing: no element ends at its {} nodes", nodes.len());
+            at.warnings.push(warning(code::UNUSED_KEY, key, what, ""));
         }
     }
-    judge_motions(scene, config, model, warnings)?;
-    judge_loads(scene, config, model, warnings)?;
-    judge_pressures(config, warnings);
-    judge_histories(scene, config, warnings);
-    judge_velocities(scene, config, model, warnings)?;
+    judge_motions(at)?;
+    judge_loads(at)?;
+    for (i, entry) in config.structure.pressures.iter().enumerate() {
+        PRESSURE.pass(scene, &format!("structure.pressures.{i}"), entry.pressure.abs(), at.warnings)?;
+    }
+    judge_histories(at);
+    judge_gravity(at);
+    let damping = config.structure.damping;
+    if damping > HEAVY {
+        let what = format!("at {damping:e} 1/s a velocity falls to a third within {:.1e} s", 1.0 / damping);
+        let hint = "5 % of critical damping at 10 Hz are 6.3 1/s";
+        at.warnings.push(warning(code::UNUSUAL_VALUE, "structure.damping", what, hint));
+    }
+    judge_velocities(at)?;
     let all_held = (0..model.node_count()).filter(|n| used[*n]).all(|n| model.fully_held(n));
     if all_held && model.moving.is_empty() && model.until.is_empty() && used.contains(&true) {
         let what = format!(
@@ -54,11 +88,12 @@ pub fn judge(
         let key = if config.structure.supports.is_empty() { "structure" } else { "structure.supports" };
         if !scene.has("rock") {
             // Someone may want its reactions alone.
-            warnings.push(format!("{key}: {what}; hold the frame alone"));
+            at.warnings.push(warning(code::GEOMETRY, key, what, "hold the frame alone"));
             return Ok(());
         }
         return Err(scene
             .invalid(key, what)
+            .coded(code::GEOMETRY)
             .try_instead("hold the frame alone, as in supports = [{ group = \"frame\" }]"));
     }
     if !model.held.contains(&true)
@@ -67,24 +102,19 @@ pub fn judge(
         && model.ground.is_empty()
         && model.down.is_some()
     {
-        warnings.push(
-            "structure: nothing holds the structure: it falls; supports = [{ group = \"name of a group\" }]"
-                .into(),
-        );
+        let (what, hint) =
+            ("nothing holds the structure: it falls", "supports = [{ group = \"name of a group\" }]");
+        at.warnings.push(warning(code::GEOMETRY, "structure", what, hint));
     }
     Ok(())
 }
 
 /// Motions of supports that are longer than the structure, or take place after the end.
-fn judge_motions(
-    scene: &Scene,
-    config: &Config,
-    model: &Model,
-    warnings: &mut Vec<String>,
-) -> Result<(), Diagnostic> {
+fn judge_motions(at: &mut Judge) -> Result<(), Diagnostic> {
+    let Judge { scene, config, model, ref mut warnings } = *at;
     let (extent, Ok(end_time)) = (model.extent(), scene.end_time()) else { return Ok(()) };
     for (i, entry) in config.structure.supports.iter().enumerate() {
-        judge_release(entry, i, end_time, warnings);
+        judge_release(scene, entry, i, end_time, warnings)?;
         let key = format!("structure.supports.{i}.motion");
         let furthest = |row: &[f64; 4]| row[1..].iter().map(|u| u * u).sum::<f64>().sqrt();
         let most = entry.motion.iter().map(furthest).fold(0.0, f64::max);
@@ -97,62 +127,60 @@ fn judge_motions(
                 .try_instead("rows are [t, ux, uy, uz] in s and m: 100 mm is 0.1"));
         }
         if let Some(last) = entry.motion.last().map(|row| row[0]).filter(|last| *last > LATER * end_time) {
-            warnings.push(format!(
-                "{key}: it goes on until {last} s, and the run ends at end_time = {end_time} s; rows are [t, ux, uy, uz] in s \
-                 and m: 100 ms is 0.1"
-            ));
+            let what = format!("it goes on until {last} s, and the run ends at end_time = {end_time} s");
+            let hint = "rows are [t, ux, uy, uz] in s and m: 100 ms is 0.1";
+            warnings.push(warning(code::LIKELY_UNIT, key, what, hint));
         }
     }
     Ok(())
 }
 
 /// Supports that let go after the end, and angles in degrees.
-fn judge_release(entry: &SupportEntry, i: usize, end_time: f64, warnings: &mut Vec<String>) {
+fn judge_release(
+    scene: &Scene,
+    entry: &SupportEntry,
+    i: usize,
+    end_time: f64,
+    warnings: &mut Vec<Diagnostic>,
+) -> Result<(), Diagnostic> {
+    let key = format!("structure.supports.{i}");
     if let Some(time) = entry.released_at.filter(|time| *time > end_time) {
-        warnings.push(format!(
-            "structure.supports.{i}.released_at: it lets go at {time} s, and the run ends at end_time = {end_time} s: 100 ms is \
-             0.1"
-        ));
+        let what = format!("it lets go at {time} s, and the run ends at end_time = {end_time} s");
+        warnings.push(warning(code::UNUSED_KEY, format!("{key}.released_at"), what, "100 ms is 0.1"));
     }
     let angles = entry.turning.iter().flat_map(|turning| &turning.angles);
     let most = angles.map(|row| row[1].abs()).fold(0.0, f64::max);
-    if most > MOST_TURN {
-        warnings.push(format!(
-            "structure.supports.{i}.turning.angles: {most} rad are {:.1} turns; rows are [t, angle] in s and rad: 90 degrees \
-             are 1.5708",
-            most / std::f64::consts::TAU
-        ));
-    }
+    ANGLE.pass(scene, &key, most, warnings)
 }
 
 /// Loads that go straight into supports, or stretch cables as nothing is stretched.
-fn judge_loads(
-    scene: &Scene,
-    config: &Config,
-    model: &Model,
-    warnings: &mut Vec<String>,
-) -> Result<(), Diagnostic> {
+fn judge_loads(at: &mut Judge) -> Result<(), Diagnostic> {
+    let Judge { scene, config, model, ref mut warnings } = *at;
     for (i, entry) in config.structure.loads.iter().enumerate() {
         let key = format!("structure.loads.{i}");
         let nodes = model.place(scene, &key, entry.place())?;
         let (force, rigid) = (norm(&entry.force), stiffest(model));
         if model.elements.is_empty() && force > LONGER * rigid && rigid > 0.0 {
-            warnings.push(format!(
-                "{key}.force: {force:e} N would stretch the stiffest cable of the structure to {:.1} times its length; a load of 5 kN \
-                 is 5e3",
+            let what = format!(
+                "{force:e} N would stretch the stiffest cable of the structure to {:.1} times its length",
                 1.0 + force / rigid
-            ));
+            );
+            let hint = "a load of 5 kN is 5e3";
+            warnings.push(warning(code::LIKELY_UNIT, format!("{key}.force"), what, hint));
         }
         let held = |node: &usize| (0..3).all(|c| entry.force[c] == 0.0 || model.held[model.dof(*node, c)]);
-        if entry.moment == [0.0; 3] && entry.force == [0.0; 3] {
-            warnings.push(format!("{key}: force and moment are 0, so it loads nothing"));
+        if entry.moment != [0.0; 3] {
+            continue;
         }
-        if entry.moment == [0.0; 3] && entry.force != [0.0; 3] && !nodes.is_empty() && nodes.iter().all(held)
-        {
-            warnings.push(format!(
-                "{key}: supports hold its {} nodes in the direction of the force, so it moves nothing; name nodes that are free",
+        if entry.force == [0.0; 3] {
+            let what = "force and moment are 0, so it loads nothing";
+            warnings.push(warning(code::UNUSED_KEY, key, what, ""));
+        } else if !nodes.is_empty() && nodes.iter().all(held) {
+            let what = format!(
+                "supports hold its {} nodes in the direction of the force, so it moves nothing",
                 nodes.len()
-            ));
+            );
+            warnings.push(warning(code::UNUSED_KEY, key, what, "name nodes that are free"));
         }
     }
     Ok(())
@@ -167,33 +195,6 @@ fn stiffest(model: &Model) -> f64 {
     model.cables.iter().map(|c| c.young * c.area).fold(0.0, f64::max)
 }
 
-/// Damping that stops whatever moves; loads and steps are judged elsewhere.
-pub fn judge_damping(config: &Config, warnings: &mut Vec<String>) {
-    let damping = config.structure.damping;
-    if damping > HEAVY {
-        warnings.push(format!(
-            "structure.damping: at {damping:e} 1/s a velocity falls to a third within {:.1e} s; 5 % of critical damping at 10 Hz are \
-             6.3 1/s",
-            1.0 / damping
-        ));
-    }
-}
-
-/// Pressure from which on a unit is the likelier meaning [Pa]: 100 bar.
-const HIGH: f64 = 1e7;
-
-/// Pressures that load nothing, or burst whatever is built.
-fn judge_pressures(config: &Config, warnings: &mut Vec<String>) {
-    for (i, entry) in config.structure.pressures.iter().enumerate() {
-        let (key, pressure) = (format!("structure.pressures.{i}.pressure"), entry.pressure);
-        if pressure == 0.0 {
-            warnings.push(format!("{key}: 0 Pa load nothing"));
-        } else if pressure.abs() > HIGH {
-            warnings.push(format!("{key}: {pressure:e} Pa are {:e} bar; 5 kPa are 5000.0", 1e-5 * pressure));
-        }
-    }
-}
-
 /// The histories of all loads, with their keys.
 fn histories(config: &Config) -> impl Iterator<Item = (String, &Vec<[f64; 2]>)> {
     let of = |name: &'static str| move |i: usize| format!("structure.{name}.{i}.history");
@@ -205,98 +206,90 @@ fn histories(config: &Config) -> impl Iterator<Item = (String, &Vec<[f64; 2]>)> 
 
 /// What is said of rows of a history between which no step of `step` [s] ends, of a scheme that takes loads as they are at the
 /// instants where it balances.
-pub fn unseen_rows(config: &Config, step: f64) -> Vec<String> {
+pub fn unseen_rows(config: &Config, step: f64) -> Vec<Diagnostic> {
     if Scheme::of(&config.fem).is_none_or(|scheme| scheme.takes_mean_only()) {
         return Vec::new();
     }
     let unseen = |(key, rows): (String, &Vec<[f64; 2]>)| {
         let close = rows.windows(2).map(|pair| pair[1][0] - pair[0][0]).fold(f64::INFINITY, f64::min);
         (close < step * (1.0 - 1e-9)).then(|| {
-            format!(
-                "{key}: two rows are {close:.3e} s apart and steps are {step:.3e} s long: {} takes a load as it is at single instants, \
-                 what lies between two of them is not seen; write fem.time_step = {close:.1e} or less, or use central_difference",
+            let what = format!(
+                "two rows are {close:.3e} s apart and steps are {step:.3e} s long: {} takes a load as it is at single instants, \
+                 what lies between two of them is not seen",
                 config.fem.integrator.name()
-            )
+            );
+            let hint = format!("write fem.time_step = {close:.1e} or less, or use central_difference");
+            warning(code::TIME_STEP, key, what, &hint)
         })
     };
     histories(config).filter_map(unseen).collect()
 }
 
 /// Histories of loads that do nothing, or nothing before the end.
-fn judge_histories(scene: &Scene, config: &Config, warnings: &mut Vec<String>) {
+fn judge_histories(at: &mut Judge) {
+    let Judge { scene, config, ref mut warnings, .. } = *at;
     let Ok(end_time) = scene.end_time() else { return };
+    let hint = "rows are [t, factor] in s: 100 ms is 0.1";
     for (key, rows) in histories(config) {
         let Some(last) = rows.last().map(|row| row[0]) else { continue };
         // Before the first row the factor is that of the first row.
         let begins_later = rows.first().is_some_and(|row| row[1] == 0.0 && row[0] >= end_time);
         if rows.iter().all(|row| row[1] == 0.0) {
-            warnings.push(format!("{key}: all factors are 0: it loads nothing"));
+            warnings.push(warning(code::UNUSED_KEY, key, "all factors are 0: it loads nothing", ""));
         } else if begins_later {
-            warnings.push(format!(
-                "{key}: it is 0 until {} s, and the run ends at end_time = {end_time} s, so it loads nothing; rows are [t, factor] in s: \
-                 100 ms is 0.1",
+            let what = format!(
+                "it is 0 until {} s, and the run ends at end_time = {end_time} s, so it loads nothing",
                 rows[0][0]
-            ));
+            );
+            warnings.push(warning(code::LIKELY_UNIT, key, what, hint));
         } else if last > LATER * end_time {
-            warnings.push(format!(
-                "{key}: it goes on until {last} s, and the run ends at end_time = {end_time} s; rows are [t, factor] in s: \
-                 100 ms is 0.1"
-            ));
+            let what = format!("it goes on until {last} s, and the run ends at end_time = {end_time} s");
+            warnings.push(warning(code::LIKELY_UNIT, key, what, hint));
         }
     }
 }
 
 /// Velocities that no net has, and those of nodes that are held.
-fn judge_velocities(
-    scene: &Scene,
-    config: &Config,
-    model: &Model,
-    warnings: &mut Vec<String>,
-) -> Result<(), Diagnostic> {
+fn judge_velocities(at: &mut Judge) -> Result<(), Diagnostic> {
+    let Judge { scene, config, model, ref mut warnings } = *at;
     for (i, entry) in config.structure.velocities.iter().enumerate() {
         let key = format!("structure.velocities.{i}");
-        let speed = entry.velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
-        if speed > FASTEST {
-            let what = format!("nodes start at {speed} m/s, faster than sound in steel");
-            return Err(scene
-                .invalid(&format!("{key}.velocity"), what)
-                .try_instead("metres per second: 90 km/h is 25.0"));
-        }
+        let speed = norm(&entry.velocity);
+        SPEED.pass(scene, &key, speed, warnings)?;
         let nodes = model.place(scene, &key, entry.place())?;
         let held =
             |node: &usize| (0..3).all(|c| entry.velocity[c] == 0.0 || model.held_first(model.dof(*node, c)));
         if speed > 0.0 && !nodes.is_empty() && nodes.iter().all(held) {
-            warnings.push(format!(
-                "{key}: supports hold its {} nodes in the direction of the velocity, so they stay at rest",
+            let what = format!(
+                "supports hold its {} nodes in the direction of the velocity, so they stay at rest",
                 nodes.len()
-            ));
+            );
+            warnings.push(warning(code::UNUSED_KEY, key, what, ""));
         }
     }
     Ok(())
 }
 
 /// Whether there is weight; where there are rocks, who computes them judges gravity.
-pub fn judge_gravity(scene: &Scene, config: &Config, warnings: &mut Vec<String>) {
+fn judge_gravity(at: &mut Judge) {
+    let Judge { scene, config, ref mut warnings, .. } = *at;
     if scene.has("rock") || !config.structure.dead_load {
         return;
     }
-    let size = config.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
+    let [x, y, z] = config.gravity;
+    let size = norm(&config.gravity);
     let table = &config.structure;
     let moved = !(table.loads.is_empty() && table.pressures.is_empty() && table.velocities.is_empty());
     if size == 0.0 && !scene.has("gravity") && !moved {
-        warnings.push(
-            "structure: there is no gravity: the structure has no weight; gravity = [0.0, 0.0, -9.81], or structure.dead_load = false"
-                .into(),
+        let (what, hint) = (
+            "there is no gravity: the structure has no weight",
+            "gravity = [0.0, 0.0, -9.81], or structure.dead_load = false",
         );
+        warnings.push(warning(code::UNUSUAL_VALUE, "structure", what, hint));
     }
-    if size > 0.0 && config.gravity[2] > 0.9 * size {
-        warnings.push(format!(
-            "gravity: [{}, {}, {}] points up along z, so the structure hangs upward; usual is gravity = [0.0, 0.0, -9.81]",
-            config.gravity[0], config.gravity[1], config.gravity[2]
-        ));
+    if size > 0.0 && z > 0.9 * size {
+        let what = format!("[{x}, {y}, {z}] points up along z, so the structure hangs upward");
+        warnings.push(warning(code::UNUSUAL_VALUE, "gravity", what, "usual is gravity = [0.0, 0.0, -9.81]"));
     }
-    if size > 50.0 {
-        warnings
-            .push(format!("gravity: it is {size} m/s2, on earth it is 9.81; gravity = [0.0, 0.0, -9.81]"));
-    }
+    warnings.extend(GRAVITY.judge("", size));
 }

@@ -1,6 +1,6 @@
 use super::*;
-use crate::element::checks::random;
 use crate::element::ring::Mechanism;
+use crate::element::tests::checks::random;
 use crate::element::{Answer, Slack};
 use nalgebra::Vector3;
 

@@ -1,8 +1,8 @@
 //! What every element must pass: derivatives, rigid motions, mass, critical step, patch.
 
-use super::turn::{self, TURN};
-use super::{Answer, Element};
 use crate::element::Slack;
+use crate::element::turn::{self, TURN};
+use crate::element::{Answer, Element};
 use nalgebra::{DMatrix, UnitQuaternion, Vector3};
 
 /// Numbers between -1/2 and 1/2, the same each time.

@@ -1,11 +1,11 @@
 //! Patch tests: elements of unlike size and shape in a state of constant strain leave no force at the nodes that they share.
 
-use super::bar::Rupture;
 use super::checks::patch;
-use super::membrane::{Fabric, Membrane};
-use super::sliding_cable::Memory;
-use super::{Bar, Beam, Brake, Element, Shell, SlidingCable};
+use crate::element::bar::Rupture;
 use crate::element::material::Law;
+use crate::element::membrane::{Fabric, Membrane};
+use crate::element::sliding_cable::Memory;
+use crate::element::{Bar, Beam, Brake, Element, Shell, SlidingCable};
 use nalgebra::{Matrix3, UnitQuaternion, Vector2, Vector3};
 
 /// Along this line, at these places.
