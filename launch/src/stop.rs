@@ -29,7 +29,6 @@ impl Stop {
         Self::failed(code::INTERRUPTED, "interrupted")
     }
 
-
     /// Of a run that has ended without being done.
     pub fn of(summary: Summary) -> Self {
         let all = summary.message.unwrap_or_else(|| format!("the run is {}", summary.status.word()));
