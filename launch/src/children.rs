@@ -4,6 +4,7 @@
 //! so that what a child has started ends with it. What is wrong a child of this project says as data, see [`Errors`].
 
 use crate::events::{Event, Events};
+use crate::logs::{self, Log};
 use crate::stop::Stop;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::toolkit::arguments::Input;
@@ -13,7 +14,7 @@ use interface_defs::toolkit::screen;
 use rustix::fs::{MemfdFlags, memfd_create};
 use rustix::process::{Pid, Signal, kill_process_group};
 use std::ffi::OsString;
-use std::fs::{File, OpenOptions};
+use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, Write};
 use std::os::fd::AsRawFd;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
@@ -182,11 +183,12 @@ pub fn watch(jobs: Vec<Job>, rules: Rules, events: &Events) -> Result<Outcome, S
         begun,
         limit,
         says: begun + SAID,
+        looks: begun,
         rules,
     };
     for (index, mut job) in jobs.into_iter().enumerate() {
         match start(&mut job, index, &events.sender) {
-            Ok((group, errors)) => watch.running.push(Running { name: job.name, group, alive: true, errors }),
+            Ok(running) => watch.running.push(running),
             Err(e) => {
                 watch.press(Pressure::Killed);
                 watch.until_all_ended(events);
@@ -196,6 +198,11 @@ pub fn watch(jobs: Vec<Job>, rules: Rules, events: &Events) -> Result<Outcome, S
         }
     }
     watch.until_all_ended(events);
+    for (name, log) in watch.running.iter_mut().filter_map(|one| Some((&one.name, one.log.as_mut()?))) {
+        if let Err(e) = log.finish() {
+            tracing::warn!("the log of {name} cannot be shortened: {e}");
+        }
+    }
     Ok(watch.outcome)
 }
 
@@ -232,11 +239,6 @@ pub fn scene(input: &Input) -> Vec<OsString> {
     std::iter::once(path(&input.scene).into()).chain(sets).collect()
 }
 
-/// Where the output of a process goes.
-pub fn log_path(log: &Path, name: &str) -> PathBuf {
-    log.join(format!("{name}.log"))
-}
-
 /// Where a child writes its errors as data: memory of this process, which is no file that anybody could put something else in the
 /// place of, and which leaves nothing behind.
 struct Errors(File);
@@ -259,16 +261,16 @@ impl Errors {
     }
 }
 
-fn start(job: &mut Job, index: usize, to_main: &Sender<Event>) -> io::Result<(Pid, Errors)> {
+fn start(job: &mut Job, index: usize, to_main: &Sender<Event>) -> io::Result<Running> {
     let errors = Errors::new()?;
     let command = &mut job.command;
     command.process_group(0).env(screen::DIAGNOSTICS, errors.path());
     command.stdin(if job.input.is_some() { Stdio::piped() } else { Stdio::null() });
-    let mut log = None;
+    let (mut log, mut kept) = (None, None);
     match &job.output {
         Goes::Log { file, progress } => {
-            // Appending: two writers share it, and none overwrites the other.
-            let file = OpenOptions::new().create(true).append(true).open(file)?;
+            let (bounded, file) = Log::open(file)?;
+            kept = Some(bounded);
             command.stderr(file.try_clone()?);
             command.stdout(if *progress { Stdio::piped() } else { file.try_clone()?.into() });
             log = progress.then_some(file);
@@ -291,7 +293,7 @@ fn start(job: &mut Job, index: usize, to_main: &Sender<Event>) -> io::Result<(Pi
     }
     let to_main = to_main.clone();
     std::thread::spawn(move || to_main.send(Event::Ended(index, child.wait_with_output())));
-    Ok((group, errors))
+    Ok(Running { name: job.name.clone(), group, alive: true, errors, log: kept })
 }
 
 /// Lines of progress go to the bar, all else to the log.
@@ -317,6 +319,7 @@ struct Running {
     group: Pid,
     alive: bool,
     errors: Errors,
+    log: Option<Log>,
 }
 
 struct Watch<'a> {
@@ -330,14 +333,21 @@ struct Watch<'a> {
     limit: Option<Instant>,
     /// When it is next said how long they take.
     says: Instant,
+    /// When their logs are next looked at.
+    looks: Instant,
     rules: Rules<'a>,
 }
 
 impl Watch<'_> {
     fn until_all_ended(&mut self, events: &Events) {
         while self.running.iter().any(|r| r.alive) {
+            let now = Instant::now();
+            if self.looks <= now {
+                self.looks = now + logs::LOOK;
+                self.running.iter_mut().filter_map(|one| one.log.as_mut()).for_each(Log::look);
+            }
             let next = [self.deadline, self.limit].into_iter().flatten().fold(self.says, Instant::min);
-            match events.receiver.recv_timeout(next.saturating_duration_since(Instant::now())) {
+            match events.receiver.recv_timeout(next.min(self.looks).saturating_duration_since(now)) {
                 Ok(Event::Progress(line)) => (self.rules.say)(Said::Line(&line)),
                 Ok(Event::Ended(index, output)) => self.ended(index, output),
                 Ok(Event::Signal) => self.signalled(),

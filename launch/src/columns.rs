@@ -58,7 +58,11 @@ impl<'a, R> Columns<'a, R> {
 
     /// As Markdown, with an empty line behind it.
     pub fn markdown(&self, rows: &[R]) -> String {
-        let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
+        let line = |cells: Vec<String>| {
+            let cells: Vec<String> =
+                cells.iter().map(|cell| cell.replace('|', "\\|").replace('\n', " ")).collect();
+            format!("| {} |\n", cells.join(" | "))
+        };
         let rule = format!("|{}\n", "---|".repeat(self.0.len()));
         line(self.names()) + &rule + &rows.iter().map(|row| line(self.row(row))).collect::<String>() + "\n"
     }
@@ -86,9 +90,9 @@ mod tests {
     fn a_column_is_declared_once_for_all_forms() {
         let table =
             Columns::new().text("name", |row: &(&str, f64)| row.0.into()).number("x_m", |row| Some(row.1));
-        let rows = [("=cmd", -1.5), ("a,b", 20.0)];
-        assert_eq!(table.csv(&rows).expect("text"), "name,x_m\n'=cmd,-1.5\n\"a,b\",20\n");
-        assert_eq!(table.markdown(&rows[1..]), "| name | x_m |\n|---|---|\n| a,b | 20 |\n\n");
-        assert_eq!(table.aligned(&rows), "name   x_m\n'=cmd  -1.5\na,b    20\n");
+        let rows = [("=cmd", -1.5), ("a|b", 20.0)];
+        assert_eq!(table.csv(&rows).expect("text"), "name,x_m\n'=cmd,-1.5\na|b,20\n");
+        assert_eq!(table.markdown(&rows[1..]), "| name | x_m |\n|---|---|\n| a\\|b | 20 |\n\n");
+        assert_eq!(table.aligned(&rows), "name   x_m\n'=cmd  -1.5\na|b    20\n");
     }
 }

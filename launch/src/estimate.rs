@@ -1,21 +1,14 @@
 //! `rockfall check`: what would run, critical steps, windows, cost, from the programs' own numbers.
 
-use crate::choice::{self, Chosen};
 use crate::events::Events;
-use crate::ground::Ground;
-use crate::kind;
 use crate::numbers::{Numbers, Side};
-use crate::plan::{Part, Plan};
+use crate::prepared::Prepared;
 use crate::preset::Preset;
 use crate::record;
 use crate::stop::Stop;
-use crate::validate::validate;
 use interface_defs::diagnostic::{Diagnostic, Severity, code};
 use interface_defs::toolkit::arguments::Input;
-use interface_defs::toolkit::check::{CheckReport, Format};
-use interface_defs::toolkit::limits::Limits;
-use interface_defs::toolkit::output::Output;
-use interface_defs::toolkit::scene::Scene;
+use interface_defs::toolkit::check::Format;
 use interface_defs::toolkit::summary::short;
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -26,51 +19,27 @@ const LONG: f64 = 30.0 * 86_400.0;
 /// Nobody waits so long for a run: a century [s].
 const FOR_EVER: f64 = 100.0 * 365.0 * 86_400.0;
 
-/// A scene as the programs that it asks for have found it.
-struct Examined {
-    scene: Scene,
-    plan: Plan,
-    reports: Vec<(Part, CheckReport)>,
-    chosen: Vec<Chosen>,
-    numbers: Numbers,
-}
-
 /// The answer to `rockfall check`. The scene with every default and every choice filled in goes to `resolved`.
 pub fn check(input: &Input, resolved: Option<&Path>, format: Format) -> Result<String, Stop> {
-    let examined = examine(input, resolved, &Events::watch()?)?;
-    let warnings = warnings(&examined.scene, &examined.reports)?;
+    let prepared = Prepared::of(input, |_| None, &Events::watch()?)?;
+    if let Some(file) = resolved {
+        let mut table = prepared.resolved()?;
+        // It is made again by whoever runs the scene.
+        prepared.ground.forget(&mut table);
+        record::write_scene(file, &prepared.scene, &table, None)
+            .map_err(|e| Stop::input(code::FILE, format!("{}: cannot be written: {e}", file.display())))?;
+    }
+    let warnings = prepared.warnings()?;
     Ok(match format {
-        Format::Json => format!("{}\n", examined.json(&warnings)),
+        Format::Json => format!("{}\n", prepared.json(&warnings)),
         Format::Text => {
             let warnings = warnings.iter().map(|warning| format!("warning: {warning}\n"));
-            examined.text()? + &warnings.collect::<String>()
+            prepared.text()? + &warnings.collect::<String>()
         }
     })
 }
 
-/// What `rockfall check` warns of, without places in the scene.
-pub fn doubts(input: &Input, events: &Events) -> Result<Vec<Diagnostic>, Stop> {
-    let Examined { scene, reports, .. } = examine(input, None, events)?;
-    Ok(unplaced(&scene, &reports)?)
-}
-
-fn examine(input: &Input, resolved: Option<&Path>, events: &Events) -> Result<Examined, Stop> {
-    let (scene, plan) = kind::load(input)?;
-    let ground = Ground::of(&scene, &plan, input, None, events)?;
-    let mut reports = validate(&plan, ground.input(), events)?;
-    let chosen = choice::complete(&scene, &plan, &mut reports)?;
-    if let Some(file) = resolved {
-        let mut table = record::resolved(&scene, &plan, &reports)?;
-        // It is made again by whoever runs the scene.
-        ground.forget(&mut table);
-        record::write_scene(file, &scene, &table, None)
-            .map_err(|e| Stop::input(code::FILE, format!("{}: cannot be written: {e}", file.display())))?;
-    }
-    let numbers = Numbers::of(&reports, scene.end_time()?);
-    Ok(Examined { scene, plan, reports, chosen, numbers })
-}
-
-impl Examined {
+impl Prepared {
     /// For people.
     fn text(&self) -> Result<String, Stop> {
         let mut text = String::new();
@@ -90,7 +59,7 @@ impl Examined {
             }
         }
         text.push('\n');
-        for choice in self.chosen.iter().filter(|choice| choice.is_of_scene()) {
+        for choice in self.choices() {
             let _ = writeln!(text, "{:<28} {}", "chosen, not in the scene", choice.text());
         }
         if let Some(preset) = Preset::of(&self.scene.document()?) {
@@ -111,8 +80,8 @@ impl Examined {
                 "numbers": report.map(|report| &report.numbers),
             })
         };
-        let chosen = self.chosen.iter().filter(|choice| choice.is_of_scene());
-        let chosen = chosen.map(|choice| (format!("{}.{}", choice.key.0, choice.key.1), json!(choice.value)));
+        let chosen = (self.choices())
+            .map(|choice| (format!("{}.{}", choice.key.0, choice.key.1), json!(choice.value)));
         json!({
             "scene": self.scene.name(),
             "end_time_s": self.numbers.end_time,
@@ -123,35 +92,6 @@ impl Examined {
             "warnings": warnings,
         })
     }
-
-    fn report(&self, part: Part) -> Option<&CheckReport> {
-        self.reports.iter().find(|(of, _)| *of == part).map(|(_, report)| report)
-    }
-}
-
-/// What the user should know before the start, each once, with its place in the scene where it is about a key. A run that
-/// would take for ever is refused.
-pub fn warnings(scene: &Scene, reports: &[(Part, CheckReport)]) -> Result<Vec<Diagnostic>, Diagnostic> {
-    Ok(unplaced(scene, reports)?.into_iter().map(|warning| scene.placed(warning)).collect())
-}
-
-fn unplaced(scene: &Scene, reports: &[(Part, CheckReport)]) -> Result<Vec<Diagnostic>, Diagnostic> {
-    let numbers = Numbers::of(reports, scene.end_time()?);
-    let of_cost = numbers.of_cost();
-    if let Some(refused) = of_cost.clone().filter(|found| found.severity == Severity::Error) {
-        return Err(scene.placed(refused));
-    }
-    let of_programs = reports.iter().flat_map(|(_, report)| report.warnings.iter().cloned());
-    let of_output =
-        Output::warnings(scene)?.into_iter().map(|said| Diagnostic::warning(code::UNUSUAL_VALUE, said));
-    let of_tables = of_output.chain(Limits::of(scene)?.warnings());
-    let mut all: Vec<Diagnostic> = Vec::new();
-    for warning in of_programs.chain(numbers.warnings()).chain(of_cost).chain(of_tables) {
-        if !all.contains(&warning) {
-            all.push(warning);
-        }
-    }
-    Ok(all)
 }
 
 impl Numbers {
@@ -234,7 +174,7 @@ impl Numbers {
     }
 
     /// What is to be said of a run that takes a month, or that never ends.
-    fn of_cost(&self) -> Option<Diagnostic> {
+    pub fn of_cost(&self) -> Option<Diagnostic> {
         let cost = self.expected_cost().filter(|cost| *cost > LONG)?;
         let seconds = |side: &Side| side.seconds.zip(side.step).map_or(0.0, |(seconds, step)| seconds / step);
         let (net, contact) = (seconds(&self.net), seconds(&self.contact));
@@ -255,7 +195,8 @@ impl Numbers {
         )
     }
 
-    fn warnings(&self) -> Option<Diagnostic> {
+    /// What is to be said of a weak window beyond the limit.
+    pub fn of_window(&self) -> Option<Diagnostic> {
         let (window, limit) = (self.window?, self.limit?);
         (self.weak && window > limit.window).then(|| {
             let what = format!(
@@ -277,6 +218,8 @@ impl Numbers {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plan::Part;
+    use interface_defs::toolkit::check::CheckReport;
 
     fn report(numbers: &[(&str, f64)]) -> CheckReport {
         CheckReport {
@@ -339,10 +282,10 @@ mod tests {
 
     #[test]
     fn a_weak_window_beyond_the_limit_is_warned_of() {
-        assert_eq!(coupled(5e-5).warnings(), None);
+        assert_eq!(coupled(5e-5).of_window(), None);
         assert!(
             coupled(1e-3)
-                .warnings()
+                .of_window()
                 .expect("too long")
                 .message
                 .contains("over 1 ms, which it has to resolve sets the limit there, 0.000125 s")
@@ -354,11 +297,11 @@ mod tests {
         let with_step =
             |step: f64| Numbers { net: Side { step: Some(step), ..coupled(5e-5).net }, ..coupled(5e-5) };
         assert_eq!(coupled(5e-5).of_cost(), None);
-        // 1 s of it in steps of 1e-6 s of wall time each.
-        let long = with_step(2e-13).of_cost().expect("58 days");
+        // 0.05 s of it, in steps that take 1e-6 s of wall time each.
+        let long = with_step(1e-14).of_cost().expect("58 days");
         assert_eq!((long.severity, &long.code), (Severity::Warning, &code::SIZE));
         assert!(long.key.as_deref() == Some("fem.time_step") && long.message.contains(" 58 days"), "{long}");
-        let never = with_step(1e-16).of_cost().expect("centuries");
+        let never = with_step(1e-18).of_cost().expect("centuries");
         assert_eq!(never.severity, Severity::Error);
     }
 
@@ -366,7 +309,7 @@ mod tests {
     fn what_a_program_does_not_tell_is_left_out() {
         let numbers = Numbers::of(&[], 1.0);
         assert_eq!(
-            (numbers.steps(), numbers.cost(), numbers.warnings()),
+            (numbers.steps(), numbers.cost(), numbers.of_window()),
             (String::new(), String::new(), None)
         );
     }

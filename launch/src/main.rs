@@ -7,6 +7,7 @@
 //!
 //! [`run`] is `rockfall run` from top to bottom, [`cli`] the command line before it. In order:
 //!
+//! - [`prepared`]: all of this up to the record, for every command that reads a scene
 //! - [`plan`]: who takes part, by presence; [`command_line`]: the program files
 //! - [`kind`]: a scene, and not a study or a barrier for one
 //! - [`ground`]: heights of the terrain for a structure that stands on it
@@ -15,7 +16,8 @@
 //! - [`resume`]: whether a run that was killed can go on in the directory of the results
 //! - [`record`]: on disk before it runs: `scene.toml` with every default, `run.json`
 //! - [`children`]: start programs, watch them, end them ([`events`], [`progress`]); [`verdict`]: how a run ended, [`stop`]: with its
-//!   exit code; [`scratch`]: where files lie that one program hands to another
+//!   exit code; [`logs`]: of bounded
+//!   length; [`scratch`]: where files lie that one program hands to another
 //! - [`estimate`]: `rockfall check`: the same without starting, with steps and cost
 //! - [`status`]: `rockfall status`: how far a run or a study is, by its files
 //! - [`sweep`]: many runs, each kept; [`columns`]: tables of what came of them
@@ -35,9 +37,11 @@ mod estimate;
 mod events;
 mod ground;
 mod kind;
+mod logs;
 mod manual;
 mod numbers;
 mod plan;
+mod prepared;
 mod preset;
 mod progress;
 mod record;

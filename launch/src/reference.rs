@@ -2,6 +2,7 @@
 //!
 //! Every word of it comes from the schema, that is from the doc comments of what the programs read.
 
+use interface_defs::diagnostic::code;
 use interface_defs::toolkit::scene::KEYS;
 use interface_defs::toolkit::schema::{Entry, Share};
 use serde_json::{Map, Value};
@@ -27,6 +28,16 @@ All keys of a study, the file of `rockfall ensemble` ([ensemble.md](ensemble.md)
 
 ";
 
+const CODES: &str = "
+## Codes
+
+Errors and warnings are objects with `severity` (`note`, `warning` or `error`), `code`, `key` (dotted, of the scene or study),
+`place`, `message` and `hint`: in `summary.json`, and in the answer to `rockfall check --format json`. Codes are stable over versions.
+
+| code | what it stands for |
+|---|---|
+";
+
 /// The whole page: of a scene, of a study, of the results.
 pub fn text(share: &Share, study: &Share) -> String {
     let mut page = Page { share, text: HEAD.into() };
@@ -38,6 +49,10 @@ pub fn text(share: &Share, study: &Share) -> String {
     of_study.document(&known, "scene", 3);
     page.text += &of_study.text;
     page.results();
+    page.text += CODES;
+    for (name, about) in code::ALL {
+        let _ = writeln!(page.text, "| `{name}` | {} |", cell(about.trim()));
+    }
     page.text
 }
 

@@ -1,17 +1,15 @@
 //! `rockfall run`.
 
-use crate::children::{self, Goes, Job, Rules, Said, log_path};
-use crate::choice;
-use crate::estimate;
+use crate::children::{self, Goes, Job, Rules, Said};
 use crate::events::Events;
-use crate::ground::{self, Ground};
-use crate::kind;
+use crate::ground;
+use crate::logs;
 use crate::plan::{Member, Part, Plan};
+use crate::prepared::Prepared;
 use crate::progress::Bar;
 use crate::record;
 use crate::resume::{self, Resume};
 use crate::stop::Stop;
-use crate::validate::validate;
 use crate::verdict::verdict;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc::{self, Wait};
@@ -45,19 +43,18 @@ pub struct Request {
 /// Validate, start, watch; the summary on the screen at the end.
 pub fn run(request: &Request) -> Result<Exit, Stop> {
     let events = Events::watch()?;
-    let (scene, plan) = kind::load(&request.input)?;
-    let out = children::path(&request.results.dir.of(&scene));
-    let ground = Ground::of(&scene, &plan, &request.input, Some(&out), &events)?;
-    let mut reports = validate(&plan, ground.input(), &events)?;
-    for choice in choice::complete(&scene, &plan, &mut reports)?.iter().filter(|choice| choice.is_of_scene())
-    {
+    let home = |scene: &Scene| children::path(&request.results.dir.of(scene));
+    let prepared = Prepared::of(&request.input, |scene| Some(home(scene)), &events)?;
+    for choice in prepared.choices() {
         tracing::info!("chosen, as the scene does not say: {}", choice.text());
     }
-    let warnings = estimate::warnings(&scene, &reports)?;
+    let warnings = prepared.warnings()?;
     for warning in warnings.iter().filter(|_| !request.quiet) {
         tracing::warn!("{warning}");
     }
-    let mut resolved = record::resolved(&scene, &plan, &reports)?;
+    let mut resolved = prepared.resolved()?;
+    let Prepared { scene, plan, ground, reports, .. } = prepared;
+    let out = home(&scene);
     clean(&plan)?;
     if events.interrupted() {
         return Err(Stop::interrupted());
@@ -98,7 +95,7 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
 
     let mut bar = Bar::new(show);
     let jobs = commands.iter().enumerate().map(|(index, (name, words))| {
-        let output = Goes::Log { file: log_path(&log, name), progress: index == 0 && show };
+        let output = Goes::Log { file: logs::path(&log, name), progress: index == 0 && show };
         let mut command = Command::new(&words[0]);
         command.args(&words[1..]);
         Job { name: (*name).into(), command, input: None, output }
@@ -148,7 +145,7 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
 fn keep_logs(log: &Path, commands: &[(&str, Vec<OsString>)]) -> io::Result<()> {
     std::fs::create_dir_all(log)?;
     for (name, _) in commands {
-        match std::fs::rename(log_path(log, name), log_path(log, &format!("{name}.before"))) {
+        match std::fs::rename(logs::path(log, name), logs::path(log, &format!("{name}.before"))) {
             Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(e),
             _ => {}
         }

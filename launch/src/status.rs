@@ -297,7 +297,7 @@ mod tests {
         std::fs::create_dir_all(barrier.join("17")).expect("created");
         let chosen = r#"{"line": "barrier", "members": 200, "reach": 9, "columns": [], "chosen": [{"member": 17}, {"member": 4}]}"#;
         std::fs::write(barrier.join("chosen.json"), chosen).expect("written");
-        std::fs::write(barrier.join("17/member.toml"), "").expect("written");
+        crate::sweep::keep(&barrier.join("17"), "a scene", ()).expect("written");
         let (text, exit) = status(dir).expect("a study");
         assert!(text.contains("barrier: 1 of 2 members run") && text.contains("goes on"), "{text}");
         assert_eq!(exit, Exit::Failed);

@@ -1,6 +1,7 @@
 //! How a run ended: one exit code, and why.
 
-use crate::children::{End, Outcome, how, log_path};
+use crate::children::{End, Outcome, how};
+use crate::logs;
 use crate::stop::Stop;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::toolkit::exit::Exit;
@@ -79,7 +80,7 @@ fn lost(end: &End, log: &Path) -> Stop {
 
 /// The last lines of a log.
 fn quote(log: &Path, name: &str) -> String {
-    let path = log_path(log, name);
+    let path = logs::path(log, name);
     let text = String::from_utf8_lossy(&std::fs::read(&path).unwrap_or_default()).into_owned();
     let lines: Vec<&str> = text.lines().collect();
     if lines.is_empty() {
@@ -113,7 +114,7 @@ mod tests {
         let temp = tempfile::tempdir().expect("a directory");
         let dir = temp.path();
         for (name, text) in logs {
-            std::fs::write(log_path(dir, name), text).expect("written");
+            std::fs::write(logs::path(dir, name), text).expect("written");
         }
         let end = |(index, (name, raw, forced, said)): (usize, &(&str, i32, bool, Option<Diagnostic>))| End {
             index,

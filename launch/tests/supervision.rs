@@ -354,6 +354,19 @@ fn check_answers_as_data_and_says_what_is_wrong_as_data() {
     assert_eq!(answer["errors"].as_array().map(Vec::len), Some(1));
 }
 
+/// 60 MB in no time: the beginning and the last words are kept.
+#[test]
+fn a_program_that_prints_without_end_fills_no_disk() {
+    let bench = Bench::new();
+    let body = "head -c 60000000 /dev/zero | tr '\\0' 'x' | fold -w 79\necho last words";
+    bench.script("dem", body).scene("end_time = 1.0\nprocesses.dem = \"./dem\"\n");
+    assert_eq!(bench.run(), (Some(0), String::new()));
+    let log = bench.log("dem");
+    assert!(log.len() < 20_000_000, "{}", log.len());
+    assert!(log.contains("dem run out/scene.toml") && log.contains("bytes were left out here"));
+    assert!(log.ends_with("last words\n"), "{}", &log[log.len() - 200..]);
+}
+
 #[test]
 fn a_second_run_into_one_directory_is_refused_and_the_first_is_not_disturbed() {
     let bench = Bench::new();

@@ -9,6 +9,7 @@ use super::result::{Outcome, Purpose, Record, Status};
 use super::setup::numbers;
 use super::study::{Finished, Study};
 use super::{Work, report};
+use crate::columns::Columns;
 use crate::events::Events;
 use crate::numbers::Numbers;
 use crate::stop::Stop;
@@ -305,51 +306,53 @@ pub fn page(study: &Study, all: &[Found], facts: &report::Facts) -> String {
         env!("CARGO_PKG_VERSION"),
         report::percent(OFF)
     );
-    text.push_str("| setting | others | scene | theory | holds at | breaks at | theory over what holds | symptom | cure |\n");
-    text.push_str("|---|---|---|---|---|---|---|---|---|\n");
-    for found in all {
-        let dash = |value: Option<f64>| value.map_or("-".into(), three);
-        let broke = found.breaks.as_ref();
-        let _ = writeln!(
-            text,
-            "| {} | {} | {} | {} | {} | {} | {} | {} | {} |",
-            name(found),
-            study.space.label(&found.push.arm),
-            three(found.own),
-            dash(found.theory),
-            dash(found.holds),
-            dash(broke.map(|(value, _)| *value)),
+    let table = Columns::new()
+        .with("setting", name)
+        .with("others", |found: &Found| study.space.label(&found.push.arm))
+        .with("scene", |found| three(found.own))
+        .with("theory", |found| dash(found.theory))
+        .with("holds at", |found| dash(found.holds))
+        .with("breaks at", |found| dash(found.broke()))
+        .with("theory over what holds", |found| {
             dash(
                 found
                     .theory
-                    .zip(found.holds.filter(|_| broke.is_some()))
-                    .map(|(theory, holds)| theory / holds)
-            ),
-            symptom(found),
-            if broke.is_some() { cure(found) } else { "-" }
-        );
+                    .zip(found.holds.filter(|_| found.breaks.is_some()))
+                    .map(|(due, holds)| due / holds),
+            )
+        })
+        .with("symptom", symptom)
+        .with("cure", |found| if found.breaks.is_some() { cure(found) } else { "-" }.into());
+    text + &table.markdown(all)
+}
+
+impl Found {
+    /// The first value that breaks.
+    fn broke(&self) -> Option<f64> {
+        self.breaks.as_ref().map(|(value, _)| *value)
     }
-    text
+}
+
+fn dash(value: Option<f64>) -> String {
+    value.map_or("-".into(), three)
 }
 
 /// The limits, for the screen.
 pub fn screen(study: &Study, all: &[Found]) -> String {
     let mut text = String::new();
     for found in all {
-        let value = |value: Option<f64>| value.map_or("-".into(), three);
         let arm = if found.push.arm.is_empty() {
             String::new()
         } else {
             format!(", {}", study.space.label(&found.push.arm))
         };
         let theory = found.theory.map_or(String::new(), |theory| format!(" (theory {})", three(theory)));
-        let broke = found.breaks.as_ref().map(|(value, _)| *value);
         let _ = writeln!(
             text,
             "{}{arm}: holds at {}, breaks at {}{theory}; {}",
             name(found),
-            value(found.holds),
-            value(broke),
+            dash(found.holds),
+            dash(found.broke()),
             symptom(found)
         );
     }
@@ -372,17 +375,14 @@ fn symptom(found: &Found) -> String {
 
 /// The table, for programs.
 pub fn table(study: &Study, all: &[Found]) -> Result<String, csv::Error> {
-    let mut out = csv::Writer::from_writer(Vec::new());
-    out.write_record(["setting", "others", "scene", "theory", "holds_at", "breaks_at", "symptom", "cure"])?;
-    for found in all {
-        let text = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
-        let broke = found.breaks.as_ref().map(|(value, _)| *value);
-        let own = Some(found.own);
-        let [own, theory, holds, breaks] = [own, found.theory, found.holds, broke].map(text);
-        let row =
-            [name(found), study.space.label(&found.push.arm), own, theory, holds, breaks, symptom(found)];
-        out.write_record(row.iter().map(String::as_str).chain([cure(found)]))?;
-    }
-    let bytes = out.into_inner().map_err(|e| csv::Error::from(e.into_error()))?;
-    Ok(String::from_utf8_lossy(&bytes).into_owned())
+    let table = Columns::new()
+        .text("setting", name)
+        .text("others", |found: &Found| study.space.label(&found.push.arm))
+        .number("scene", |found| Some(found.own))
+        .number("theory", |found| found.theory)
+        .number("holds_at", |found| found.holds)
+        .number("breaks_at", Found::broke)
+        .text("symptom", symptom)
+        .text("cure", |found| cure(found).into());
+    table.csv(all)
 }

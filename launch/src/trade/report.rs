@@ -2,8 +2,10 @@
 
 use super::knobs::Class;
 use super::point::Point;
+use super::reference::{Known, deviation};
 use super::result::{Outcome, Status};
 use super::study::{Finished, Recommended, Study};
+use crate::columns::Columns;
 use interface_defs::toolkit::summary::{short, three};
 use std::fmt::Write;
 
@@ -19,6 +21,13 @@ pub struct Facts {
     pub budget: f64,
     /// Processors.
     pub processors: usize,
+}
+
+impl Facts {
+    /// Passes over both solvers in a millisecond of simulated time.
+    fn passes_per_ms(&self, outcome: &Outcome) -> Option<f64> {
+        outcome.passes.map(|passes| passes / (1e3 * self.end_time))
+    }
 }
 
 /// A share as a percentage of three digits.
@@ -72,31 +81,27 @@ pub fn page(study: &Study, facts: &Facts) -> String {
 }
 
 fn references(study: &Study, text: &mut String) {
-    text.push_str("## Reference\n\n| measure | scene | reference | may be off by | where it comes from |\n|---|---|---|---|---|\n");
     let scene = study.outcome(&Point::new());
     let reference = &study.reference;
-    for name in &study.measures {
-        let own = scene.and_then(|run| run.measures.get(name));
-        let unit = unit(study, name);
-        let known = reference.0.iter().find(|(measure, _)| measure == name).map(|(_, known)| known);
-        let off = known.and_then(|known| known.uncertainty).map_or("unknown".into(), percent);
-        let value = known.map_or("none".into(), |known| format!("{} {unit}", short(known.value)));
-        let _ = writeln!(
-            text,
-            "| `{name}` | {} | {value} | {off} | {} |",
-            own.map_or("absent".into(), |(value, unit)| format!("{} {unit}", short(*value))),
-            known.map_or("no run gives it".into(), super::reference::Known::words)
-        );
-    }
+    let known = |name: &String| reference.0.iter().find(|(of, _)| of == name).map(|(_, known)| known);
+    let with_unit = |value: f64, name: &String| format!("{} {}", short(value), unit(study, name));
+    let table = Columns::new()
+        .with("measure", |name: &String| format!("`{name}`"))
+        .with("scene", |name| {
+            let own = scene.and_then(|run| run.measure(name));
+            own.map_or("absent".into(), |value| with_unit(value, name))
+        })
+        .with("reference", |name| known(name).map_or("none".into(), |known| with_unit(known.value, name)))
+        .with("may be off by", |name| {
+            known(name).and_then(|k| k.uncertainty).map_or("unknown".into(), percent)
+        })
+        .with("where it comes from", |name| known(name).map_or("no run gives it".into(), Known::words));
+    let _ = write!(text, "## Reference\n\n{}", table.markdown(&study.measures));
     let finest = study.accuracies.iter().copied().fold(f64::INFINITY, f64::min);
     if let Some(off) = reference.uncertainty().filter(|off| *off > finest) {
-        let _ = writeln!(
-            text,
-            "\nThe reference itself may be off by {}: errors below that say nothing.",
-            percent(off)
-        );
+        let off = percent(off);
+        let _ = writeln!(text, "The reference itself may be off by {off}: errors below that say nothing.\n");
     }
-    text.push('\n');
 }
 
 /// Unit of a measure.
@@ -109,36 +114,38 @@ fn recommendations(study: &Study, facts: &Facts, text: &mut String) {
         let _ = writeln!(text, "## Recommended\n\n{why}.\n");
         return;
     }
-    text.push_str("## Recommended\n\nThe cheapest settings that keep an accuracy in all measures, at the scene's own model.\n\n");
-    text.push_str("| accuracy | settings | error | wall time, median | run again: error | run again: wall time |\n|---|---|---|---|---|---|\n");
     let recommended = study.recommended();
-    for one in &recommended {
-        let accuracy = percent(one.accuracy);
-        let Some(point) = &one.point else {
-            let _ = writeln!(text, "| {accuracy} | {} | | | | |", unreached(study));
-            continue;
-        };
-        let error = |run: Option<&Outcome>| run.and_then(|run| study.error(run));
-        let again = study.confirmation(point);
-        let _ = writeln!(
-            text,
-            "| {accuracy} | {} | {} | {} ({} run{}) | {} | {} |",
-            study.space.label(point),
-            error(study.outcome(point)).map_or("-".into(), percent),
-            study.cost(point).map_or("-".into(), seconds),
-            study.timed(point).len(),
-            if study.timed(point).len() == 1 { "" } else { "s" },
-            match (again, error(again)) {
-                (None, _) => "not run again: no budget was left".into(),
-                (Some(run), None) => format!("does not hold: {}", run.status.word()),
-                (Some(_), Some(error)) if error > one.accuracy =>
-                    format!("does not hold: {}", percent(error)),
-                (Some(_), Some(error)) => percent(error),
-            },
-            again.map_or("-".into(), |run| seconds(run.wall))
-        );
-    }
-    text.push('\n');
+    let of = |one: &Recommended, words: &dyn Fn(&Point) -> String| {
+        one.point.as_ref().map_or_else(String::new, words)
+    };
+    let table = Columns::new()
+        .with("accuracy", |one: &Recommended| percent(one.accuracy))
+        .with("settings", |one| {
+            one.point.as_ref().map_or_else(|| unreached(study), |point| study.space.label(point))
+        })
+        .with("error", |one| of(one, &|point| dash(study.error_at(point), percent)))
+        .with("wall time, median", |one| {
+            of(one, &|point| {
+                let runs = study.timed(point).len();
+                let plural = if runs == 1 { "" } else { "s" };
+                format!("{} ({runs} run{plural})", dash(study.cost(point), seconds))
+            })
+        })
+        .with("run again: error", |one| {
+            of(one, &|point| match study.confirmation(point).map(|run| (run, study.error(run))) {
+                None => "not run again: no budget was left".into(),
+                Some((run, None)) => format!("does not hold: {}", run.status.word()),
+                Some((_, Some(error))) if error > one.accuracy => {
+                    format!("does not hold: {}", percent(error))
+                }
+                Some((_, Some(error))) => percent(error),
+            })
+        })
+        .with("run again: wall time", |one| {
+            of(one, &|point| dash(study.confirmation(point).map(|run| run.wall), seconds))
+        });
+    text.push_str("## Recommended\n\nThe cheapest settings that keep an accuracy in all measures, at the scene's own model.\n\n");
+    text.push_str(&table.markdown(&recommended));
     lines(study, facts, &recommended, text);
 }
 
@@ -190,73 +197,63 @@ fn unreached(study: &Study) -> String {
     }
 }
 
+/// How far a measure of a run is from its reference.
+fn off(study: &Study, run: &Finished, name: &str) -> Option<f64> {
+    let (_, known) = study.reference.0.iter().find(|(measure, _)| measure == name)?;
+    Some(deviation(run.record.outcome.measure(name)?, known.value))
+}
+
+/// A value in words, where there is one.
+fn dash(value: Option<f64>, words: impl Fn(f64) -> String) -> String {
+    value.map_or("-".into(), words)
+}
+
 fn numerical(study: &Study, facts: &Facts, text: &mut String) {
     let front = study.front();
-    let processes = processes(study);
-    text.push_str("## Settings that compute the scene's own model\n\n`*`: on the front, nothing is both cheaper and more accurate.\n\n");
-    let errors: String = study.measures.iter().map(|name| format!(" `{name}` |")).collect();
-    let cpu: String = processes.iter().map(|name| format!(" CPU {name} [s] |")).collect();
-    let _ = writeln!(
-        text,
-        "| | settings | status | error |{errors} `energy_error` | wall [s] | loop [s] |{cpu} passes per ms | memory [MB] | runs |"
-    );
-    let _ = writeln!(text, "|{}", "---|".repeat(10 + study.measures.len() + processes.len()));
-    for run in sorted(study, Class::Numerical) {
-        let outcome = &run.record.outcome;
-        let reference = &study.reference;
-        let error = study.error(outcome).filter(|_| !study.is_alone());
-        let mark = if front.contains(&run.point) && error.is_some() { "*" } else { "" };
-        let _ = write!(text, "| {mark} | {} | {} |", study.space.label(&run.point), status(study, outcome));
-        let _ = write!(text, " {} |", error.map_or("-".into(), percent));
-        for name in &study.measures {
-            let known = reference.0.iter().find(|(measure, _)| measure == name);
-            let off = outcome
-                .measure(name)
-                .zip(known)
-                .map(|(v, (_, known))| super::reference::deviation(v, known.value));
-            let _ = write!(text, " {} |", off.map_or("-".into(), signed));
-        }
-        let _ = write!(text, " {} |", outcome.measure("energy_error").map_or("-".into(), percent));
-        let cost = study.cost(&run.point).unwrap_or(outcome.wall);
-        let _ = write!(text, " {} | {} |", three(cost), outcome.time_loop.map_or("-".into(), three));
-        for name in &processes {
-            let _ = write!(text, " {} |", outcome.cpu.get(name).map_or("-".into(), |s| three(*s)));
-        }
-        let per_ms = outcome.passes.map(|passes| passes / (1e3 * facts.end_time));
-        let memory = outcome.memory.map(|bytes| 1e-6 * bytes);
-        let dash = |value: Option<f64>| value.map_or("-".into(), three);
-        let _ = writeln!(
-            text,
-            " {} | {} | {} |",
-            dash(per_ms),
-            dash(memory),
-            study.timed(&run.point).len().max(1)
-        );
+    let error = |run: &Finished| study.error(&run.record.outcome).filter(|_| !study.is_alone());
+    let is_marked = |run: &Finished| front.contains(&run.point) && error(run).is_some();
+    let mut table = Columns::new()
+        .with("", |run: &&Finished| if is_marked(run) { "*".into() } else { String::new() })
+        .with("settings", |run| study.space.label(&run.point))
+        .with("status", |run| status(study, &run.record.outcome))
+        .with("error", |run| dash(error(run), percent));
+    for name in &study.measures {
+        table = table.with(format!("`{name}`"), move |run| dash(off(study, run, name), signed));
     }
-    text.push('\n');
+    table = table
+        .with("`energy_error`", |run| dash(run.record.outcome.measure("energy_error"), percent))
+        .with("wall [s]", |run| three(study.cost(&run.point).unwrap_or(run.record.outcome.wall)))
+        .with("loop [s]", |run| dash(run.record.outcome.time_loop, three));
+    for name in processes(study) {
+        table = table.with(format!("CPU {name} [s]"), move |run| {
+            dash(run.record.outcome.cpu.get(&name).copied(), three)
+        });
+    }
+    let table = table
+        .with("passes per ms", |run| dash(facts.passes_per_ms(&run.record.outcome), three))
+        .with("memory [MB]", |run| dash(run.record.outcome.memory.map(|bytes| 1e-6 * bytes), three))
+        .with("runs", |run| study.timed(&run.point).len().max(1).to_string());
+    text.push_str("## Settings that compute the scene's own model\n\n`*`: on the front, nothing is both cheaper and more accurate.\n\n");
+    text.push_str(&table.markdown(&sorted(study, Class::Numerical)));
 }
 
 fn models(study: &Study, text: &mut String) {
     let runs = sorted(study, Class::Model);
     let Some(scene) = study.outcome(&Point::new()).filter(|_| !runs.is_empty()) else { return };
-    text.push_str("## Settings that change the model\n\nThey are no more or less accurate than the scene, they are another model: its measures beside those of the scene, both computed in the scene's own steps. No recommendation chooses them.\n\n");
-    let changes: String = study.measures.iter().map(|name| format!(" change of `{name}` |")).collect();
-    let _ = writeln!(text, "| settings | status |{changes} `energy_error` | wall [s] |");
-    let _ = writeln!(text, "|{}", "---|".repeat(4 + study.measures.len()));
-    for run in runs {
-        let outcome = &run.record.outcome;
-        let _ = write!(text, "| {} | {} |", study.space.label(&run.point), status(study, outcome));
-        for name in &study.measures {
-            let change = outcome
-                .measure(name)
-                .zip(scene.measure(name))
-                .map(|(v, own)| super::reference::deviation(v, own));
-            let _ = write!(text, " {} |", change.map_or("-".into(), signed));
-        }
-        let energy = outcome.measure("energy_error").map_or("-".into(), percent);
-        let _ = writeln!(text, " {energy} | {} |", three(outcome.wall));
+    let mut table = Columns::new()
+        .with("settings", |run: &&Finished| study.space.label(&run.point))
+        .with("status", |run| status(study, &run.record.outcome));
+    for name in &study.measures {
+        table = table.with(format!("change of `{name}`"), move |run| {
+            let pair = run.record.outcome.measure(name).zip(scene.measure(name));
+            dash(pair.map(|(value, own)| deviation(value, own)), signed)
+        });
     }
-    text.push('\n');
+    let table = table
+        .with("`energy_error`", |run| dash(run.record.outcome.measure("energy_error"), percent))
+        .with("wall [s]", |run| three(run.record.outcome.wall));
+    text.push_str("## Settings that change the model\n\nThey are no more or less accurate than the scene, they are another model: its measures beside those of the scene, both computed in the scene's own steps. No recommendation chooses them.\n\n");
+    text.push_str(&table.markdown(&runs));
 }
 
 /// How a run ended, and why not well.
@@ -299,51 +296,37 @@ fn processes(study: &Study) -> Vec<String> {
 
 /// All runs, repeats too, one a line.
 pub fn table(study: &Study, facts: &Facts) -> Result<String, csv::Error> {
-    let mut out = csv::Writer::from_writer(Vec::new());
     let front = study.front();
-    let processes = processes(study);
-    let mut head: Vec<String> =
-        ["run", "purpose", "class", "on_front", "settings", "sets", "status", "error"]
-            .map(String::from)
-            .to_vec();
-    head.extend(study.measures.iter().flat_map(|name| [name.clone(), format!("{name}_error")]));
-    head.extend(["energy_error", "wall_s", "loop_s", "command_s"].map(String::from));
-    head.extend(processes.iter().map(|name| format!("cpu_{name}_s")));
-    head.extend(["passes_per_ms", "peak_memory_bytes", "message"].map(String::from));
-    out.write_record(&head)?;
-    let reference = &study.reference;
-    for (number, run) in study.runs.iter().enumerate() {
-        let outcome = &run.record.outcome;
-        let text = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
-        let class = study.space.class(&run.point);
-        let mut row = vec![
-            (number + 1).to_string(),
-            format!("{:?}", run.record.purpose).to_lowercase(),
-            format!("{class:?}").to_lowercase(),
-            (class == Class::Numerical && front.contains(&run.point)).to_string(),
-            study.space.label(&run.point),
-            run.record.sets.join(" "),
-            outcome.status.word().into(),
-            text(study.error(outcome).filter(|_| class == Class::Numerical)),
-        ];
-        for name in &study.measures {
-            let known = reference.0.iter().find(|(measure, _)| measure == name);
-            row.push(text(outcome.measure(name)));
-            row.push(text(
-                outcome.measure(name).zip(known).map(|(v, (_, k))| super::reference::deviation(v, k.value)),
-            ));
-        }
-        row.extend(
-            [outcome.measure("energy_error"), Some(outcome.wall), outcome.time_loop, Some(outcome.seconds)]
-                .map(text),
-        );
-        row.extend(processes.iter().map(|name| text(outcome.cpu.get(name).copied())));
-        row.extend([outcome.passes.map(|p| p / (1e3 * facts.end_time)), outcome.memory].map(text));
-        row.push(shortened(&outcome.message()));
-        out.write_record(&row)?;
+    let class = |run: &Finished| study.space.class(&run.point);
+    let is_own = |run: &Finished| class(run) == Class::Numerical;
+    let mut table = Columns::new()
+        .with("run", |(number, _): &(usize, &Finished)| (number + 1).to_string())
+        .with("purpose", |(_, run)| format!("{:?}", run.record.purpose).to_lowercase())
+        .with("class", |(_, run)| format!("{:?}", class(run)).to_lowercase())
+        .with("on_front", |(_, run)| (is_own(run) && front.contains(&run.point)).to_string())
+        .text("settings", |(_, run)| study.space.label(&run.point))
+        .text("sets", |(_, run)| run.record.sets.join(" "))
+        .with("status", |(_, run)| run.record.outcome.status.word().into())
+        .number("error", |(_, run)| study.error(&run.record.outcome).filter(|_| is_own(run)));
+    for name in &study.measures {
+        table = table
+            .number(name, move |(_, run)| run.record.outcome.measure(name))
+            .number(format!("{name}_error"), move |(_, run)| off(study, run, name));
     }
-    let bytes = out.into_inner().map_err(|e| csv::Error::from(e.into_error()))?;
-    Ok(String::from_utf8_lossy(&bytes).into_owned())
+    table = table
+        .number("energy_error", |(_, run)| run.record.outcome.measure("energy_error"))
+        .number("wall_s", |(_, run)| Some(run.record.outcome.wall))
+        .number("loop_s", |(_, run)| run.record.outcome.time_loop)
+        .number("command_s", |(_, run)| Some(run.record.outcome.seconds));
+    for name in processes(study) {
+        table =
+            table.number(format!("cpu_{name}_s"), move |(_, run)| run.record.outcome.cpu.get(&name).copied());
+    }
+    let table = table
+        .number("passes_per_ms", |(_, run)| facts.passes_per_ms(&run.record.outcome))
+        .number("peak_memory_bytes", |(_, run)| run.record.outcome.memory)
+        .text("message", |(_, run)| shortened(&run.record.outcome.message()));
+    table.csv(&study.runs.iter().enumerate().collect::<Vec<_>>())
 }
 
 /// The recommendations, for the screen.

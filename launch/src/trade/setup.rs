@@ -5,15 +5,11 @@ use super::knobs::{self, Base};
 use super::point::Space;
 use super::report::{Facts, quoted};
 use super::store::Identity;
-use crate::choice;
 use crate::events::Events;
-use crate::ground::Ground;
-use crate::kind;
 use crate::numbers::Numbers;
-use crate::plan::Plan;
+use crate::prepared::Prepared;
 use crate::record;
 use crate::stop::Stop;
-use crate::validate::validate;
 use interface_defs::diagnostic::code;
 use interface_defs::toolkit::arguments::Input;
 use std::os::unix::fs::MetadataExt;
@@ -37,20 +33,16 @@ impl Setup {
     /// Of a scene. Nothing has run yet where it is refused.
     pub fn of(arguments: &Arguments, events: &Events) -> Result<Self, Stop> {
         let input = &arguments.input;
-        let (scene, plan) = kind::load(input)?;
-        let ground = Ground::of(&scene, &plan, input, None, events)?;
-        let mut reports = validate(&plan, ground.input(), events)?;
-        let chosen = choice::complete(&scene, &plan, &mut reports)?;
-        let mut resolved = record::resolved(&scene, &plan, &reports)?;
-        ground.forget(&mut resolved);
-        let end_time = scene.end_time()?;
-        let numbers = Numbers::of(&reports, end_time);
+        let prepared = Prepared::of(input, |_| None, events)?;
+        let mut resolved = prepared.resolved()?;
+        prepared.ground.forget(&mut resolved);
+        let Prepared { scene, plan, numbers, .. } = &prepared;
+        let end_time = numbers.end_time;
         let steps = [("dem.time_step", numbers.contact.step), ("fem.time_step", numbers.net.step)];
         let in_use: Vec<_> = steps.iter().filter_map(|(key, step)| Some((*key, (*step)?))).collect();
         let document = scene.document()?;
-        let of_scene = chosen.iter().filter(|choice| choice.is_of_scene());
         let mut open: Vec<String> =
-            of_scene.map(|choice| format!("{}.{}", choice.key.0, choice.key.1)).collect();
+            prepared.choices().map(|choice| format!("{}.{}", choice.key.0, choice.key.1)).collect();
         open.extend(
             steps
                 .iter()
@@ -69,7 +61,7 @@ impl Setup {
         let identity = Identity {
             version: env!("CARGO_PKG_VERSION").into(),
             scene: scene.fingerprint(),
-            inputs: record::hashes(&scene, &resolved).map_err(fault)?,
+            inputs: record::hashes(scene, &resolved).map_err(fault)?,
             programs: programs.map(|program| stamp(&program)).collect(),
         };
         let out =
@@ -93,12 +85,7 @@ impl Setup {
 pub fn numbers(input: &Input, sets: &[String], events: &Events) -> Option<Numbers> {
     let mut input = input.clone();
     input.sets.extend_from_slice(sets);
-    let scene = input.load().ok()?;
-    let plan = Plan::of(&scene).ok()?;
-    let ground = Ground::of(&scene, &plan, &input, None, events).ok()?;
-    let mut reports = validate(&plan, ground.input(), events).ok()?;
-    choice::complete(&scene, &plan, &mut reports).ok()?;
-    Some(Numbers::of(&reports, scene.end_time().ok()?))
+    Some(Prepared::of(&input, |_| None, events).ok()?.numbers)
 }
 
 /// Name, length and time of change of a program: another build may compute otherwise, and faster.

@@ -14,10 +14,10 @@ pub use table::outcome;
 
 use crate::children::{self, Goes, Job, Rules};
 use crate::command_line::own_program;
-use crate::estimate;
 use crate::events::{Event, Events};
 use crate::ground;
 use crate::kind;
+use crate::prepared::Prepared;
 use crate::scratch::Scratch;
 use crate::status;
 use crate::stop::Stop;
@@ -204,7 +204,8 @@ impl Work<'_> {
         command.arg("--scene-of=1").arg("--output").arg(&file);
         self.wait(Job::of(command))?.text()?;
         let generated = Generated { file: file.display().to_string(), barrier: &self.scene };
-        let doubts = estimate::doubts(&Input { scene: file, sets: Vec::new() }, self.events);
+        let input = Input { scene: file, sets: Vec::new() };
+        let doubts = Prepared::of(&input, |_| None, self.events).and_then(|prepared| Ok(prepared.doubts()?));
         let see = || {
             format!(
                 "\nthis is of member 1 of the study; its scene: rockfall ensemble {} --barrier {} --scene-of 1",
