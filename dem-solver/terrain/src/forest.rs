@@ -33,9 +33,6 @@ impl Forest {
     }
 }
 
-/// Effective height of a stand where the scene does not say [m].
-pub const HEIGHT: f64 = 30.0;
-
 impl ForestName {
     /// Drag of the stand [kg/s]: of 20, 35 and 50 m2 of trunks per hectare, the classes of RAMMS.
     pub fn drag(self) -> f64 {

@@ -1,6 +1,5 @@
 //! `[terrain]`: the file, what lies where on it, and when a rock has come to its end.
 
-use super::forest;
 use super::formats::{self, Holds};
 use super::system;
 use interface_defs::diagnostic::{Diagnostic, code};
@@ -103,6 +102,9 @@ pub enum ForestName {
     Dense,
 }
 
+/// Effective height of a stand where the scene does not say [m].
+const FOREST_HEIGHT: f64 = 30.0;
+
 /// Fill in what `forest` names; what the user must know of it.
 fn plant(
     place: &str,
@@ -124,7 +126,7 @@ fn plant(
             .try_instead("write forest = \"medium\""));
     }
     if drag.is_some() {
-        height.get_or_insert(forest::HEIGHT);
+        height.get_or_insert(FOREST_HEIGHT);
     }
     Ok(name.map(|_| {
         let what = "its drag is uncalibrated: calibrate it on falls that were measured at the site (RAMMS)";

@@ -263,19 +263,20 @@ fn a_ball_still_on_its_way_down_was_still_being_stopped() {
 #[test]
 fn a_ball_passes_through_a_cell_over_beside_or_under_a_net_that_it_does_not_touch() {
     let cases = [
-        ([0.25, 0.25], "went through the net without touching it", None),
-        ([0.1, 1.5], "passed over the net", Some(0.5)),
-        ([1.6, 0.2], "passed beside the net", Some(0.6)),
-        ([-1.7, 0.2], "passed beside the net", Some(0.7)),
-        ([0.1, -1.4], "passed under the net", Some(0.4)),
+        ([0.25, 0.25], Fate::WentThrough, "went through the net without touching it", None),
+        ([0.1, 1.5], Fate::PassedOver, "passed over the net", Some(0.5)),
+        ([1.6, 0.2], Fate::PassedBeside, "passed beside the net", Some(0.6)),
+        ([-1.7, 0.2], Fate::PassedBeside, "passed beside the net", Some(0.7)),
+        ([0.1, -1.4], Fate::PassedUnder, "passed under the net", Some(0.4)),
     ];
-    for ([y, z], words, distance) in cases {
+    for ([y, z], fate, words, distance) in cases {
         let rock = format!("position = [-1.0, {y:?}, {z:?}]\nvelocity = [10.0, 0.0, 0.0]");
         let mut bench =
             Setup::new(scene(0.0, &rock, "restitution = 1.0"), upright(net(4, 0.5, 0.01))).build();
         let rows = rows(&mut bench, 0.3);
         let end = End::of(&mut bench);
         end.says(words);
+        assert_eq!(end.fate, fate);
         end.says("still moved with 10.00 m/s near (2.00,");
         assert!(rows.iter().all(|r| r.2 == Vector3::new(10.0, 0.0, 0.0)), "by its rows it touched nothing");
         if let Some(distance) = distance {
