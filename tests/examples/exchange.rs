@@ -61,7 +61,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-const WAYS: [Wait; 3] = [Wait::Auto, Wait::Yield, Wait::Event];
+const WAYS: [Wait; 2] = [Wait::Auto, Wait::Event];
 
 /// Loops that keep processors busy until they are dropped.
 struct Busy(Vec<std::process::Child>);

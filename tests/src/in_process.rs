@@ -1,12 +1,12 @@
 //! A coupled run within this process: the same numbers as over shared memory, without its waiting.
 
 use coupler::coupling::{Committed, Coupling, Observer};
-use coupler::handshake::Side;
 use coupler::settings::CouplingSettings;
-use interface_defs::InProcess;
+use coupler::side::Side;
 use interface_defs::message::{Measure, Statistics};
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
+use interface_defs::{Diagnostic, InProcess};
 use std::path::Path;
 
 /// What a run computed, and what it took.
@@ -35,10 +35,10 @@ impl Computed {
 struct Silent;
 
 impl Observer for Silent {
-    fn prepared(&mut self, _: &Side, _: &Side, _: &[String]) -> Result<(), String> {
+    fn prepared(&mut self, _: &Side, _: &Side, _: &[Diagnostic]) -> Result<(), Diagnostic> {
         Ok(())
     }
-    fn committed(&mut self, _: &Committed) -> Result<(), String> {
+    fn committed(&mut self, _: &Committed) -> Result<(), Diagnostic> {
         Ok(())
     }
 }

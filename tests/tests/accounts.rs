@@ -1,8 +1,8 @@
 //! What is booked: work on both sides of the interface, and memory.
 
 use coupler::coupling::{Committed, Coupling, Observer};
-use coupler::handshake::Side;
 use coupler::records::Records;
+use coupler::side::Side;
 use interface_defs::Diagnostic;
 use interface_defs::message::{Fault, Hello, Plan, Ready, Role, Statistics};
 use interface_defs::solver::{OnProgress, Solver, Window};
@@ -92,7 +92,7 @@ impl Observer for Auditor {
         Ok(())
     }
 
-    fn committed(&mut self, c: &Committed) -> Result<(), String> {
+    fn committed(&mut self, c: &Committed) -> Result<(), Diagnostic> {
         let (dem, fem) = (self.dem.borrow(), self.fem.borrow());
         let now = [
             c.balance.structure_work,
@@ -182,10 +182,10 @@ struct Counted {
 }
 
 impl Observer for Counted {
-    fn prepared(&mut self, dem: &Side, fem: &Side, warnings: &[Diagnostic]) -> Result<(), String> {
+    fn prepared(&mut self, dem: &Side, fem: &Side, warnings: &[Diagnostic]) -> Result<(), Diagnostic> {
         self.records.prepared(dem, fem, warnings)
     }
-    fn committed(&mut self, c: &Committed) -> Result<(), String> {
+    fn committed(&mut self, c: &Committed) -> Result<(), Diagnostic> {
         self.records.committed(c)?;
         self.counts.push(allocations());
         Ok(())

@@ -4,8 +4,8 @@
 //! killed at random.
 
 use coupler::coupling::{Committed, Coupling, KeptRun, Observer};
-use coupler::handshake::Side;
 use coupler::settings::CouplingSettings;
+use coupler::side::Side;
 use interface_defs::InProcess;
 use interface_defs::message::Measure;
 use interface_defs::toolkit::checkpoint::Found;
