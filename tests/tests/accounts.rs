@@ -86,7 +86,7 @@ struct Auditor {
 }
 
 impl Observer for Auditor {
-    fn prepared(&mut self, dem: &Side, fem: &Side, _: &[String]) -> Result<(), String> {
+    fn prepared(&mut self, dem: &Side, fem: &Side, _: &[Diagnostic]) -> Result<(), Diagnostic> {
         let place = |side: &Side| side.gauges.iter().position(|g| g.role == Role::Received).unwrap();
         self.received = (place(dem), place(fem));
         Ok(())
