@@ -77,7 +77,8 @@ impl Gate {
             let right = shown(size * value);
             format!("in {meant} it would be {right}{unit}: write {right}")
         });
-        let hints: Vec<String> = meant.into_iter().chain([self.hint.into()]).filter(|h| !h.is_empty()).collect();
+        let hints: Vec<String> =
+            meant.into_iter().chain([self.hint.into()]).filter(|h| !h.is_empty()).collect();
         let key = if table.is_empty() { self.key.into() } else { format!("{table}.{}", self.key) };
         let about = Diagnostic::of(band.severity, band.code.clone(), message).about(key);
         Some(about.try_if((!hints.is_empty()).then(|| hints.join("; "))))
@@ -109,7 +110,11 @@ impl Gate {
 fn shown(value: f64) -> String {
     // Products with a unit end in digits of rounding.
     let value: f64 = format!("{value:.11e}").parse().unwrap_or(value);
-    if value == 0.0 || (1e-3..1e5).contains(&value.abs()) { format!("{value:?}") } else { format!("{value:e}") }
+    if value == 0.0 || (1e-3..1e5).contains(&value.abs()) {
+        format!("{value:?}")
+    } else {
+        format!("{value:e}")
+    }
 }
 
 #[cfg(test)]
@@ -141,7 +146,10 @@ mod tests {
             STEP.pass(&scene, "a", value, &mut warnings).expect("possible");
         }
         let said: Vec<String> = warnings.iter().map(ToString::to_string).collect();
-        assert_eq!(said, ["a.step: 0.0 is nothing", "a.step: 1.1e6 is long; in ms it would be 1100.0: write 1100.0"]);
+        assert_eq!(
+            said,
+            ["a.step: 0.0 is nothing", "a.step: 1.1e6 is long; in ms it would be 1100.0: write 1100.0"]
+        );
         assert_eq!(warnings[1].code, code::LIKELY_UNIT);
     }
 }
