@@ -101,9 +101,8 @@ fn moments_of_a_cantilever_are_those_of_statics() {
         let dir = tempfile::tempdir().unwrap();
         let fields = fields(&structure(&format!("force = {force}")), dir.path());
         let file = fields.join("structure_000002.vtu");
-        let (parts, forces) = (array(&file, "part"), array(&file, "axial_force"));
+        let parts = array(&file, "part");
         assert_eq!(parts, [1.0, 2.0, 2.0, 2.0, 2.0, 3.0]);
-        assert_eq!(forces, array(&file, "tension"));
         for element in 0..4 {
             let x = 0.5 * element as f64;
             for (end, at) in [("start", x), ("end", x + 0.5)] {

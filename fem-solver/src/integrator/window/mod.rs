@@ -27,6 +27,7 @@ use crate::results::record::{Largest, Recorder, Step};
 use crate::state::{Peak, Peaks, State};
 use answer::Answer;
 use control::Control;
+use interface_defs::ipc::interrupt;
 use interface_defs::mesh::InterfaceMesh;
 use interface_defs::message::{Fault, Plan};
 use interface_defs::solver::Window;
@@ -236,6 +237,9 @@ impl WindowSolver {
         let h = window.length / steps as f64;
         let per_load = steps / self.loads.parts();
         for step in 0..steps {
+            if interrupt::requested() {
+                return Err(Fault::interrupted());
+            }
             let time = window.start + step as f64 * h;
             if step % per_load == 0 {
                 self.loads.begin_part(input, step / per_load, &self.answer.shown, &self.trial.load);

@@ -2,7 +2,7 @@
 
 use super::{Engine, WindowSolver};
 use crate::model::Model;
-use interface_defs::message::Fault;
+use interface_defs::message::{Fault, FaultKind};
 use interface_defs::solver::Window;
 
 /// A window in which Newton fails is cut into at most so many times the steps before it is given up.
@@ -44,7 +44,8 @@ impl WindowSolver {
                     self.begin_again();
                 }
                 Err(fault)
-                    if finer >= FINEST
+                    if fault.kind == FaultKind::Interrupted
+                        || finer >= FINEST
                         || self.load_steps.is_some()
                         || !matches!(self.engine, Engine::Implicit(_)) =>
                 {

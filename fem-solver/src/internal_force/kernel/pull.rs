@@ -24,25 +24,32 @@ wide! {
     ) -> f64 {
         let mut largest = [0.0; LANES];
         for run in runs {
-            let (len, [a, b]) = (run.cables.len(), run.nodes);
-            let piece = Piece {
-                first: from_fn(|c| &u[c * nodes + a..][..len]),
-                second: from_fn(|c| &u[c * nodes + b..][..len]),
-                constants: constants.map(|of| &of[run.cables.clone()]),
-                floor: run.floor,
-            };
-            let (x, rest) = force.split_at_mut(nodes);
-            let (y, z) = rest.split_at_mut(nodes);
-            let mut pulls = spare.each_mut().map(|pulls| &mut pulls[..len]);
-            let mut first = [&mut x[a..a + len], &mut y[a..a + len], &mut z[a..a + len]];
-            if run.alike {
-                piece.pull::<true>(&mut first, &mut pulls, &mut largest);
-            } else {
-                piece.pull::<false>(&mut first, &mut pulls, &mut largest);
-            }
-            // Later, in a loop of its own: first and second nodes of a run are often the same.
-            for (force, pulls) in [x, y, z].into_iter().zip(pulls) {
-                force[b..b + len].iter_mut().zip(pulls).for_each(|(to, pull)| *to -= *pull);
+            // At the end of the nodes the last few cables are dealt with after the others, so that sums keep their order.
+            let len = run.cables.len();
+            let reaches = run.nodes[1] + len.next_multiple_of(LANES) <= nodes;
+            let whole = if reaches { len } else { len / LANES * LANES };
+            for part in [0..whole, whole..len].into_iter().filter(|part| !part.is_empty()) {
+                let ([a, b], len) = (run.nodes.map(|node| node + part.start), part.len());
+                let cables = run.cables.start + part.start..run.cables.start + part.end;
+                let piece = Piece {
+                    first: from_fn(|c| &u[c * nodes + a..][..len]),
+                    second: from_fn(|c| &u[c * nodes + b..][..len]),
+                    constants: constants.map(|of| &of[cables.clone()]),
+                    floor: run.floor,
+                };
+                let (x, rest) = force.split_at_mut(nodes);
+                let (y, z) = rest.split_at_mut(nodes);
+                let mut pulls = spare.each_mut().map(|pulls| &mut pulls[..len]);
+                let mut first = [&mut x[a..a + len], &mut y[a..a + len], &mut z[a..a + len]];
+                if run.alike {
+                    piece.pull::<true>(&mut first, &mut pulls, &mut largest);
+                } else {
+                    piece.pull::<false>(&mut first, &mut pulls, &mut largest);
+                }
+                // Later, in a loop of its own: first and second nodes of a run are often the same.
+                for (force, pulls) in [x, y, z].into_iter().zip(pulls) {
+                    force[b..b + len].iter_mut().zip(pulls).for_each(|(to, pull)| *to -= *pull);
+                }
             }
         }
         largest.into_iter().fold(0.0, f64::max)
