@@ -149,10 +149,16 @@ impl End {
     }
 }
 
+/// SIGBUS.
+const BUS: i32 = Signal::BUS.as_raw();
+
 /// Exit code or signal, in words.
 pub fn how(status: ExitStatus) -> String {
     match (status.code(), status.signal()) {
         (Some(code), _) => format!("exit code {code}"),
+        (None, Some(BUS)) => format!(
+            "killed by signal {BUS}: memory that it had mapped could not be had, as on a full /dev/shm or disk"
+        ),
         (None, Some(signal)) => format!("killed by signal {signal}"),
         (None, None) => "an unknown status".into(),
     }
@@ -264,7 +270,11 @@ impl Errors {
 fn start(job: &mut Job, index: usize, to_main: &Sender<Event>) -> io::Result<Running> {
     let errors = Errors::new()?;
     let command = &mut job.command;
-    command.process_group(0).env(screen::DIAGNOSTICS, errors.path());
+    command.process_group(0);
+    // One that speaks for itself says it to whoever has started this one, too.
+    if !matches!(job.output, Goes::Shown) {
+        command.env(screen::DIAGNOSTICS, errors.path());
+    }
     command.stdin(if job.input.is_some() { Stdio::piped() } else { Stdio::null() });
     let (mut log, mut kept) = (None, None);
     match &job.output {

@@ -7,6 +7,7 @@
 use crate::numbers::Numbers;
 use crate::plan::{Part, Plan};
 use crate::preset::Preset;
+use crate::stability;
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::check::CheckReport;
 use interface_defs::toolkit::scene::Scene;
@@ -165,7 +166,7 @@ fn steps(open: Open, numbers: &Numbers, chosen: &mut Vec<Chosen>) {
     let samples = find("samples").and_then(Value::as_integer).unwrap_or(numbers.samples.into());
     let Some(window) = window else { return };
     let part = window / samples as f64;
-    let divide = |longest: f64| part / (part / longest * (1.0 - 1e-9)).ceil().max(1.0);
+    let divide = |longest: f64| part / stability::steps(part, longest) as f64;
     if let (true, Some(longest)) = (open.dem, numbers.contact.longest) {
         chosen.push(Chosen { key: ("dem", "time_step"), value: divide(longest).into() });
     }

@@ -137,7 +137,7 @@ pub fn main() -> Exit {
         Err(stop) => {
             for error in &stop.errors {
                 if json {
-                    tracing::error!("{error}");
+                    tracing::error!(code = error.code.as_str(), key = error.key.as_deref(), "{error}");
                 } else {
                     complain(error);
                 }

@@ -14,10 +14,10 @@ use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::Path;
 
-/// A cost beyond this is worth a question: a month [s].
-const LONG: f64 = 30.0 * 86_400.0;
-/// Nobody waits so long for a run: a century [s].
-const FOR_EVER: f64 = 100.0 * 365.0 * 86_400.0;
+/// A cost beyond this is worth a question: a day [s].
+const LONG: f64 = 86_400.0;
+/// Nobody waits so long for a run: ten years [s].
+const FOR_EVER: f64 = 10.0 * 365.0 * 86_400.0;
 
 /// The answer to `rockfall check`. The scene with every default and every choice filled in goes to `resolved`.
 pub fn check(input: &Input, resolved: Option<&Path>, format: Format) -> Result<String, Stop> {
@@ -173,7 +173,7 @@ impl Numbers {
         Some(windows * pass)
     }
 
-    /// What is to be said of a run that takes a month, or that never ends.
+    /// What is to be said of a run that takes days, or that never ends.
     pub fn of_cost(&self) -> Option<Diagnostic> {
         let cost = self.expected_cost().filter(|cost| *cost > LONG)?;
         let seconds = |side: &Side| side.seconds.zip(side.step).map_or(0.0, |(seconds, step)| seconds / step);
@@ -293,7 +293,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_that_takes_a_month_is_warned_of_and_one_that_never_ends_is_refused() {
+    fn a_run_that_takes_days_is_warned_of_and_one_that_never_ends_is_refused() {
         let with_step =
             |step: f64| Numbers { net: Side { step: Some(step), ..coupled(5e-5).net }, ..coupled(5e-5) };
         assert_eq!(coupled(5e-5).of_cost(), None);

@@ -2,7 +2,7 @@
 
 use crate::plan::Plan;
 use crate::stop::Stop;
-use interface_defs::diagnostic::{Diagnostic, code};
+use interface_defs::diagnostic::code;
 use interface_defs::toolkit::arguments::Input;
 use interface_defs::toolkit::scene::Scene;
 use std::path::Path;
@@ -37,11 +37,7 @@ fn for_study(scene: &Scene, stop: Stop) -> Stop {
     let cure = format!(
         "if it is a barrier for a study: rockfall ensemble STUDY --barrier {name}, which checks it with a rock of the study"
     );
-    let more = |mut error: Diagnostic| {
-        error.hint = Some(error.hint.map_or_else(|| cure.clone(), |hint| format!("{hint}; {cure}")));
-        error
-    };
-    Stop { errors: stop.errors.into_iter().map(more).collect(), ..stop }
+    stop.hinted(&cure)
 }
 
 #[cfg(test)]

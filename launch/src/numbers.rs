@@ -1,8 +1,7 @@
 //! What the programs report of themselves to `check`, brought together.
 
 use crate::plan::Part;
-use crate::stability::{Contact, Integrator, Limit, Node, Scheme, longest_window};
-use interface_defs::Window;
+use crate::stability::{Contact, Integrator, Limit, Node, Scheme, longest_window, steps};
 use interface_defs::toolkit::check::CheckReport;
 use toml::Value;
 
@@ -58,7 +57,7 @@ pub struct Side {
 impl Side {
     /// Own steps in a window of `length` [s]; `None` if it does not report its step.
     pub fn steps(&self, length: f64) -> Option<f64> {
-        Some(Window { number: 1, iteration: 1, start: 0.0, length }.steps(self.step?) as f64)
+        Some(steps(length, self.step?) as f64)
     }
 }
 
@@ -183,7 +182,7 @@ impl Numbers {
             window,
             windows: reports
                 .number(Part::Coupler, "windows")
-                .or_else(|| Some((end_time / window? * (1.0 - 1e-9)).ceil().max(1.0))),
+                .or_else(|| Some(steps(end_time, window?) as f64)),
             seconds_per_exchange: reports.number(Part::Coupler, "seconds_per_exchange"),
             samples: reports.integer("samples").unwrap_or(1),
             weak: reports.value(Part::Coupler, "coupling", "scheme").and_then(Value::as_str) == Some("weak"),

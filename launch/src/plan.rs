@@ -108,17 +108,17 @@ fn unused(scene: &Scene, processes: &Processes) -> Result<(), Diagnostic> {
     let touches = spheres || scene.has("terrain") || scene.has("box") || fem || several;
     let bodies = dem || rock || spheres;
     let both = bodies && fem;
-    let rules = [
-        ("box", bodies, "the scene has neither [[rock]] nor [[spheres]]", "add [[rock]]"),
-        ("terrain", bodies, "the scene has neither [[rock]] nor [[spheres]]", "add [[rock]]"),
-        ("dem", bodies, "the scene has neither [[rock]] nor [[spheres]]", "add [[rock]]"),
-        ("contact", bodies, "the scene has neither [[rock]] nor [[spheres]]", "add [[rock]]"),
-        (
-            "contact",
-            dem || touches,
-            "there is nothing that the rock could touch",
-            "add [terrain], [box], [structure] or a second [[rock]]",
-        ),
+    let (no_body, one_side) = (
+        "the scene has neither [[rock]] nor [[spheres]]",
+        "it takes a rock and a structure, and the scene has one of them",
+    );
+    let untouched = "there is nothing that the rock could touch";
+    let all: &[(&str, bool, &str, &str)] = &[
+        ("box", bodies, no_body, "add [[rock]]"),
+        ("terrain", bodies, no_body, "add [[rock]]"),
+        ("dem", bodies, no_body, "add [[rock]]"),
+        ("contact", bodies, no_body, "add [[rock]]"),
+        ("contact", dem || touches, untouched, "add [terrain], [box], [structure] or a second [[rock]]"),
         ("gauge", fem, "the scene has no [structure] to measure", "add [structure]"),
         ("fem", fem, "the scene has no [structure]", "add [structure]"),
         (
@@ -127,19 +127,14 @@ fn unused(scene: &Scene, processes: &Processes) -> Result<(), Diagnostic> {
             "the scene has no [structure] that could start from another run",
             "add [structure]",
         ),
-        ("coupling", both, "it takes a rock and a structure, and the scene has one of them", "add the other"),
-        (
-            "processes.coupler",
-            both,
-            "it takes a rock and a structure, and the scene has one of them",
-            "add the other",
-        ),
+        ("coupling", both, one_side, "add the other"),
+        ("processes.coupler", both, one_side, "add the other"),
     ];
     let there = |key: &str| match key.split_once('.') {
         Some(_) => processes.coupler.is_some(),
         None => scene.has(key),
     };
-    match rules.iter().find(|(key, used, ..)| !used && there(key)) {
+    match all.iter().find(|(key, used, ..)| !used && there(key)) {
         Some((key, _, why, cure)) => {
             let name = match *key {
                 "contact" | "gauge" => format!("[[{key}]]"),

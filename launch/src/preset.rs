@@ -6,6 +6,7 @@
 use crate::choice::{Chosen, two_digits};
 use crate::numbers::Numbers;
 use crate::plan::Plan;
+use crate::stability;
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use toml::{Table, Value};
@@ -97,7 +98,7 @@ impl Preset {
         let window = window.unwrap_or(two_digits((STEPS * step).min(LONGEST)));
         let samples = if open("coupling", "samples") { self.samples } else { numbers.samples };
         let part = window / f64::from(samples);
-        let divide = |longest: f64| part / (part / longest * (1.0 - 1e-9)).ceil().max(1.0);
+        let divide = |longest: f64| part / stability::steps(part, longest) as f64;
         let on_node = numbers.node_mass.zip(numbers.stiffness).map(|(m, k)| self.contact * (m / k).sqrt());
         let longest = [numbers.contact.longest, on_node].into_iter().flatten().fold(part, f64::min);
         let contact = divide(longest);

@@ -91,6 +91,7 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
             .and_then(|()| clusters.try_for_each(|(rock, text)| record::write_cluster(&out, rock, text))),
     };
     recorded.map_err(|e| Stop::input(code::FILE, format!("{}: cannot be written to: {e}", out.display())))?;
+    drop(ground);
     owner.share_with_children();
 
     let mut bar = Bar::new(show);

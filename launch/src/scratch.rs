@@ -21,7 +21,8 @@ pub struct Scratch {
 }
 
 impl Scratch {
-    /// In the directory `home` of the results, which is made if it is not there; without one, in that of this user for such files.
+    /// In the directory `home` of the results, which is made if it is not there; without one, or where others can write to it too,
+    /// in that of this user for such files.
     pub fn new(home: Option<&Path>) -> Result<Self, Stop> {
         let place = home.map_or_else(of_user, Path::to_path_buf);
         Self::within(&place).map_err(|e| {
@@ -33,6 +34,8 @@ impl Scratch {
         let missing = place.ancestors().take_while(|dir| !dir.as_os_str().is_empty() && !dir.exists());
         let made: Vec<PathBuf> = missing.map(Path::to_path_buf).collect();
         std::fs::create_dir_all(place)?;
+        // Whoever can write to it can put another directory in the place of this one.
+        let place = if is_closed(place) { place.to_owned() } else { of_user() };
         let mut fault = io::Error::from(io::ErrorKind::AlreadyExists);
         for _ in 0..TRIES {
             let dir = place.join(format!(".rockfall-{}", RunId::new()));
@@ -63,16 +66,22 @@ impl Drop for Scratch {
 
 /// `$XDG_RUNTIME_DIR` if it is this user's, else the directory for temporary files.
 fn of_user() -> PathBuf {
-    let own = |dir: &PathBuf| {
-        dir.symlink_metadata()
-            .is_ok_and(|it| it.is_dir() && it.uid() == getuid().as_raw() && it.mode() & 0o022 == 0)
-    };
-    std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from).filter(own).unwrap_or_else(std::env::temp_dir)
+    let own = std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from).filter(|dir| is_closed(dir));
+    own.unwrap_or_else(std::env::temp_dir)
+}
+
+/// Whether a directory is this user's, and nobody else can write to it.
+fn is_closed(dir: &Path) -> bool {
+    let closed =
+        |it: std::fs::Metadata| it.is_dir() && it.uid() == getuid().as_raw() && it.mode() & 0o022 == 0;
+    dir.metadata().is_ok_and(closed)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs::Permissions;
+    use std::os::unix::fs::PermissionsExt;
 
     #[test]
     fn it_is_closed_to_others_and_leaves_nothing_behind() {
@@ -83,7 +92,6 @@ mod tests {
         std::fs::write(&file, "x").expect("written");
         let dir = file.parent().expect("a directory").metadata().expect("there");
         assert_eq!((dir.mode() & 0o777, dir.uid()), (0o700, getuid().as_raw()));
-        assert!(file.starts_with(&home));
         drop(scratch);
         assert!(!temp.path().join("out").exists());
         std::fs::create_dir(temp.path().join("out")).expect("made");
@@ -97,7 +105,12 @@ mod tests {
     #[test]
     fn two_of_one_directory_are_two() {
         let temp = tempfile::tempdir().expect("a directory");
+        std::fs::set_permissions(temp.path(), Permissions::from_mode(0o755)).expect("set");
         let [one, other] = [0; 2].map(|_| Scratch::new(Some(temp.path())).expect("made"));
         assert_ne!(one.file("a"), other.file("a"));
+        assert!(one.file("a").starts_with(temp.path()));
+        std::fs::set_permissions(temp.path(), Permissions::from_mode(0o777)).expect("set");
+        let elsewhere = Scratch::new(Some(temp.path())).expect("made");
+        assert!(!elsewhere.file("a").starts_with(temp.path()), "others could put something else there");
     }
 }

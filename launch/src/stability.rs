@@ -10,6 +10,7 @@
 //! behind the node, and makes energy at the rate `k H / (2 m)`, from which the dashpot takes `c / m`. Friction then
 //! follows the transmitted velocity.
 
+use interface_defs::Window;
 use nalgebra::{SMatrix, SVector};
 
 /// About as long as a net brakes a rock [s].
@@ -268,12 +269,15 @@ fn advance(spring: &Spring, scheme: &Scheme, window: f64, start: State) -> State
     state
 }
 
+/// Number of equal steps in `length` [s], none longer than `step` [s].
+pub fn steps(length: f64, step: f64) -> usize {
+    Window { number: 1, iteration: 1, start: 0.0, length }.steps(step)
+}
+
 /// The structure over a part of the window, under a force of this mean and this end.
 fn solve(spring: &Spring, scheme: &Scheme, part: f64, [mean, end]: [f64; 2], start: State) -> State {
     let Spring { mass: m, held, .. } = *spring;
-    let steps =
-        interface_defs::Window { number: 1, iteration: 1, start: 0.0, length: part }.steps(scheme.step);
-    let steps = steps.min(MOST_STEPS);
+    let steps = steps(part, scheme.step).min(MOST_STEPS);
     let h = part / steps as f64;
     let mut state = start;
     for step in 0..steps {

@@ -40,6 +40,16 @@ impl Stop {
         }
     }
 
+    /// The same, with one more thing to try, or to look at, about each error.
+    #[must_use]
+    pub fn hinted(mut self, cure: &str) -> Self {
+        for error in &mut self.errors {
+            error.hint =
+                Some(error.hint.take().map_or_else(|| cure.into(), |hint| format!("{hint}; {cure}")));
+        }
+        self
+    }
+
     /// The same, with more behind the last of its errors.
     #[must_use]
     pub fn and(mut self, more: &str) -> Self {

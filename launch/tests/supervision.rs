@@ -458,6 +458,32 @@ fn a_signal_while_validating_ends_in_order() {
     }
 }
 
+/// What a program of this project finds is read as data: what it prints besides is for people.
+#[test]
+fn a_check_is_believed_by_its_data_and_not_by_its_words() {
+    let bench = Bench::new();
+    let launcher = bench.path("rockfall");
+    std::fs::copy(env!("CARGO_BIN_EXE_rockfall"), &launcher).expect("copied");
+    let error = r#"{"severity":"error","code":"invalid-value","key":"rock.0.mass","message":"too light"}"#;
+    let say = format!(
+        "echo 'error: other words' >&2\nprintf '%s\\n' '{error}' '{error}' >> \"$ROCKFALL_DIAGNOSTICS\""
+    );
+    bench.script("dem-solver", &format!("{say}\nexit 2")).scene("end_time = 1.0\n[[rock]]\n");
+    let run = || {
+        let mut command = Command::new(&launcher);
+        command.current_dir(bench.dir.path()).args(["run", "s.toml", "--out", "out"]);
+        ended_with(&command.output().expect("started"))
+    };
+    assert_eq!(run(), (Some(2), "error: too light\n".into()));
+    // One that says nothing as data is quoted.
+    bench.script("dem-solver", "echo 'no licence' >&2\nexit 1");
+    let (code, message) = run();
+    assert!(
+        code == Some(1) && message.contains("ended with exit code 1 and printed: no licence"),
+        "{message}"
+    );
+}
+
 #[test]
 fn names_that_are_no_text_do_not_panic() {
     use std::os::unix::ffi::OsStrExt;

@@ -306,13 +306,7 @@ pub fn page(study: &Study, all: &[Found], facts: &report::Facts) -> String {
         env!("CARGO_PKG_VERSION"),
         report::percent(OFF)
     );
-    let table = Columns::new()
-        .with("setting", name)
-        .with("others", |found: &Found| study.space.label(&found.push.arm))
-        .with("scene", |found| three(found.own))
-        .with("theory", |found| dash(found.theory))
-        .with("holds at", |found| dash(found.holds))
-        .with("breaks at", |found| dash(found.broke()))
+    let table = columns(study)
         .with("theory over what holds", |found| {
             dash(
                 found
@@ -339,24 +333,18 @@ fn dash(value: Option<f64>) -> String {
 
 /// The limits, for the screen.
 pub fn screen(study: &Study, all: &[Found]) -> String {
-    let mut text = String::new();
-    for found in all {
-        let arm = if found.push.arm.is_empty() {
-            String::new()
-        } else {
-            format!(", {}", study.space.label(&found.push.arm))
-        };
-        let theory = found.theory.map_or(String::new(), |theory| format!(" (theory {})", three(theory)));
-        let _ = writeln!(
-            text,
-            "{}{arm}: holds at {}, breaks at {}{theory}; {}",
-            name(found),
-            dash(found.holds),
-            dash(found.broke()),
-            symptom(found)
-        );
-    }
-    text
+    columns(study).with("symptom", symptom).aligned(all)
+}
+
+/// What page and screen say of a limit.
+fn columns(study: &Study) -> Columns<'_, Found> {
+    Columns::new()
+        .with("setting", name)
+        .with("others", |found: &Found| study.space.label(&found.push.arm))
+        .with("scene", |found| three(found.own))
+        .with("theory", |found| dash(found.theory))
+        .with("holds at", |found| dash(found.holds))
+        .with("breaks at", |found| dash(found.broke()))
 }
 
 fn name(found: &Found) -> String {

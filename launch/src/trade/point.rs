@@ -1,6 +1,7 @@
 //! A point among the settings of a scene: the rungs of its knobs that are not the scene's own.
 
 use super::knobs::{Class, Knob};
+use crate::stability;
 use std::collections::BTreeMap;
 
 /// Rungs by knob; a knob at the scene's own value is left out.
@@ -72,7 +73,7 @@ impl Space {
         for knob in self.knobs.iter().filter(|knob| self.uses(point, knob)) {
             let value = match (knob.name, part, knob.as_number(rung(point, knob.name))) {
                 ("dem_step" | "fem_step", Some(part), Some(step)) => {
-                    format!("{:.9e}", part / (part / step * (1.0 - 1e-9)).ceil().max(1.0))
+                    format!("{:.9e}", part / stability::steps(part, step) as f64)
                 }
                 _ => knob.value(rung(point, knob.name))?,
             };

@@ -208,14 +208,14 @@ impl Work<'_> {
         let doubts = Prepared::of(&input, |_| None, self.events).and_then(|prepared| Ok(prepared.doubts()?));
         let see = || {
             format!(
-                "\nthis is of member 1 of the study; its scene: rockfall ensemble {} --barrier {} --scene-of 1",
+                "this is of member 1 of the study; its scene: rockfall ensemble {} --barrier {} --scene-of 1",
                 self.arguments.study.display(),
                 self.barrier.display()
             )
         };
         let of_barrier = |stop: Stop| {
             let errors = stop.errors.into_iter().map(|error| generated.placed(error)).collect();
-            Stop { errors, ..stop }.and(&see())
+            Stop { errors, ..stop }.hinted(&see())
         };
         for doubt in doubts.map_err(of_barrier)?.into_iter().filter(|_| !self.quiet) {
             tracing::warn!("{}", generated.placed(doubt));
