@@ -9,7 +9,7 @@ use super::wait::{Patience, TIMEOUT, Wait, absent, is_orphan};
 use super::{interrupt, transport};
 use crate::exchange::{self, Exchange, Selected};
 use crate::header::{AnswerHeader, RequestHeader, Status};
-use crate::message::{Fault, FromSolver, Statistics, ToSolver};
+use crate::message::{Fault, FromSolver, Plan, Ready, Statistics, ToSolver};
 use crate::participant::{self, Failure, payload_lengths};
 use crate::solver::Solver;
 use iceoryx2::port::server::Server;
@@ -282,7 +282,7 @@ impl Session<'_> {
         self.control.borrow_mut().send(message, false, &|| self.bell.ring())
     }
 
-    fn prepare(&mut self, solver: &mut dyn Solver, plan: &crate::message::Plan) -> Result<(), Failure> {
+    fn prepare(&mut self, solver: &mut dyn Solver, plan: &Plan) -> Result<(), Failure> {
         let mut aborted = None;
         let mut report = |progress| {
             if interrupt::requested() {
@@ -312,27 +312,29 @@ impl Session<'_> {
                 None => Ok(ready),
             }
         });
-        let answer = match outcome {
-            Ok(ready) => {
-                // An answer may list all nodes, and that of a selection pairs: growth is allowed for.
-                let longest = payload_lengths(plan, &ready).1 + ready.mesh.node_count();
-                check_space(2 * 8 * longest as u64)?;
-                let server = self
-                    .channels
-                    .field
-                    .server_builder()
-                    .initial_max_slice_len(longest.max(1))
-                    .allocation_strategy(AllocationStrategy::PowerOfTwo)
-                    .max_loaned_responses_per_request(1)
-                    .create()
-                    .map_err(transport("cannot create the field channel"))?;
-                self.field = Some(server);
-                self.domain.allocate()?;
-                FromSolver::Ready(ready)
-            }
-            Err(fault) => FromSolver::Fault(fault),
-        };
-        self.send(&answer)
+        // The coupler is given the reason: it would wait for a process that is lost.
+        let offered = outcome.and_then(|ready| {
+            self.offer(plan, &ready).map(|()| ready).map_err(|failure| Fault::broken(failure.to_string()))
+        });
+        self.send(&offered.map_or_else(FromSolver::Fault, FromSolver::Ready))
+    }
+
+    /// Create the channel of windows.
+    fn offer(&mut self, plan: &Plan, ready: &Ready) -> Result<(), Failure> {
+        // An answer may list all nodes, and that of a selection pairs: growth is allowed for.
+        let longest = payload_lengths(plan, ready).1 + ready.mesh.node_count();
+        check_space(2 * 8 * longest as u64)?;
+        let server = self
+            .channels
+            .field
+            .server_builder()
+            .initial_max_slice_len(longest.max(1))
+            .allocation_strategy(AllocationStrategy::PowerOfTwo)
+            .max_loaned_responses_per_request(1)
+            .create()
+            .map_err(transport("cannot create the field channel"))?;
+        self.field = Some(server);
+        self.domain.allocate()
     }
 
     fn window(&mut self, solver: &mut dyn Solver, request: &WindowRequest) -> Result<(), Failure> {
