@@ -111,13 +111,12 @@ pub fn agree(
     let (u, v) = (last(name::DISPLACEMENT), last(name::VELOCITY));
     let motion = guard::Motion::new(u, v, settings.time_window);
     let mut interface = Interface::new(mapping, places, u, v);
-    interface.passing = Passing::new(&fields.common, &dem_side, &fem_side);
+    interface.passing = Passing::new(&fields.common, &fields.local, &dem_side, &fem_side);
     if settings.measures_force() {
         interface.follow_force().map_err(|what| {
             refuse(of_key("measure", code::CONTRADICTION, format!("{}: {what}", dem_side.program)))
         })?;
     }
-    interface.pass_on(&fields.local, &dem_side, &fem_side);
     let largest_window = dem_hello.largest_window.min(fem_hello.largest_window);
     Ok(Agreement {
         interface,

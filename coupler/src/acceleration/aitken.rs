@@ -3,7 +3,7 @@
 //! `w <- -w r_old.(r - r_old)/|r - r_old|^2`. Source: Irons and Tuck (1969), Int. J. Numer. Meth.
 //! Engng 1, 275; Kuettler and Wall (2008), Comput. Mech. 43, 61; handbook 3.4.
 
-use super::nodes::{COMPONENTS, common};
+use super::secants::{COMPONENTS, common};
 use super::{Acceleration, relax};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
