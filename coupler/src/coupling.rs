@@ -149,7 +149,7 @@ impl<'a> Coupling<'a> {
                 return Err(Failure::Interrupted.into());
             }
             kept?;
-            self.stretch(&mut schedule, agreement);
+            self.lengthen(&mut schedule, agreement);
             let Some(span) = schedule.next() else { break };
             let may_halve = self.settings.on_no_convergence == OnNoConvergence::Halve && schedule.can_halve();
             match self.window(span, may_halve, agreement, observer)? {
@@ -183,10 +183,10 @@ impl<'a> Coupling<'a> {
     }
 
     /// While nothing is in reach, one window lasts as long as the contact solver says, up to the next row.
-    fn stretch(&self, schedule: &mut Schedule, agreement: &Agreement) {
+    fn lengthen(&self, schedule: &mut Schedule, agreement: &Agreement) {
         let free = self.gauges.free_time.min(agreement.largest_window);
         if self.settings.flight_window > 0.0 && !self.gauges.touches {
-            schedule.stretch(free, self.settings.flight_window);
+            schedule.lengthen(free, self.settings.flight_window);
         }
     }
 

@@ -207,7 +207,7 @@ fn check_ready(solver: &str, plan: &Plan, ready: &Ready) -> Result<(), Failure> 
     Err(breach(solver, clause::MESH, what))
 }
 
-/// Programs that have read different scenes compute different things, and nobody would see it.
+/// Programs that have read different scenes compute different things, and nothing else would show it.
 fn check_scene(settings: &CouplingSettings, solver: &str, hello: &Hello) -> Result<(), Failure> {
     let theirs = &hello.scene;
     match &settings.scene {
@@ -270,7 +270,7 @@ fn choose_fields(settings: &CouplingSettings, dem: &Hello, fem: &Hello) -> Resul
         from_fem.push(given);
         to_dem.push(taken);
     }
-    // The structure's list says which load balances its scheme (handbook 3.7): mean, end, or both.
+    // The structure's list says with which load its scheme keeps energy: mean, end, or both.
     let mut to_fem = Vec::new();
     let mut from_dem = Vec::new();
     for sampling in [Means, AtEnds] {

@@ -90,7 +90,7 @@ struct Held {
     first: bool,
 }
 
-/// The fields on their way.
+/// The fields that are passed on, between giver and taker.
 #[derive(Debug, Clone, Default)]
 pub struct Passing {
     to_contact: Vec<Held>,
