@@ -221,23 +221,23 @@ impl Trend {
 ///
 /// Squares of several nodes side by side and one root at the end: thousands of nodes in a microsecond.
 pub fn largest_distance(a: &[f64], b: &[f64], nodes: &[Range<usize>]) -> f64 {
-    let mut lanes = [0.0_f64; NODES];
+    let mut most = [0.0_f64; NODES];
     for range in nodes {
         let range = 3 * range.start..3 * range.end;
         let (a, b) = (&a[range.clone()], &b[range]);
         let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<{ 3 * NODES }>(), b.as_chunks::<{ 3 * NODES }>());
         for (a, b) in a.iter().zip(b) {
             let squares: [f64; 3 * NODES] = std::array::from_fn(|i| (a[i] - b[i]) * (a[i] - b[i]));
-            for (n, lane) in lanes.iter_mut().enumerate() {
-                *lane = larger(*lane, squares[3 * n] + squares[3 * n + 1] + squares[3 * n + 2]);
+            for (n, most) in most.iter_mut().enumerate() {
+                *most = larger(*most, squares[3 * n] + squares[3 * n + 1] + squares[3 * n + 2]);
             }
         }
         for (a, b) in a_rest.as_chunks::<3>().0.iter().zip(b_rest.as_chunks::<3>().0) {
             let d = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
-            lanes[0] = larger(lanes[0], d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+            most[0] = larger(most[0], d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
         }
     }
-    lanes.into_iter().fold(0.0, larger).sqrt()
+    most.into_iter().fold(0.0, larger).sqrt()
 }
 
 /// Without the care of [`f64::max`] for NaN, which costs more than all the rest: answers are finite.

@@ -1,6 +1,6 @@
 //! The Gauss-Seidel loop: contact solver, then structure, until both agree; window after window.
 
-use crate::convergence::{Residual, Trend};
+use crate::convergence::{Field, Measure, Residual, Trend};
 use crate::energy::{Balance, Both};
 use crate::guard;
 use crate::handshake::{Agreement, agree};
@@ -15,7 +15,6 @@ use interface_defs::toolkit::limits::Limits;
 use interface_defs::{Failure, Layout, Participant, Statistics, ipc::interrupt};
 use serde::{Deserialize, Serialize};
 
-mod judge;
 mod kept;
 mod selection;
 use selection::no_selection;
@@ -150,7 +149,7 @@ impl<'a> Coupling<'a> {
                 return Err(Failure::Interrupted.into());
             }
             kept?;
-            self.stretch(&mut schedule, agreement);
+            self.lengthen(&mut schedule, agreement);
             let Some(span) = schedule.next() else { break };
             let may_halve = self.settings.on_no_convergence == OnNoConvergence::Halve && schedule.can_halve();
             match self.window(span, may_halve, agreement, observer)? {
@@ -184,10 +183,10 @@ impl<'a> Coupling<'a> {
     }
 
     /// While nothing is in reach, one window lasts as long as the contact solver says, up to the next row.
-    fn stretch(&self, schedule: &mut Schedule, agreement: &Agreement) {
+    fn lengthen(&self, schedule: &mut Schedule, agreement: &Agreement) {
         let free = self.gauges.free_time.min(agreement.largest_window);
         if self.settings.flight_window > 0.0 && !self.gauges.touches {
-            schedule.stretch(free, self.settings.flight_window);
+            schedule.lengthen(free, self.settings.flight_window);
         }
     }
 
@@ -337,6 +336,34 @@ impl<'a> Coupling<'a> {
             true => residual.passes(&usual),
             false => measures.iter().all(|m| interface.judge(m, length).passes(&m.tolerance(&usual))),
         }
+    }
+
+    /// What is left of the residual, with the tolerances beside it.
+    fn left(&self, residual: &Residual, interface: &Interface, length: f64) -> String {
+        let (measures, mut usual) = (&self.settings.measure, self.settings.tolerances());
+        if interface.yields() {
+            usual = self.settings.of_yielding();
+        }
+        if measures.is_empty() || interface.yields() {
+            return format!(
+                "displacement residual {:.2e} m (increment {:.2e} m), velocity residual times window {:.2e} m, tolerances \
+                 {:.1e} relative, {:.1e} m",
+                residual.displacement,
+                residual.displacement_increment,
+                residual.velocity,
+                usual.relative,
+                usual.absolute
+            );
+        }
+        let of = |m: &Measure| {
+            let (judged, tolerance) = (interface.judge(m, length), m.tolerance(&usual));
+            let unit = if m.field == Field::Force { "N" } else { "m" };
+            format!(
+                "{} residual {:.2e} {unit} (relative to {:.2e} {unit}; tolerances {:.1e} relative, {:.1e} {unit})",
+                m.field, judged.residual, judged.reference, tolerance.relative, tolerance.absolute
+            )
+        };
+        measures.iter().map(of).collect::<Vec<_>>().join(", ")
     }
 
     /// The first iterate of a window.

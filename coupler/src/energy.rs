@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn an_error_at_the_interface_is_told_from_one_in_a_solver() {
+    fn an_error_at_the_interface_is_distinguished_from_one_in_a_solver() {
         let mut balance = Balance::new(Both { dem: rock(100.0, 0.0), fem: net(0.0, 0.0) });
         let work = |structure, mesh| Work { structure, mesh, touched: true };
         // The rock gives 40 J, the net gets 45 J: the five are the interface's. One of its own is lost in the net.

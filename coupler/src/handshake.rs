@@ -111,13 +111,12 @@ pub fn agree(
     let (u, v) = (last(name::DISPLACEMENT), last(name::VELOCITY));
     let motion = guard::Motion::new(u, v, settings.time_window);
     let mut interface = Interface::new(mapping, places, u, v);
-    interface.passing = Passing::new(&fields.common, &dem_side, &fem_side);
+    interface.passing = Passing::new(&fields.common, &fields.local, &dem_side, &fem_side);
     if settings.measures_force() {
         interface.follow_force().map_err(|what| {
             refuse(of_key("measure", code::CONTRADICTION, format!("{}: {what}", dem_side.program)))
         })?;
     }
-    interface.pass_on(&fields.local, &dem_side, &fem_side);
     let largest_window = dem_hello.largest_window.min(fem_hello.largest_window);
     Ok(Agreement {
         interface,
@@ -208,7 +207,7 @@ fn check_ready(solver: &str, plan: &Plan, ready: &Ready) -> Result<(), Failure> 
     Err(breach(solver, clause::MESH, what))
 }
 
-/// Programs that have read different scenes compute different things, and nobody would see it.
+/// Programs that have read different scenes compute different things, and nothing else would show it.
 fn check_scene(settings: &CouplingSettings, solver: &str, hello: &Hello) -> Result<(), Failure> {
     let theirs = &hello.scene;
     match &settings.scene {
@@ -271,7 +270,7 @@ fn choose_fields(settings: &CouplingSettings, dem: &Hello, fem: &Hello) -> Resul
         from_fem.push(given);
         to_dem.push(taken);
     }
-    // The structure's list says which load balances its scheme (handbook 3.7): mean, end, or both.
+    // The structure's list says with which load its scheme keeps energy: mean, end, or both.
     let mut to_fem = Vec::new();
     let mut from_dem = Vec::new();
     for sampling in [Means, AtEnds] {

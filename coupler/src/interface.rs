@@ -10,13 +10,9 @@ use crate::guard::Answered;
 use crate::mapping::Matrix;
 use crate::passing::Passing;
 use crate::places::Places;
-use crate::predictor::predict;
 use crate::side::Side;
-use interface_defs::{FieldSpec, Sampling, name};
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
-
-mod kept;
-pub use kept::KeptInterface;
 
 /// Motion of the structure's interface nodes: displacement [m] and velocity [m/s], sample by sample.
 #[derive(Debug, Clone, Default)]
@@ -50,17 +46,18 @@ impl Motion {
     }
 }
 
-/// A field of one sample that is passed on from the structure to the contact solver.
-#[derive(Debug, Clone)]
-struct Passed {
-    name: String,
-    from: Range<usize>,
-    to: Range<usize>,
-    /// As committed, and in the structure's last answer.
-    committed: Vec<f64>,
-    trial: Vec<f64>,
-    /// Whether it belongs to the straight motion that a window begins with, and to no later iterate.
-    first: bool,
+/// The committed side of an [`Interface`].
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct KeptInterface {
+    u: Vec<f64>,
+    v: Vec<f64>,
+    broken: Vec<f64>,
+    /// Fields that are passed on.
+    passing: Vec<Vec<f64>>,
+    /// Mean forces: of the last iteration, of the one before, and committed.
+    forces: [Vec<Vec<f64>>; 3],
+    judged: Vec<bool>,
+    in_reach: Vec<Range<usize>>,
 }
 
 /// State of the interface.
@@ -70,8 +67,6 @@ pub struct Interface {
     /// Fields that are passed on as they are.
     pub passing: Passing,
     places: Places,
-    /// Fields that the contact solver gets as the structure has them when the window begins.
-    passed: Vec<Passed>,
     /// Whether all of this is of selected nodes alone; the meshes are equal then.
     selected: bool,
     /// Where the contact solver has moved the net itself, by samples; empty if it does not.
@@ -125,7 +120,6 @@ impl Interface {
             nodes: Vec::with_capacity(u.len() / 3),
             packed: Vec::with_capacity(2 * samples * u.len()),
             packed_residual: Vec::with_capacity(2 * samples * u.len()),
-            passed: Vec::new(),
             selected: false,
             own: vec![vec![0.0; u.len()]; places.own.len()],
             mapping,
@@ -134,40 +128,13 @@ impl Interface {
         }
     }
 
-    /// Pass these fields of the structure on to the contact solver.
-    pub fn pass_on(&mut self, fields: &[FieldSpec], dem: &Side, fem: &Side) {
-        let first = [name::LOCAL_FORCE, name::LOCAL_FORCE_RATE];
-        self.passed = fields
-            .iter()
-            .filter_map(|field| {
-                let from = fem.layout.sample(&field.name, Sampling::Once, 0)?;
-                let to = dem.request.sample(&field.name, Sampling::Once, 0)?;
-                let values = vec![0.0; from.len()];
-                Some(Passed {
-                    name: field.name.clone(),
-                    from,
-                    to,
-                    committed: values.clone(),
-                    trial: values,
-                    first: first.contains(&field.name.as_str()),
-                })
-            })
-            .collect();
-    }
-
     /// Lay everything out for the payloads as they are now, which hold `nodes` nodes, and begin from `state`, the structure's
     /// answer with its committed state.
     pub fn select(&mut self, dem: &Side, fem: &Side, nodes: usize, selected: bool, state: &[f64]) {
         let len = 3 * nodes;
         self.selected = selected;
         self.places.lay_out(dem, fem, self.iterate.u.len());
-        for field in &mut self.passed {
-            field.from = fem.layout.sample(&field.name, Sampling::Once, 0).unwrap_or_default();
-            field.to = dem.request.sample(&field.name, Sampling::Once, 0).unwrap_or_default();
-            field.committed.clear();
-            field.committed.extend_from_slice(&state[field.from.clone()]);
-            field.trial.clone_from(&field.committed);
-        }
+        self.passing.select(dem, fem, state);
         self.iterate.resize(len);
         self.answer.resize(len);
         self.own.iter_mut().chain(&mut self.force).for_each(|sample| sample.resize(len, 0.0));
@@ -207,12 +174,16 @@ impl Interface {
         }
     }
 
-    /// First iterate of a window of `length` [s].
+    /// First iterate of a window of `length` [s]: displacement is extrapolated by `order` (0: it stays, 1: it goes on with its
+    /// velocity). Order 2 gains nothing and fails earlier.
     pub fn predict(&mut self, order: u32, length: f64) {
         let samples = self.iterate.u.len();
         for (i, (u, v)) in self.iterate.u.iter_mut().zip(&mut self.iterate.v).enumerate() {
             let ahead = length * (i + 1) as f64 / samples as f64;
-            predict(order, &self.committed_u, &self.committed_v, ahead, u);
+            let step = if order == 0 { 0.0 } else { ahead };
+            for ((p, u), v) in u.iter_mut().zip(&self.committed_u).zip(&self.committed_v) {
+                *p = u + step * v;
+            }
             v.copy_from_slice(&self.committed_v);
         }
         if !self.force_before.is_empty() {
@@ -253,17 +224,11 @@ impl Interface {
         if let Some(place) = &self.places.dem_broken {
             payload[place.clone()].copy_from_slice(&self.committed_broken);
         }
-        self.passing.write_to_contact(payload);
+        self.passing.write_to_contact(payload, iteration);
         for (place, force) in self.places.star.iter().zip(&self.force) {
             match iteration {
                 1 => payload[place.clone()].fill(0.0),
                 _ => payload[place.clone()].copy_from_slice(force),
-            }
-        }
-        for field in &self.passed {
-            match iteration > 1 && field.first {
-                true => payload[field.to.clone()].fill(0.0),
-                false => payload[field.to.clone()].copy_from_slice(&field.committed),
             }
         }
         if let Some(place) = &self.places.dem_travel {
@@ -322,9 +287,6 @@ impl Interface {
         }
         if let Some(place) = &self.places.broken {
             self.broken.copy_from_slice(&from_structure[place.clone()]);
-        }
-        for field in &mut self.passed {
-            field.trial.copy_from_slice(&from_structure[field.from.clone()]);
         }
     }
 
@@ -457,6 +419,30 @@ impl Interface {
         work
     }
 
+    /// What the next window follows from.
+    pub fn kept(&self) -> KeptInterface {
+        KeptInterface {
+            u: self.committed_u.clone(),
+            v: self.committed_v.clone(),
+            broken: self.committed_broken.clone(),
+            passing: self.passing.kept(),
+            forces: [self.force.clone(), self.force_before.clone(), self.committed_force.clone()],
+            judged: self.judged.clone(),
+            in_reach: self.in_reach.clone(),
+        }
+    }
+
+    /// Go on from there, with payloads laid out as they were.
+    pub fn go_on(&mut self, kept: KeptInterface) {
+        let KeptInterface { u, v, broken, passing, forces, judged, in_reach } = kept;
+        (self.committed_u, self.committed_v) = (u, v);
+        self.broken.clone_from(&broken);
+        self.committed_broken = broken;
+        self.passing.go_on(passing);
+        [self.force, self.force_before, self.committed_force] = forces;
+        (self.judged, self.in_reach) = (judged, in_reach);
+    }
+
     /// The answer's end is the committed motion from now on, and what is broken in it is broken.
     pub fn commit(&mut self) {
         // The next answer is written over what is swapped out.
@@ -469,7 +455,6 @@ impl Interface {
             committed.copy_from_slice(force);
         }
         self.passing.commit();
-        self.passed.iter_mut().for_each(|field| std::mem::swap(&mut field.committed, &mut field.trial));
     }
 }
 

@@ -8,7 +8,7 @@
 //!
 //! - before the loop: [`program`] (command line), [`settings`] (the table `[coupling]`: keys, defaults, checks), [`handshake`]
 //!   (who is there, which fields cross the interface, the interface mesh)
-//! - in a window: [`schedule`] (which window is next), [`predictor`] (first iterate), [`interface`] (motion and force on both
+//! - in a window: [`schedule`] (which window is next), [`interface`] (first iterate, motion and force on both
 //!   meshes), [`mapping`] (the matrix between them), [`patch`] (the nodes that cross), `seat` (asks one solver), `places` (where fields lie in a payload), [`convergence`] (residual and tolerances),
 //!   [`acceleration`] (residual to next iterate)
 //! - seen from outside: `observer`
@@ -30,7 +30,6 @@ mod observer;
 pub mod passing;
 pub mod patch;
 mod places;
-pub mod predictor;
 pub mod program;
 pub mod records;
 pub mod reference;

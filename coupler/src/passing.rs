@@ -81,20 +81,62 @@ impl Common {
 /// A field of the structure, as committed and in its last answer.
 #[derive(Debug, Clone)]
 struct Held {
+    field: FieldSpec,
     from: Range<usize>,
     to: Range<usize>,
     committed: Vec<f64>,
     trial: Vec<f64>,
+    /// Whether it belongs to the straight motion that a window begins with, and to no later iterate.
+    first: bool,
 }
 
-/// The fields on their way.
+/// The fields that are passed on, between giver and taker.
 #[derive(Debug, Clone, Default)]
 pub struct Passing {
     to_contact: Vec<Held>,
     to_structure: Vec<(Range<usize>, Range<usize>)>,
 }
 
+/// All samples of a field in a payload, if it is there.
+fn all(layout: &Layout, field: &FieldSpec) -> Option<Range<usize>> {
+    let start = layout.sample(&field.name, field.sampling, 0)?.start;
+    Some(start..layout.last(&field.name, field.sampling)?.end)
+}
+
 impl Passing {
+    /// At t = 0: the fields `common`, and those of a yielding net, `local`, which are unknown until nodes are selected.
+    pub fn new(common: &Common, local: &[FieldSpec], dem: &Side, fem: &Side) -> Self {
+        let of_start = [name::LOCAL_FORCE, name::LOCAL_FORCE_RATE];
+        let held = |field: &FieldSpec, is_known: bool| {
+            let (from, to) = (all(&fem.layout, field)?, all(&dem.request, field)?);
+            let mut committed = fem.initial[from.clone()].to_vec();
+            if !is_known {
+                committed.fill(0.0);
+            }
+            let first = of_start.contains(&field.name.as_str());
+            Some(Held { field: field.clone(), from, to, trial: committed.clone(), committed, first })
+        };
+        let common_ones = common.to_contact.iter().filter_map(|field| held(field, true));
+        let fields = common.to_structure.iter();
+        Self {
+            to_contact: common_ones.chain(local.iter().filter_map(|field| held(field, false))).collect(),
+            to_structure: fields
+                .filter_map(|field| Some((all(&dem.layout, field)?, all(&fem.request, field)?)))
+                .collect(),
+        }
+    }
+
+    /// Lay the fields out for the payloads as they are now, and begin from `state`, the structure's answer with its committed state.
+    pub fn select(&mut self, dem: &Side, fem: &Side, state: &[f64]) {
+        for held in &mut self.to_contact {
+            held.from = all(&fem.layout, &held.field).unwrap_or_default();
+            held.to = all(&dem.request, &held.field).unwrap_or_default();
+            held.committed.clear();
+            held.committed.extend_from_slice(&state[held.from.clone()]);
+            held.trial.clone_from(&held.committed);
+        }
+    }
+
     /// What the structure gave, as committed.
     pub fn kept(&self) -> Vec<Vec<f64>> {
         self.to_contact.iter().map(|held| held.committed.clone()).collect()
@@ -105,31 +147,14 @@ impl Passing {
         self.to_contact.iter_mut().zip(kept).for_each(|(held, committed)| held.committed = committed);
     }
 
-    /// At t = 0.
-    pub fn new(common: &Common, dem: &Side, fem: &Side) -> Self {
-        let all = |layout: &Layout, field: &FieldSpec| {
-            let start = layout.sample(&field.name, field.sampling, 0)?.start;
-            Some(start..layout.last(&field.name, field.sampling)?.end)
-        };
-        let held = |field: &FieldSpec| {
-            let (from, to) = (all(&fem.layout, field)?, all(&dem.request, field)?);
-            let committed = fem.initial[from.clone()].to_vec();
-            Some(Held { from, to, trial: committed.clone(), committed })
-        };
-        Self {
-            to_contact: common.to_contact.iter().filter_map(held).collect(),
-            to_structure: common
-                .to_structure
-                .iter()
-                .filter_map(|field| Some((all(&dem.layout, field)?, all(&fem.request, field)?)))
-                .collect(),
-        }
-    }
-
     /// What the structure gave, as committed, into the request to the contact solver.
-    pub fn write_to_contact(&self, payload: &mut [f64]) {
+    pub fn write_to_contact(&self, payload: &mut [f64], iteration: u32) {
         for held in &self.to_contact {
-            payload[held.to.clone()].copy_from_slice(&held.committed);
+            let to = &mut payload[held.to.clone()];
+            match iteration > 1 && held.first {
+                true => to.fill(0.0),
+                false => to.copy_from_slice(&held.committed),
+            }
         }
     }
 
@@ -149,7 +174,7 @@ impl Passing {
 
     /// Its last answer is accepted.
     pub fn commit(&mut self) {
-        self.to_contact.iter_mut().for_each(|held| held.committed.copy_from_slice(&held.trial));
+        self.to_contact.iter_mut().for_each(|held| std::mem::swap(&mut held.committed, &mut held.trial));
     }
 }
 

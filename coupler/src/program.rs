@@ -4,7 +4,7 @@ use crate::cost::{self, Clock};
 use crate::coupling::{Coupling, CouplingError};
 use crate::records::{Records, describe};
 use crate::schedule::Schedule;
-use crate::settings::{CouplingSettings, Scheme};
+use crate::settings::{self, CouplingSettings, Scheme};
 use clap::{Parser, Subcommand};
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc::remote::{Host, HostOptions, Remote};
@@ -275,11 +275,10 @@ pub fn check(scene: &Scene) -> Result<CheckReport, Diagnostic> {
         report_number("time_window_s", settings.time_window);
         report_number("windows", windows as f64);
         report_number("min_window_s", shortest);
-        let document = scene.document().ok();
-        let named =
-            document.is_some_and(|d| d.get("coupling").is_some_and(|table| table.get("scheme").is_some()));
         let scheme = match settings.scheme {
-            _ if !named => "without a scheme, which `rockfall` chooses (alone: weak)",
+            _ if !settings::names(scene, "scheme") => {
+                "without a scheme, which `rockfall` chooses (alone: weak)"
+            }
             Scheme::Weak => "weak: one pass per window",
             Scheme::Strong => "strong: until both agree",
         };

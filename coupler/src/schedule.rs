@@ -98,7 +98,7 @@ impl Schedule {
 
     /// Let the next window be as long as full windows fit into `time` [s], up to the next multiple of `interval` [s]; a window
     /// that has been halved stays as it is.
-    pub fn stretch(&mut self, time: f64, interval: f64) {
+    pub fn lengthen(&mut self, time: f64, interval: f64) {
         if self.level > 0 || self.kept > 0 {
             return;
         }
@@ -229,15 +229,15 @@ mod tests {
     #[test]
     fn a_window_in_flight_goes_as_far_as_time_and_the_next_row_allow() {
         let mut schedule = Schedule::new(1e-3, 0.1, 1e-5);
-        schedule.stretch(7.5e-3, 1e-2);
+        schedule.lengthen(7.5e-3, 1e-2);
         assert!((schedule.next().unwrap().length - 7e-3).abs() < 1e-15);
         schedule.accept();
-        schedule.stretch(1.0, 1e-2);
+        schedule.lengthen(1.0, 1e-2);
         assert!((schedule.next().unwrap().length - 3e-3).abs() < 1e-15, "to the row at 10 ms");
         assert!(schedule.halve());
         assert_eq!(schedule.next().unwrap().length, 1e-3, "half of three, in whole windows");
         schedule.accept();
-        schedule.stretch(5e-4, 1e-2);
+        schedule.lengthen(5e-4, 1e-2);
         assert_eq!(schedule.next().unwrap().length, 1e-3);
         while schedule.next().is_some() {
             schedule.accept();

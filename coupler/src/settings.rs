@@ -155,6 +155,13 @@ const MOST_RINGS: u32 = 20;
 /// Keys that repeated windows alone use. Tolerances are no such keys: a scene keeps them for either scheme.
 const OF_STRONG: [&str; 5] = ["acceleration", "max_iterations", "on_no_convergence", "min_window", "measure"];
 
+/// Whether the scene itself names this key of `[coupling]`.
+pub fn names(scene: &Scene, key: &str) -> bool {
+    scene
+        .document()
+        .is_ok_and(|document| document.get("coupling").is_some_and(|table| table.get(key).is_some()))
+}
+
 /// A key of `[coupling]` that has no meaning as it is.
 fn wrong(key: &str, message: impl Into<String>) -> Diagnostic {
     Diagnostic::new(message).about(format!("coupling.{key}"))
@@ -186,9 +193,8 @@ impl CouplingSettings {
 
     /// From a scene that names scheme and window, checked.
     pub fn of(scene: &Scene) -> Result<Self, Diagnostic> {
-        let document = scene.document()?;
         for key in ["scheme", "time_window"] {
-            if document.get("coupling").and_then(|table| table.get(key)).is_none() {
+            if !names(scene, key) {
                 return Err(scene
                     .invalid("coupling", format!("coupling.{key} is not named: the coupler alone cannot choose it"))
                     .coded(code::MISSING_KEY)
@@ -212,11 +218,7 @@ impl CouplingSettings {
         coupling.check_against_run(scene)?;
         coupling.scene = Some(scene.fingerprint());
         coupling.flight_window = Output::of(scene)?.interval;
-        let named = |key: &str| {
-            let document = scene.document().ok();
-            document.is_some_and(|d| d.get("coupling").is_some_and(|table| table.get(key).is_some()))
-        };
-        if coupling.yielding_net && !named("samples") && !is_open(&coupling.time_window) {
+        if coupling.yielding_net && !names(scene, "samples") && !is_open(&coupling.time_window) {
             coupling.samples =
                 (coupling.time_window / PART_OF_YIELDING).ceil().clamp(1.0, MOST_SAMPLES.into()) as u32;
         }

@@ -110,8 +110,8 @@ impl Solver for Net {
     fn prepare(&mut self, plan: &Plan, _: OnProgress) -> Result<Ready, Fault> {
         self.samples = plan.gives[0].samples as usize;
         self.window = plan.window;
-        let told = if self.lie == Lie::WrongMasses { 1.0 } else { MASS };
-        let mut masses = vec![told; NODES];
+        let reported = if self.lie == Lie::WrongMasses { 1.0 } else { MASS };
+        let mut masses = vec![reported; NODES];
         masses[HELD] = f64::INFINITY;
         let mut coordinates: Vec<f64> = (0..NODES).flat_map(|n| [n as f64, 0.0, 0.0]).collect();
         if self.lie == Lie::WrongMesh {
@@ -290,7 +290,7 @@ fn twelve_lies_of_a_structure_that_can_be_examined_are_named_by_their_clauses() 
         named(Net::new(lie, Some(0.0)), Scheme::Strong, 2, clause);
         named(Net::new(lie, Some(0.0)), Scheme::Weak, 2, clause);
     }
-    // A net that is on its way at t = 0.
+    // A net that moves at t = 0.
     for (lie, clause) in
         [(Lie::IgnoresLength, clause::LENGTH), (Lie::ForgetsCommittedState, clause::COMMITTED)]
     {

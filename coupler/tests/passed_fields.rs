@@ -82,7 +82,7 @@ fn talkers(place: Place) -> (InProcess<Talker<Sphere>>, InProcess<Talker<Node>>)
     let field = |name: &str| FieldSpec { place, ..FieldSpec::nodal(name, 1, Sampling::Once) };
     let node = Node::new(1.0, 1.0, Load::Mean, 0.0, 0.1);
     let sphere = Sphere::new(1.0, 1.0, false, 1, 0.05, 0.0);
-    // The number of the window and of its iteration, so that a later one is told from an earlier.
+    // The number of the window and of its iteration, so that a later one differs from an earlier.
     let say = |window: &Window| window.number as f64 + 0.01 * f64::from(window.iteration);
     let structure = Talker::new(node, field("warmth"), field("wear"), say);
     let contact = Talker::new(sphere, field("wear"), field("warmth"), say);

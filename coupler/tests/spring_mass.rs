@@ -171,7 +171,7 @@ fn converged_strong_schemes_are_neutral() {
     }
 }
 
-/// Handbook 3.7 (e): the mean force in the place of the end force grows even when converged, and
+/// The mean force in the place of the end force grows even when converged, and
 /// `energy_error` (the imbalance) is what shows it: the contact's energy grows by |A|^2 a window.
 #[test]
 fn a_mean_force_in_the_place_of_the_end_force_shows_in_the_balance_of_energy() {
@@ -187,7 +187,7 @@ fn a_mean_force_in_the_place_of_the_end_force_shows_in_the_balance_of_energy() {
     }
 }
 
-/// Handbook 3.8: plain Gauss-Seidel converges for O < 2 and not beyond; constant 0.5 fails at O = 5;
+/// Plain Gauss-Seidel converges for O < 2 and not beyond; constant 0.5 fails at O = 5;
 /// Aitken needs three evaluations wherever.
 #[test]
 fn iterations_converge_where_the_compliance_says() {
@@ -262,7 +262,7 @@ fn halving_ends_at_the_smallest_window_with_the_reason() {
     assert_eq!(run.counts.halved, 6, "64 = 2^6");
 }
 
-/// Handbook 3.8: a constant factor of 0.5 multiplies the residual by 1 - 0.5 (1 + 25/4) = -2.6 in each iteration, in half the window by
+/// A constant factor of 0.5 multiplies the residual by 1 - 0.5 (1 + 25/4) = -2.6 in each iteration, in half the window by
 /// -0.28. Three growths are enough to see the first.
 #[test]
 fn a_window_that_diverges_is_halved_after_three_growths() {

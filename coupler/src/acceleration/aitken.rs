@@ -1,9 +1,9 @@
 //! Aitken's delta-squared in its vector form.
 //!
 //! `w <- -w r_old.(r - r_old)/|r - r_old|^2`. Source: Irons and Tuck (1969), Int. J. Numer. Meth.
-//! Engng 1, 275; Kuettler and Wall (2008), Comput. Mech. 43, 61; handbook 3.4.
+//! Engng 1, 275; Kuettler and Wall (2008), Comput. Mech. 43, 61.
 
-use super::nodes::{COMPONENTS, common};
+use super::secants::{COMPONENTS, common};
 use super::{Acceleration, relax};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -168,7 +168,7 @@ mod tests {
         assert_eq!(aitken.factor(), aitken.initial, "no node of the iteration before: a fresh start");
     }
 
-    /// Handbook 3.8: x = -r x + b converges under a constant factor below 2/(1 + r), and not above it.
+    /// x = -r x + b converges under a constant factor below 2/(1 + r), and not above it.
     #[test]
     fn constant_relaxation_converges_below_its_limit_and_diverges_above() {
         let ratio = 6.25;

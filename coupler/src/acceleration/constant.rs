@@ -1,4 +1,5 @@
-//! Constant relaxation: converges while the factor is below 2/(1 + k S) (handbook 3.8).
+//! Constant relaxation: converges while the factor is below 2/(1 + k S), with the stiffness k of the contact and the flexibility S of
+//! the structure, since each iteration multiplies the error by 1 - factor (1 + k S).
 
 use super::{Acceleration, relax};
 use schemars::JsonSchema;

@@ -4,7 +4,6 @@ mod aitken;
 mod anderson;
 mod constant;
 mod iqn_ils;
-mod nodes;
 mod none;
 mod secants;
 

@@ -94,7 +94,7 @@ fn check_finite(solver: &str, initial: &[f64]) -> Result<(), Failure> {
 /// Largest difference of the work that a solver says it received from what was booked, relative to the largest work of the run.
 ///
 /// With a mean force both are the force times the distance, to rounding. A structure that takes the force at the ends of its windows
-/// integrates it in its own way, and is not compared.
+/// integrates it by its own scheme, and is not compared.
 const MOST_WORK_APART: f64 = 0.01;
 
 /// Whether the work that a solver says it received can be compared with the mean force times the distance.

@@ -35,7 +35,7 @@ struct Sums {
 /// Largest defect over bend that is believed of a run, of root mean squares: a single swing has more where its period is that of
 /// the windows to 1 %.
 const MOST_DEFECT: f64 = 8.0;
-/// So many windows make a run, rather than a chance; so many that are odd, each in the same way, likewise.
+/// So many windows make a run, rather than a chance; so many that are odd, each alike, likewise.
 const FEW: u64 = 8;
 const SOME: u64 = 3;
 /// After so many windows one in so many is looked at.
@@ -53,22 +53,22 @@ const NOTHING: f64 = 1e-12;
 impl Sums {
     /// One part of a window, of length `h` [s].
     fn add(&mut self, h: f64, (u0, v0): (&[f64], &[f64]), (u1, v1): (&[f64], &[f64])) {
-        let mut lanes = [[0.0; LANES]; 5];
-        let parts = |x: &'_ [f64]| -> usize { x.len() / LANES * LANES };
+        let mut sums = [[0.0; ABREAST]; 5];
+        let parts = |x: &'_ [f64]| -> usize { x.len() / ABREAST * ABREAST };
         let whole = parts(u0);
-        for at in (0..whole).step_by(LANES) {
-            let of = |x: &[f64]| -> [f64; LANES] { std::array::from_fn(|i| x[at + i]) };
+        for at in (0..whole).step_by(ABREAST) {
+            let of = |x: &[f64]| -> [f64; ABREAST] { std::array::from_fn(|i| x[at + i]) };
             let (u0, v0, u1, v1) = (of(u0), of(v0), of(u1), of(v1));
-            for i in 0..LANES {
+            for i in 0..ABREAST {
                 let terms = terms(h, [u0[i], v0[i], u1[i], v1[i]]);
-                lanes.iter_mut().zip(terms).for_each(|(lane, term)| lane[i] += term);
+                sums.iter_mut().zip(terms).for_each(|(sum, term)| sum[i] += term);
             }
         }
         for i in whole..u0.len() {
             let terms = terms(h, [u0[i], v0[i], u1[i], v1[i]]);
-            lanes.iter_mut().zip(terms).for_each(|(lane, term)| lane[0] += term);
+            sums.iter_mut().zip(terms).for_each(|(sum, term)| sum[0] += term);
         }
-        let [defect, bend, path, integral, product] = lanes.map(|lane| lane.iter().sum::<f64>());
+        let [defect, bend, path, integral, product] = sums.map(|sum| sum.iter().sum::<f64>());
         self.defect += defect;
         self.bend += bend;
         self.path += path;
@@ -119,7 +119,7 @@ impl Sums {
 }
 
 /// Numbers that are worked on side by side.
-const LANES: usize = 8;
+const ABREAST: usize = 8;
 
 fn terms(h: f64, [u0, v0, u1, v1]: [f64; 4]) -> [f64; 5] {
     let (gone, integral, bend) = (u1 - u0, 0.5 * h * (v0 + v1), h * (v1 - v0));

@@ -11,7 +11,7 @@ use interface_defs::{
 /// The probe's window, as a part of the scene's, and at most [s]: so short that springs and dampers have no part in what a force does.
 const PART: f64 = 1e-2;
 const LONGEST: f64 = 1e-6;
-/// Force per mass, each way [m/s2].
+/// Force per mass, in each direction [m/s2].
 const PUSH: f64 = 100.0;
 /// Largest deviation of a response from what mass, force and length make it.
 const LOOSE: f64 = 0.1;
@@ -196,7 +196,7 @@ impl Probe<'_> {
         Err(self.breach(clause::REPEATS, format!("{numbers}, Hello.repeats promises {says}")))
     }
 
-    /// A node of infinite mass goes its way whatever pushes it.
+    /// A node of infinite mass moves as it does whatever pushes it.
     fn check_held(&self, rest: &Answer, pushed: &Answer) -> Result<(), Failure> {
         for (node, _) in self.mesh.masses.iter().enumerate().filter(|(_, mass)| mass.is_infinite()) {
             let at = 3 * node..3 * node + 3;

@@ -9,7 +9,7 @@ type Vector = Vector3<f64>;
 /// A node, a line or a face.
 #[derive(Debug, Clone, PartialEq)]
 struct Element {
-    /// Its number, by which the first of several at one distance is told.
+    /// Its number, by which the first of several at one distance is chosen.
     number: usize,
     nodes: [u32; 3],
     corners: [Vector; 3],
