@@ -17,9 +17,6 @@ use std::fmt;
 /// a solver of protocol 2 reads them; its own messages are read as well.
 pub const PROTOCOL: u8 = 3;
 
-/// Longest message that is read [bytes]: a mesh of some ten million nodes.
-const LONGEST: usize = 1 << 30;
-
 /// Capability words of a [`Hello`]; further words may be declared and are passed over.
 pub mod capability {
     /// The solver takes fields for selected nodes alone: see [`crate::selection`].
@@ -468,7 +465,8 @@ pub fn decode<M: Message>(bytes: &[u8]) -> Result<M, DecodeError> {
     }
 }
 
-fn append<T: Serialize>(value: &T, bytes: &mut Vec<u8>) {
+/// [`pack`] behind what `bytes` hold.
+pub fn append<T: Serialize>(value: &T, bytes: &mut Vec<u8>) {
     let config = bincode::config::standard().with_fixed_int_encoding();
     bincode::serde::encode_into_std_write(value, bytes, config).expect("writing to memory cannot fail");
 }
@@ -480,11 +478,23 @@ pub fn pack<T: Serialize>(value: &T) -> Vec<u8> {
     bytes
 }
 
-/// What [`pack`] made, all of it.
+/// Bounds of memory for what is read [bytes]: messages in words, meshes of some 100 000 and some ten million nodes, states of runs.
+const SHORT: usize = 1 << 16;
+const MIDDLE: usize = 1 << 24;
+const LONG: usize = 1 << 30;
+const LONGEST: usize = 1 << 33;
+
+/// What [`pack`] made, all of it. A length that the bytes claim takes memory up to the bound above their own length at most.
 pub fn unpack<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, DecodeError> {
-    let config = bincode::config::standard().with_fixed_int_encoding().with_limit::<LONGEST>();
-    let (value, read) = bincode::serde::decode_from_slice(bytes, config)
-        .map_err(|e| DecodeError::Malformed(e.to_string()))?;
+    let config = bincode::config::standard().with_fixed_int_encoding();
+    // The memory that a text takes is bounded before its bytes are looked for, and the bound is a part of the type.
+    let decoded = match bytes.len() {
+        0..SHORT => bincode::serde::decode_from_slice(bytes, config.with_limit::<SHORT>()),
+        SHORT..MIDDLE => bincode::serde::decode_from_slice(bytes, config.with_limit::<MIDDLE>()),
+        MIDDLE..LONG => bincode::serde::decode_from_slice(bytes, config.with_limit::<LONG>()),
+        LONG.. => bincode::serde::decode_from_slice(bytes, config.with_limit::<LONGEST>()),
+    };
+    let (value, read) = decoded.map_err(|e| DecodeError::Malformed(e.to_string()))?;
     if read != bytes.len() {
         return Err(DecodeError::Malformed(format!("{} bytes are left over", bytes.len() - read)));
     }
