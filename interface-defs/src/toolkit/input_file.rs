@@ -2,8 +2,9 @@
 //! scene names, and their hashes.
 
 use super::explain::nearest;
+use super::files;
 use super::scene::Scene;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, code};
 use crate::ipc::run_id::fnv1a;
 use std::fs::Metadata;
 use std::io::ErrorKind;
@@ -85,6 +86,15 @@ pub fn regular(path: &Path) -> Result<Metadata, Diagnostic> {
     Ok(data)
 }
 
+/// All of the file of a user at `path`, which may have `limit` bytes.
+pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>, Diagnostic> {
+    regular(path)?;
+    files::read_input(path, limit).map_err(|e| {
+        Diagnostic::in_file(path.display().to_string(), format!("the file cannot be read: {e}"))
+            .coded(code::FILE)
+    })
+}
+
 /// The name in the same directory that is nearest to that of `path`.
 fn near(path: &Path) -> Option<String> {
     let name = path.file_name()?.to_string_lossy().into_owned();
@@ -116,6 +126,9 @@ mod tests {
         assert!(of("data\\slope.asc").expect_err("missing").ends_with("data/slope.asc"));
         assert!(of("no/slope.asc").expect_err("missing").contains("there is no directory"));
         assert!(of("").expect_err("itself").ends_with("this is a directory; name the file in it"));
+        assert_eq!(read(&dir.path().join("slope.asc"), 1), Ok(b"x".to_vec()));
+        assert_eq!(read(&dir.path().join("slope.asc"), 0).expect_err("too long").code, code::FILE);
+        assert!(read(Path::new("/dev/zero"), 1).is_err());
         assert!(regular(Path::new("/dev/null")).expect_err("a device").to_string().contains("a device"));
     }
 }

@@ -10,7 +10,8 @@
 //! - [`check`]: what a program answers to `check`
 //! - [`ground`]: heights of the terrain for what is built on it
 //! - [`history`], [`summary`], [`vtu`]: result files
-//! - [`run_dir`], [`owner`]: the directory of a run, and who owns it; [`files`]: files that are whole or not there
+//! - [`run_dir`], [`owner`]: the directory of a run, and who owns it; [`files`]: how every file is read and written
+//! - [`provenance`]: which program wrote what
 //! - [`start_from`], [`state_file`]: a run that starts where another has ended, and the file that this one leaves for it
 //! - [`checkpoint`]: what a run that was killed goes on from
 //! - [`energy`]: the balance of energy, from gauges by role
@@ -31,6 +32,7 @@ pub mod files;
 pub mod ground;
 pub mod history;
 pub mod input_file;
+mod layout;
 pub mod limits;
 pub mod log;
 pub mod output;
@@ -39,6 +41,7 @@ pub mod owner;
 pub mod processes;
 pub mod program;
 pub mod progress;
+pub mod provenance;
 pub mod run_dir;
 pub mod scene;
 pub mod schema;

@@ -10,6 +10,7 @@ use super::limits::Limits;
 use super::log;
 use super::owner::{self, Claim, Owner};
 use super::progress::Reporter;
+use super::provenance;
 use super::run_dir;
 use super::scene::Scene;
 pub use super::schema::Share;
@@ -156,8 +157,11 @@ pub fn main(program: &Program) -> ExitCode {
 
 /// The same for a program with subcommands of its own.
 pub fn main_with(program: &Program, extras: &[Extra]) -> ExitCode {
-    let mut command =
-        Cli::command().name(program.name).about(program.about).version(env!("CARGO_PKG_VERSION"));
+    let mut command = Cli::command()
+        .name(program.name)
+        .about(program.about)
+        .version(env!("CARGO_PKG_VERSION"))
+        .long_version(provenance::long_version());
     for extra in extras {
         command = command.subcommand((extra.command)());
     }

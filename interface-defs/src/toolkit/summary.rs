@@ -183,7 +183,7 @@ impl Summary {
 
     /// Read `summary.json` of `dir`.
     pub fn read(dir: &Path) -> io::Result<Self> {
-        let text = std::fs::read_to_string(dir.join(SUMMARY))?;
+        let text = files::read_text(&dir.join(SUMMARY))?;
         serde_json::from_str(&text).map_err(io::Error::from)
     }
 
