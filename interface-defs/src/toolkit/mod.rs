@@ -11,7 +11,7 @@
 //! - [`ground`]: heights of the terrain for what is built on it
 //! - [`history`], [`summary`], [`vtu`]: result files
 //! - [`run_dir`], [`owner`]: the directory of a run, and who owns it; [`files`]: how every file is read and written
-//! - [`provenance`]: which program wrote what
+//! - [`provenance`], [`manifest`]: which program wrote what, and whether a directory is what its run wrote
 //! - [`start_from`], [`state_file`]: a run that starts where another has ended, and the file that this one leaves for it
 //! - [`checkpoint`]: what a run that was killed goes on from
 //! - [`energy`]: the balance of energy, from gauges by role
@@ -35,6 +35,7 @@ pub mod input_file;
 mod layout;
 pub mod limits;
 pub mod log;
+pub mod manifest;
 pub mod output;
 mod overrides;
 pub mod owner;

@@ -4,13 +4,15 @@
 //! launcher lets the processes that it starts inherit the lock: it lasts until the last of them has ended, whatever ends
 //! them, and a solver knows its launcher by its number.
 
-use super::files;
-use super::run_dir::{self, RECORD, SUMMARY};
+use super::files::{self, Dir, Exposed};
+use super::manifest;
+use super::provenance::build_id;
+use super::run_dir::{self, RECORD, SUMMARY, unwritable};
 use super::summary::Summary;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, code};
 use crate::ipc::RunId;
 use rustix::fs::{Mode, OFlags};
-use rustix::io::{Errno, FdFlags};
+use rustix::io::FdFlags;
 use serde_json::json;
 use std::fs::{File, TryLockError};
 use std::io::{self, Read, Seek, Write};
@@ -56,13 +58,11 @@ impl Owner {
     /// results, unless `claim.force`: then files that a run wrote are removed, and no others.
     pub fn claim(dir: &Path, claim: &Claim) -> Result<Self, Diagnostic> {
         let shown = dir.display().to_string();
-        let fault = |e: io::Error| {
-            Diagnostic::in_file(shown.as_str(), format!("no results can be written here: {e}"))
-        };
+        let fault = |e: io::Error| unwritable(dir, &e);
         if dir.exists() && !dir.is_dir() {
             return Err(Diagnostic::in_file(shown.as_str(), "this is a file, and results need a directory"));
         }
-        std::fs::create_dir_all(dir).map_err(fault)?;
+        refuse_exposed(&Dir::create(dir).map_err(fault)?)?;
         let mut lock = open(dir).map_err(fault)?;
         let place = identity(&std::fs::metadata(dir).map_err(fault)?);
         match lock.try_lock() {
@@ -140,6 +140,7 @@ impl Owner {
             std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();
         let record = json!({
             "version": env!("CARGO_PKG_VERSION"),
+            "build": build_id(),
             "command_line": words,
             "run": self.run.to_string(),
         });
@@ -147,11 +148,16 @@ impl Owner {
         files::write(&self.dir.join(RECORD), (text + "\n").as_bytes())
     }
 
+    /// Write `manifest.json`, after the last file of a run that has come to its end, where no launcher will do so.
+    pub fn seal(&self) -> io::Result<()> {
+        if self.first { manifest::write(&self.dir) } else { Ok(()) }
+    }
+
     /// Give the directory up, before the process ends at once.
     pub fn release(&self) {
         // Held until it is gone: nobody else can have taken it.
         if self.first && self.check().is_ok() {
-            let _ = std::fs::remove_file(self.dir.join(LOCK));
+            let _ = files::remove(&self.dir.join(LOCK));
         }
     }
 
@@ -169,6 +175,26 @@ impl Drop for Owner {
     fn drop(&mut self) {
         self.release();
     }
+}
+
+/// Refuse a directory of another user, who can exchange what a run wrote and reads again; warn where one above it is theirs or open
+/// to all. The administrator works in directories of others on purpose.
+fn refuse_exposed(dir: &Dir) -> Result<(), Diagnostic> {
+    // What cannot be seen is not judged: a directory above may be closed to this user.
+    match dir.exposed() {
+        _ if rustix::process::geteuid().is_root() => {}
+        Ok(Some(Exposed::ToOwner)) => {
+            let shown = dir.path().display().to_string();
+            return Err(Diagnostic::in_file(shown, "this directory belongs to another user")
+                .coded(code::RESULT_DIRECTORY)
+                .try_instead("choose one of your own with --out"));
+        }
+        Ok(Some(Exposed::Above(path))) => {
+            tracing::warn!("{}: other users can exchange what lies in this directory", path.display());
+        }
+        Ok(None) | Err(_) => {}
+    }
+    Ok(())
 }
 
 /// Refuse to write into `dir` as part of `run` while another run owns it.
@@ -208,8 +234,8 @@ fn open_with(dir: &Path, access: OFlags) -> io::Result<File> {
     let flags = access | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::CLOEXEC;
     let mode = Mode::from_raw_mode(0o644);
     let named = |e: io::Error| io::Error::new(e.kind(), format!("{LOCK}: {e}"));
-    let file: File = rustix::fs::open(dir.join(LOCK), flags, mode).map_err(|e| named(e.into()))?.into();
-    if file.metadata()?.is_file() { Ok(file) } else { Err(named(Errno::INVAL.into())) }
+    let file = rustix::fs::open(dir.join(LOCK), flags, mode).map_err(|e| named(e.into()))?.into();
+    files::sole(file).map_err(named)
 }
 
 /// Run and process that the lock names.

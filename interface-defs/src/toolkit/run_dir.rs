@@ -1,14 +1,18 @@
 //! The directory of a run: where it lies, and that no older run is lost unasked. See [`super::owner`] for who owns it.
 
+use super::files::{self, Dir};
 use super::scene::Scene;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, code};
+use rustix::fs::FileType;
 use std::io;
 use std::path::{Path, PathBuf};
 
 /// Rows of the run.
 pub const HISTORY: &str = "history.csv";
-/// Outcome and measures; written last.
+/// Outcome and measures; the last of the results.
 pub const SUMMARY: &str = "summary.json";
+/// What the run wrote, file by file: see [`super::manifest`].
+pub const MANIFEST: &str = "manifest.json";
 /// Rows per coupling iteration.
 pub const ITERATIONS: &str = "iterations.csv";
 /// Trajectories of rocks over terrain.
@@ -38,70 +42,68 @@ pub fn location(out: Option<&Path>, scene: &Scene) -> PathBuf {
 /// Make the directory `dir` free for results. One that holds a run is refused, or with `force` freed of it: only
 /// files that a run wrote are removed.
 pub(crate) fn make_free(dir: &Path, force: bool) -> Result<(), Diagnostic> {
-    let shown = dir.display().to_string();
-    if !force && let Some(old) = [HISTORY, SUMMARY].into_iter().find(|name| dir.join(name).exists()) {
-        return Err(Diagnostic::in_file(
-            shown.as_str(),
-            format!("this directory holds a run already ({old})"),
-        )
-        .try_instead("choose another with --out, or overwrite it with --force"));
+    let held = [HISTORY, SUMMARY].into_iter().find(|name| dir.join(name).symlink_metadata().is_ok());
+    if let Some(old) = held.filter(|_| !force) {
+        let what = format!("this directory holds a run already ({old})");
+        return Err(Diagnostic::in_file(dir.display().to_string(), what)
+            .coded(code::RESULT_DIRECTORY)
+            .try_instead("choose another with --out, or overwrite it with --force"));
     }
-    remove_results(dir)
-        .map_err(|e| Diagnostic::in_file(shown.as_str(), format!("no results can be written here: {e}")))
+    remove_results(dir).map_err(|e| unwritable(dir, &e))
 }
 
 /// Make the directory of a run that was killed ready to go on: what says that it has ended is removed.
 pub(crate) fn make_ready_to_go_on(dir: &Path) -> Result<(), Diagnostic> {
-    remove(&dir.join(SUMMARY)).map_err(|e| {
-        Diagnostic::in_file(dir.display().to_string(), format!("no results can be written here: {e}"))
-    })
+    let ready = [SUMMARY, MANIFEST].iter().try_for_each(|name| files::remove(&dir.join(name)));
+    ready.and_then(|()| Dir::open(dir)?.sweep()).map_err(|e| unwritable(dir, &e))
+}
+
+/// That nothing can be written into `dir`.
+pub(crate) fn unwritable(dir: &Path, error: &io::Error) -> Diagnostic {
+    Diagnostic::in_file(dir.display().to_string(), format!("no results can be written here: {error}"))
+        .coded(code::RESULT_DIRECTORY)
 }
 
 /// Remove the checkpoints of a run.
 pub fn remove_checkpoints(dir: &Path) -> io::Result<()> {
-    remove_all(&dir.join(CHECKPOINT), |name| name.ends_with(".state") || name.ends_with(".state.tmp"))
+    remove_all(&dir.join(CHECKPOINT), |name| name.ends_with(".state"))
 }
 
 /// Remove results of an older run.
 fn remove_results(dir: &Path) -> io::Result<()> {
-    for name in [HISTORY, SUMMARY, ITERATIONS, TRAJECTORY, PICTURE, STRUCTURE_STATE] {
-        remove(&dir.join(name))?;
+    for name in [HISTORY, SUMMARY, MANIFEST, ITERATIONS, TRAJECTORY, PICTURE, STRUCTURE_STATE] {
+        files::remove(&dir.join(name))?;
     }
+    Dir::open(dir)?.sweep()?;
     remove_checkpoints(dir)?;
     remove_all(&dir.join(FIELDS), is_field_file)
 }
 
 /// Remove what the launcher of an older run wrote: scene, record, clusters, logs.
 pub fn remove_record(dir: &Path) -> io::Result<()> {
-    remove(&dir.join(SCENE))?;
-    remove(&dir.join(RECORD))?;
+    files::remove(&dir.join(SCENE))?;
+    files::remove(&dir.join(RECORD))?;
     remove_all(&dir.join(CLUSTERS), |name| name.ends_with(".xyzr"))?;
     remove_all(&dir.join(LOG), |name| name.ends_with(".log"))
 }
 
-fn remove(path: &Path) -> io::Result<()> {
-    match std::fs::remove_file(path) {
-        Err(e) if e.kind() != io::ErrorKind::NotFound => Err(e),
-        _ => Ok(()),
-    }
-}
-
 /// Remove the files of `dir` whose name is `ours`, and then `dir` itself if nothing else is in it.
 fn remove_all(dir: &Path, ours: impl Fn(&str) -> bool) -> io::Result<()> {
-    let entries = match std::fs::read_dir(dir) {
+    let open = match Dir::open(dir) {
         Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(()),
-        entries => entries?,
+        open => open?,
     };
+    open.sweep()?;
     let mut others = false;
-    for entry in entries {
-        let entry = entry?;
-        if entry.file_type()?.is_file() && entry.file_name().to_str().is_some_and(&ours) {
-            remove(&entry.path())?;
+    for (name, kind) in open.entries()? {
+        if kind != FileType::Directory && name.to_str().is_some_and(&ours) {
+            open.remove(&name)?;
         } else {
             others = true;
         }
     }
-    if others { Ok(()) } else { std::fs::remove_dir(dir) }
+    // A link to a directory of the user stays.
+    if others || dir.is_symlink() { Ok(()) } else { std::fs::remove_dir(dir) }
 }
 
 /// `name.pvd`, or `name_000001.vtu` with six digits or more.
