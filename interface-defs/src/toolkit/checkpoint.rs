@@ -5,6 +5,9 @@
 //! ([`super::state_file`]): a kill at any moment leaves the one before. Files of results are written on all the time;
 //! a checkpoint says how long they were, and who goes on cuts them back to that.
 
+use super::files::{self, Dir};
+use super::input_file::{named_files, with_absolute_files};
+use super::provenance::{self, BuildId, Reader, build_id};
 use super::run_dir::{self, CHECKPOINT};
 use super::scene::Scene;
 use super::state_file::{self, Unreadable};
@@ -15,10 +18,10 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 /// Version of [`Checkpoint`], written and read.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// The two files.
 const FILES: [&str; 2] = ["1.state", "2.state"];
 
@@ -27,10 +30,10 @@ const FILES: [&str; 2] = ["1.state", "2.state"];
 pub struct Checkpoint {
     /// Which of the run's checkpoints it is, from 1.
     pub number: u64,
-    /// Version of the programs that wrote it.
-    pub version: String,
-    /// Fingerprint of the resolved scene.
-    pub scene: String,
+    /// The program that wrote it.
+    pub build: BuildId,
+    /// What the run computes.
+    pub subject: Subject,
     /// End of the window [s].
     pub time: f64,
     /// Times that the run has been resumed.
@@ -48,14 +51,55 @@ impl Checkpoint {
     }
 }
 
-/// What a solver or coupler keeps, as bytes.
-pub fn pack<S: Serialize>(state: &S) -> Vec<u8> {
-    crate::message::pack(state)
+/// What a run computes: it goes on only with the same.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Subject {
+    /// Fingerprint of the scene.
+    scene: String,
+    /// The files that it names, and the hashes of their content.
+    inputs: Vec<(PathBuf, String)>,
 }
 
-/// What [`pack`] made.
+impl Subject {
+    /// That of `scene`. Reads every file that it names.
+    pub fn of(scene: &Scene) -> Result<Self, Diagnostic> {
+        let mut table = scene.document()?;
+        with_absolute_files(&mut table, scene)?;
+        let hashed = |path: PathBuf| -> Result<_, Diagnostic> {
+            let hash = files::input(&path).and_then(provenance::hash_of);
+            let (hash, _) = hash.map_err(|e| {
+                Diagnostic::in_file(path.display().to_string(), format!("the file cannot be read: {e}"))
+            })?;
+            Ok((path, hash.text()))
+        };
+        let inputs = named_files(&table).into_iter().map(hashed).collect::<Result<_, _>>()?;
+        Ok(Self { scene: scene.fingerprint(), inputs })
+    }
+
+    /// What is not as it was; `None`: all is.
+    fn differs(&self, now: &Self) -> Option<String> {
+        if self.scene != now.scene {
+            return Some("the checkpoint is of a run of another scene, or of another version of it".into());
+        }
+        // By their hashes alone: scene and files may lie elsewhere now.
+        let changed = self.inputs.iter().zip(&now.inputs).find(|((_, before), (_, now))| before != now);
+        if let Some((_, (path, _))) = changed {
+            return Some(format!("{} is not the file that the run began with", path.display()));
+        }
+        (self.inputs.len() != now.inputs.len()).then(|| "a file that the scene names is new or gone".into())
+    }
+}
+
+/// What a solver or coupler keeps, as bytes that say which program wrote them, and as what.
+pub fn pack<S: Serialize + DeserializeOwned>(state: &S) -> Vec<u8> {
+    let mut bytes = provenance::head::<S>();
+    crate::message::append(state, &mut bytes);
+    bytes
+}
+
+/// What [`pack`] made in this build of this program.
 pub fn unpack<S: DeserializeOwned>(bytes: &[u8]) -> Result<S, Fault> {
-    crate::message::unpack(bytes)
+    crate::message::unpack(provenance::open::<S>(bytes, Reader::SameBuild)?)
         .map_err(|e| Fault::broken(format!("a state that was kept cannot be read: {e}")))
 }
 
@@ -66,6 +110,8 @@ pub struct Found {
     pub newest: Option<Checkpoint>,
     /// Files that cannot be used, and why.
     pub unusable: Vec<String>,
+    /// Whether one of these is whole, and of another build.
+    foreign: bool,
 }
 
 impl Found {
@@ -80,18 +126,28 @@ impl Found {
                 }
                 Ok(_) => {}
                 Err(Unreadable::File(e)) if e.kind() == io::ErrorKind::NotFound => {}
-                Err(why) => found.unusable.push(format!("{}: {why}", path.display())),
+                Err(why) => {
+                    found.foreign |= matches!(why, Unreadable::Version(..) | Unreadable::Foreign(_));
+                    found.unusable.push(format!("{}: {why}", path.display()));
+                }
             }
         }
         found
     }
 }
 
+/// Wall-clock time since the last checkpoint of the run in `out` was written; `None`: there is none.
+pub fn age(out: &Path) -> Option<Duration> {
+    let about = FILES.iter().filter_map(|file| out.join(CHECKPOINT).join(file).symlink_metadata().ok());
+    let newest = about.filter_map(|about| about.modified().ok()).max()?;
+    SystemTime::now().duration_since(newest).ok()
+}
+
 /// Writes the checkpoints of a run, not more often than asked for.
 #[derive(Debug)]
 pub struct Store {
     dir: PathBuf,
-    scene: String,
+    subject: Subject,
     /// Time between two of them; zero: none are written.
     interval: Duration,
     last: Instant,
@@ -100,12 +156,12 @@ pub struct Store {
 }
 
 impl Store {
-    /// For the run of the scene with this fingerprint in `out`, one each `interval` [s] of wall time, 0: none; after the checkpoint
+    /// For the run that computes `subject` in `out`, one each `interval` [s] of wall time, 0: none; after the checkpoint
     /// `before`, if the run goes on from one.
-    pub fn new(out: &Path, scene: String, interval: f64, before: Option<&Checkpoint>) -> Self {
+    pub fn new(out: &Path, subject: Subject, interval: f64, before: Option<&Checkpoint>) -> Self {
         Self {
             dir: out.join(CHECKPOINT),
-            scene,
+            subject,
             interval: Duration::try_from_secs_f64(interval).unwrap_or(Duration::MAX),
             last: Instant::now(),
             number: before.map_or(0, |before| before.number),
@@ -123,13 +179,15 @@ impl Store {
         !self.interval.is_zero()
     }
 
-    /// Write one: of the end of a window at `time` [s].
+    /// Write one: of the end of a window at `time` [s]. Where that fails the one before is left, and the next is due after the
+    /// usual time.
     pub fn write(&mut self, time: f64, parts: Vec<(String, Vec<u8>)>) -> io::Result<()> {
-        std::fs::create_dir_all(&self.dir)?;
+        self.last = Instant::now();
+        Dir::create(&self.dir)?;
         let checkpoint = Checkpoint {
             number: self.number + 1,
-            version: env!("CARGO_PKG_VERSION").into(),
-            scene: self.scene.clone(),
+            build: build_id().clone(),
+            subject: self.subject.clone(),
             time,
             resumed: self.resumed,
             parts,
@@ -137,7 +195,6 @@ impl Store {
         let file = FILES[(self.number % 2) as usize];
         state_file::write(&self.dir.join(file), VERSION, &checkpoint)?;
         self.number += 1;
-        self.last = Instant::now();
         Ok(())
     }
 
@@ -153,27 +210,27 @@ pub fn to_go_on(scene: &Scene, out: &Path) -> Result<Option<Checkpoint>, Diagnos
     for unusable in &found.unusable {
         tracing::warn!("{unusable}");
     }
+    let refuse = |what: String| {
+        Diagnostic::in_file(out.display().to_string(), what)
+            .coded(code::PROVENANCE)
+            .try_instead("run it anew with --force, or into another directory with --out")
+    };
     let Some(newest) = found.newest else {
+        if found.foreign {
+            return Err(refuse(found.unusable.join("; ")));
+        }
         tracing::warn!("{}: there is no checkpoint to go on from; the run begins anew", out.display());
         return Ok(None);
     };
-    let refuse = |what: String| {
-        Diagnostic::in_file(out.display().to_string(), what)
-            .try_instead("run it anew with --force, or into another directory with --out")
-    };
-    let own = env!("CARGO_PKG_VERSION");
-    if newest.version != own {
-        let theirs = &newest.version;
-        return Err(refuse(format!(
-            "the checkpoint is of version {theirs} of the programs, these are {own}"
-        )));
+    if newest.build.program != build_id().program {
+        let what =
+            format!("the checkpoint was written by program {}, and this is {}", newest.build, build_id());
+        return Err(refuse(what));
     }
-    if newest.scene != scene.fingerprint() {
-        return Err(refuse(
-            "the checkpoint is of a run of another scene, or of another version of it".into(),
-        ));
+    match newest.subject.differs(&Subject::of(scene)?) {
+        Some(what) => Err(refuse(what)),
+        None => Ok(Some(newest)),
     }
-    Ok(Some(newest))
 }
 
 /// What is said of a run that went on at `time` [s].
@@ -206,7 +263,7 @@ mod tests {
         let temp = tempfile::tempdir().expect("a directory");
         let out = temp.path();
         assert!(Found::of(out).newest.is_none());
-        let mut store = Store::new(out, "s".into(), 1e-9, None);
+        let mut store = Store::new(out, Subject::default(), 1e-9, None);
         for number in 1..=3 {
             store.write(f64::from(number), parts(number)).expect("written");
         }
@@ -231,15 +288,15 @@ mod tests {
     #[test]
     fn a_run_that_goes_on_counts_on_and_spares_the_checkpoint_that_it_goes_on_from() {
         let temp = tempfile::tempdir().expect("a directory");
-        let mut store = Store::new(temp.path(), "s".into(), 1e-9, None);
+        let mut store = Store::new(temp.path(), Subject::default(), 1e-9, None);
         (1..=2).for_each(|number| store.write(f64::from(number), parts(number)).expect("written"));
         let before = Found::of(temp.path()).newest.expect("one");
-        let mut store = Store::new(temp.path(), "s".into(), 1e-9, Some(&before));
+        let mut store = Store::new(temp.path(), Subject::default(), 1e-9, Some(&before));
         assert!(store.is_due() && store.resumed() == 1);
         store.write(3.0, parts(3)).expect("written");
         assert_eq!(Found::of(temp.path()).newest.map(|one| (one.number, one.resumed)), Some((3, 1)));
         let second = state_file::read::<Checkpoint>(&temp.path().join(CHECKPOINT).join(FILES[1]), VERSION);
         assert_eq!(second.expect("still there"), before);
-        assert!(!Store::new(temp.path(), "s".into(), 0.0, None).is_due());
+        assert!(!Store::new(temp.path(), Subject::default(), 0.0, None).is_due());
     }
 }

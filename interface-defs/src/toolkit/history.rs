@@ -1,22 +1,35 @@
 //! `history.csv`: rows of numbers under a header of names with units.
 
+use super::files::{self, Stream};
+use super::provenance::{Running, hash_of};
+use crate::diagnostic::{Diagnostic, code};
 use crate::message::Gauge;
-use std::fs::File;
-use std::io::{self, Seek, SeekFrom, Write};
-use std::os::unix::fs::MetadataExt;
-use std::path::{Path, PathBuf};
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+use std::io::{self, Read, Write};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// Writes rows of numbers. Each row is handed to the system at once: what is written is on disk
 /// even if the process is killed a moment later. Where the disk is full, the file ends with its last whole row.
 pub struct History {
-    file: File,
-    path: PathBuf,
+    file: Stream,
     columns: usize,
     row: String,
     /// Bytes of all whole rows.
     length: u64,
+    /// Their hash.
+    hash: Running,
     looked_at: Instant,
+}
+
+/// A file as it was when its run was kept.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Mark {
+    /// Bytes of all whole rows, header included.
+    pub length: u64,
+    /// Their hash.
+    pub hash: String,
 }
 
 /// How often is looked whether the file is still in its place.
@@ -31,52 +44,56 @@ pub fn column(name: &str, unit: &str) -> String {
     }
 }
 
+/// A text as it may stand in a cell of a table: a spreadsheet takes one that begins with `=`, `+`, `-`, `@`, a tab or a carriage
+/// return for a formula and computes it, unless an apostrophe stands before it. Numbers are no such texts.
+pub fn csv_text(text: &str) -> Cow<'_, str> {
+    match text.starts_with(['=', '+', '-', '@', '\t', '\r']) && text.parse::<f64>().is_err() {
+        true => format!("'{text}").into(),
+        false => text.into(),
+    }
+}
+
 /// Name of a gauge's column.
 pub fn gauge_column(gauge: &Gauge) -> String {
     column(&gauge.name, &gauge.unit)
 }
 
 impl History {
-    /// Create the file (an old one is overwritten) with a header of `columns`.
+    /// Create the file (an old one is replaced) with a header of `columns`.
     pub fn create(path: &Path, columns: &[String]) -> io::Result<Self> {
         let mut header = csv::Writer::from_writer(Vec::new());
-        header.write_record(columns).map_err(io::Error::from)?;
+        header
+            .write_record(columns.iter().map(|name| csv_text(name).into_owned()))
+            .map_err(io::Error::from)?;
         let header = header.into_inner().map_err(|e| e.into_error())?;
-        let mut history = Self {
-            file: File::create(path)?,
-            path: path.to_owned(),
-            columns: columns.len(),
-            row: String::with_capacity(26 * columns.len()),
-            length: 0,
-            looked_at: Instant::now(),
-        };
+        let mut history = Self::of(files::create(path)?, columns, 0, Running::default());
         history.append(&header)?;
         Ok(history)
     }
 
-    /// Go on with the file as it was when it had `length` bytes; what was written after that is cut off.
-    pub fn go_on(path: &Path, columns: &[String], length: u64) -> io::Result<Self> {
-        let mut file = File::options().read(true).write(true).open(path)?;
-        let there = file.metadata()?.len();
-        if there < length {
-            let what = format!("it has {there} bytes, and had {length} when its run was kept");
-            return Err(io::Error::new(io::ErrorKind::UnexpectedEof, what));
+    /// Go on with the file as it was when it had the `mark`; what was written after that is cut off. An error of kind
+    /// [`code::PROVENANCE`] ([`files::fault`]) if it was changed since.
+    pub fn go_on(path: &Path, columns: &[String], mark: &Mark) -> io::Result<Self> {
+        let (hash, length) = hash_of(files::source(path)?.take(mark.length))?;
+        if (length, hash.text()) != (mark.length, mark.hash.clone()) {
+            let what = format!(
+                "its first {} bytes are not those that its run wrote: it was changed or cut since",
+                mark.length
+            );
+            let refused = Diagnostic::in_file(path.display().to_string(), what).coded(code::PROVENANCE);
+            return Err(io::Error::other(refused.try_instead("run it anew with --force")));
         }
-        file.set_len(length)?;
-        file.seek(SeekFrom::End(0))?;
-        Ok(Self {
-            file,
-            path: path.to_owned(),
-            columns: columns.len(),
-            row: String::with_capacity(26 * columns.len()),
-            length,
-            looked_at: Instant::now(),
-        })
+        Ok(Self::of(files::reopen(path, length)?, columns, length, hash))
     }
 
-    /// Bytes of all whole rows, header included.
-    pub fn length(&self) -> u64 {
-        self.length
+    fn of(file: Stream, columns: &[String], length: u64, hash: Running) -> Self {
+        let row = String::with_capacity(26 * columns.len());
+        Self { file, columns: columns.len(), row, length, hash, looked_at: Instant::now() }
+    }
+
+    /// What is written so far, for whoever goes on from here.
+    pub fn mark(&self) -> Mark {
+        Mark { length: self.length, hash: self.hash.text() }
     }
 
     /// Append a row and hand it to the system. Numbers are written with the fewest digits that read
@@ -94,7 +111,7 @@ impl History {
         self.row.push('\n');
         if self.looked_at.elapsed() > LOOK {
             self.looked_at = Instant::now();
-            self.check()?;
+            self.file.check()?;
         }
         let row = std::mem::take(&mut self.row);
         let written = self.append(row.as_bytes());
@@ -106,30 +123,21 @@ impl History {
     fn append(&mut self, bytes: &[u8]) -> io::Result<()> {
         if let Err(e) = self.file.write_all(bytes) {
             // Part of the row may be there; shorter takes no space.
-            let cut =
-                self.file.set_len(self.length).and_then(|()| self.file.seek(SeekFrom::Start(self.length)));
-            let end =
-                if cut.is_ok() { "the file ends with its last whole row" } else { "its last row is torn" };
+            let end = match self.file.cut(self.length) {
+                Ok(()) => "the file ends with its last whole row",
+                Err(_) => "its last row is torn",
+            };
             return Err(io::Error::new(e.kind(), format!("{e}; {end}")));
         }
         self.length += bytes.len() as u64;
+        self.hash.add(bytes);
         Ok(())
     }
 
     /// All rows are on the disk itself when this returns, and the file is still in its place.
     pub fn sync(&self) -> io::Result<()> {
-        self.check()?;
-        self.file.sync_data()
-    }
-
-    /// Rows of a file that was removed go nowhere, without an error of the system.
-    fn check(&self) -> io::Result<()> {
-        let (written, named) = (self.file.metadata()?, std::fs::metadata(&self.path));
-        if named.is_ok_and(|named| (named.dev(), named.ino()) == (written.dev(), written.ino())) {
-            return Ok(());
-        }
-        let what = format!("{} was removed or replaced while the run wrote to it", self.path.display());
-        Err(io::Error::new(io::ErrorKind::NotFound, what))
+        self.file.check()?;
+        self.file.sync()
     }
 }
 
@@ -188,7 +196,7 @@ mod tests {
         let columns = ["a".to_owned(), "b".to_owned()];
         let mut history = History::create(&path, &columns).expect("created");
         history.row(&[1.0, 2.0]).expect("written");
-        let kept = history.length();
+        let kept = history.mark();
         history.row(&[3.0, 4.0]).expect("written");
         drop(history);
         std::fs::OpenOptions::new()
@@ -196,10 +204,38 @@ mod tests {
             .open(&path)
             .and_then(|mut f| f.write_all(b"5,"))
             .expect("torn");
-        let mut history = History::go_on(&path, &columns, kept).expect("there");
+        let mut history = History::go_on(&path, &columns, &kept).expect("there");
         history.row(&[6.0, 7.0]).expect("written");
         assert_eq!(std::fs::read_to_string(&path).expect("a file"), "a,b\n1,2\n6,7\n");
-        assert!(History::go_on(&path, &columns, 1000).is_err());
+        let long = Mark { length: 1000, hash: kept.hash.clone() };
+        assert!(History::go_on(&path, &columns, &long).is_err());
+        for at in 0..kept.length as usize {
+            let mut bytes = std::fs::read(&path).expect("there");
+            bytes[at] ^= 1;
+            std::fs::write(&path, &bytes).expect("written");
+            let refused =
+                files::fault(History::go_on(&path, &columns, &kept).map(|_| ()).expect_err("changed"));
+            assert_eq!(refused.diagnostic.code, code::PROVENANCE);
+            assert!(refused.to_string().contains("history.csv"), "{refused}");
+            bytes[at] ^= 1;
+            std::fs::write(&path, &bytes).expect("written");
+        }
+    }
+
+    #[test]
+    fn a_name_that_a_spreadsheet_would_compute_is_a_text() {
+        for (text, cell) in
+            [("=cmd|' /C calc'!A0", "'=cmd|' /C calc'!A0"), ("@SUM(A1)", "'@SUM(A1)"), ("\t=1", "'\t=1")]
+        {
+            assert_eq!(csv_text(text), cell);
+        }
+        for plain in ["-1.5e-3", "+2", "rock 1", "", "a=b"] {
+            assert_eq!(csv_text(plain), plain);
+        }
+        let dir = tempfile::tempdir().expect("a directory");
+        let path = dir.path().join("history.csv");
+        History::create(&path, &["time_s".into(), "=cmd_N".into()]).expect("created");
+        assert_eq!(std::fs::read_to_string(path).expect("a file"), "time_s,'=cmd_N\n");
     }
 
     #[test]

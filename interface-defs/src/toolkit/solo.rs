@@ -1,8 +1,9 @@
 //! A run of one solver alone: windows of the output interval, rows from its gauges.
 
-use super::checkpoint::{self, Checkpoint, Store};
+use super::checkpoint::{self, Checkpoint, Store, Subject};
 use super::energy::{self, Balance, Energies};
-use super::history::{History, gauge_column};
+use super::files;
+use super::history::{History, Mark, gauge_column};
 use super::limits::{ENERGY_ERROR, Evidence, Limits, cure, percent};
 use super::output::Output;
 use super::owner::Owner;
@@ -98,8 +99,8 @@ struct Kept {
     balance: Option<Balance>,
     windows: u64,
     next: Place,
-    /// Bytes of `history.csv`.
-    history: u64,
+    /// Where `history.csv` was.
+    history: Mark,
 }
 
 /// Name of the part of a checkpoint that is [`Kept`].
@@ -132,8 +133,10 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
     let warnings = ready.warnings.clone();
     let mut summary = Summary::new(RunStatus::Done);
     let can = solver.hello().can(capability::CHECKPOINT);
-    let store = Store::new(out, scene.fingerprint(), output.checkpoint, resume.as_ref());
-    let store = Some(store).filter(|store| can && store.is_wanted());
+    let store = match can && output.checkpoint > 0.0 {
+        true => Some(Store::new(out, Subject::of(scene)?, output.checkpoint, resume.as_ref())),
+        false => None,
+    };
     let outcome = Solo::new(solver, ready, out, resume.as_ref()).and_then(|mut solo| {
         solo.store = store;
         let outcome = solo.advance(stage, end_time, output.interval, parts as u64);
@@ -159,6 +162,12 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
     cost(&mut summary, stage.role, &statistics, prepared, started.elapsed().as_secs_f64());
     write(&mut summary, owner);
     checkpoint::remove_if_over(&summary, out);
+    // What was interrupted goes on, and must end at once.
+    if summary.status != RunStatus::Interrupted
+        && let Err(e) = owner.seal()
+    {
+        tracing::warn!("{}: no manifest: {e}", out.display());
+    }
     Ok(summary)
 }
 
@@ -213,10 +222,10 @@ impl<'a> Solo<'a> {
         let kept: Option<Kept> =
             resume.map(|from| from.part(KEPT).and_then(checkpoint::unpack)).transpose()?;
         let history = match &kept {
-            Some(kept) => History::go_on(&out.join(HISTORY), &columns, kept.history),
+            Some(kept) => History::go_on(&out.join(HISTORY), &columns, &kept.history),
             None => History::create(&out.join(HISTORY), &columns),
         };
-        let history = history.map_err(|e| unwritable(out, &e))?;
+        let history = history.map_err(files::fault)?;
         let mut solo = Self {
             balance: energy::has_roles(&gauges).then(|| Balance::new(energies(&gauges, &ready.initial, 0))),
             extremes: ready
@@ -252,7 +261,7 @@ impl<'a> Solo<'a> {
             balance: self.balance.clone(),
             windows: self.windows,
             next: self.next,
-            history: self.history.length(),
+            history: self.history.mark(),
         };
         let written = self.solver.save().map_err(|fault| fault.to_string()).and_then(|state| {
             self.history.sync().map_err(|e| e.to_string())?;
@@ -260,8 +269,7 @@ impl<'a> Solo<'a> {
             store.write(time, parts).map_err(|e| e.to_string())
         });
         if let Err(what) = written {
-            tracing::warn!("no checkpoint at t = {time} s, and none from here on: {what}");
-            self.store = None;
+            tracing::warn!("no checkpoint at t = {time} s, the next is tried in its time: {what}");
         }
     }
 

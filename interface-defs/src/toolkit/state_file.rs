@@ -1,25 +1,27 @@
-//! The file in which a run leaves the state at its end, for another run that starts from it.
+//! A file that keeps a state: a checkpoint, or the state at the end of a run, for another run that starts from it.
 //!
 //! ```text
-//! 8 bytes  "RKFLSTAT"
-//! 4 bytes  version of what follows, little-endian
-//! 8 bytes  FNV-1a of the content, little-endian
-//!          content, bincode 2 with integers of fixed length
+//! 8 bytes   "RKFLSTA2"
+//! 4 bytes   version of what follows, little-endian
+//! 32 bytes  BLAKE3 of the rest
+//!           layout and program ([`super::provenance`]), then the content, bincode 2 with integers of fixed length
 //! ```
 //!
 //! It is there as a whole or not at all. Whoever writes it says what the content is; nobody else has to read it.
 
 use super::files;
-use crate::ipc::run_id::fnv1a;
+use super::provenance::{self, Reader};
+use crate::diagnostic::Diagnostic;
+use crate::message;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::io;
 use std::path::Path;
 
 /// What the file begins with.
-const MARK: &[u8; 8] = b"RKFLSTAT";
-/// Bytes before the content.
-const HEAD: usize = 20;
+const MARK: &[u8; 8] = b"RKFLSTA2";
+/// Bytes before that of which the hash is taken.
+const HEAD: usize = 44;
 
 /// Why a state cannot be read.
 #[derive(Debug)]
@@ -28,6 +30,8 @@ pub enum Unreadable {
     File(io::Error),
     /// It is of another version: that of the file, and that which is read here.
     Version(u32, u32),
+    /// Another program wrote it, and this one does not know its layout.
+    Foreign(Box<Diagnostic>),
     /// It is not what was written.
     Damaged(String),
 }
@@ -39,56 +43,66 @@ impl std::fmt::Display for Unreadable {
             Self::Version(file, own) => {
                 write!(f, "it is of version {file}, and this program reads version {own}")
             }
+            Self::Foreign(why) => f.write_str(&why.message),
             Self::Damaged(how) => write!(f, "it is damaged: {how}"),
         }
     }
 }
 
-fn config() -> impl bincode::config::Config {
-    bincode::config::standard().with_fixed_int_encoding()
-}
-
 /// Write `state` to `path`, as content of `version`: as a whole or not at all.
-pub fn write<S: Serialize>(path: &Path, version: u32, state: &S) -> io::Result<()> {
-    let content = bincode::serde::encode_to_vec(state, config()).map_err(io::Error::other)?;
-    let mut bytes = Vec::with_capacity(HEAD + content.len());
+pub fn write<S: Serialize + DeserializeOwned>(path: &Path, version: u32, state: &S) -> io::Result<()> {
+    let mut rest = provenance::head::<S>();
+    message::append(state, &mut rest);
+    let mut bytes = Vec::with_capacity(HEAD + rest.len());
     bytes.extend_from_slice(MARK);
     bytes.extend_from_slice(&version.to_le_bytes());
-    bytes.extend_from_slice(&fnv1a(&content).to_le_bytes());
-    bytes.extend_from_slice(&content);
+    bytes.extend_from_slice(blake3::hash(&rest).as_bytes());
+    bytes.extend_from_slice(&rest);
     files::write(path, &bytes)
 }
 
-/// Read what [`write`] has written to `path` as content of `version`.
+/// Read what [`write`] has written to `path` as content of `version`, by any program that has the same layout of it.
 pub fn read<S: DeserializeOwned>(path: &Path, version: u32) -> Result<S, Unreadable> {
-    let bytes = std::fs::read(path).map_err(Unreadable::File)?;
+    let bytes = files::read(path, files::STATE).map_err(Unreadable::File)?;
     if !bytes.starts_with(MARK) {
         return Err(Unreadable::Damaged("it does not begin as the state of a run".into()));
     }
-    let Some((head, content)) = bytes.split_at_checked(HEAD) else {
+    let Some((head, rest)) = bytes.split_at_checked(HEAD) else {
         return Err(Unreadable::Damaged(format!("it ends after {} bytes", bytes.len())));
     };
+    if blake3::hash(rest).as_bytes()[..] != head[12..] {
+        let what = format!("the hash of its {} bytes is not the one that was written", rest.len());
+        return Err(Unreadable::Damaged(what));
+    }
     let found = u32::from_le_bytes(head[8..12].try_into().expect("four bytes"));
     if found != version {
         return Err(Unreadable::Version(found, version));
     }
-    let (noted, sum) = (u64::from_le_bytes(head[12..].try_into().expect("eight bytes")), fnv1a(content));
-    if noted != sum {
-        return Err(Unreadable::Damaged(format!(
-            "the checksum of its {} bytes is {sum:016x}, and {noted:016x} was written",
-            content.len()
-        )));
-    }
-    match bincode::serde::decode_from_slice(content, config()) {
-        Ok((state, read)) if read == content.len() => Ok(state),
-        Ok((_, read)) => Err(Unreadable::Damaged(format!("{} bytes are left over", content.len() - read))),
-        Err(e) => Err(Unreadable::Damaged(e.to_string())),
-    }
+    let content =
+        provenance::open::<S>(rest, Reader::SameLayout).map_err(|e| Unreadable::Foreign(e.into()))?;
+    message::unpack(content).map_err(|e| Unreadable::Damaged(e.to_string()))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_length_that_is_claimed_takes_no_memory_and_no_other_layout_is_read() {
+        let temp = tempfile::tempdir().expect("a directory");
+        let path = temp.path().join("a.state");
+        for claimed in [1 << 20, 1 << 40, u64::MAX] {
+            let mut rest = provenance::head::<(String, Vec<f64>)>();
+            rest.extend(u64::to_le_bytes(claimed));
+            let sum = *blake3::hash(&rest).as_bytes();
+            let bytes = [&MARK[..], &3_u32.to_le_bytes(), &sum, &rest].concat();
+            std::fs::write(&path, bytes).expect("written");
+            let said = read::<(String, Vec<f64>)>(&path, 3).expect_err("refused");
+            assert!(matches!(said, Unreadable::Damaged(_)), "{said}");
+            let other = read::<(String, Vec<f32>)>(&path, 3).expect_err("refused");
+            assert!(matches!(other, Unreadable::Foreign(_)), "{other}");
+        }
+    }
 
     #[test]
     fn a_state_is_read_as_it_was_written_and_any_changed_byte_is_found() {

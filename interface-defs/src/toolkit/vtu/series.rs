@@ -1,10 +1,14 @@
 //! A series of grids over time.
 
 use super::{Grid, Vtu, escape};
+use crate::diagnostic::{Diagnostic, code};
+use crate::toolkit::files::{Dir, in_chunks};
+use crate::toolkit::provenance::Running;
 use serde::{Deserialize, Serialize};
+use std::ffi::OsStr;
 use std::fmt::Write as _;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{Builder, JoinHandle};
 
@@ -25,36 +29,56 @@ pub struct KeptSeries {
     entries: String,
     /// Their number.
     count: u64,
+    /// Hash of all of them, one after the other.
+    hash: String,
 }
 
 enum Writer {
     /// Nothing is to be written.
-    Idle(Files),
+    Idle(Box<Files>),
     /// At work; ends when nothing more is sent.
-    Busy(SyncSender<(f64, Grid)>, JoinHandle<io::Result<Files>>),
+    Busy(SyncSender<(f64, Grid)>, JoinHandle<io::Result<Box<Files>>>),
 }
 
 impl Series {
     /// A new series in `dir`, which is created. An old one of the same name is overwritten.
     pub fn create(dir: &Path, name: &str) -> io::Result<Self> {
-        std::fs::create_dir_all(dir)?;
         let name =
             name.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' }).collect();
-        let files = Files { dir: dir.to_owned(), name, entries: String::new(), count: 0 };
-        Ok(Self(Some(Writer::Idle(files))))
+        let files = Files {
+            dir: Dir::create(dir)?,
+            name,
+            entries: String::new(),
+            count: 0,
+            hash: Running::default(),
+        };
+        Ok(Self(Some(Writer::Idle(Box::new(files)))))
     }
 
-    /// Go on with a series of that name in `dir` as it was when it was [`Series::kept`]: later files are removed.
+    /// Go on with a series of that name in `dir` as it was when it was [`Series::kept`]: later files are removed. An error of
+    /// kind [`code::PROVENANCE`] ([`crate::toolkit::files::fault`]) if a file was changed since.
     pub fn go_on(dir: &Path, name: &str, kept: KeptSeries) -> io::Result<Self> {
         let mut series = Self::create(dir, name)?;
         let Some(Writer::Idle(files)) = &mut series.0 else { unreachable!("nothing was added") };
         (files.entries, files.count) = (kept.entries, kept.count as usize);
-        for later in files.count + 1.. {
-            match std::fs::remove_file(dir.join(files.file(later))) {
-                Ok(()) => {}
-                Err(e) if e.kind() == io::ErrorKind::NotFound => break,
-                Err(e) => return Err(e),
-            }
+        for number in 1..=files.count {
+            in_chunks(files.dir.source(files.file(number).as_ref())?, &mut |chunk| {
+                files.hash.add(chunk);
+                Ok(())
+            })?;
+        }
+        if files.hash.text() != kept.hash {
+            let what = format!("the files {}_*.vtu are not those that the run wrote", files.name);
+            let refused = Diagnostic::in_file(dir.display().to_string(), what).coded(code::PROVENANCE);
+            return Err(io::Error::other(refused.try_instead("run it anew with --force")));
+        }
+        let own = |name: &OsStr| {
+            let name = name.to_str().and_then(|name| name.strip_prefix(&files.name));
+            let number = name.and_then(|name| name.strip_prefix('_')?.strip_suffix(".vtu"));
+            number.and_then(|number| number.parse().ok()).is_some_and(|number: usize| number > files.count)
+        };
+        for (name, _) in files.dir.entries()?.iter().filter(|(name, _)| own(name)) {
+            files.dir.remove(name)?;
         }
         if files.count > 0 {
             files.write_list()?;
@@ -66,7 +90,7 @@ impl Series {
     pub fn kept(&mut self) -> io::Result<KeptSeries> {
         self.finish()?;
         let Some(Writer::Idle(files)) = &self.0 else { unreachable!("finished without an error") };
-        Ok(KeptSeries { entries: files.entries.clone(), count: files.count as u64 })
+        Ok(KeptSeries { entries: files.entries.clone(), count: files.count as u64, hash: files.hash.text() })
     }
 
     /// Append the state at `time` [s]. What cannot be written is an error here, in the next call, or in [`Series::finish`].
@@ -111,14 +135,16 @@ impl Drop for Series {
 
 /// The files written so far.
 struct Files {
-    dir: PathBuf,
+    dir: Dir,
     name: String,
     entries: String,
     count: usize,
+    /// Of the content of all files so far.
+    hash: Running,
 }
 
 impl Files {
-    fn write_all(mut self, states: Receiver<(f64, Grid)>) -> io::Result<Self> {
+    fn write_all(mut self: Box<Self>, states: Receiver<(f64, Grid)>) -> io::Result<Box<Self>> {
         for (time, grid) in states {
             self.write(time, &grid)?;
         }
@@ -128,7 +154,9 @@ impl Files {
     fn write(&mut self, time: f64, grid: &Grid) -> io::Result<()> {
         self.count += 1;
         let file = self.file(self.count);
-        std::fs::write(self.dir.join(&file), grid.to_bytes())?;
+        let bytes = grid.to_bytes();
+        self.dir.write(file.as_ref(), &bytes)?;
+        self.hash.add(&bytes);
         let _ =
             writeln!(self.entries, "<DataSet timestep=\"{time}\" part=\"0\" file=\"{}\"/>", escape(&file));
         self.write_list()
@@ -145,9 +173,7 @@ impl Files {
              <Collection>\n{}</Collection>\n</VTKFile>\n",
             self.entries
         );
-        let beside = self.dir.join(format!("{}.pvd.tmp", self.name));
-        std::fs::write(&beside, text)?;
-        std::fs::rename(&beside, self.dir.join(format!("{}.pvd", self.name)))
+        self.dir.write(format!("{}.pvd", self.name).as_ref(), text.as_bytes())
     }
 }
 
