@@ -478,18 +478,20 @@ pub fn pack<T: Serialize>(value: &T) -> Vec<u8> {
     bytes
 }
 
-/// Bounds of memory for what is read [bytes]: of a message of words, of a mesh of some 100 000 nodes, of the state of a run.
+/// Bounds of memory for what is read [bytes]: messages in words, meshes of some 100 000 and some ten million nodes, states of runs.
 const SHORT: usize = 1 << 16;
-const LONG: usize = 1 << 24;
-const LONGEST: usize = 1 << 36;
+const MIDDLE: usize = 1 << 24;
+const LONG: usize = 1 << 30;
+const LONGEST: usize = 1 << 33;
 
-/// What [`pack`] made, all of it. A length that the bytes claim takes no memory that they do not nearly fill.
+/// What [`pack`] made, all of it. A length that the bytes claim takes memory up to the bound above their own length at most.
 pub fn unpack<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, DecodeError> {
     let config = bincode::config::standard().with_fixed_int_encoding();
     // The memory that a text takes is bounded before its bytes are looked for, and the bound is a part of the type.
     let decoded = match bytes.len() {
         0..SHORT => bincode::serde::decode_from_slice(bytes, config.with_limit::<SHORT>()),
-        SHORT..LONG => bincode::serde::decode_from_slice(bytes, config.with_limit::<LONG>()),
+        SHORT..MIDDLE => bincode::serde::decode_from_slice(bytes, config.with_limit::<MIDDLE>()),
+        MIDDLE..LONG => bincode::serde::decode_from_slice(bytes, config.with_limit::<LONG>()),
         LONG.. => bincode::serde::decode_from_slice(bytes, config.with_limit::<LONGEST>()),
     };
     let (value, read) = decoded.map_err(|e| DecodeError::Malformed(e.to_string()))?;

@@ -30,6 +30,11 @@ pub fn layout<S: DeserializeOwned>() -> u64 {
     fnv1a(notes.as_bytes())
 }
 
+/// What comes of a value.
+type Made<'de, V> = Result<<V as Visitor<'de>>::Value, Error>;
+type Name = &'static str;
+type Names = &'static [&'static str];
+
 struct Trace<'a> {
     notes: &'a mut String,
     /// Passes that are needed to see every variant.
@@ -54,12 +59,7 @@ impl Trace<'_> {
         Ok(Trace { notes: self.notes, passes: self.passes, pass, stride, depth: depth + 1 })
     }
 
-    fn items<'de, V: Visitor<'de>>(
-        mut self,
-        what: &str,
-        count: usize,
-        visitor: V,
-    ) -> Result<V::Value, Error> {
+    fn items<'de, V: Visitor<'de>>(mut self, what: &str, count: usize, visitor: V) -> Made<'de, V> {
         self.note(&format!("{what}{count}("));
         let value = visitor.visit_seq(Items { trace: self.inner()?, left: count });
         self.note(")");
@@ -69,7 +69,7 @@ impl Trace<'_> {
 
 macro_rules! values {
     ($($method:ident $visit:ident $value:expr;)*) => {$(
-        fn $method<V: Visitor<'de>>(mut self, visitor: V) -> Result<V::Value, Error> {
+        fn $method<V: Visitor<'de>>(mut self, visitor: V) -> Made<'de, V> {
             self.note(stringify!($visit));
             visitor.$visit($value)
         }
@@ -100,86 +100,63 @@ impl<'de> Deserializer<'de> for Trace<'_> {
         deserialize_byte_buf visit_bytes b"a";
     }
 
-    fn deserialize_option<V: Visitor<'de>>(mut self, visitor: V) -> Result<V::Value, Error> {
+    fn deserialize_option<V: Visitor<'de>>(mut self, visitor: V) -> Made<'de, V> {
         self.note("option");
         visitor.visit_some(self.inner()?)
     }
 
-    fn deserialize_unit<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
+    fn deserialize_unit<V: Visitor<'de>>(self, visitor: V) -> Made<'de, V> {
         visitor.visit_unit()
     }
 
-    fn deserialize_unit_struct<V: Visitor<'de>>(
-        self,
-        _: &'static str,
-        visitor: V,
-    ) -> Result<V::Value, Error> {
+    fn deserialize_unit_struct<V: Visitor<'de>>(self, _: Name, visitor: V) -> Made<'de, V> {
         visitor.visit_unit()
     }
 
-    fn deserialize_newtype_struct<V: Visitor<'de>>(
-        mut self,
-        _: &'static str,
-        visitor: V,
-    ) -> Result<V::Value, Error> {
+    fn deserialize_newtype_struct<V: Visitor<'de>>(mut self, _: Name, visitor: V) -> Made<'de, V> {
         visitor.visit_newtype_struct(self.inner()?)
     }
 
-    fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
+    fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Made<'de, V> {
         self.items("list", 1, visitor)
     }
 
-    fn deserialize_tuple<V: Visitor<'de>>(self, length: usize, visitor: V) -> Result<V::Value, Error> {
+    fn deserialize_tuple<V: Visitor<'de>>(self, length: usize, visitor: V) -> Made<'de, V> {
         self.items("tuple", length, visitor)
     }
 
-    fn deserialize_tuple_struct<V: Visitor<'de>>(
-        self,
-        _: &'static str,
-        length: usize,
-        visitor: V,
-    ) -> Result<V::Value, Error> {
+    fn deserialize_tuple_struct<V: Visitor<'de>>(self, _: Name, length: usize, visitor: V) -> Made<'de, V> {
         self.items("tuple", length, visitor)
     }
 
-    fn deserialize_map<V: Visitor<'de>>(mut self, visitor: V) -> Result<V::Value, Error> {
+    fn deserialize_map<V: Visitor<'de>>(mut self, visitor: V) -> Made<'de, V> {
         self.note("map");
         visitor.visit_map(Items { trace: self.inner()?, left: 1 })
     }
 
-    fn deserialize_struct<V: Visitor<'de>>(
-        self,
-        _: &'static str,
-        fields: &'static [&'static str],
-        visitor: V,
-    ) -> Result<V::Value, Error> {
+    fn deserialize_struct<V: Visitor<'de>>(self, _: Name, fields: Names, visitor: V) -> Made<'de, V> {
         self.items(&fields.join(","), fields.len(), visitor)
     }
 
-    fn deserialize_enum<V: Visitor<'de>>(
-        mut self,
-        _: &'static str,
-        variants: &'static [&'static str],
-        visitor: V,
-    ) -> Result<V::Value, Error> {
+    fn deserialize_enum<V: Visitor<'de>>(mut self, _: Name, variants: Names, visitor: V) -> Made<'de, V> {
         self.note(&variants.join("|"));
         let mut inner = self.inner()?;
         let count = variants.len().max(1);
         let variant = (inner.pass / inner.stride) % count;
         inner.stride = inner.stride.saturating_mul(count);
         *inner.passes = inner.stride.max(*inner.passes);
-        visitor.visit_enum(Variant { trace: inner, variant: variant as u32 })
+        visitor.visit_enum(Variant(inner, variant as u32))
     }
 
-    fn deserialize_identifier<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
+    fn deserialize_identifier<V: Visitor<'de>>(self, visitor: V) -> Made<'de, V> {
         self.deserialize_any(visitor)
     }
 
-    fn deserialize_ignored_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
+    fn deserialize_ignored_any<V: Visitor<'de>>(self, visitor: V) -> Made<'de, V> {
         self.deserialize_any(visitor)
     }
 
-    fn deserialize_any<V: Visitor<'de>>(self, _: V) -> Result<V::Value, Error> {
+    fn deserialize_any<V: Visitor<'de>>(self, _: V) -> Made<'de, V> {
         Err(Error::custom("bytes without names do not say what they are"))
     }
 
@@ -215,17 +192,15 @@ impl<'de> MapAccess<'de> for Items<'_> {
     }
 }
 
-struct Variant<'a> {
-    trace: Trace<'a>,
-    variant: u32,
-}
+/// A place in an enum, and the number of the variant that is followed.
+struct Variant<'a>(Trace<'a>, u32);
 
 impl<'de, 'a> EnumAccess<'de> for Variant<'a> {
     type Error = Error;
     type Variant = Trace<'a>;
 
     fn variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<(T::Value, Trace<'a>), Error> {
-        Ok((seed.deserialize(self.variant.into_deserializer())?, self.trace))
+        Ok((seed.deserialize(self.1.into_deserializer())?, self.0))
     }
 }
 
@@ -240,15 +215,11 @@ impl<'de> VariantAccess<'de> for Trace<'_> {
         seed.deserialize(self)
     }
 
-    fn tuple_variant<V: Visitor<'de>>(self, length: usize, visitor: V) -> Result<V::Value, Error> {
+    fn tuple_variant<V: Visitor<'de>>(self, length: usize, visitor: V) -> Made<'de, V> {
         self.items("tuple", length, visitor)
     }
 
-    fn struct_variant<V: Visitor<'de>>(
-        self,
-        fields: &'static [&'static str],
-        visitor: V,
-    ) -> Result<V::Value, Error> {
+    fn struct_variant<V: Visitor<'de>>(self, fields: Names, visitor: V) -> Made<'de, V> {
         self.items(&fields.join(","), fields.len(), visitor)
     }
 }

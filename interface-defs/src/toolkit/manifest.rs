@@ -7,7 +7,7 @@
 use super::files::{self, Dir};
 use super::provenance::{self, BuildId, build_id};
 use super::run_dir::MANIFEST;
-use crate::diagnostic::{Diagnostic, code};
+use crate::diagnostic::{Diagnostic, Place, Severity, code};
 use rustix::fs::FileType;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -19,21 +19,15 @@ const FORMAT: u32 = 1;
 /// Directories inside each other at most.
 const DEPTH: usize = 16;
 
-/// The whole file.
 #[derive(Serialize, Deserialize)]
 struct Manifest {
-    content: Content,
-    /// Hash of the content, as JSON in one line.
-    checksum: String,
-}
-
-#[derive(Serialize, Deserialize)]
-struct Content {
     format: u32,
     /// The program that wrote it.
     build: BuildId,
     /// By their paths in the directory.
     files: BTreeMap<String, Entry>,
+    /// Hash of the same text with none.
+    checksum: String,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -42,10 +36,11 @@ struct Entry {
     hash: String,
 }
 
-impl Content {
-    fn seal(self) -> io::Result<String> {
-        let checksum = provenance::hash(&serde_json::to_vec(&self)?);
-        Ok(serde_json::to_string_pretty(&Manifest { content: self, checksum })? + "\n")
+impl Manifest {
+    fn text(mut self) -> io::Result<String> {
+        self.checksum.clear();
+        self.checksum = provenance::hash(serde_json::to_string_pretty(&self)?.as_bytes());
+        Ok(serde_json::to_string_pretty(&self)? + "\n")
     }
 }
 
@@ -59,16 +54,15 @@ pub fn write(dir: &Path) -> io::Result<()> {
             Err(e) => tracing::warn!("{name} is not in the manifest: {e}"),
         }
     })?;
-    let text = Content { format: FORMAT, build: build_id().clone(), files }.seal()?;
-    files::write(&dir.join(MANIFEST), text.as_bytes())
+    let manifest = Manifest { format: FORMAT, build: build_id().clone(), files, checksum: String::new() };
+    files::write(&dir.join(MANIFEST), manifest.text()?.as_bytes())
 }
 
 /// What in `dir` is not as its run wrote it: errors for files that are missing or changed, notes for those that are new. Nothing:
 /// it is what its run wrote, byte for byte.
 pub fn verify(dir: &Path) -> Vec<Diagnostic> {
     let of = |name: &str, what: String| {
-        Diagnostic::error(code::PROVENANCE, what)
-            .at(crate::diagnostic::Place::file(dir.join(name).display().to_string()))
+        Diagnostic::error(code::PROVENANCE, what).at(Place::file(dir.join(name).display().to_string()))
     };
     let text = match files::read_text(&dir.join(MANIFEST)) {
         Ok(text) => text,
@@ -82,14 +76,12 @@ pub fn verify(dir: &Path) -> Vec<Diagnostic> {
         Err(e) => return vec![of(MANIFEST, format!("it cannot be read: {e}"))],
     };
     let mut noted = match serde_json::from_str::<Manifest>(&text) {
-        Ok(Manifest { content, .. }) if content.format != FORMAT => {
-            return vec![of(
-                MANIFEST,
-                format!("it is of format {}, and this program reads {FORMAT}", content.format),
-            )];
+        Ok(Manifest { format, .. }) if format != FORMAT => {
+            let what = format!("it is of format {format}, and this program reads {FORMAT}");
+            return vec![of(MANIFEST, what)];
         }
         // As it would be written again: a byte that was changed anywhere shows.
-        Ok(Manifest { content, .. }) => match (content.files.clone(), content.seal()) {
+        Ok(manifest) => match (manifest.files.clone(), manifest.text()) {
             (noted, Ok(again)) if again == text => noted,
             _ => return vec![of(MANIFEST, "it was changed: its checksum is another".into())],
         },
@@ -99,7 +91,7 @@ pub fn verify(dir: &Path) -> Vec<Diagnostic> {
     let walked = walk(dir, "", &mut |name, file| {
         let Some(noted) = noted.remove(&name) else {
             let what = "no file of the run: it came later";
-            found.push(Diagnostic { severity: crate::diagnostic::Severity::Note, ..of(&name, what.into()) });
+            found.push(Diagnostic { severity: Severity::Note, ..of(&name, what.into()) });
             return;
         };
         match file {
@@ -146,12 +138,11 @@ fn walk(dir: &Path, below: &str, visit: &mut dyn FnMut(String, io::Result<Entry>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnostic::Severity;
     use std::fs;
 
     #[test]
     fn a_byte_that_is_changed_in_any_file_is_found_and_so_is_what_is_missing_or_new() {
-        let temp = tempfile::tempdir().expect("a directory");
+        let temp = tempfile::tempdir_in("/dev/shm").or_else(|_| tempfile::tempdir()).expect("a directory");
         let dir = temp.path();
         fs::create_dir(dir.join("fields")).expect("created");
         let names = ["history.csv", "summary.json", "run.json", "fields/rock_000001.vtu"];

@@ -4,7 +4,7 @@
 //! launcher lets the processes that it starts inherit the lock: it lasts until the last of them has ended, whatever ends
 //! them, and a solver knows its launcher by its number.
 
-use super::files::{self, Dir};
+use super::files::{self, Dir, Exposed};
 use super::manifest;
 use super::provenance::build_id;
 use super::run_dir::{self, RECORD, SUMMARY, unwritable};
@@ -157,7 +157,7 @@ impl Owner {
     pub fn release(&self) {
         // Held until it is gone: nobody else can have taken it.
         if self.first && self.check().is_ok() {
-            let _ = std::fs::remove_file(self.dir.join(LOCK));
+            let _ = files::remove(&self.dir.join(LOCK));
         }
     }
 
@@ -177,22 +177,24 @@ impl Drop for Owner {
     }
 }
 
-/// Refuse a directory of another user, who can exchange what a run wrote and reads again; warn where one above it is exposed.
+/// Refuse a directory of another user, who can exchange what a run wrote and reads again; warn where one above it is theirs or open
+/// to all. The administrator works in directories of others on purpose.
 fn refuse_exposed(dir: &Dir) -> Result<(), Diagnostic> {
     // What cannot be seen is not judged: a directory above may be closed to this user.
-    let Ok(Some(exposed)) = dir.exposed() else { return Ok(()) };
-    let (shown, administrator) = (exposed.path.display(), rustix::process::geteuid().is_root());
-    match exposed.itself && !administrator {
-        true => Err(Diagnostic::in_file(shown.to_string(), "this directory belongs to another user")
-            .coded(code::RESULT_DIRECTORY)
-            .try_instead("choose one of your own with --out")),
-        false => {
-            tracing::warn!(
-                "{shown}: other users can exchange what lies in this directory, and so the results of the run"
-            );
-            Ok(())
+    match dir.exposed() {
+        _ if rustix::process::geteuid().is_root() => {}
+        Ok(Some(Exposed::ToOwner)) => {
+            let shown = dir.path().display().to_string();
+            return Err(Diagnostic::in_file(shown, "this directory belongs to another user")
+                .coded(code::RESULT_DIRECTORY)
+                .try_instead("choose one of your own with --out"));
         }
+        Ok(Some(Exposed::Above(path))) => {
+            tracing::warn!("{}: other users can exchange what lies in this directory", path.display());
+        }
+        Ok(None) | Err(_) => {}
     }
+    Ok(())
 }
 
 /// Refuse to write into `dir` as part of `run` while another run owns it.

@@ -23,14 +23,12 @@ use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 #[cfg(test)]
-pub(crate) mod faults;
-#[cfg(test)]
 mod tests;
 
 /// Longest text of a program that is read: a summary, a record, a scene [bytes].
 pub const TEXT: u64 = 256 << 20;
 /// Longest state of a run that is read [bytes].
-pub const STATE: u64 = 64 << 30;
+pub const STATE: u64 = 8 << 30;
 /// Bytes that are read between two looks at whether the user has interrupted the program.
 const CHUNK: u64 = 1 << 20;
 /// Links that are followed to a directory.
@@ -58,7 +56,7 @@ fn allow(_: Step, _: &Path) -> io::Result<usize> {
     Ok(usize::MAX)
 }
 #[cfg(test)]
-use faults::allow;
+use tests::faults::allow;
 
 /// A directory that was opened: what is done in it is done there, even if its name leads elsewhere a moment later.
 #[derive(Debug)]
@@ -105,20 +103,24 @@ impl Dir {
         }
     }
 
+    /// Its path, as it was opened.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// Why files in it are not safe from other users, if they are not: it, or one above it, is theirs or open to all.
     pub fn exposed(&self) -> io::Result<Option<Exposed>> {
         let own = rustix::fs::fstat(&self.fd)?;
         if !is_ours(own.st_uid) {
-            return Ok(Some(Exposed { path: self.path.clone(), itself: true }));
+            return Ok(Some(Exposed::ToOwner));
         }
-        let whole = std::fs::canonicalize(&self.path)?;
-        let above = whole.ancestors().skip(1);
         let open = |about: Stat| {
             let mode = Mode::from_raw_mode(about.st_mode);
             !is_ours(about.st_uid) || (mode.contains(Mode::WOTH) && !mode.contains(Mode::SVTX))
         };
-        let found = above.into_iter().find(|path| rustix::fs::stat(*path).is_ok_and(open));
-        Ok(found.map(|path| Exposed { path: path.to_owned(), itself: false }))
+        let whole = std::fs::canonicalize(&self.path)?;
+        let found = whole.ancestors().skip(1).find(|path| rustix::fs::stat(*path).is_ok_and(open));
+        Ok(found.map(|path| Exposed::Above(path.to_owned())))
     }
 
     /// What lies in it: names, and whether each is a directory.
@@ -244,13 +246,13 @@ impl Dir {
     }
 }
 
-/// Where other users can do harm.
-#[derive(Debug)]
-pub struct Exposed {
-    /// The directory that is theirs, or open to all.
-    pub path: PathBuf,
-    /// Whether it is the one that was asked about, and not one above it.
-    pub itself: bool,
+/// Who else can exchange the files of a directory.
+#[derive(Debug, PartialEq, Eq)]
+pub enum Exposed {
+    /// Its owner, who is another user.
+    ToOwner,
+    /// Whoever may write to this directory above it.
+    Above(PathBuf),
 }
 
 /// A file that is written bit by bit.

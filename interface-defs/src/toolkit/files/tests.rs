@@ -1,4 +1,5 @@
-use super::faults::{Fault as Injection, Injected, Tree, restore, tree};
+pub(super) mod faults;
+
 use super::*;
 use crate::toolkit::checkpoint::{Found, Store, Subject, pack, unpack};
 use crate::toolkit::history::{History, Mark};
@@ -8,6 +9,7 @@ use crate::toolkit::run_dir::{
 use crate::toolkit::summary::{RunStatus, Summary};
 use crate::toolkit::vtu::{Cells, KeptSeries, Series, Vtu};
 use crate::toolkit::{checkpoint, manifest, state_file};
+use faults::{Fault as Injection, Injected, Tree, restore, tree};
 use std::cell::RefCell;
 use std::fs;
 use std::os::unix::fs::{PermissionsExt, symlink};
@@ -119,8 +121,10 @@ fn a_device_or_pipe_in_the_place_of_a_result_is_refused_at_once() {
     assert_eq!(manifest::verify(dir).len(), 1);
 }
 
+type Writer = fn(&Path) -> io::Result<()>;
+
 /// Whatever writes a result, with the name of that.
-fn writers() -> Vec<(&'static str, fn(&Path) -> io::Result<()>)> {
+fn writers() -> Vec<(&'static str, Writer)> {
     vec![
         (HISTORY, |dir| History::create(&dir.join(HISTORY), &["a".into()])?.row(&[1.0])),
         ("summary.json", |dir| Summary::new(RunStatus::Done).write(dir)),
@@ -213,6 +217,30 @@ fn a_directory_that_is_a_link_of_another_user_is_not_followed_and_nothing_in_it_
     assert_eq!(names(&elsewhere), [""; 0]);
     symlink("round", temp.path().join("round")).expect("linked");
     assert!(Dir::open(&temp.path().join("round")).is_err());
+}
+
+#[test]
+fn a_directory_that_others_can_exchange_is_known() {
+    let temp = temp();
+    let dir = temp.path().join("open/out");
+    fs::create_dir_all(&dir).expect("created");
+    let exposed = || Dir::open(&dir).and_then(|dir| dir.exposed()).expect("seen");
+    let set = |name: &str, mode| {
+        fs::set_permissions(temp.path().join(name), fs::Permissions::from_mode(mode)).expect("changed");
+    };
+    assert_eq!(exposed(), None);
+    // Open to all, and ours: names in it are safe, since they are created exclusively.
+    set("open/out", 0o777);
+    assert_eq!(exposed(), None);
+    set("open", 0o777);
+    let above = fs::canonicalize(temp.path().join("open")).expect("there");
+    assert_eq!(exposed(), Some(Exposed::Above(above)));
+    set("open", 0o1777);
+    assert_eq!(exposed(), None);
+    if rustix::process::geteuid().is_root() {
+        std::os::unix::fs::chown(&dir, Some(12345), None).expect("given");
+        assert_eq!(exposed(), Some(Exposed::ToOwner));
+    }
 }
 
 /// A run in small: rows, checkpoints that know them, fields, a summary, a manifest.

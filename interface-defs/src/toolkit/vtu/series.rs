@@ -35,9 +35,9 @@ pub struct KeptSeries {
 
 enum Writer {
     /// Nothing is to be written.
-    Idle(Files),
+    Idle(Box<Files>),
     /// At work; ends when nothing more is sent.
-    Busy(SyncSender<(f64, Grid)>, JoinHandle<io::Result<Files>>),
+    Busy(SyncSender<(f64, Grid)>, JoinHandle<io::Result<Box<Files>>>),
 }
 
 impl Series {
@@ -52,7 +52,7 @@ impl Series {
             count: 0,
             hash: Running::default(),
         };
-        Ok(Self(Some(Writer::Idle(files))))
+        Ok(Self(Some(Writer::Idle(Box::new(files)))))
     }
 
     /// Go on with a series of that name in `dir` as it was when it was [`Series::kept`]: later files are removed. An error of
@@ -144,7 +144,7 @@ struct Files {
 }
 
 impl Files {
-    fn write_all(mut self, states: Receiver<(f64, Grid)>) -> io::Result<Self> {
+    fn write_all(mut self: Box<Self>, states: Receiver<(f64, Grid)>) -> io::Result<Box<Self>> {
         for (time, grid) in states {
             self.write(time, &grid)?;
         }

@@ -1,6 +1,6 @@
 //! Faults that tests inject below a directory, and what a power cut may leave of what was done there.
 
-use super::Step;
+use crate::toolkit::files::Step;
 use rustix::io::Errno;
 use std::collections::BTreeMap;
 use std::io;
@@ -45,7 +45,7 @@ fn plans() -> MutexGuard<'static, Vec<Plan>> {
     PLANS.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-pub(super) fn allow(step: Step, path: &Path) -> io::Result<usize> {
+pub(in crate::toolkit::files) fn allow(step: Step, path: &Path) -> io::Result<usize> {
     let mut plans = plans();
     let Some(plan) = plans.iter_mut().find(|plan| path.starts_with(&plan.root)) else {
         return Ok(usize::MAX);
