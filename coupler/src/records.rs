@@ -13,7 +13,7 @@ use interface_defs::toolkit::progress::{Form, Line, Reporter};
 use interface_defs::toolkit::recorder::{Checkpoints, KeptRows, Recorder, open, unwritable};
 use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::summary::Summary;
-use interface_defs::{Fault, Gauge, Statistics};
+use interface_defs::{Fault, Statistics};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -140,16 +140,18 @@ impl Observer for Records {
         self.window_started = Instant::now();
         self.warnings.extend_from_slice(warnings);
         self.programs = [dem.program.clone(), fem.program.clone()];
-        let gauges: Vec<Gauge> = dem.gauges.iter().chain(&fem.gauges).cloned().collect();
+        let gauges = dem.gauges.iter().chain(&fem.gauges);
+        let columns = 1 + gauges.clone().count() + OWN_COLUMNS.len();
         // The first column is the time.
-        let means = (0..gauges.len()).filter(|i| gauges[*i].is_mean()).map(|i| i + 1).collect();
-        self.rows = Rows::new(1 + gauges.len() + OWN_COLUMNS.len(), means, self.interval);
+        let means = gauges.zip(1..).filter(|(gauge, _)| gauge.is_mean()).map(|(_, column)| column).collect();
+        self.rows = Rows::new(columns, means, self.interval);
+        let programs = [dem, fem].map(|side| (side.program.as_str(), &side.gauges[..]));
         let (mut rows, mut iterations) = (None, None);
         if let Some(kept) = self.kept.take() {
             self.rows.go_on(kept.pending)?;
             (rows, iterations) = (Some(kept.rows), kept.iterations);
         }
-        self.recorder = Some(Recorder::open(&self.dir, gauges, &OWN_COLUMNS, rows)?);
+        self.recorder = Some(Recorder::open(&self.dir, &programs, &OWN_COLUMNS, rows)?);
         if self.iterations_wanted {
             let path = self.dir.join(run_dir::ITERATIONS);
             self.iterations = Some(open(&path, &ITERATIONS.map(String::from), iterations.as_ref())?);
@@ -250,9 +252,7 @@ pub fn describe(
     match statistics {
         Some((dem, fem)) => {
             for (program, statistics) in records.programs.iter().zip([dem, fem]) {
-                if let Err(taken) = summary.take(program, statistics) {
-                    summary.fail(taken);
-                }
+                take(summary, program, statistics);
             }
             name_absent(summary, &records.programs, [dem, fem]);
         }
@@ -261,11 +261,19 @@ pub fn describe(
             summary.warnings.push(Diagnostic::warning(code::ABSENT_MEASURE, what));
         }
     }
-    records.recorder.iter().flat_map(Recorder::measures).for_each(|measure| summary.add(measure));
+    let extremes = records.recorder.iter().flat_map(Recorder::measures).collect();
+    take(summary, "coupler", &Statistics { measures: extremes, ..Statistics::default() });
     drop_unresolved(summary, coupling.sample_length());
     describe_energy(summary, coupling, records);
     describe_coupling(summary, coupling);
     coupling.limits.judge(summary, &coupling.causes().evidence());
+}
+
+/// Take in what a program reports; a name that another one has given fails the run.
+fn take(summary: &mut Summary, program: &str, statistics: &Statistics) {
+    if let Err(taken) = summary.take(program, statistics) {
+        summary.fail(taken);
+    }
 }
 
 /// Time over which `max_reaction_1ms` is a mean [s].
@@ -353,6 +361,8 @@ fn describe_energy(summary: &mut Summary, coupling: &Coupling, records: &Records
         add("imbalance_structure_J", fem);
         add("imbalance_interface_J", interface);
         balance.system.describe(summary);
+        let own = summary.measures.iter_mut().filter(|measure| measure.source.is_empty());
+        own.for_each(|measure| measure.source = "coupler".into());
     } else if records.prepared_at.is_some() {
         let why =
             "a solver does not report its kinetic, potential, stored, dissipated energy and received work";

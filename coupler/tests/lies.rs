@@ -388,6 +388,7 @@ fn a_measure_and_a_verdict_that_both_solvers_give_fail_the_run_and_name_both() {
     let summary = ended(Lie::None);
     assert_eq!((summary.status, summary.verdict.len()), (RunStatus::Done, 1));
     assert_eq!(summary.measure("max_travel"), Some(1.0));
+    assert!(summary.measures.iter().all(|m| m.source == "dem (pull)"), "{:?}", summary.measures);
     let summary = ended(Lie::TakenMeasure);
     assert_eq!((summary.status, summary.reasons.len()), (RunStatus::Failed, 1));
     let why = &summary.reasons[0];

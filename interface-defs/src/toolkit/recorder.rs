@@ -238,7 +238,8 @@ pub fn open(path: &Path, columns: &[String], mark: Option<&Mark>) -> Result<Hist
 
 /// Writes `history.csv`, and follows the extremes of the gauges.
 pub struct Recorder {
-    gauges: Vec<Gauge>,
+    /// Each with the program that reports it.
+    gauges: Vec<(String, Gauge)>,
     /// Smallest and largest of each gauge.
     extremes: Vec<[Extreme; 2]>,
     history: History,
@@ -261,18 +262,22 @@ pub struct KeptRows {
 }
 
 impl Recorder {
-    /// A row has its time, the values of `gauges`, and the numbers of the columns `more`. The file is a new one in `out`, or goes on
+    /// A row has its time, the values of the gauges of these `programs`, and the numbers of the columns `more`. The file is a new one in `out`, or goes on
     /// from what was kept.
     ///
     /// # Errors
     /// If the file cannot be written, or what was kept is of other gauges.
     pub fn open(
         out: &Path,
-        gauges: Vec<Gauge>,
+        programs: &[(&str, &[Gauge])],
         more: &[&str],
         kept: Option<KeptRows>,
     ) -> Result<Self, Diagnostic> {
-        let own = gauges.iter().map(gauge_column);
+        let of_one = |(program, gauges): &(&str, &[Gauge])| -> Vec<_> {
+            gauges.iter().map(|gauge| ((*program).to_owned(), gauge.clone())).collect()
+        };
+        let gauges: Vec<(String, Gauge)> = programs.iter().flat_map(of_one).collect();
+        let own = gauges.iter().map(|(_, gauge)| gauge_column(gauge));
         let columns: Vec<String> =
             std::iter::once("time_s".to_owned()).chain(own).chain(more.iter().map(|c| (*c).into())).collect();
         let none = [f64::INFINITY, f64::NEG_INFINITY].map(|value| Extreme { value, time: 0.0 });
@@ -325,11 +330,11 @@ impl Recorder {
 
     /// Extremes of the gauges that are results of their own.
     pub fn measures(&self) -> impl Iterator<Item = Measure> {
-        let wanted =
-            self.gauges.iter().zip(&self.extremes).filter(|(g, e)| g.extremes && e[0].value.is_finite());
-        wanted.flat_map(|(gauge, extremes)| {
-            [("min", extremes[0]), ("max", extremes[1])].map(|(end, Extreme { value, time })| {
-                Measure::new(format!("{}_{end}", gauge.name), value, gauge.unit.clone()).at(time)
+        let seen = self.gauges.iter().zip(&self.extremes).filter(|(_, of)| of[0].value.is_finite());
+        seen.filter(|((_, gauge), _)| gauge.extremes).flat_map(|((program, gauge), of)| {
+            [("min", of[0]), ("max", of[1])].map(|(end, Extreme { value, time })| Measure {
+                source: program.clone(),
+                ..Measure::new(format!("{}_{end}", gauge.name), value, gauge.unit.clone()).at(time)
             })
         })
     }

@@ -14,7 +14,7 @@ use super::summary::{RunStatus, Summary, totals};
 use crate::diagnostic::{Diagnostic, code};
 use crate::ipc::interrupt;
 use crate::ipc::serve::{cpu_seconds, peak_memory};
-use crate::message::{Fault, FaultKind, Plan, Progress, Ready, Statistics, capability};
+use crate::message::{Fault, FaultKind, Measure, Plan, Progress, Ready, Statistics, capability};
 use crate::solver::Solver;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
@@ -128,7 +128,7 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
     if let Err(taken) = summary.take(&hello.program, &statistics) {
         summary.fail(taken);
     }
-    summary.measures.extend(gauges);
+    summary.measures.extend(gauges.into_iter().map(|m| Measure { source: hello.program.clone(), ..m }));
     stage.limits.judge(&mut summary, &Evidence { energy: cure(stage.role).into(), ..Evidence::default() });
     cost(&mut summary, stage.role, statistics, prepared, started.elapsed().as_secs_f64());
     write(&mut summary, owner);
@@ -190,7 +190,8 @@ impl<'a> Solo<'a> {
         let ledger = Ledger::new(ready, stage.role == "dem")?;
         let (kept, rows) = kept.map(|kept| ((kept.ledger, kept.windows), kept.rows)).unzip();
         let recorder =
-            Recorder::open(stage.owner.dir(), ledger.gauges().to_vec(), &[], rows).map_err(broken)?;
+            Recorder::open(stage.owner.dir(), &[(&solver.hello().program, ledger.gauges())], &[], rows)
+                .map_err(broken)?;
         let mut solo = Self { solver, ledger, recorder, windows, checkpoints };
         match kept {
             None => solo.write_row(0.0)?,

@@ -48,7 +48,7 @@ fn windows_are_parts_of_rows_and_their_times_are_products() {
 #[test]
 fn a_row_has_its_time_the_gauges_and_what_is_added_and_extremes_have_the_time_of_their_window() {
     let dir = tempfile::tempdir().expect("a directory");
-    let mut recorder = Recorder::open(dir.path(), gauges(), &["residual"], None).expect("opened");
+    let mut recorder = Recorder::open(dir.path(), &[("a", &gauges())], &["residual"], None).expect("opened");
     assert_eq!(recorder.measures().count(), 0, "nothing was seen");
     for (time, z) in [(0.5, [1.0, -2.0, 3.0]), (1.0, [0.0, -1.0, 4.0])] {
         recorder.take(time, &[z, [7.0; 3]]);
@@ -60,10 +60,13 @@ fn a_row_has_its_time_the_gauges_and_what_is_added_and_extremes_have_the_time_of
     drop(recorder);
     let text = std::fs::read_to_string(dir.path().join(HISTORY)).expect("a file");
     assert_eq!(text, "time_s,z_m,k_J,residual\n0.5,1,7,0.25\n1,0,7,0.25\n");
-    let recorder = Recorder::open(dir.path(), gauges(), &["residual"], Some(kept.clone())).expect("goes on");
+    let recorder =
+        Recorder::open(dir.path(), &[("a", &gauges())], &["residual"], Some(kept.clone())).expect("goes on");
+    assert!(recorder.measures().all(|m| m.source == "a"));
     let measures: Vec<_> = recorder.measures().map(|m| (m.name, m.value, m.time)).collect();
     assert_eq!(measures, [("z_min".into(), -2.0, Some(0.5)), ("z_max".into(), 4.0, Some(1.0))]);
-    let refused = Recorder::open(dir.path(), gauges()[1..].to_vec(), &[], Some(kept)).err().expect("others");
+    let refused =
+        Recorder::open(dir.path(), &[("a", &gauges()[1..])], &[], Some(kept)).err().expect("others");
     assert_eq!(refused.code, code::PROVENANCE);
 }
 

@@ -103,6 +103,7 @@ fn a_solver_alone_gives_a_row_per_interval_and_the_end() {
     let measures: Vec<_> = summary.measures.iter().map(|m| (m.name.as_str(), m.value, m.time)).collect();
     assert_eq!(measures[..2], [("z_min", rows[4][1], Some(1.0)), ("z_max", 1.0, Some(0.0))]);
     assert_eq!(measures[2].0, "energy_error");
+    assert!(summary.measures.iter().all(|m| m.source == "fall"));
     assert_eq!(summary.cost["windows"], 4);
     assert_eq!(summary.cost["processes"]["dem"]["counts"]["flights"], 3);
     assert!(summary.energy["energy_error"].as_f64().expect("a number") < 1e-14);
