@@ -134,6 +134,17 @@ impl Found {
         }
         found
     }
+
+    /// The newest; `None`: a run begins anew. An error where one is there, and of another build: it is not lost unasked.
+    pub fn usable(self, out: &Path) -> Result<Option<Checkpoint>, Diagnostic> {
+        if self.newest.is_none() && self.foreign {
+            return Err(refused(out, self.unusable.join("; ")));
+        }
+        for unusable in &self.unusable {
+            tracing::warn!("{unusable}");
+        }
+        Ok(self.newest)
+    }
 }
 
 /// Wall-clock time since the last checkpoint of the run in `out` was written; `None`: there is none.
@@ -206,31 +217,25 @@ impl Store {
 
 /// The checkpoint from which the run of `scene` in `out` goes on; `None`: there is none, and it begins anew.
 pub fn to_go_on(scene: &Scene, out: &Path) -> Result<Option<Checkpoint>, Diagnostic> {
-    let found = Found::of(out);
-    for unusable in &found.unusable {
-        tracing::warn!("{unusable}");
-    }
-    let refuse = |what: String| {
-        Diagnostic::in_file(out.display().to_string(), what)
-            .coded(code::PROVENANCE)
-            .try_instead("run it anew with --force, or into another directory with --out")
-    };
-    let Some(newest) = found.newest else {
-        if found.foreign {
-            return Err(refuse(found.unusable.join("; ")));
-        }
+    let Some(newest) = Found::of(out).usable(out)? else {
         tracing::warn!("{}: there is no checkpoint to go on from; the run begins anew", out.display());
         return Ok(None);
     };
     if newest.build.program != build_id().program {
         let what =
             format!("the checkpoint was written by program {}, and this is {}", newest.build, build_id());
-        return Err(refuse(what));
+        return Err(refused(out, what));
     }
     match newest.subject.differs(&Subject::of(scene)?) {
-        Some(what) => Err(refuse(what)),
+        Some(what) => Err(refused(out, what)),
         None => Ok(Some(newest)),
     }
+}
+
+fn refused(out: &Path, what: String) -> Diagnostic {
+    Diagnostic::in_file(out.display().to_string(), what)
+        .coded(code::PROVENANCE)
+        .try_instead("run it anew with --force, or into another directory with --out")
 }
 
 /// What is said of a run that went on at `time` [s].
@@ -283,6 +288,34 @@ mod tests {
         std::fs::write(out.join(CHECKPOINT).join(FILES[1]), "").expect("written");
         let found = Found::of(out);
         assert!(found.newest.is_none() && found.unusable.len() == 2);
+    }
+
+    #[test]
+    fn a_checkpoint_of_another_build_or_of_other_files_is_refused_and_never_passed_over() {
+        let temp = tempfile::tempdir().expect("a directory");
+        let (out, text) = (temp.path().join("out"), temp.path().join("s.toml"));
+        std::fs::write(temp.path().join("slope.asc"), "1").expect("written");
+        std::fs::write(&text, "end_time = 1.0\n[terrain]\nfile = \"slope.asc\"\n").expect("written");
+        let scene = Scene::load(&text, &[]).expect("valid");
+        assert_eq!(to_go_on(&scene, &out), Ok(None));
+        let mut store = Store::new(&out, Subject::of(&scene).expect("readable"), 1.0, None);
+        store.write(1.0, parts(1)).expect("written");
+        let there = to_go_on(&scene, &out).expect("accepted").expect("one");
+        assert_eq!(there.time, 1.0);
+        std::fs::write(temp.path().join("slope.asc"), "2").expect("written");
+        let other = to_go_on(&scene, &out).expect_err("another file");
+        assert!(other.code == code::PROVENANCE && other.message.contains("slope.asc"), "{other}");
+        std::fs::write(temp.path().join("slope.asc"), "1").expect("written");
+        let file = out.join(CHECKPOINT).join(FILES[0]);
+        let mut foreign = there;
+        foreign.build.program = "another".into();
+        state_file::write(&file, VERSION, &foreign).expect("written");
+        let other = to_go_on(&scene, &out).expect_err("another build");
+        assert!(other.message.contains("another") && other.message.contains(&build_id().program), "{other}");
+        for layout in [VERSION, VERSION + 1] {
+            state_file::write(&file, layout, &7_u8).expect("written");
+            assert_eq!(to_go_on(&scene, &out).expect_err("another layout").code, code::PROVENANCE);
+        }
     }
 
     #[test]

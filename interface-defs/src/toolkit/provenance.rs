@@ -11,6 +11,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io;
+use std::path::Path;
 use std::sync::OnceLock;
 
 /// A build of a program.
@@ -37,12 +38,13 @@ pub fn build_id() -> &'static BuildId {
     OWN.get_or_init(|| BuildId {
         version: env!("CARGO_PKG_VERSION").into(),
         commit: option_env!("ROCKFALL_COMMIT").map(String::from),
-        program: own_program().unwrap_or_else(|_| "unknown".into()),
+        program: program(Path::new("/proc/self/exe")).unwrap_or_else(|_| "unknown".into()),
     })
 }
 
-fn own_program() -> io::Result<String> {
-    let (hash, _) = hash_of(File::open("/proc/self/exe")?)?;
+/// The hash of the program at `path`, as [`BuildId::program`] has it.
+pub fn program(path: &Path) -> io::Result<String> {
+    let (hash, _) = hash_of(File::open(path)?)?;
     Ok(hash.0.finalize().to_hex()[..DIGITS].to_owned())
 }
 
