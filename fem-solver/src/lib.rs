@@ -11,7 +11,7 @@
 //! - [`ground`]: the surface of the ground, and how far a point is from it
 //! - [`element`]: each element with energy, force, tangent, history, and its settings; laws of materials
 //! - [`config`]: the tables `[structure]`, `[fem]`, `[[gauge]]`
-//! - [`model`]: nodes, elements, supports, loads, lumped masses; generated structures; what no one can mean
+//! - [`model`]: nodes, elements, supports, loads, lumped masses; generated structures; ranges of their numbers
 //! - [`internal_force`]: all elements together: force, energy, tangent, history, ruptures
 //! - [`state`]: a state, and the one that a run leaves and another starts from
 //! - [`equilibrium`]: Newton's iteration, arc length, form finding

@@ -1,4 +1,4 @@
-//! From `[structure.ground]` to contacts of nodes with the ground, and what no one can mean there.
+//! From `[structure.ground]` to contacts of nodes with the ground, and what is certainly wrong there.
 
 use super::Model;
 use super::base::Base;

@@ -13,7 +13,7 @@ mod pull;
 pub mod rings;
 mod scattered;
 
-use self::pull::pull_runs;
+use self::pull::{Pull, WIDEST};
 use self::scattered::Scattered;
 use crate::element::Cable;
 use crate::linear_algebra::lanes::{add_to, subtract_from, sum_of, wide};
@@ -118,7 +118,13 @@ impl Kernel {
             kernel.tiles.push(Tile { nodes, runs: first..kernel.runs.len(), reach });
         }
         let longest = kernel.runs.iter().map(|r| r.cables.len()).max().unwrap_or(0);
-        kernel.pull = [0, 1, 2].map(|_| vec![0.0; longest]);
+        // Room for what the widest registers write beyond the end of a run.
+        kernel.pull = [0, 1, 2].map(|_| vec![0.0; longest + WIDEST]);
+        for constants in
+            kernel.span2.iter_mut().chain([&mut kernel.square, &mut kernel.q0, &mut kernel.slope])
+        {
+            constants.resize(constants.len() + WIDEST, 0.0);
+        }
         kernel.scalar = vec![0.0; longest];
         for i in 0..kernel.runs.len() {
             kernel.runs[i].alike = kernel.alike(&kernel.runs[i].cables);
@@ -214,7 +220,7 @@ impl Kernel {
         let [x, y, z] = &self.span2;
         let constants = [x, y, z, &self.square, &self.q0, &self.slope].map(|of| &of[..]);
         let (nodes, spare) = (self.node_count, &mut self.pull);
-        pull_runs(runs, constants, u, force, nodes, spare)
+        pulp::Arch::new().dispatch(Pull { runs, constants, u, force, nodes, spare })
     }
 
     /// Add the pull of the cables over a step from `before` to `after` to `force`: the mean stress

@@ -1,128 +1,207 @@
 //! What the cables of runs pull on their nodes, several at a time.
 //!
-//! Every cable and every sum at a node is the same arithmetic in the same order whatever the width of the registers, and
-//! nothing is fused, so that every machine gives the same bytes.
+//! Registers as wide as the processor has them: every cable and every sum at a node is the same arithmetic in the same
+//! order whatever their width, and nothing is fused, so that every machine gives the same bytes.
 
 use super::Run;
-use crate::linear_algebra::lanes::{LANES, wide};
-use std::array::from_fn;
+use pulp::{Scalar, Simd, WithSimd};
+
+/// Cables that the widest registers hold.
+pub const WIDEST: usize = 8;
 
 /// Constants of all cables: `2 D` [m] by component, `D . D` [m2], `q_0` [N/m], `c` [N/m3].
 pub type Constants<'a> = [&'a [f64]; 6];
 
-wide! {
-    /// Add what the cables of `runs` pull on their `nodes` nodes at the displacements `u` [m] to `force` [N], both
-    /// component-major. `spare` is memory for the pulls of a run. Returns the largest tension, squared [N2]; what is not a
-    /// number is passed over.
-    pub fn pull_runs(
-        runs: &[Run],
-        constants: Constants<'_>,
-        u: &[f64],
-        force: &mut [f64],
-        nodes: usize,
-        spare: &mut [Vec<f64>; 3],
-    ) -> f64 {
-        let mut largest = [0.0; LANES];
-        for run in runs {
-            // At the end of the nodes the last few cables are dealt with after the others, so that sums keep their order.
-            let len = run.cables.len();
-            let reaches = run.nodes[1] + len.next_multiple_of(LANES) <= nodes;
-            let whole = if reaches { len } else { len / LANES * LANES };
-            for part in [0..whole, whole..len].into_iter().filter(|part| !part.is_empty()) {
-                let ([a, b], len) = (run.nodes.map(|node| node + part.start), part.len());
-                let cables = run.cables.start + part.start..run.cables.start + part.end;
-                let piece = Piece {
-                    first: from_fn(|c| &u[c * nodes + a..][..len]),
-                    second: from_fn(|c| &u[c * nodes + b..][..len]),
-                    constants: constants.map(|of| &of[cables.clone()]),
-                    floor: run.floor,
-                };
-                let (x, rest) = force.split_at_mut(nodes);
-                let (y, z) = rest.split_at_mut(nodes);
-                let mut pulls = spare.each_mut().map(|pulls| &mut pulls[..len]);
-                let mut first = [&mut x[a..a + len], &mut y[a..a + len], &mut z[a..a + len]];
-                if run.alike {
-                    piece.pull::<true>(&mut first, &mut pulls, &mut largest);
-                } else {
-                    piece.pull::<false>(&mut first, &mut pulls, &mut largest);
-                }
-                // Later, in a loop of its own: first and second nodes of a run are often the same.
-                for (force, pulls) in [x, y, z].into_iter().zip(pulls) {
-                    force[b..b + len].iter_mut().zip(pulls).for_each(|(to, pull)| *to -= *pull);
-                }
-            }
-        }
-        largest.into_iter().fold(0.0, f64::max)
-    }
+/// The runs of one tile and what they need. Gives the largest tension, squared [N2]; what is not a number is passed over.
+pub struct Pull<'a> {
+    /// The runs.
+    pub runs: &'a [Run],
+    /// The constants of all cables.
+    pub constants: Constants<'a>,
+    /// Displacements, component-major [m].
+    pub u: &'a [f64],
+    /// Forces that the pulls are added to, component-major [N].
+    pub force: &'a mut [f64],
+    /// Number of nodes.
+    pub nodes: usize,
+    /// Memory for the pulls of a run, by component.
+    pub spare: &'a mut [Vec<f64>; 3],
 }
 
-/// The cables of a run and their nodes: slices of one length.
+/// Some cables of a run, and their nodes: slices of one length, a multiple of what a register holds.
 struct Piece<'a> {
     first: [&'a [f64]; 3],
     second: [&'a [f64]; 3],
     constants: Constants<'a>,
     floor: f64,
+    /// How many of them are there.
+    len: usize,
+}
+
+impl WithSimd for Pull<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, simd: S) -> f64 {
+        let lanes = size_of::<S::f64s>() / size_of::<f64>();
+        let mut largest = 0.0;
+        let runs = self.runs;
+        for run in runs {
+            // The last register reaches over the end if there are nodes; what is beyond is left as it is.
+            let len = run.cables.len();
+            let reaches = run.nodes[1] + len.next_multiple_of(lanes) <= self.nodes;
+            let whole = if reaches { len } else { len / lanes * lanes };
+            if whole > 0 {
+                largest = self.piece(simd, run, 0, whole, largest);
+            }
+            if whole < len {
+                largest = self.piece(Scalar::new(), run, whole, len - whole, largest);
+            }
+        }
+        largest
+    }
+}
+
+impl Pull<'_> {
+    /// The `len` cables of `run` from number `at` on. Returns the largest of their squared tensions and `largest`.
+    #[inline(always)]
+    fn piece<S: Simd>(&mut self, simd: S, run: &Run, at: usize, len: usize, largest: f64) -> f64 {
+        let up = len.next_multiple_of(size_of::<S::f64s>() / size_of::<f64>());
+        let ([a, b], cable) = (run.nodes.map(|node| node + at), run.cables.start + at);
+        let (x, rest) = self.u.split_at(self.nodes);
+        let (y, z) = rest.split_at(self.nodes);
+        let (fx, rest) = self.force.split_at_mut(self.nodes);
+        let (fy, fz) = rest.split_at_mut(self.nodes);
+        let [sx, sy, sz, square, q0, slope] = self.constants;
+        let own = cable..cable + up;
+        let piece = Piece {
+            first: [&x[a..a + up], &y[a..a + up], &z[a..a + up]],
+            second: [&x[b..b + up], &y[b..b + up], &z[b..b + up]],
+            constants: [
+                &sx[own.clone()],
+                &sy[own.clone()],
+                &sz[own.clone()],
+                &square[own.clone()],
+                &q0[own.clone()],
+                &slope[own],
+            ],
+            floor: run.floor,
+            len,
+        };
+        let [px, py, pz] = &mut *self.spare;
+        let first = [&mut fx[a..a + up], &mut fy[a..a + up], &mut fz[a..a + up]];
+        let pulls = [&mut px[..up], &mut py[..up], &mut pz[..up]];
+        let largest = if run.alike {
+            piece.pull::<S, true>(simd, first, pulls, largest)
+        } else {
+            piece.pull::<S, false>(simd, first, pulls, largest)
+        };
+        // Later, in a loop of its own: first and second nodes of a run are often the same.
+        subtract(simd, &mut fx[b..b + len], &px[..len]);
+        subtract(simd, &mut fy[b..b + len], &py[..len]);
+        subtract(simd, &mut fz[b..b + len], &pz[..len]);
+        largest
+    }
 }
 
 impl Piece<'_> {
     /// Add the pulls to the forces on the first nodes, and write them to `pulls`. `ALIKE`: the constants are those of the
-    /// first cable.
+    /// first cable. Returns the largest of the squared tensions and `largest`.
     #[inline(always)]
-    fn pull<const ALIKE: bool>(
+    fn pull<S: Simd, const ALIKE: bool>(
         &self,
-        first: &mut [&mut [f64]; 3],
-        pulls: &mut [&mut [f64]; 3],
-        largest: &mut [f64; LANES],
-    ) {
-        let len = self.first[0].len();
-        let mut at = 0;
-        while at + LANES <= len {
-            self.some::<LANES, ALIKE>(at, first, pulls, largest);
-            at += LANES;
+        simd: S,
+        [fx, fy, fz]: [&mut [f64]; 3],
+        [px, py, pz]: [&mut [f64]; 3],
+        largest: f64,
+    ) -> f64 {
+        let ([x1, y1, z1], [x2, y2, z2]) = (self.first, self.second);
+        let x1 = S::as_simd_f64s(x1).0;
+        let n = x1.len();
+        let x2 = &S::as_simd_f64s(x2).0[..n];
+        let (y1, y2) = (&S::as_simd_f64s(y1).0[..n], &S::as_simd_f64s(y2).0[..n]);
+        let (z1, z2) = (&S::as_simd_f64s(z1).0[..n], &S::as_simd_f64s(z2).0[..n]);
+        let (fx, px) = (&mut S::as_mut_simd_f64s(fx).0[..n], &mut S::as_mut_simd_f64s(px).0[..n]);
+        let (fy, py) = (&mut S::as_mut_simd_f64s(fy).0[..n], &mut S::as_mut_simd_f64s(py).0[..n]);
+        let (fz, pz) = (&mut S::as_mut_simd_f64s(fz).0[..n], &mut S::as_mut_simd_f64s(pz).0[..n]);
+        let [sx, sy, sz, square, q0, slope] = self.constants;
+        let alike = [
+            simd.splat_f64s(sx[0]),
+            simd.splat_f64s(sy[0]),
+            simd.splat_f64s(sz[0]),
+            simd.splat_f64s(square[0]),
+            simd.splat_f64s(q0[0]),
+            simd.splat_f64s(slope[0]),
+        ];
+        let (sx, sy) = (&S::as_simd_f64s(sx).0[..n], &S::as_simd_f64s(sy).0[..n]);
+        let (sz, square) = (&S::as_simd_f64s(sz).0[..n], &S::as_simd_f64s(square).0[..n]);
+        let (q0, slope) = (&S::as_simd_f64s(q0).0[..n], &S::as_simd_f64s(slope).0[..n]);
+        let floor = simd.splat_f64s(self.floor);
+        let mut peak = simd.splat_f64s(largest);
+        for i in 0..n - 1 {
+            let w = [simd.sub_f64s(x2[i], x1[i]), simd.sub_f64s(y2[i], y1[i]), simd.sub_f64s(z2[i], z1[i])];
+            let own = if ALIKE { alike } else { [sx[i], sy[i], sz[i], square[i], q0[i], slope[i]] };
+            let (pull, squared) = law(simd, w, own, floor);
+            peak = simd.select_f64s(simd.greater_than_f64s(squared, peak), squared, peak);
+            [px[i], py[i], pz[i]] = pull;
+            fx[i] = simd.add_f64s(fx[i], pull[0]);
+            fy[i] = simd.add_f64s(fy[i], pull[1]);
+            fz[i] = simd.add_f64s(fz[i], pull[2]);
         }
-        if at + LANES / 2 <= len {
-            self.some::<{ LANES / 2 }, ALIKE>(at, first, pulls, largest);
-            at += LANES / 2;
-        }
-        while at < len {
-            self.some::<1, ALIKE>(at, first, pulls, largest);
-            at += 1;
-        }
+        // The last ones, of which not all need be there.
+        let i = n - 1;
+        let lanes = size_of::<S::f64s>() / size_of::<f64>();
+        let flags: &[f64] = &FLAGS[WIDEST - (self.len - i * lanes)..][..lanes];
+        let there = simd.greater_than_f64s(S::as_simd_f64s(flags).0[0], simd.splat_f64s(0.0));
+        let w = [simd.sub_f64s(x2[i], x1[i]), simd.sub_f64s(y2[i], y1[i]), simd.sub_f64s(z2[i], z1[i])];
+        let own = if ALIKE { alike } else { [sx[i], sy[i], sz[i], square[i], q0[i], slope[i]] };
+        let (pull, squared) = law(simd, w, own, floor);
+        let squared = simd.select_f64s(there, squared, peak);
+        peak = simd.select_f64s(simd.greater_than_f64s(squared, peak), squared, peak);
+        [px[i], py[i], pz[i]] = pull;
+        fx[i] = simd.select_f64s(there, simd.add_f64s(fx[i], pull[0]), fx[i]);
+        fy[i] = simd.select_f64s(there, simd.add_f64s(fy[i], pull[1]), fy[i]);
+        fz[i] = simd.select_f64s(there, simd.add_f64s(fz[i], pull[2]), fz[i]);
+        simd.reduce_max_f64s(peak)
     }
+}
 
-    /// The same of the `W` cables from number `at` on: see [`crate::element::Cable`].
-    #[inline(always)]
-    fn some<const W: usize, const ALIKE: bool>(
-        &self,
-        at: usize,
-        first: &mut [&mut [f64]; 3],
-        pulls: &mut [&mut [f64]; 3],
-        largest: &mut [f64; LANES],
-    ) {
-        let of = |all: &[f64]| -> [f64; W] { all[at..at + W].try_into().expect("so many") };
-        let constant = |of_all: &[f64]| if ALIKE { [of_all[0]; W] } else { of(of_all) };
-        let [sx, sy, sz, square, q0, slope] = self.constants.map(constant);
-        let [wx, wy, wz]: [[f64; W]; 3] = from_fn(|c| {
-            let (from, to) = (of(self.first[c]), of(self.second[c]));
-            from_fn(|l| to[l] - from[l])
-        });
-        let mut q = [0.0; W];
-        for l in 0..W {
-            let along = wx[l] * (sx[l] + wx[l]) + wy[l] * (sy[l] + wy[l]);
-            let s = along + wz[l] * (sz[l] + wz[l]);
-            let elastic = q0[l] + slope[l] * s;
-            // Anything not a number stays so, and is found at the window's end.
-            q[l] = if elastic < self.floor { self.floor } else { elastic };
-            let squared = q[l] * q[l] * (square[l] + s);
-            largest[l] = if squared > largest[l] { squared } else { largest[l] };
-        }
-        for (c, (span, w)) in [(sx, wx), (sy, wy), (sz, wz)].into_iter().enumerate() {
-            let (force, pulls) = (&mut first[c][at..at + W], &mut pulls[c][at..at + W]);
-            for l in 0..W {
-                let pull = q[l] * (0.5 * span[l] + w[l]);
-                pulls[l] = pull;
-                force[l] += pull;
-            }
-        }
+/// So many ones as cables are there stand before the middle, counted from it.
+const FLAGS: [f64; 2 * WIDEST] =
+    [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+
+/// Pulls, by component, and squared tensions at the relative displacements `w`: see [`crate::element::Cable`].
+#[inline(always)]
+fn law<S: Simd>(
+    simd: S,
+    w: [S::f64s; 3],
+    [sx, sy, sz, square, q0, slope]: [S::f64s; 6],
+    floor: S::f64s,
+) -> ([S::f64s; 3], S::f64s) {
+    let [wx, wy, wz] = w;
+    let along = simd.mul_f64s(wx, simd.add_f64s(sx, wx));
+    let along = simd.add_f64s(along, simd.mul_f64s(wy, simd.add_f64s(sy, wy)));
+    let s = simd.add_f64s(along, simd.mul_f64s(wz, simd.add_f64s(sz, wz)));
+    let elastic = simd.add_f64s(q0, simd.mul_f64s(slope, s));
+    // Anything not a number stays so, and is found at the window's end.
+    let q = simd.select_f64s(simd.less_than_f64s(elastic, floor), floor, elastic);
+    let half = simd.splat_f64s(0.5);
+    let pull = [
+        simd.mul_f64s(q, simd.add_f64s(simd.mul_f64s(half, sx), wx)),
+        simd.mul_f64s(q, simd.add_f64s(simd.mul_f64s(half, sy), wy)),
+        simd.mul_f64s(q, simd.add_f64s(simd.mul_f64s(half, sz), wz)),
+    ];
+    (pull, simd.mul_f64s(simd.mul_f64s(q, q), simd.add_f64s(square, s)))
+}
+
+/// `to -= what`.
+#[inline(always)]
+fn subtract<S: Simd>(simd: S, to: &mut [f64], what: &[f64]) {
+    let ((to, to_rest), (what, what_rest)) = (S::as_mut_simd_f64s(to), S::as_simd_f64s(what));
+    for (to, what) in to.iter_mut().zip(what) {
+        *to = simd.sub_f64s(*to, *what);
+    }
+    for (to, what) in to_rest.iter_mut().zip(what_rest) {
+        *to -= what;
     }
 }
