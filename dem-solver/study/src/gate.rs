@@ -13,7 +13,7 @@ use dem_contact::settings::Settings;
 use dem_rocks::gate::contacts::of_contact;
 use dem_rocks::gate::units::{Found, all_of_rock, in_litres, short};
 use dem_solid::geometry::plan;
-use interface_defs::diagnostic::{Diagnostic, code};
+use interface_defs::diagnostic::{Diagnostic, Place, code};
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 use std::collections::BTreeSet;
@@ -76,7 +76,10 @@ fn of_keys(base: &Base, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
         // Whatever is found of a key that varies is written in the study.
         let own = |found: &Diagnostic| {
             let mut all = keys.iter().zip(&sets);
-            all.find(|(variable, _)| found.key.as_deref() == Some(variable.name.as_str()))
+            // An unknown key has no key of its own, but a place.
+            let file = |set: &str| Place::in_argument(set, 0..0).file;
+            let is_in = |set: &str| found.place.as_ref().is_some_and(|place| place.file == file(set));
+            all.find(|(variable, set)| found.key.as_deref() == Some(variable.name.as_str()) || is_in(set))
         };
         match judged {
             Ok(warnings) => {

@@ -83,5 +83,5 @@ fn measures_that_never_came_about_are_absent_with_a_reason() {
     assert_eq!(why.code, code::ABSENT_MEASURE);
     assert!(why.message.contains("impact_speed") && why.message.contains("not touched the net"), "{why}");
     let [verdict] = &statistics.verdicts[..] else { panic!("{:?}", statistics.verdicts) };
-    assert_eq!((verdict.rock.as_str(), verdict.fate), ("rock", Fate::StillMoving));
+    assert_eq!((verdict.rock.as_str(), verdict.fate), ("rock", Fate::AtRest));
 }
