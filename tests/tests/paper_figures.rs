@@ -34,7 +34,7 @@ fn the_drop_test_meets_the_independent_figures_weak_and_strong() {
             close("max_reaction_1ms", ended.measure("max_reaction_1ms"), reaction, 1e-2);
             // Free fall from rest to the first touch, which is where a sphere beside the wires reaches one: at 2.0 m at
             // the earliest, a radius (0.8 edges of the lattice) further down at the latest.
-            let (speed, time) = (ended.measure("impact_speed"), ended.measure("impact_time"));
+            let (speed, time) = (ended.measure("impact_speed"), ended.measure("time_of_impact"));
             assert!((speed - 9.81 * time).abs() < 1e-6, "{speed} m/s after {time} s");
             let further = speed * speed / (2.0 * 9.81) - 2.0;
             let radius = 0.8 * 0.41 / (f64::from(count).cbrt() + 0.6);

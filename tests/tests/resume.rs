@@ -6,11 +6,11 @@
 use coupler::coupling::{Committed, Coupling, KeptRun, Observer};
 use coupler::settings::CouplingSettings;
 use coupler::side::Side;
-use interface_defs::InProcess;
 use interface_defs::message::Measure;
 use interface_defs::toolkit::checkpoint::Found;
 use interface_defs::toolkit::program::Options;
 use interface_defs::toolkit::scene::Scene;
+use interface_defs::{Diagnostic, InProcess};
 use rustix::process::{Pid, Signal, kill_process};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -30,7 +30,7 @@ struct Leg {
 const LOST: u64 = 3;
 
 impl Observer for Leg {
-    fn prepared(&mut self, _: &Side, _: &Side, _: &[String]) -> Result<(), String> {
+    fn prepared(&mut self, _: &Side, _: &Side, _: &[Diagnostic]) -> Result<(), Diagnostic> {
         Ok(())
     }
     fn is_due(&mut self, _: bool) -> bool {
@@ -40,12 +40,12 @@ impl Observer for Leg {
     fn keep(&mut self, _: f64, kept: KeptRun) {
         self.kept = Some((kept, self.rows.len()));
     }
-    fn committed(&mut self, c: &Committed) -> Result<(), String> {
+    fn committed(&mut self, c: &Committed) -> Result<(), Diagnostic> {
         let head = [c.span.start, c.span.length, c.iterations.into(), c.residual.displacement];
         let of_loop = [c.balance.imbalance, c.balance.structure_work, c.balance.mesh_work];
         let all = head.iter().chain(&of_loop).chain(c.dem).chain(c.fem);
         self.rows.push(all.map(|number| number.to_bits()).collect());
-        if self.looks >= self.take_at.saturating_add(LOST) { Err("cut".into()) } else { Ok(()) }
+        if self.looks >= self.take_at.saturating_add(LOST) { Err(Diagnostic::new("cut")) } else { Ok(()) }
     }
 }
 

@@ -3,7 +3,7 @@
 use tests::{Bench, Ended};
 
 /// A sphere of 10 kg on a wire of two segments between two springs; the segment under it breaks above `strength` [N].
-fn scene(strength: f64, scheme: &str, hierarchy: &str) -> String {
+fn scene(strength: f64, scheme: &str, selection: &str) -> String {
     format!(
         r#"
 end_time = 0.1
@@ -20,7 +20,9 @@ shape = {{ type = "sphere", radius = 0.05 }}
 law = "linear"
 stiffness = 1e6
 restitution = 1.0
-hierarchy = "{hierarchy}"
+
+[dem]
+contact_selection = "{selection}"
 
 [structure]
 nodes = [[-0.2, 0.0, 0.0], [0.0, 0.0, 0.0], [0.2, 0.0, 0.0]]
@@ -72,10 +74,10 @@ fn broke(ended: &Ended) -> Option<f64> {
 #[test]
 fn a_sphere_falls_freely_through_a_torn_wire_and_bounces_off_a_whole_one() {
     let bench = Bench::new();
-    for (at, (scheme, hierarchy)) in
+    for (at, (scheme, selection)) in
         [("weak", "nearest"), ("strong", "nearest"), ("weak", "continuous")].into_iter().enumerate()
     {
-        let torn = run(&bench, &format!("torn{at}"), &scene(5e3, scheme, hierarchy));
+        let torn = run(&bench, &format!("torn{at}"), &scene(5e3, scheme, selection));
         let at_rupture = broke(&torn).expect("breaks");
         assert!(at_rupture > 0.0 && at_rupture < 0.02, "{at_rupture}");
         let (time, speed) = (torn.column("time_s"), torn.column("sphere_vz_m_per_s"));
@@ -88,7 +90,7 @@ fn a_sphere_falls_freely_through_a_torn_wire_and_bounces_off_a_whole_one() {
         assert!(v0 < -1.0, "{v0}");
         // The books close: what the wire and the contact held when they parted is booked as lost.
         assert!(torn.measure("energy_error") < 1e-3, "{scheme}: {}", torn.measure("energy_error"));
-        let whole = run(&bench, &format!("whole{at}"), &scene(1e9, scheme, hierarchy));
+        let whole = run(&bench, &format!("whole{at}"), &scene(1e9, scheme, selection));
         assert!(
             broke(&whole).is_none()
                 && whole.column("sphere_vz_m_per_s").into_iter().fold(0.0, f64::max) > 1.0

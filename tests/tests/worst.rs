@@ -151,7 +151,7 @@ fn the_worst_members_are_run_against_the_barrier_once_each_and_put_together() {
         assert_eq!(scene["contact"].as_array().expect("laws").len(), 2);
         assert_eq!(row["status"], "done");
         let passes = number(row, "line_time_s") - number(row, "start_time_s");
-        if row["impact_time_s"].parse().is_ok_and(|touch: f64| touch > passes) {
+        if row["time_of_impact_s"].parse().is_ok_and(|touch: f64| touch > passes) {
             // Until it touches the net it goes where it went in the study; its steps on the ground are others.
             let due = ["line_x_m", "line_y_m", "line_z_m"].map(|name| number(row, name));
             let at = position(&dir.join(&row["member"]), passes);
