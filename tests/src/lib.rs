@@ -2,6 +2,7 @@
 //! what a run left behind.
 
 pub mod in_process;
+pub mod readers;
 
 use interface_defs::Fate;
 use interface_defs::toolkit::summary::Summary;

@@ -19,7 +19,8 @@ fn rooms(dir: &Path, found: &mut Vec<PathBuf>) {
     entries.sort();
     found.extend(entries.iter().filter(|path| path.ends_with("mod.rs") || path.ends_with("lib.rs")).cloned());
     let is_room = |path: &&PathBuf| {
-        path.is_dir() && !["tests", "examples", "target", "data", "scenes"].iter().any(|name| path.ends_with(name))
+        path.is_dir()
+            && !["tests", "examples", "target", "data", "scenes"].iter().any(|name| path.ends_with(name))
     };
     entries.iter().filter(is_room).for_each(|path| rooms(path, found));
 }
@@ -78,7 +79,10 @@ fn files_and_functions_are_where_the_page_says() {
                 Ok(content) => text = content,
                 Err(_) => lost.push(path),
             }
-        } else if !text.is_empty() && word.len() > 2 && word.bytes().all(|c| c.is_ascii_lowercase() || c == b'_') {
+        } else if !text.is_empty()
+            && word.len() > 2
+            && word.bytes().all(|c| c.is_ascii_lowercase() || c == b'_')
+        {
             match text.contains(&format!("fn {word}")) {
                 true => found += 1,
                 false => lost.push(format!("{folder}: fn {word}")),
