@@ -160,7 +160,9 @@ impl Ledger {
         let Step { window, end, .. } = step;
         let when = |end: f64| format!("from {} s to {end} s", window.start);
         solver.solve(window, &[], &mut self.values).and_then(|()| solver.commit()).map_err(|mut fault| {
-            fault.diagnostic.message = format!("{}: {}", when(*end), fault.diagnostic.message);
+            if fault.kind != FaultKind::Interrupted {
+                fault.diagnostic.message = format!("{}: {}", when(*end), fault.diagnostic.message);
+            }
             fault
         })?;
         self.check_finite(&when(window.end()))?;

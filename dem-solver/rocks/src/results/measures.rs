@@ -142,7 +142,7 @@ fn one_impact(track: &ImpactRecord, settings: &Settings, torn: bool, report: &mu
                     "max_elongation of rock `{}` is that before something of the structure tore: loose parts fly farther",
                     report.rock
                 );
-                report.warnings.push(Diagnostic::warning(code::RUPTURE, what));
+                report.warnings.push(Diagnostic::warning(code::TRUST, what));
             }
         }
         None if torn => {
