@@ -11,6 +11,7 @@ use crate::record;
 use crate::resume::{self, Resume};
 use crate::stop::Stop;
 use crate::verdict::verdict;
+use crate::verify;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc::{self, Wait};
 use interface_defs::toolkit::arguments::{Input, Results};
@@ -131,6 +132,10 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
             status
         };
     let ended = with_warnings(summary(&owner, status, judged.as_ref().err()), &warnings, &out);
+    // What was interrupted goes on.
+    if ended.status != RunStatus::Interrupted && owner.check().is_ok() {
+        verify::seal(&out);
+    }
     if !request.quiet {
         ended.print_table(&out);
     }

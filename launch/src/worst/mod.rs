@@ -22,6 +22,7 @@ use crate::scratch::Scratch;
 use crate::status;
 use crate::stop::Stop;
 use crate::sweep::{self, Progress, Task};
+use crate::verify;
 use case::{Case, Chosen};
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::toolkit::arguments::{EnsembleArguments, Input};
@@ -272,6 +273,8 @@ impl Work<'_> {
         }
         let mut summary = table::summary(&chosen, &cases, &self.barrier.display().to_string());
         owner.write_summary(&mut summary).map_err(|what| Stop::failed(code::NOT_WRITTEN, what))?;
+        // With the study that it belongs to.
+        verify::seal(dir.parent().unwrap_or(dir));
         if !self.arguments.quiet {
             interface_defs::toolkit::screen::show(&table::screen(&summary, &cases, dir));
         }
