@@ -50,12 +50,12 @@ impl Checkpoint {
             .ok_or_else(|| Fault::input(format!("the checkpoint has no state of {name}")))
     }
 
-    /// Refuse to go on in `out` with the build `now` of the program that leads the run, if another one wrote this.
-    pub fn refuse_other_build(&self, out: &Path, now: &BuildId) -> Result<(), Diagnostic> {
-        if self.build.program == now.program {
+    /// Refuse to go on in `out` with the program of hash `now`, which leads the run, if another one wrote this.
+    pub fn refuse_other_build(&self, out: &Path, now: &str) -> Result<(), Diagnostic> {
+        if self.build.program == now {
             return Ok(());
         }
-        let what = format!("the checkpoint was written by program {}, and this is {now}", self.build);
+        let what = format!("the checkpoint was written by {}, and this is program {now}", self.build);
         Err(refused(out, what))
     }
 }
@@ -230,7 +230,7 @@ pub fn to_go_on(scene: &Scene, out: &Path) -> Result<Option<Checkpoint>, Diagnos
         tracing::warn!("{}: there is no checkpoint to go on from; the run begins anew", out.display());
         return Ok(None);
     };
-    newest.refuse_other_build(out, build_id())?;
+    newest.refuse_other_build(out, &build_id().program)?;
     match newest.subject.differs(&Subject::of(scene)?) {
         Some(what) => Err(refused(out, what)),
         None => Ok(Some(newest)),

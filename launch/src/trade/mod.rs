@@ -87,7 +87,7 @@ pub fn trade(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
     let events = Events::watch()?;
     let setup = Setup::of(arguments, &events)?;
     let mut store = Store::open(&setup.out, &setup.identity, arguments.force)?;
-    let runs = store.load(&setup.space);
+    let runs = store.load(&setup.space)?;
     let mut study = Study {
         space: setup.space,
         measures: Vec::new(),
