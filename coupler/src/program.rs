@@ -20,6 +20,7 @@ use interface_defs::toolkit::owner::{Claim, Owner};
 use interface_defs::toolkit::processes::Processes;
 use interface_defs::toolkit::program::Savings;
 use interface_defs::toolkit::progress::{Line, Reporter};
+use interface_defs::toolkit::provenance;
 use interface_defs::toolkit::recorder::Checkpoints;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::screen::{complain, show};
@@ -33,7 +34,7 @@ const SOLVERS: [&str; 2] = ["dem", "fem"];
 
 /// Couples a contact solver and a structure's solver over shared memory
 #[derive(Parser)]
-#[command(name = "coupler", version, about)]
+#[command(name = "coupler", version, long_version = provenance::long_version(), about)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -161,6 +162,12 @@ fn run(arguments: &RunArguments) -> Result<Exit, Diagnostic> {
         return Ok(Exit::Failed);
     }
     checkpoint::remove_if_over(&summary, owner.dir());
+    // What was interrupted goes on.
+    if summary.status != RunStatus::Interrupted
+        && let Err(e) = owner.seal()
+    {
+        tracing::warn!("{}: no manifest: {e}", owner.dir().display());
+    }
     if !arguments.leader.quiet {
         summary.print_table(owner.dir());
     }

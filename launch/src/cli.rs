@@ -4,7 +4,7 @@ use crate::command_line::own_program;
 use crate::estimate;
 use crate::run::{self, Request};
 use crate::stop::Stop;
-use crate::{manual, reference, schema, status, trade, worst};
+use crate::{manual, reference, schema, status, trade, verify, worst};
 use clap::{CommandFactory, Parser, Subcommand};
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc;
@@ -15,6 +15,7 @@ use interface_defs::toolkit::check::Format;
 use interface_defs::toolkit::exit::Exit;
 use interface_defs::toolkit::log::{self, LogFormat};
 use interface_defs::toolkit::program::Savings;
+use interface_defs::toolkit::provenance;
 use interface_defs::toolkit::screen::{complain, show};
 use serde_json::json;
 use std::ffi::OsString;
@@ -26,7 +27,7 @@ use std::path::{Path, PathBuf};
 /// Exit codes: 0 done; 1 the run failed or was interrupted, what was computed is on disk; 2 bad
 /// input, nothing was started; 3 computed to the end, but a bound of trust was passed (unreliable).
 #[derive(Parser)]
-#[command(name = "rockfall", version)]
+#[command(name = "rockfall", version, long_version = provenance::long_version())]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -84,6 +85,17 @@ enum Command {
     Status {
         /// Directory of the results
         dir: PathBuf,
+    },
+    /// Whether a directory is what its run or study wrote, file by file
+    ///
+    /// A run or study that has come to its end leaves the length and hash of every file in `manifest.json`. Files that came later
+    /// are named, and no fault. Exit codes: 0 all files are as they were written; 1 a file is missing or was changed; 2 there is
+    /// nothing to compare with.
+    Verify {
+        /// Directory of the results
+        dir: PathBuf,
+        #[command(flatten)]
+        answer: AnswerForm,
     },
     /// Print the JSON schema of the scene file, or with --study that of a study file, for editors
     ///
@@ -162,23 +174,14 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
             bar: !quiet && !json,
         }),
         Command::Check { input, resolved, answer } => {
-            let answered = estimate::check(&input, resolved.as_deref(), answer.format);
-            show(&match &answered {
-                Err(stop) if answer.format == Format::Json => {
-                    format!("{}\n", json!({ "errors": stop.errors }))
-                }
-                answered => answered.clone()?,
-            });
-            answered.map(|_| Exit::Done)
+            let checked = estimate::check(&input, resolved.as_deref(), answer.format);
+            shown(checked.map(|text| (text, Exit::Done)), answer.format)
         }
         Command::Trade(arguments) => trade::trade(&arguments, json),
         Command::Ensemble(arguments) if arguments.barrier.is_some() => worst::worst(&arguments, json),
         Command::Ensemble(_) => become_program("dem-solver", "ensemble"),
-        Command::Status { dir } => {
-            let (text, exit) = status::status(&dir)?;
-            show(&text);
-            Ok(exit)
-        }
+        Command::Status { dir } => shown(status::status(&dir), Format::Text),
+        Command::Verify { dir, answer } => shown(verify::verify(&dir, answer.format), answer.format),
         Command::Cluster(_) => become_program("dem-solver", "cluster"),
         Command::Schema { study, reference } => {
             show(&match (study, reference) {
@@ -206,6 +209,16 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
             Ok(Exit::Done)
         }
     }
+}
+
+/// An answer on the screen; with JSON, what is wrong is one too.
+fn shown(answered: Result<(String, Exit), Stop>, format: Format) -> Result<Exit, Stop> {
+    match &answered {
+        Ok((text, _)) => show(text),
+        Err(stop) if format == Format::Json => show(&format!("{}\n", json!({ "errors": stop.errors }))),
+        Err(_) => {}
+    }
+    answered.map(|(_, exit)| exit)
 }
 
 /// The manual page on stdout, or all pages in a directory.

@@ -1,9 +1,7 @@
 //! Tables of which every column is declared once, with its name and what stands in it: for programs, for a page, for the screen.
 
+use interface_defs::toolkit::history::csv_text;
 use std::fmt::Write;
-
-/// What a text must not begin with in a cell of a table: a spreadsheet computes it.
-const COMPUTED: [char; 6] = ['=', '+', '-', '@', '\t', '\r'];
 
 /// What stands in a cell.
 type Value<'a, R> = Box<dyn Fn(&R) -> String + 'a>;
@@ -33,10 +31,7 @@ impl<'a, R> Columns<'a, R> {
     /// The same with one of texts of a user, which stay texts in a spreadsheet.
     #[must_use]
     pub fn text(self, name: impl Into<String>, value: impl Fn(&R) -> String + 'a) -> Self {
-        self.with(name, move |row| {
-            let text = value(row);
-            if text.starts_with(COMPUTED) { format!("'{text}") } else { text }
-        })
+        self.with(name, move |row| csv_text(&value(row)).into_owned())
     }
 
     fn names(&self) -> Vec<String> {

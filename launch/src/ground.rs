@@ -10,6 +10,7 @@ use crate::scratch::Scratch;
 use crate::stop::Stop;
 use interface_defs::diagnostic::code;
 use interface_defs::toolkit::arguments::Input;
+use interface_defs::toolkit::files;
 use interface_defs::toolkit::ground::Area;
 use interface_defs::toolkit::scene::Scene;
 use std::ffi::OsString;
@@ -73,7 +74,7 @@ impl Ground {
     /// Write it to `file`, and name that in the resolved scene.
     pub fn keep(&self, file: &Path, resolved: &mut Table) -> io::Result<()> {
         let Some(made) = &self.made else { return Ok(()) };
-        std::fs::copy(&made.file, file)?;
+        files::write(file, &files::read(&made.file, files::STATE)?)?;
         let absolute = std::path::absolute(file)?;
         name(resolved, &made.key, Some(&absolute.display().to_string()));
         Ok(())

@@ -4,6 +4,7 @@ use crate::plan::Plan;
 use crate::stop::Stop;
 use interface_defs::diagnostic::code;
 use interface_defs::toolkit::arguments::Input;
+use interface_defs::toolkit::files;
 use interface_defs::toolkit::scene::Scene;
 use std::path::Path;
 
@@ -21,7 +22,8 @@ pub fn load(input: &Input) -> Result<(Scene, Plan), Stop> {
 
 /// What is said of a study where a scene is asked for; `None`: it is none.
 pub fn study(path: &Path) -> Option<Stop> {
-    let table: toml::Table = std::fs::read_to_string(path).ok()?.parse().ok()?;
+    let text = String::from_utf8(files::read_input(path, files::TEXT).ok()?).ok()?;
+    let table: toml::Table = text.parse().ok()?;
     let name = path.display();
     let says = format!("{name}: this is a study, not a scene; write rockfall ensemble {name}");
     OF_STUDY.iter().all(|key| table.contains_key(*key)).then(|| Stop::input(code::ARGUMENT, says))

@@ -3,8 +3,9 @@
 //! A process writes into its log itself, so that its last words are there even if this program was killed. What lies between the
 //! beginning and the end is given back to the disk while it goes on, and left out when it has ended.
 
-use rustix::fs::{FallocateFlags, fallocate};
-use std::fs::{File, OpenOptions};
+use interface_defs::toolkit::files;
+use rustix::fs::{FallocateFlags, OFlags, fallocate, fcntl_setfl};
+use std::fs::File;
 use std::io;
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
@@ -33,10 +34,12 @@ pub struct Log {
 impl Log {
     /// Of the file at `path`, with a handle for those who write to it.
     pub fn open(path: &Path) -> io::Result<(Self, File)> {
-        // Appending: two writers share it, and none overwrites the other.
-        let to = OpenOptions::new().create(true).append(true).open(path)?;
-        let file = OpenOptions::new().read(true).write(true).open(path)?;
-        let head = file.metadata()?.len() + KEPT;
+        let to = files::append(path)?.into_file();
+        // Two writers share it, and none overwrites the other; one that was created here appends too.
+        fcntl_setfl(&to, OFlags::APPEND)?;
+        let length = to.metadata()?.len();
+        let file = files::reopen(path, length)?.into_file();
+        let head = length + KEPT;
         Ok((Self { file, head, freed: head }, to))
     }
 

@@ -20,6 +20,7 @@
 //!   length; [`scratch`]: where files lie that one program hands to another
 //! - [`estimate`]: `rockfall check`: the same without starting, with steps and cost
 //! - [`status`]: `rockfall status`: how far a run or a study is, by its files
+//! - [`verify`]: `rockfall verify`: whether a directory is what its run wrote
 //! - [`sweep`]: many runs, each kept; [`columns`]: tables of what came of them
 //! - [`trade`](mod@trade): `rockfall trade`: accuracy against cost, by many runs
 //! - [`worst`](mod@worst): `rockfall ensemble --barrier`: the members of a study that are hardest on a barrier, coupled with it
@@ -57,6 +58,7 @@ mod sweep;
 mod trade;
 mod validate;
 mod verdict;
+mod verify;
 mod worst;
 
 use interface_defs::toolkit::alloc::CountingAllocator;

@@ -2,18 +2,19 @@
 
 use clap::Command;
 use clap_mangen::Man;
+use interface_defs::toolkit::files::{self, Dir};
 use std::io::{self, Write};
 use std::path::Path;
 
 /// All pages, one for the program and one for each command, into `dir`.
 pub fn write(mut program: Command, dir: &Path) -> io::Result<()> {
-    std::fs::create_dir_all(dir)?;
+    Dir::create(dir)?;
     let mut page = Vec::new();
     one_page(program.clone(), &mut page)?;
     program.build();
     clap_mangen::generate_to(program.clone(), dir)?;
     // The page of the program has everything.
-    std::fs::write(dir.join(format!("{}.1", program.get_name())), page)
+    files::write(&dir.join(format!("{}.1", program.get_name())), &page)
 }
 
 /// One page with synopsis and options of every command of `program`.

@@ -9,7 +9,7 @@ use crate::plan::{Part, Plan};
 use crate::record;
 use crate::stop::Stop;
 use crate::validate::validate;
-use interface_defs::diagnostic::{Diagnostic, Severity, code};
+use interface_defs::diagnostic::{Diagnostic, Severity};
 use interface_defs::toolkit::arguments::Input;
 use interface_defs::toolkit::check::CheckReport;
 use interface_defs::toolkit::limits::Limits;
@@ -78,9 +78,7 @@ impl Prepared {
             return Err(self.scene.placed(refused));
         }
         let of_programs = self.reports.iter().flat_map(|(_, report)| report.warnings.iter().cloned());
-        let of_output = Output::warnings(&self.scene)?.into_iter();
-        let of_output = of_output.map(|said| Diagnostic::warning(code::UNUSUAL_VALUE, said));
-        let of_tables = of_output.chain(Limits::of(&self.scene)?.warnings());
+        let of_tables = Output::warnings(&self.scene)?.into_iter().chain(Limits::of(&self.scene)?.warnings());
         let mut all: Vec<Diagnostic> = Vec::new();
         for warning in of_programs.chain(self.numbers.of_window()).chain(of_cost).chain(of_tables) {
             if !all.contains(&warning) {

@@ -4,10 +4,11 @@ use crate::plan::{Part, Plan};
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::ipc::RunId;
 use interface_defs::toolkit::check::CheckReport;
-use interface_defs::toolkit::files;
+use interface_defs::toolkit::files::{self, Dir};
 use interface_defs::toolkit::input_file::{self, named_files, with_absolute_files};
 use interface_defs::toolkit::limits::Limits;
 use interface_defs::toolkit::output::Output;
+use interface_defs::toolkit::provenance::{self, build_id};
 use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::start_from::Origin;
@@ -73,11 +74,11 @@ pub fn write_scene(file: &Path, scene: &Scene, table: &Table, run: Option<&RunId
 /// Write the spheres that the check has made for `rock` beside the resolved scene, where the run looks for them.
 pub fn write_cluster(out: &Path, rock: &str, text: &str) -> io::Result<()> {
     let dir = out.join(run_dir::CLUSTERS);
-    std::fs::create_dir_all(&dir)?;
+    Dir::create(&dir)?;
     files::write(&dir.join(format!("{rock}.xyzr")), text.as_bytes())
 }
 
-/// Write `run.json` to `out`: version, run id, command lines, hashes of the input files.
+/// Write `run.json` to `out`: version, build, run id, command lines, hashes of the programs and of the input files.
 pub fn write_run(
     out: &Path,
     scene: &Scene,
@@ -91,11 +92,19 @@ pub fn write_run(
     };
     let processes: serde_json::Map<_, _> =
         commands.iter().map(|(name, words)| ((*name).to_owned(), json!(shown(&mut words.iter())))).collect();
+    // What a scene names need not be readable to be started.
+    let hash = |program: &OsString| provenance::program(Path::new(program)).ok();
+    let programs: serde_json::Map<_, _> = (commands.iter())
+        .filter_map(|(name, words)| Some(((*name).to_owned(), words.first()?)))
+        .map(|(name, program)| (name, json!({ "path": program.to_string_lossy(), "hash": hash(program) })))
+        .collect();
     let record = json!({
         "version": env!("CARGO_PKG_VERSION"),
+        "build": build_id(),
         "command_line": shown(&mut std::env::args_os().collect::<Vec<_>>().iter()),
         "run": run.to_string(),
         "processes": processes,
+        "programs": programs,
         "inputs": hashes,
     });
     let text = serde_json::to_string_pretty(&record).map_err(io::Error::from)?;
@@ -117,7 +126,7 @@ pub fn hashes(scene: &Scene, table: &Table) -> io::Result<serde_json::Map<String
     // As it was read: the resolved scene may have taken its place by now.
     note(scene.path(), scene.text().as_bytes());
     for path in inputs {
-        note(&path, &std::fs::read(&path)?);
+        note(&path, &files::read_input(&path, files::STATE)?);
     }
     Ok(hashes)
 }
@@ -149,7 +158,7 @@ mod tests {
         let table = resolved(&scene, &plan, &[(Part::Fem, report)]).expect("resolved");
         let run = RunId::new();
         write_scene(&dir.join("scene.toml"), &scene, &table, Some(&run)).expect("written");
-        write_run(&dir, &scene, &table, &run, &[("fem", vec!["sh".into()])]).expect("written");
+        write_run(&dir, &scene, &table, &run, &[("fem", vec!["/bin/sh".into()])]).expect("written");
         let again = Scene::load(&dir.join("scene.toml"), &[]).expect("valid");
         let read = again.document().expect("a table");
         assert_eq!(read["title"].as_str(), Some("changed"));
@@ -166,8 +175,15 @@ mod tests {
         assert_eq!(plan_again.members[0].arguments, ["-c", "a b"]);
         let record = std::fs::read_to_string(dir.join("run.json")).expect("written");
         assert!(record.contains(&run.to_string()), "{record}");
+        let record: serde_json::Value = serde_json::from_str(&record).expect("JSON");
+        assert_eq!(record["build"]["program"], build_id().program.as_str());
+        assert_eq!(
+            record["programs"]["fem"]["hash"],
+            provenance::program(Path::new("/bin/sh")).expect("there")
+        );
         // FNV-1a of one byte: (0xcbf29ce484222325 ^ 0x78) * 0x100000001b3, modulo 2^64.
-        assert!(record.contains("net.msh\": \"fnv1a64:af63f54c86021707\""), "{record}");
+        let net = &record["inputs"][dir.join("net.msh").display().to_string()];
+        assert_eq!(net, "fnv1a64:af63f54c86021707");
     }
 
     #[test]

@@ -1,11 +1,14 @@
 //! `rockfall run SCENE --resume`: whether the run in the directory is the one that was asked for, and from where it goes on.
 
 use crate::ground::Ground;
+use crate::plan::Member;
 use crate::record;
 use crate::stop::Stop;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::toolkit::checkpoint::Found;
+use interface_defs::toolkit::files;
 use interface_defs::toolkit::owner::holder;
+use interface_defs::toolkit::provenance;
 use interface_defs::toolkit::run_dir::{HISTORY, RECORD, SCENE};
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::summary::{RunStatus, Summary};
@@ -35,8 +38,14 @@ pub fn await_end(out: &Path, mut interrupted: impl FnMut() -> bool) {
     }
 }
 
-/// Look into `out`. Refused is a run of another scene, or of other input files.
-pub fn decide(out: &Path, scene: &Scene, resolved: &Table, ground: &Ground) -> Result<Resume, Stop> {
+/// Look into `out`. Refused is a run of another scene, of other input files, or of another build of the program that `leads` it.
+pub fn decide(
+    out: &Path,
+    scene: &Scene,
+    resolved: &Table,
+    ground: &Ground,
+    leads: &Member,
+) -> Result<Resume, Stop> {
     if holder(out).is_some() {
         // Who owns it is named where it is claimed.
         return Ok(Resume::Anew);
@@ -47,6 +56,13 @@ pub fn decide(out: &Path, scene: &Scene, resolved: &Table, ground: &Ground) -> R
             false => Ok(Resume::Anew),
         };
     }
+    // Before the scene: another build may have other defaults.
+    let newest = Found::of(out).usable(out)?;
+    if let Some(newest) = newest.as_ref().filter(|_| !leads.foreign) {
+        let now = provenance::program(&leads.program)
+            .map_err(|e| Stop::input(code::FILE, format!("{}: {e}", leads.program.display())))?;
+        newest.refuse_other_build(out, &now)?;
+    }
     same_scene(out, resolved, ground)?;
     same_inputs(out, scene, resolved)?;
     if let Ok(summary) = Summary::read(out)
@@ -54,11 +70,7 @@ pub fn decide(out: &Path, scene: &Scene, resolved: &Table, ground: &Ground) -> R
     {
         return Ok(Resume::Over(Box::new(summary)));
     }
-    let found = Found::of(out);
-    for unusable in &found.unusable {
-        tracing::warn!("{unusable}");
-    }
-    Ok(found.newest.map_or(Resume::Anew, |newest| Resume::From(newest.time)))
+    Ok(newest.map_or(Resume::Anew, |newest| Resume::From(newest.time)))
 }
 
 fn refuse(out: &Path, what: String) -> Stop {
@@ -71,8 +83,7 @@ fn refuse(out: &Path, what: String) -> Stop {
 /// The scene of the run, every default filled in, must be the one at hand.
 fn same_scene(out: &Path, resolved: &Table, ground: &Ground) -> Result<(), Stop> {
     let path = out.join(SCENE);
-    let read =
-        std::fs::read_to_string(&path).map_err(|e| refuse(out, format!("{SCENE} cannot be read: {e}")))?;
+    let read = files::read_text(&path).map_err(|e| refuse(out, format!("{SCENE} cannot be read: {e}")))?;
     let mut before: Table =
         read.parse().map_err(|e| refuse(out, format!("{SCENE} is none of a run: {e}")))?;
     let mut now = resolved.clone();
@@ -94,7 +105,7 @@ fn text(value: Option<&toml::Value>) -> Option<String> {
 
 /// The files that the scene names must be those that the run has read.
 fn same_inputs(out: &Path, scene: &Scene, resolved: &Table) -> Result<(), Stop> {
-    let Ok(text) = std::fs::read_to_string(out.join(RECORD)) else { return Ok(()) };
+    let Ok(text) = files::read_text(&out.join(RECORD)) else { return Ok(()) };
     let run: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
     let now = record::hashes(scene, resolved).map_err(|e| Stop::input(code::FILE, e.to_string()))?;
     let own = scene.path().display().to_string();

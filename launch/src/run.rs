@@ -11,10 +11,12 @@ use crate::record;
 use crate::resume::{self, Resume};
 use crate::stop::Stop;
 use crate::verdict::verdict;
+use crate::verify;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc::{self, Wait};
 use interface_defs::toolkit::arguments::{Input, Results};
 use interface_defs::toolkit::exit::Exit;
+use interface_defs::toolkit::files::Dir;
 use interface_defs::toolkit::owner::{Claim, Owner};
 use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::scene::Scene;
@@ -63,7 +65,7 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
     let resume = match request.results.resume {
         true => {
             resume::await_end(&out, || events.interrupted());
-            resume::decide(&out, &scene, &resolved, &ground)?
+            resume::decide(&out, &scene, &resolved, &ground, &plan.members[0])?
         }
         false => Resume::Anew,
     };
@@ -131,6 +133,10 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
             status
         };
     let ended = with_warnings(summary(&owner, status, judged.as_ref().err()), &warnings, &out);
+    // What was interrupted goes on.
+    if ended.status != RunStatus::Interrupted && owner.check().is_ok() {
+        verify::seal(&out);
+    }
     if !request.quiet {
         ended.print_table(&out);
     }
@@ -144,7 +150,7 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
 
 /// What the processes of a run printed before it was killed stands beside what they print now.
 fn keep_logs(log: &Path, commands: &[(&str, Vec<OsString>)]) -> io::Result<()> {
-    std::fs::create_dir_all(log)?;
+    Dir::create(log)?;
     for (name, _) in commands {
         match std::fs::rename(logs::path(log, name), logs::path(log, &format!("{name}.before"))) {
             Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(e),
@@ -202,7 +208,7 @@ fn write_record(
 ) -> io::Result<()> {
     let out = owner.dir();
     run_dir::remove_record(out)?;
-    std::fs::create_dir_all(out.join(run_dir::LOG))?;
+    Dir::create(&out.join(run_dir::LOG))?;
     record::write_scene(&out.join(run_dir::SCENE), scene, resolved, Some(owner.run()))?;
     record::write_run(out, scene, resolved, owner.run(), commands)
 }

@@ -2,23 +2,23 @@
 
 use crate::stop::Stop;
 use interface_defs::diagnostic::code;
-use interface_defs::ipc::RunId;
 use rustix::process::getuid;
-use std::fs::DirBuilder;
 use std::io;
-use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
-
-/// Names that are tried: somebody else may have guessed one.
-const TRIES: usize = 8;
+use tempfile::TempDir;
 
 /// It is removed with what is in it when this ends.
 #[derive(Debug)]
 pub struct Scratch {
-    dir: PathBuf,
-    /// Directories above it that were not there before, the innermost first.
-    made: Vec<PathBuf>,
+    dir: TempDir,
+    // Dropped after what lies in them.
+    _made: Made,
 }
+
+/// Directories that were not there before, the innermost first.
+#[derive(Debug)]
+struct Made(Vec<PathBuf>);
 
 impl Scratch {
     /// In the directory `home` of the results, which is made if it is not there; without one, or where others can write to it too,
@@ -32,35 +32,24 @@ impl Scratch {
 
     fn within(place: &Path) -> io::Result<Self> {
         let missing = place.ancestors().take_while(|dir| !dir.as_os_str().is_empty() && !dir.exists());
-        let made: Vec<PathBuf> = missing.map(Path::to_path_buf).collect();
+        let made = Made(missing.map(Path::to_path_buf).collect());
         std::fs::create_dir_all(place)?;
         // Whoever can write to it can put another directory in the place of this one.
         let place = if is_closed(place) { place.to_owned() } else { of_user() };
-        let mut fault = io::Error::from(io::ErrorKind::AlreadyExists);
-        for _ in 0..TRIES {
-            let dir = place.join(format!(".rockfall-{}", RunId::new()));
-            // Of whatever has the name already, a link too, nothing is used.
-            match DirBuilder::new().mode(0o700).create(&dir) {
-                Ok(()) => return Ok(Self { dir: std::path::absolute(dir)?, made }),
-                Err(e) if e.kind() == io::ErrorKind::AlreadyExists => fault = e,
-                Err(e) => return Err(e),
-            }
-        }
-        Err(fault)
+        let dir = tempfile::Builder::new().prefix(".rockfall-").tempdir_in(std::path::absolute(place)?)?;
+        Ok(Self { dir, _made: made })
     }
 
     /// A file in it.
     pub fn file(&self, name: &str) -> PathBuf {
-        self.dir.join(name)
+        self.dir.path().join(name)
     }
 }
 
-impl Drop for Scratch {
+impl Drop for Made {
     fn drop(&mut self) {
-        // What cannot be removed stays in a directory that is this user's own.
-        let _ = std::fs::remove_dir_all(&self.dir);
         // One that holds something by now stays.
-        self.made.iter().for_each(|dir| drop(std::fs::remove_dir(dir)));
+        self.0.iter().for_each(|dir| drop(std::fs::remove_dir(dir)));
     }
 }
 

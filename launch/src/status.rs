@@ -3,12 +3,12 @@
 use crate::stop::Stop;
 use crate::worst;
 use interface_defs::diagnostic::code;
-use interface_defs::toolkit::checkpoint::Found;
+use interface_defs::toolkit::checkpoint::{self, Found};
 use interface_defs::toolkit::exit::Exit;
+use interface_defs::toolkit::files::{self, Dir};
 use interface_defs::toolkit::owner::holder;
-use interface_defs::toolkit::run_dir::{CHECKPOINT, HISTORY, SCENE, SUMMARY};
+use interface_defs::toolkit::run_dir::{HISTORY, SCENE, SUMMARY};
 use interface_defs::toolkit::summary::{RunStatus, Summary};
-use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 use std::time::SystemTime;
@@ -32,7 +32,7 @@ pub fn status(dir: &Path) -> Result<(String, Exit), Stop> {
         Some(pid) => format!("process {pid} is writing to it"),
         None => "a process is writing to it".into(),
     });
-    if let Ok(text) = std::fs::read_to_string(dir.join(STUDY)) {
+    if let Ok(text) = files::read_text(&dir.join(STUDY)) {
         let study: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
         return Ok(of_study(dir, study["members"].as_u64().unwrap_or(0), running));
     }
@@ -103,9 +103,14 @@ fn of_study(dir: &Path, members: u64, running: Option<String>) -> (String, Exit)
     if let Ok((text, exit)) = ended(dir, false) {
         return with_barrier(dir, text, exit);
     }
-    let rows =
-        std::fs::read(dir.join(MEMBERS)).map_or(0, |bytes| bytes.iter().filter(|b| **b == b'\n').count());
-    let rows = (rows as u64).saturating_sub(1);
+    let mut lines = 0_u64;
+    let mut count = |bytes: &[u8]| {
+        lines += bytes.iter().filter(|byte| **byte == b'\n').count() as u64;
+        Ok(())
+    };
+    // A table that cannot be read has no rows.
+    let _ = files::source(&dir.join(MEMBERS)).and_then(|file| files::in_chunks(file, &mut count));
+    let rows = lines.saturating_sub(1);
     let (complete, begun) = chunks(&dir.join(CHUNKS));
     let of_chunks: u64 = complete.iter().map(|[first, last]| last + 1 - first).sum();
     let mut text = format!("{}: a study of {members} members\n", dir.display());
@@ -168,8 +173,9 @@ fn with_barrier(dir: &Path, mut text: String, exit: Exit) -> (String, Exit) {
 /// Ranges of complete chunks and of those at work, by their names.
 fn chunks(dir: &Path) -> (Vec<[u64; 2]>, Vec<[u64; 2]>) {
     let (mut complete, mut begun) = (Vec::new(), Vec::new());
-    for entry in std::fs::read_dir(dir).into_iter().flatten().flatten() {
-        let path = entry.path();
+    let entries = Dir::open(dir).and_then(|dir| dir.entries()).unwrap_or_default();
+    for (name, _) in &entries {
+        let path = Path::new(name);
         let (Some(stem), Some(end)) = (path.file_stem(), path.extension()) else { continue };
         let range = stem.to_str().and_then(|s| s.split_once('-'));
         let Some((Ok(first), Ok(last))) = range.map(|(a, b)| (a.parse(), b.parse())) else { continue };
@@ -186,7 +192,7 @@ fn chunks(dir: &Path) -> (Vec<[u64; 2]>, Vec<[u64; 2]>) {
 
 /// The last whole row of a table.
 fn last_row(path: &Path) -> Option<String> {
-    let mut file = File::open(path).ok()?;
+    let mut file = files::source(path).ok()?;
     let length = file.metadata().ok()?.len();
     file.seek(SeekFrom::Start(length.saturating_sub(TAIL))).ok()?;
     let mut bytes = Vec::new();
@@ -198,7 +204,7 @@ fn last_row(path: &Path) -> Option<String> {
 
 /// `end_time` of the scene as it was resolved.
 fn end_time(dir: &Path) -> Option<f64> {
-    let text = std::fs::read_to_string(dir.join(SCENE)).ok()?;
+    let text = files::read_text(&dir.join(SCENE)).ok()?;
     let table: toml::Table = text.parse().ok()?;
     let end = table.get("end_time")?;
     end.as_float().or_else(|| end.as_integer().map(|i| i as f64))
@@ -206,26 +212,23 @@ fn end_time(dir: &Path) -> Option<f64> {
 
 /// How long ago the last checkpoint was written.
 fn last_checkpoint(dir: &Path) -> String {
-    let files = std::fs::read_dir(dir.join(CHECKPOINT)).into_iter().flatten().flatten();
-    let newest = files.filter_map(|file| file.metadata().ok()?.modified().ok()).max();
-    newest.map_or("no checkpoint yet".into(), |time| format!("last checkpoint {}", since(time)))
+    let since = checkpoint::age(dir).map(|age| format!("last checkpoint {} s ago", age.as_secs()));
+    since.unwrap_or("no checkpoint yet".into())
 }
 
 /// How long ago a file was written.
 fn age(path: &Path) -> String {
-    let written = std::fs::metadata(path).and_then(|m| m.modified());
-    since(written.unwrap_or_else(|_| SystemTime::now()))
-}
-
-fn since(time: SystemTime) -> String {
-    let seconds = SystemTime::now().duration_since(time).map_or(0, |past| past.as_secs());
-    format!("{seconds} s ago")
+    let written = path.symlink_metadata().and_then(|about| about.modified()).ok();
+    let age = written.and_then(|time| SystemTime::now().duration_since(time).ok()).unwrap_or_default();
+    format!("{} s ago", age.as_secs())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use interface_defs::toolkit::run_dir::CHECKPOINT;
     use interface_defs::verdict::{Ending, Fate, Verdict};
+    use std::fs::File;
     use std::time::Duration;
 
     #[test]

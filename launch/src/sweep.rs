@@ -2,22 +2,28 @@
 //! is kept there, so that the same command goes on where it was left.
 
 use crate::children::{self, Goes, Job, Rules, Said};
+use crate::command_line::own_program;
 use crate::events::Events;
 use crate::stop::Stop;
 use indicatif::ProgressBar;
-use interface_defs::diagnostic::{Diagnostic, code};
+use interface_defs::diagnostic::{Diagnostic, Place, code};
 use interface_defs::toolkit::exit::Exit;
-use interface_defs::toolkit::files;
+use interface_defs::toolkit::files::{self, Dir};
+use interface_defs::toolkit::provenance;
 use interface_defs::toolkit::summary::Summary;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::io::{self, IsTerminal};
 use std::path::Path;
 use std::process::Command;
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 /// What is kept of a run that has ended, in its directory.
 const RECORD: &str = "task.json";
+/// Who takes part in a run.
+const PROGRAMS: [&str; 4] = ["rockfall", "coupler", "dem-solver", "fem-solver"];
 /// Longest limit that is one [s].
 const NO_LIMIT: f64 = 1e7;
 
@@ -81,29 +87,56 @@ impl Task<'_> {
 /// What is kept of a run.
 #[derive(Serialize, Deserialize)]
 struct Kept<T> {
-    /// Version of the program.
-    version: String,
+    /// The programs that computed it.
+    build: Build,
     /// What was run: a hash of it, or its settings.
     of: String,
     run: T,
 }
 
+/// The programs that compute the runs of a scene: hashes by their names. `None` for one that cannot be read.
+pub type Build = BTreeMap<String, Option<String>>;
+
+/// The programs as they are now, beside this one.
+pub fn build() -> &'static Build {
+    static NOW: OnceLock<Build> = OnceLock::new();
+    let hash = |name: &str| provenance::program(&own_program(name).ok()?).ok();
+    NOW.get_or_init(|| PROGRAMS.map(|name| (name.to_owned(), hash(name))).into())
+}
+
+/// Why runs that the programs `there` computed do not count beside those of the programs `now`; `None`: they do.
+pub fn of_other_build(there: &Build, now: &Build) -> Option<Diagnostic> {
+    let name = now.keys().find(|name| there.get(*name) != now.get(*name))?;
+    let hash = |build: &Build| build.get(name).cloned().flatten().unwrap_or("unknown".into());
+    let what = format!("its runs were computed by {name} {}, and this is {name} {}", hash(there), hash(now));
+    Some(Diagnostic::error(code::PROVENANCE, what).try_instead(
+        "use the programs that computed them, begin anew with --force, or choose another directory with --out",
+    ))
+}
+
 /// Keep that the run in `dir` has ended, what it was of, and what came of it.
 pub fn keep<T: Serialize>(dir: &Path, of: &str, run: T) -> Result<(), Stop> {
-    let kept = Kept { version: env!("CARGO_PKG_VERSION").into(), of: of.into(), run };
+    let kept = Kept { build: build().clone(), of: of.into(), run };
     let text = serde_json::to_string_pretty(&kept).map_err(io::Error::from);
     let written = text.and_then(|text| {
-        std::fs::create_dir_all(dir)?;
+        Dir::create(dir)?;
         files::write(&dir.join(RECORD), (text + "\n").as_bytes())
     });
     let fault = |e| Stop::failed(code::NOT_WRITTEN, format!("{}: cannot be written: {e}", dir.display()));
     written.map_err(fault)
 }
 
-/// What was kept of the run in `dir`, with what it was of; `None`: nothing was, or another version did it.
-pub fn kept<T: DeserializeOwned>(dir: &Path) -> Option<(String, T)> {
-    let kept: Kept<T> = serde_json::from_str(&std::fs::read_to_string(dir.join(RECORD)).ok()?).ok()?;
-    (kept.version == env!("CARGO_PKG_VERSION")).then_some((kept.of, kept.run))
+/// What was kept of the run in `dir`, with what it was of; `None`: nothing that can be read. An error: programs of another build
+/// computed it.
+pub fn kept<T: DeserializeOwned>(dir: &Path) -> Result<Option<(String, T)>, Diagnostic> {
+    let text = files::read_text(&dir.join(RECORD)).ok();
+    let Some(kept) = text.and_then(|text| serde_json::from_str::<Kept<T>>(&text).ok()) else {
+        return Ok(None);
+    };
+    match of_other_build(&kept.build, build()) {
+        Some(other) => Err(other.at(Place::file(dir.display().to_string()))),
+        None => Ok(Some((kept.of, kept.run))),
+    }
 }
 
 /// Whether anything was kept of a run in `dir`.
@@ -162,14 +195,20 @@ mod tests {
     fn what_was_kept_is_there_with_what_it_is_of_and_nothing_is_read_of_what_is_damaged() {
         let temp = tempfile::tempdir().expect("a directory");
         let dir = temp.path().join("runs/001");
-        assert!(!is_kept(&dir) && kept::<f64>(&dir).is_none());
+        let of = |dir: &Path| kept::<f64>(dir).expect("of this build");
+        assert!(!is_kept(&dir) && of(&dir).is_none());
         keep(&dir, "window 1e-4", 2.5).expect("written");
-        assert_eq!(kept::<f64>(&dir), Some(("window 1e-4".into(), 2.5)));
-        assert!(is_kept(&dir) && kept::<Vec<String>>(&dir).is_none());
+        assert_eq!(of(&dir), Some(("window 1e-4".into(), 2.5)));
+        assert!(is_kept(&dir) && kept::<Vec<String>>(&dir).expect("of this build").is_none());
         let text = std::fs::read_to_string(dir.join(RECORD)).expect("there");
-        for damaged in [&text[..text.len() / 2], "", &text.replace(env!("CARGO_PKG_VERSION"), "0.0.0")] {
+        for damaged in [&text[..text.len() / 2], ""] {
             std::fs::write(dir.join(RECORD), damaged).expect("written");
-            assert!(kept::<f64>(&dir).is_none(), "{damaged}");
+            assert!(of(&dir).is_none(), "{damaged}");
         }
+        let mut record: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        record["build"]["coupler"] = "another".into();
+        std::fs::write(dir.join(RECORD), record.to_string()).expect("written");
+        let refused = kept::<f64>(&dir).expect_err("of another build");
+        assert!(refused.code == code::PROVENANCE && refused.message.contains("coupler another"), "{refused}");
     }
 }

@@ -5,6 +5,7 @@ use crate::logs;
 use crate::stop::Stop;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::toolkit::exit::Exit;
+use interface_defs::toolkit::files;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -81,7 +82,7 @@ fn lost(end: &End, log: &Path) -> Stop {
 /// The last lines of a log.
 fn quote(log: &Path, name: &str) -> String {
     let path = logs::path(log, name);
-    let text = String::from_utf8_lossy(&std::fs::read(&path).unwrap_or_default()).into_owned();
+    let text = String::from_utf8_lossy(&files::read(&path, files::TEXT).unwrap_or_default()).into_owned();
     let lines: Vec<&str> = text.lines().collect();
     if lines.is_empty() {
         return format!("; it printed nothing ({})", path.display());

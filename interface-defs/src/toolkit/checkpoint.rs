@@ -49,6 +49,15 @@ impl Checkpoint {
         part.map(|(_, state)| &state[..])
             .ok_or_else(|| Fault::input(format!("the checkpoint has no state of {name}")))
     }
+
+    /// Refuse to go on in `out` with the program of hash `now`, which leads the run, if another one wrote this.
+    pub fn refuse_other_build(&self, out: &Path, now: &str) -> Result<(), Diagnostic> {
+        if self.build.program == now {
+            return Ok(());
+        }
+        let what = format!("the checkpoint was written by {}, and this is program {now}", self.build);
+        Err(refused(out, what))
+    }
 }
 
 /// What a run computes: it goes on only with the same.
@@ -221,11 +230,7 @@ pub fn to_go_on(scene: &Scene, out: &Path) -> Result<Option<Checkpoint>, Diagnos
         tracing::warn!("{}: there is no checkpoint to go on from; the run begins anew", out.display());
         return Ok(None);
     };
-    if newest.build.program != build_id().program {
-        let what =
-            format!("the checkpoint was written by program {}, and this is {}", newest.build, build_id());
-        return Err(refused(out, what));
-    }
+    newest.refuse_other_build(out, &build_id().program)?;
     match newest.subject.differs(&Subject::of(scene)?) {
         Some(what) => Err(refused(out, what)),
         None => Ok(Some(newest)),
@@ -233,9 +238,9 @@ pub fn to_go_on(scene: &Scene, out: &Path) -> Result<Option<Checkpoint>, Diagnos
 }
 
 fn refused(out: &Path, what: String) -> Diagnostic {
-    Diagnostic::in_file(out.display().to_string(), what)
-        .coded(code::PROVENANCE)
-        .try_instead("run it anew with --force, or into another directory with --out")
+    Diagnostic::in_file(out.display().to_string(), what).coded(code::PROVENANCE).try_instead(
+        "use the programs that wrote it, or run it anew with --force or into another directory with --out",
+    )
 }
 
 /// What is said of a run that went on at `time` [s].

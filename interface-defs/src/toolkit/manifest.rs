@@ -59,7 +59,7 @@ pub fn write(dir: &Path) -> io::Result<()> {
 }
 
 /// What in `dir` is not as its run wrote it: errors for files that are missing or changed, notes for those that are new. Nothing:
-/// it is what its run wrote, byte for byte.
+/// it is what its run wrote, byte for byte. Without a manifest the one error is of kind [`code::RESULT_DIRECTORY`].
 pub fn verify(dir: &Path) -> Vec<Diagnostic> {
     let of = |name: &str, what: String| {
         Diagnostic::error(code::PROVENANCE, what).at(Place::file(dir.join(name).display().to_string()))
@@ -70,6 +70,7 @@ pub fn verify(dir: &Path) -> Vec<Diagnostic> {
             let what = "there is none: the run has not come to its end, or an earlier version wrote it";
             return vec![
                 of(MANIFEST, what.into())
+                    .coded(code::RESULT_DIRECTORY)
                     .try_instead("go on with the run (--resume): that compares what was kept"),
             ];
         }
@@ -149,7 +150,8 @@ mod tests {
         names
             .iter()
             .for_each(|name| fs::write(dir.join(name), format!("content of {name}")).expect("written"));
-        assert_eq!(verify(dir).len(), 1, "no manifest");
+        let [none] = &verify(dir)[..] else { panic!("no manifest") };
+        assert_eq!(none.code, code::RESULT_DIRECTORY);
         write(dir).expect("written");
         fs::write(dir.join(".rockfall.lock"), "x").expect("written");
         assert_eq!(verify(dir), []);

@@ -18,11 +18,9 @@
 //! - [`energy`]: the balance of energy, from gauges by role
 //! - [`limits`]: bounds of trust, and who passes them
 //! - [`exit`], [`log`], [`screen`], [`alloc`]: exit codes, logs, text on the screen, counted allocations ([`counted`]: those of a solver)
-//! - [`bounded_log`]: a log of a program that says more than anybody reads
 
 pub mod alloc;
 pub mod arguments;
-pub mod bounded_log;
 pub mod check;
 pub mod checkpoint;
 pub mod coordinates;

@@ -2,7 +2,7 @@
 
 use super::scene::Scene;
 use super::summary::short;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, code};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -81,24 +81,25 @@ impl Output {
         };
         Ok(Self { interval, fields: table.fields, iterations: table.iterations, checkpoint })
     }
+
     /// Intervals that are longer than the run: nothing is written between its begin and its end.
-    pub fn warnings(scene: &Scene) -> Result<Vec<String>, Diagnostic> {
+    pub fn warnings(scene: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
         let table: Table = scene.read("output")?.unwrap_or_default();
         let end_time = scene.end_time()?;
-        let keys = [("interval", table.interval), ("fields", table.fields)];
-        let longer =
-            keys.into_iter().filter_map(|(key, interval)| Some((key, interval.filter(|i| *i > end_time)?)));
-        Ok(longer
-            .map(|(key, interval)| {
-                format!(
-                    "output.{key}: an interval of {} s is longer than the run, end_time = {} s: nothing is written between its \
-                     begin and its end; were it in milliseconds, it would be {key} = {}",
-                    short(interval),
-                    short(end_time),
-                    short(1e-3 * interval)
-                )
-            })
-            .collect())
+        let said = |(key, interval): (&str, Option<f64>)| {
+            let interval = interval.filter(|interval| *interval > end_time)?;
+            let (shown, end) = (short(interval), short(end_time));
+            let what = format!(
+                "an interval of {shown} s is longer than the run, end_time = {end} s: nothing is written between its begin and its end"
+            );
+            let cure = format!("were it in milliseconds, it would be {key} = {}", short(1e-3 * interval));
+            Some(
+                Diagnostic::warning(code::UNUSUAL_VALUE, what)
+                    .about(format!("output.{key}"))
+                    .try_instead(cure),
+            )
+        };
+        Ok([("interval", table.interval), ("fields", table.fields)].into_iter().filter_map(said).collect())
     }
 }
 
@@ -110,14 +111,19 @@ mod tests {
     fn an_interval_that_is_longer_than_the_run_is_named_with_what_it_would_be_in_milliseconds() {
         let said =
             |text: &str| Output::warnings(&Scene::from_text("s.toml", text).expect("a scene")).expect("read");
-        assert_eq!(said("end_time = 2.0\n[output]\ninterval = 2.0\nfields = 0.1\n"), Vec::<String>::new());
+        assert_eq!(said("end_time = 2.0\n[output]\ninterval = 2.0\nfields = 0.1\n"), []);
         let [rows, fields] = &said("end_time = 2.0\n[output]\ninterval = 10.0\nfields = 50\n")[..] else {
             panic!("two warnings")
         };
+        assert_eq!(
+            [&rows.key, &fields.key],
+            ["output.interval", "output.fields"].map(|key| Some(key.into())).each_ref()
+        );
+        let rows = rows.to_string();
         assert!(
             rows.starts_with("output.interval: an interval of 10 s") && rows.ends_with("interval = 0.01"),
             "{rows}"
         );
-        assert!(fields.starts_with("output.fields: ") && fields.ends_with("fields = 0.05"), "{fields}");
+        assert!(fields.to_string().ends_with("fields = 0.05"), "{fields}");
     }
 }

@@ -27,6 +27,7 @@ mod tests;
 use crate::events::Events;
 use crate::stop::Stop;
 use crate::sweep;
+use crate::verify;
 use clap::Args;
 use interface_defs::diagnostic::code;
 use interface_defs::toolkit::arguments::Input;
@@ -86,7 +87,7 @@ pub fn trade(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
     let events = Events::watch()?;
     let setup = Setup::of(arguments, &events)?;
     let mut store = Store::open(&setup.out, &setup.identity, arguments.force)?;
-    let runs = store.load(&setup.space);
+    let runs = store.load(&setup.space)?;
     let mut study = Study {
         space: setup.space,
         measures: Vec::new(),
@@ -115,7 +116,10 @@ pub fn trade(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
         true => write_atlas(&study, &found, &store, &setup.facts),
     };
     match ended {
-        Ok(()) => show(&written?),
+        Ok(()) => {
+            show(&written?);
+            verify::seal(&setup.out);
+        }
         Err(stop) if stop.exit == Exit::BadInput => return Err(stop),
         Err(stop) => {
             let (runs, out) = (study.runs.len(), setup.out.display());

@@ -10,9 +10,10 @@ use crate::numbers::Numbers;
 use crate::prepared::Prepared;
 use crate::record;
 use crate::stop::Stop;
+use crate::sweep;
 use interface_defs::diagnostic::code;
 use interface_defs::toolkit::arguments::Input;
-use std::os::unix::fs::MetadataExt;
+use interface_defs::toolkit::provenance;
 use std::path::{Path, PathBuf};
 
 /// What a study starts from.
@@ -56,13 +57,14 @@ impl Setup {
             let what = format!("{}: an input file cannot be read: {e}", scene.path().display());
             Stop::input(code::FILE, what)
         };
-        let programs =
-            std::env::current_exe().into_iter().chain(plan.members.iter().map(|m| m.program.clone()));
+        let foreign = plan.members.iter().filter(|member| member.foreign).map(|member| &member.program);
         let identity = Identity {
-            version: env!("CARGO_PKG_VERSION").into(),
             scene: scene.fingerprint(),
             inputs: record::hashes(scene, &resolved).map_err(fault)?,
-            programs: programs.map(|program| stamp(&program)).collect(),
+            build: sweep::build().clone(),
+            foreign: foreign
+                .map(|program| (program.display().to_string(), provenance::program(program).ok()))
+                .collect(),
         };
         let out =
             arguments.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-trade", scene.name())));
@@ -86,11 +88,4 @@ pub fn numbers(input: &Input, sets: &[String], events: &Events) -> Option<Number
     let mut input = input.clone();
     input.sets.extend_from_slice(sets);
     Some(Prepared::of(&input, |_| None, events).ok()?.numbers)
-}
-
-/// Name, length and time of change of a program: another build may compute otherwise, and faster.
-fn stamp(program: &Path) -> String {
-    let name = program.file_name().unwrap_or_default().to_string_lossy();
-    let data = std::fs::metadata(program).map_or((0, 0), |data| (data.len(), data.mtime()));
-    format!("{name} {} {}", data.0, data.1)
 }

@@ -4,9 +4,9 @@ use super::point::{Point, Space};
 use super::result::Record;
 use super::study::Finished;
 use crate::stop::Stop;
-use crate::sweep;
-use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::toolkit::files;
+use crate::sweep::{self, Build};
+use interface_defs::diagnostic::{Diagnostic, Place, code};
+use interface_defs::toolkit::files::{self, Dir};
 use interface_defs::toolkit::owner::{Claim, Owner};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -22,14 +22,14 @@ const STUDY: &str = "study.json";
 /// What a study is of: runs of another are not comparable.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Identity {
-    /// Version of the program.
-    pub version: String,
     /// Fingerprint of the scene with the user's `--set`s.
     pub scene: String,
     /// Hashes of the files that it names.
     pub inputs: Map<String, Value>,
-    /// Length and time of change of the programs.
-    pub programs: Vec<String>,
+    /// Of the project.
+    pub build: Build,
+    /// Those that the scene names instead.
+    pub foreign: Build,
 }
 
 /// A finished run, as on disk.
@@ -55,9 +55,8 @@ impl Store {
             Diagnostic::in_file(out.display().to_string(), format!("no study can be written here: {e}"))
         };
         let owner = Owner::claim(out, &Claim { force, ..Claim::default() })?;
-        let there = std::fs::read_to_string(out.join(STUDY))
-            .ok()
-            .map(|text| serde_json::from_str::<Identity>(&text).ok());
+        let there =
+            files::read_text(&out.join(STUDY)).ok().map(|text| serde_json::from_str::<Identity>(&text).ok());
         match there {
             Some(Some(there)) if there == *identity && !force => {}
             Some(there) if !force => return Err(another(out, there.as_ref(), identity).into()),
@@ -69,22 +68,23 @@ impl Store {
                 files::write(&out.join(STUDY), (text + "\n").as_bytes()).map_err(fault)?;
             }
         }
-        std::fs::create_dir_all(out.join(RUNS)).map_err(fault)?;
+        Dir::create(&out.join(RUNS)).map_err(fault)?;
         Ok(Self { out: out.to_owned(), _owner: owner, last: 0 })
     }
 
     /// All finished runs, in their order.
-    pub fn load(&mut self, space: &Space) -> Vec<Finished> {
+    ///
+    /// An error: programs of another build computed one.
+    pub fn load(&mut self, space: &Space) -> Result<Vec<Finished>, Diagnostic> {
         let mut all = Vec::new();
-        // One that another version wrote is made again.
-        while let Some((_, kept)) = sweep::kept::<Kept>(&self.next()) {
+        while let Some((_, kept)) = sweep::kept::<Kept>(&self.next())? {
             let known = |(name, rung): (&String, &i32)| Some((space.knob(name)?.name, *rung));
             let point: Option<Point> = kept.point.iter().map(known).collect();
             let Some(point) = point else { break };
             all.push(Finished { point, record: kept.record });
             self.last += 1;
         }
-        all
+        Ok(all)
     }
 
     /// Directory of the next run.
@@ -121,7 +121,14 @@ fn another(out: &Path, there: Option<&Identity>, identity: &Identity) -> Diagnos
             "of another scene, or of this one with other --set values"
         }
         Some(there) if there.inputs != identity.inputs => "of this scene with other input files",
-        Some(_) => "made by other versions of the programs",
+        Some(there) => {
+            let other = sweep::of_other_build(&there.build, &identity.build)
+                .or_else(|| sweep::of_other_build(&there.foreign, &identity.foreign));
+            match other {
+                Some(other) => return other.at(Place::file(out.display().to_string())),
+                None => "with other programs in its scene",
+            }
+        }
         None => "that this version cannot read",
     };
     Diagnostic::in_file(
@@ -137,13 +144,9 @@ mod tests {
     use crate::trade::knobs::Knob;
     use crate::trade::result::{Purpose, tests::done};
 
-    fn identity(scene: &str) -> Identity {
-        Identity {
-            version: "1".into(),
-            scene: scene.into(),
-            inputs: Map::new(),
-            programs: vec!["p 1 2".into()],
-        }
+    fn identity(scene: &str, build: &str) -> Identity {
+        let build = Build::from([("coupler".into(), Some(build.into()))]);
+        Identity { scene: scene.into(), inputs: Map::new(), build, foreign: Build::new() }
     }
 
     #[test]
@@ -160,19 +163,25 @@ mod tests {
             outcome: done("depth", 0.25, 1.5),
         };
         let run = Finished { point, record };
-        let mut store = Store::open(&out, &identity("a"), false).expect("new");
-        assert!(store.load(&space).is_empty());
+        let mut store = Store::open(&out, &identity("a", "1"), false).expect("new");
+        assert!(store.load(&space).expect("of this build").is_empty());
         store.keep(&run).expect("kept");
         // One that was not finished.
         std::fs::create_dir_all(store.next()).expect("created");
         drop(store);
-        let mut store = Store::open(&out, &identity("a"), false).expect("the same");
-        let runs = store.load(&space);
+        let mut store = Store::open(&out, &identity("a", "1"), false).expect("the same");
+        let runs = store.load(&space).expect("of this build");
         assert_eq!(runs.len(), 1);
         assert_eq!((&runs[0].point, &runs[0].record), (&run.point, &run.record));
         assert!(store.next().ends_with("runs/002"));
         drop(store);
-        let refused = Store::open(&out, &identity("b"), false).err().expect("another");
+        let refused = Store::open(&out, &identity("a", "2"), false).err().expect("another build");
+        let said = &refused.errors[0];
+        assert!(
+            said.code == code::PROVENANCE && said.message.contains("coupler 1, and this is coupler 2"),
+            "{said}"
+        );
+        let refused = Store::open(&out, &identity("b", "1"), false).err().expect("another");
         assert!(
             refused.errors[0].to_string().contains("of another scene")
                 && refused.errors[0].to_string().contains("--force"),
@@ -180,7 +189,7 @@ mod tests {
             refused.errors[0]
         );
         assert_eq!(refused.exit, interface_defs::toolkit::exit::Exit::BadInput);
-        let mut store = Store::open(&out, &identity("b"), true).expect("forced");
-        assert!(store.load(&space).is_empty());
+        let mut store = Store::open(&out, &identity("b", "1"), true).expect("forced");
+        assert!(store.load(&space).expect("of this build").is_empty());
     }
 }

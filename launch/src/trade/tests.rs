@@ -9,6 +9,7 @@ use super::store::{Identity, Store};
 use super::study::Study;
 use super::{Arguments, Progress, Work, explore, report};
 use crate::stop::Stop;
+use crate::sweep::Build;
 use clap::Parser;
 use interface_defs::diagnostic::{Diagnostic, code};
 use std::collections::BTreeMap;
@@ -89,14 +90,15 @@ fn study(given: &[(&str, f64)]) -> Study {
 }
 
 fn identity() -> Identity {
-    Identity { version: "1".into(), scene: "s".into(), inputs: serde_json::Map::new(), programs: Vec::new() }
+    let (build, foreign) = (Build::new(), Build::new());
+    Identity { scene: "s".into(), inputs: serde_json::Map::new(), build, foreign }
 }
 
 /// One session of a study in `out`.
 fn session(study: &mut Study, runner: &mut Formula, out: &Path, words: &[&str]) -> Result<(), Stop> {
     let arguments = arguments(words);
     let mut store = Store::open(out, &identity(), false).expect("opened");
-    study.runs = store.load(&study.space);
+    study.runs = store.load(&study.space).expect("of this build");
     let mut progress = Progress::new(true, false, arguments.budget);
     let mut work = Work { runner, store: &mut store, progress: &mut progress };
     explore(study, &mut work, &arguments, super::plan::next)

@@ -3,6 +3,7 @@
 use crate::stop::Stop;
 use crate::sweep::{self, Ran};
 use interface_defs::diagnostic::{Diagnostic, code};
+use interface_defs::toolkit::files;
 use interface_defs::toolkit::input_file;
 use interface_defs::toolkit::summary::{RunStatus, Summary};
 use interface_defs::verdict::{Fate, Verdict};
@@ -27,7 +28,7 @@ pub struct Chosen {
 impl Chosen {
     /// Read the file.
     pub fn read(path: &Path) -> Result<Self, Stop> {
-        let text = std::fs::read_to_string(path);
+        let text = files::read_text(path);
         let read = text.and_then(|text| serde_json::from_str(&text).map_err(io::Error::from));
         read.map_err(|e| {
             let what = format!("{}: {e}; are all programs of one version?", path.display());
@@ -52,14 +53,16 @@ pub struct Case {
 }
 
 impl Case {
-    /// The case whose run in `place` has ended before, of the same scene.
-    pub fn finished(entry: &Value, place: &Path) -> Option<Self> {
-        let (of, ()) = sweep::kept(place)?;
-        let case = Self::of(entry, Summary::read(place).ok()?);
+    /// The case whose run in `place` has ended before, of the same scene. An error: programs of another build computed it.
+    pub fn finished(entry: &Value, place: &Path) -> Result<Option<Self>, Diagnostic> {
+        let Some((of, ())) = sweep::kept(place)? else { return Ok(None) };
+        let Ok(summary) = Summary::read(place) else { return Ok(None) };
+        let case = Self::of(entry, summary);
         // A process that was lost says nothing of the scene.
         let lost = case.status == RunStatus::Interrupted
             || case.reasons.iter().any(|reason| reason.code == code::PROCESS);
-        (of == scene(place).ok()? && !lost).then_some(case)
+        let same = scene(place).is_ok_and(|now| now == of);
+        Ok(Some(case).filter(|_| same && !lost))
     }
 
     /// The case whose run has ended now.
@@ -144,5 +147,5 @@ impl Case {
 
 /// Hash of the scene that the run in `place` is of.
 fn scene(place: &Path) -> io::Result<String> {
-    std::fs::read(place.with_extension("toml")).map(|bytes| input_file::hash(&bytes))
+    files::read(&place.with_extension("toml"), files::TEXT).map(|bytes| input_file::hash(&bytes))
 }

@@ -22,6 +22,7 @@ use crate::scratch::Scratch;
 use crate::status;
 use crate::stop::Stop;
 use crate::sweep::{self, Progress, Task};
+use crate::verify;
 use case::{Case, Chosen};
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::toolkit::arguments::{EnsembleArguments, Input};
@@ -243,12 +244,12 @@ impl Work<'_> {
                 return Err(Stop::interrupted());
             }
         }
-        if Case::finished(entry, &place).is_some() {
+        if Case::finished(entry, &place)?.is_some() {
             return Ok(Exit::Done);
         }
         let case = self.run(entry, &place, [1, 1])?;
         // What its run says of itself is for the results of all. A run that has left nothing is worth another try.
-        match Case::finished(entry, &place) {
+        match Case::finished(entry, &place)? {
             Some(_) => Ok(Exit::Done),
             None => Err(Stop { exit: Exit::Failed, errors: case.reasons }),
         }
@@ -262,7 +263,7 @@ impl Work<'_> {
         let mut cases: Vec<Case> = Vec::new();
         for entry in &chosen.chosen {
             let place = dir.join(entry["member"].to_string());
-            let found = if self.arguments.force { None } else { Case::finished(entry, &place) };
+            let found = if self.arguments.force { None } else { Case::finished(entry, &place)? };
             let case = found.map_or_else(|| self.run(entry, &place, [cases.len() + 1, all]), Ok);
             let kept =
                 || format!("; {} of {all} members are computed; the same command goes on", cases.len());
@@ -272,6 +273,8 @@ impl Work<'_> {
         }
         let mut summary = table::summary(&chosen, &cases, &self.barrier.display().to_string());
         owner.write_summary(&mut summary).map_err(|what| Stop::failed(code::NOT_WRITTEN, what))?;
+        // With the study that it belongs to.
+        verify::seal(dir.parent().unwrap_or(dir));
         if !self.arguments.quiet {
             interface_defs::toolkit::screen::show(&table::screen(&summary, &cases, dir));
         }
