@@ -25,9 +25,11 @@ mod twins;
 
 use format::MeshFormat;
 use interface_defs::diagnostic::Diagnostic;
+use interface_defs::toolkit::input_file;
+use interface_defs::toolkit::scene::Scene;
 use mesh::Mesh;
 use std::borrow::Cow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Longest file that is read [bytes]: positions in a mesh are 32 bits wide.
 const LONGEST: u64 = 4 << 30;
@@ -83,23 +85,25 @@ fn known() -> String {
     format!("{} and {last}", others.join(", "))
 }
 
+/// The path of the file that `key` of `scene` names, which must be there; `what` it is.
+pub(crate) fn named(scene: &Scene, key: &str, what: &str, path: &Path) -> Result<PathBuf, Diagnostic> {
+    let path = scene.resolve(path);
+    if path.exists() {
+        return Ok(path);
+    }
+    Err(scene
+        .invalid(key, format!("there is no {what} {}", path.display()))
+        .try_instead("the path counts from the directory of the scene file"))
+}
+
 /// Read the mesh file at `path`; its extension says the format.
 pub fn read(path: &Path) -> Result<Mesh, Diagnostic> {
     let file = path.display().to_string();
-    let fault = |what: String| Diagnostic::in_file(file.as_str(), what);
     let Some(format) = Format::of(path) else {
-        return Err(fault("its name does not say what kind of mesh this is".into())
-            .try_instead(format!("known are {}", known())));
+        let what = "its name does not say what kind of mesh this is";
+        return Err(Diagnostic::in_file(file, what).try_instead(format!("known are {}", known())));
     };
-    let about = std::fs::metadata(path).map_err(|e| fault(format!("the mesh cannot be read: {e}")))?;
-    if !about.is_file() {
-        return Err(fault("this is no file".into()));
-    }
-    if about.len() > LONGEST {
-        return Err(fault(format!("the file has {} bytes, at most {LONGEST} are read", about.len())));
-    }
-    let bytes = std::fs::read(path).map_err(|e| fault(format!("the mesh cannot be read: {e}")))?;
-    parse(&file, format, &bytes)
+    parse(&file, format, &input_file::read(path, LONGEST)?)
 }
 
 /// Read a mesh from the bytes of a file; `file` is its name in errors.
