@@ -13,17 +13,13 @@
 //! Readers of our own: the crates that there are for `.msh` read one of the two versions or lose the
 //! physical names, and for the other two formats there are none.
 
-pub(crate) mod bounds;
-pub mod format;
 pub mod heights;
 pub mod inp;
 pub mod mdpa;
 pub mod mesh;
 pub mod msh;
 pub mod tokens;
-mod twins;
 
-use format::MeshFormat;
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::input_file;
 use interface_defs::toolkit::scene::Scene;
@@ -36,7 +32,7 @@ const LONGEST: u64 = 4 << 30;
 
 /// Declares the formats: the extension of each, and its reader.
 macro_rules! formats {
-    ($($extension:literal => $module:ident::$format:ident,)*) => {
+    ($($extension:literal => $module:ident as $format:ident,)*) => {
         /// Format of a mesh file.
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         #[allow(missing_docs)] // Each is described where its reader is.
@@ -53,28 +49,22 @@ macro_rules! formats {
                 }
             }
 
-            fn refuse_binary(self, file: &str, text: &str) -> Result<(), Diagnostic> {
-                match self {
-                    $(Self::$format => $module::$format::refuse_binary(file, text),)*
-                }
-            }
-
             fn parse(self, file: &str, text: &str) -> Result<Mesh, Diagnostic> {
                 match self {
-                    $(Self::$format => $module::$format::parse(file, text),)*
+                    $(Self::$format => $module::parse(file, text),)*
                 }
             }
         }
 
         /// Extension of each format, and programs that write it.
-        const KNOWN: &[(&str, &str)] = &[$(($extension, $module::$format::PROGRAMS),)*];
+        const KNOWN: &[(&str, &str)] = &[$(($extension, $module::PROGRAMS),)*];
     };
 }
 
 formats! {
-    "msh" => msh::Msh,
-    "inp" => inp::Inp,
-    "mdpa" => mdpa::Mdpa,
+    "msh" => msh as Msh,
+    "inp" => inp as Inp,
+    "mdpa" => mdpa as Mdpa,
 }
 
 /// The formats in words.
@@ -113,11 +103,29 @@ pub fn parse(file: &str, format: Format, bytes: &[u8]) -> Result<Mesh, Diagnosti
     }
     // Text in an older encoding is fine where it is a comment; elsewhere it will not parse.
     let text: Cow<str> = String::from_utf8_lossy(bytes);
-    format.refuse_binary(file, &text)?;
+    if format == Format::Msh {
+        msh::refuse_binary(file, &text)?;
+    }
     if let Some(at) = bytes.iter().position(|b| *b == 0) {
         let line = bytes[..at].iter().filter(|b| **b == b'\n').count() + 1;
         return Err(tokens::error(file, line, "a zero byte: this is no text file")
             .try_instead("save the mesh as text (ASCII)"));
     }
     format.parse(file, &text)
+}
+
+/// `value` must be finite and lie above 0.
+pub(crate) fn positive(scene: &Scene, key: &str, value: f64, unit: &str) -> Result<(), Diagnostic> {
+    if value > 0.0 && value.is_finite() {
+        return Ok(());
+    }
+    Err(scene.invalid(key, format!("{key} is {value} {unit}, it must lie above 0")))
+}
+
+/// `value` must be finite and not below 0.
+pub(crate) fn not_negative(scene: &Scene, key: &str, value: f64, unit: &str) -> Result<(), Diagnostic> {
+    if value >= 0.0 && value.is_finite() {
+        return Ok(());
+    }
+    Err(scene.invalid(key, format!("{key} is {value} {unit}, it must not lie below 0")))
 }

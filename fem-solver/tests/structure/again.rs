@@ -5,7 +5,7 @@ use crate::fields::lines;
 use crate::rest::barrier;
 use fem_solver::FemSolver;
 use fem_solver::config::structure::FormFinding;
-use fem_solver::equilibrium::form_finding::{Basis, find_form_from};
+use fem_solver::equilibrium::form_finding::{Basis, find_form};
 use fem_solver::equilibrium::newton::Newton;
 use fem_solver::internal_force::assembly::Assembly;
 use fem_solver::state::inherited::End;
@@ -328,9 +328,11 @@ fn a_state_with_numbers_that_do_not_fit_is_refused_as_a_damaged_file() {
     state_file::write(&dir.join(STRUCTURE_STATE), 1, &7_u8).expect("written");
     let layout = refused();
     state_file::write(&dir.join(STRUCTURE_STATE), 2, &7_u8).expect("written");
-    assert_eq!([build.code, layout.code, refused().code], [code::PROVENANCE; 3]);
     assert!(build.message.contains("program 0123456789abcdef)"), "{build}");
-    [build, layout].iter().for_each(|e| assert!(e.message.contains(&build_id().program), "{e}"));
+    assert_eq!(refused().code, code::PROVENANCE);
+    for error in [build, layout] {
+        assert!(error.code == code::PROVENANCE && error.message.contains(&build_id().program), "{error}");
+    }
 }
 
 #[test]
@@ -508,14 +510,8 @@ fn eased_rings_bring_a_pushed_net_to_rest_in_few_iterations() {
     let left = end(dir);
     let model = run.solver.model();
     let basis = Basis { displacement: &left.displacement, history: &left.history };
-    let found = find_form_from(
-        model,
-        &mut Newton::new(model),
-        FormFinding::Static,
-        None,
-        Some(basis),
-        &mut |_, _| Ok(()),
-    );
+    let found =
+        find_form(model, &mut Newton::new(model), FormFinding::Static, None, Some(basis), &mut |_, _| Ok(()));
     let (form, info) = found.unwrap_or_else(|failure| panic!("{}", failure.describe(model)));
     println!("{} iterations", info.iterations);
     assert!(info.iterations < 1000, "{} iterations", info.iterations);
