@@ -1,6 +1,6 @@
 //! `[fem]`: how the structure is advanced in time.
 
-use crate::read::bounds::positive;
+use crate::read::positive;
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use schemars::JsonSchema;

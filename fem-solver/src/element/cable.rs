@@ -114,15 +114,6 @@ impl Cable {
     pub fn nodal_mass(&self) -> f64 {
         0.5 * self.density * self.area * self.length
     }
-
-    /// Critical step [s] of central differences for this cable alone between two nodes of `masses` [kg].
-    ///
-    /// `2 / w`, `w^2 = (E A l^2 / L^3 + q) (1/m_1 + 1/m_2)`; a slack one counts as just taut.
-    pub fn critical_step(&self, w: &Vector3<f64>, masses: [f64; 2]) -> f64 {
-        let l2 = (self.span + w).norm_squared();
-        let stiffness = 2.0 * self.slope() * l2 + self.response(w).pull_per_length;
-        2.0 / (stiffness * (1.0 / masses[0] + 1.0 / masses[1])).sqrt()
-    }
 }
 
 #[cfg(test)]
@@ -223,12 +214,5 @@ mod tests {
         let nearer = cable.response(&(-0.6 * cable.span));
         assert!(near.slack && near.pull == Vector3::zeros() && near.tangent == Matrix3::zeros());
         assert_eq!(near.energy, nearer.energy);
-    }
-
-    #[test]
-    fn the_critical_step_of_a_bar_with_half_masses_is_length_over_wave_speed() {
-        let cable = Cable { span: Vector3::new(0.13, 0.0, 0.0), ..cable(0.0, true) };
-        let step = cable.critical_step(&Vector3::zeros(), [cable.nodal_mass(); 2]);
-        assert!((step / (0.13 * (7850.0_f64 / 8e9).sqrt()) - 1.0).abs() < 1e-14);
     }
 }

@@ -1,7 +1,7 @@
 //! Properties of cables: those of `[structure.cable]`, and what one states itself.
 
 use super::Cable;
-use crate::read::bounds::{not_negative, positive};
+use crate::read::{not_negative, positive};
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;

@@ -6,8 +6,8 @@
 use super::cable_properties::{CableConfig, Stated};
 use super::{AnyElement, Cable};
 use crate::element::bar::Rupture;
-use crate::read::bounds::{not_negative, positive};
 use crate::read::mesh::Kind;
+use crate::read::{not_negative, positive};
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;

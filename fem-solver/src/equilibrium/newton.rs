@@ -54,6 +54,22 @@ pub struct Problem<'a> {
     pub pressures: &'a [f64],
 }
 
+impl<'a> Problem<'a> {
+    /// Of `model` at rest under its loads at t = 0, beside the displacement `start` [m].
+    pub fn of_rest(model: &'a Model, start: &'a [f64], history: &'a [f64], pressures: &'a [f64]) -> Self {
+        Self {
+            load: &model.dead_load,
+            start,
+            inertia: 0.0,
+            share: 1.0,
+            mean_stress: false,
+            history,
+            viscosity: (&[], 0.0),
+            pressures,
+        }
+    }
+}
+
 /// What an iteration did.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub struct Info {
@@ -233,6 +249,29 @@ impl Newton {
             info.iterations += 1;
             on_iteration(info.iterations, sizes.residual / limit.max(rounding)).map_err(Failure::Stopped)?;
         }
+    }
+
+    /// [`Newton::solve`] as one part of a search that has `done` so much, to a residual of the first of `limits` relative to the
+    /// forces in at most as many iterations as the second.
+    pub fn search(
+        &mut self,
+        model: &Model,
+        problem: &Problem,
+        limits: (f64, u32),
+        u: &mut [f64],
+        done: &mut Info,
+        on_iteration: OnIteration,
+    ) -> Result<Info, Failure> {
+        let settings =
+            NewtonConfig { tolerance: limits.0, max_iterations: Some(limits.1), line_search: true };
+        let (begun, mut count) = (done.iterations, 0);
+        let outcome = self.solve(model, problem, &settings, u, &mut |_, residual| {
+            count += 1;
+            on_iteration(begun + count, residual)
+        });
+        done.iterations += count;
+        done.factorisations += outcome.as_ref().map_or(0, |info| info.factorisations);
+        outcome
     }
 
     /// Residual that rounding leaves at `u` [N]: of `u` itself, of the tensions that cancel at a node, and of what elements

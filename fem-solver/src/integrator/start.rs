@@ -3,7 +3,7 @@
 use crate::config::structure::FormFinding;
 use crate::config::{Config, Integrator};
 use crate::element::AnyElement;
-use crate::equilibrium::form_finding::{Basis, Form, find_form_from};
+use crate::equilibrium::form_finding::{Basis, Form, find_form};
 use crate::equilibrium::newton::{Failure, Info, Newton};
 use crate::integrator::critical_step::highest_frequency;
 use crate::internal_force::Displacements;
@@ -122,8 +122,7 @@ impl Start {
             (None, FormFinding::None) => (as_it_is(model, basis), Info::default()),
             (None, way) => {
                 let most = config.fem.newton.max_iterations;
-                let found =
-                    find_form_from(model, &mut newton, way, most, basis, &mut now_and_then(on_progress));
+                let found = find_form(model, &mut newton, way, most, basis, &mut now_and_then(on_progress));
                 found.map_err(|failure| no_form(scene, model, way, failure))?
             }
         };

@@ -141,12 +141,11 @@ impl Tangent {
                 self.matrix.add(at[12 + i], -k[(i / 3, i % 3)]);
             }
         }
-        for spring in &model.springs {
-            let k = spring.tangent();
-            for c in 0..3 {
-                let free = self.free[model.dof(spring.node, c)];
+        for (node, stiffness) in &model.springs {
+            for (c, k) in stiffness.iter().enumerate() {
+                let free = self.free[model.dof(*node, c)];
                 if free != CONSTRAINED {
-                    self.matrix.add_diagonal(free, share * k[(c, c)]);
+                    self.matrix.add_diagonal(free, share * k);
                 }
             }
         }

@@ -9,7 +9,7 @@ use super::ropes::join;
 use crate::config::structure::StructureConfig;
 use crate::element::PartConfig;
 use crate::read::mesh::{ElementGroup, Kind, Mesh, MeshElement};
-use crate::read::read;
+use crate::read::{named, read};
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::mesh::Group;
 use interface_defs::toolkit::explain::suggestion;
@@ -60,13 +60,7 @@ impl Base {
                     .try_instead("keep either `mesh` or `generator`"));
             }
             (Some(path), None) => {
-                let path = scene.resolve(path);
-                if !path.exists() {
-                    let what = format!("there is no mesh file {}", path.display());
-                    return Err(scene
-                        .invalid("structure.mesh", what)
-                        .try_instead("the path counts from the directory of the scene file"));
-                }
+                let path = named(scene, "structure.mesh", "mesh file", path)?;
                 if let Some(key) = counts_nodes(table) {
                     return Err(scene
                         .invalid(&key, "a mesh file is bound by names, not by node numbers")

@@ -5,8 +5,7 @@ use super::base::Base;
 use super::cell::{Cell, Made};
 use crate::config::Config;
 use crate::config::structure::{StructureConfig, Where};
-use crate::element::{PointMass, Spring};
-use crate::read::bounds::{not_negative, positive};
+use crate::read::{not_negative, positive};
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::mesh::Group;
 use interface_defs::toolkit::explain::suggestion;
@@ -164,7 +163,7 @@ impl Model {
                 not_negative(scene, &format!("{key}.stiffness"), stiffness, "N/m")?;
             }
             for node in self.place(scene, &key, entry.place())? {
-                self.springs.push(Spring { node, stiffness: entry.stiffness.into() });
+                self.springs.push((node, entry.stiffness));
             }
         }
         for (i, entry) in table.dampers.iter().enumerate() {
@@ -182,7 +181,7 @@ impl Model {
             let key = format!("structure.masses.{i}");
             positive(scene, &format!("{key}.mass"), entry.mass, "kg")?;
             for node in self.place(scene, &key, entry.place())? {
-                self.point_masses.push(PointMass { node, mass: entry.mass });
+                self.point_masses.push((node, entry.mass));
             }
         }
         Ok(())
@@ -205,8 +204,8 @@ impl Model {
                 }
             }
         }
-        for point in &self.point_masses {
-            self.mass[point.node] += point.mass;
+        for (node, mass) in &self.point_masses {
+            self.mass[*node] += mass;
         }
     }
 
@@ -216,7 +215,7 @@ impl Model {
         let mut used = vec![false; self.nodes.len()];
         let ends = self.cables.iter().flat_map(|c| c.nodes);
         let ends = ends.chain(self.elements.iter().flat_map(|e| e.nodes().to_vec()));
-        let others = self.springs.iter().map(|s| s.node).chain(self.point_masses.iter().map(|m| m.node));
+        let others = self.springs.iter().map(|s| s.0).chain(self.point_masses.iter().map(|m| m.0));
         ends.chain(others).for_each(|node| used[node] = true);
         let lonely = |node: &usize| !(used[*node] || framed && self.held_at_first(*node));
         if let Some(node) = (0..self.nodes.len()).find(lonely) {

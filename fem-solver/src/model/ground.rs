@@ -9,8 +9,8 @@ use crate::config::ground::GroundConfig;
 use crate::config::structure::{FormFinding, StructureConfig, Where};
 use crate::element::{AnyElement, GroundContact};
 use crate::ground::Surface;
-use crate::read::bounds::{not_negative, positive};
 use crate::read::heights::Heights;
+use crate::read::{not_negative, positive};
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::toolkit::ground::Area;
 use interface_defs::toolkit::scene::Scene;
@@ -124,14 +124,7 @@ impl Model {
                 "name a raster with file = \"FILE.asc\"; in a scene with [terrain], `rockfall run` and `rockfall check` make it",
             ));
         };
-        let path = scene.resolve(&path);
-        if !path.is_file() {
-            let what = format!("there is no file {}", path.display());
-            return Err(scene
-                .invalid(&key, what)
-                .try_instead("the path counts from the directory of the scene file"));
-        }
-        let heights = Heights::read(&path)?;
+        let heights = Heights::read(scene, &key, &path)?;
         let (low, high) = around(&self.nodes);
         Ok(Arc::new(Surface::new(&heights, low, high)))
     }

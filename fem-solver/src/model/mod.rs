@@ -24,7 +24,7 @@ pub mod support;
 pub mod timed;
 pub mod validation;
 
-use crate::element::{AnyElement, Cable, PointMass, Spring};
+use crate::element::{AnyElement, Cable};
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::mesh::{Group, InterfaceMesh};
 use nalgebra::Vector3;
@@ -55,10 +55,10 @@ pub struct Model {
     pub inertia: Vec<f64>,
     /// Grounded dashpots: degree of freedom and viscosity [N s/m].
     pub dashpots: Vec<(usize, f64)>,
-    /// Grounded springs.
-    pub springs: Vec<Spring>,
-    /// Point masses.
-    pub point_masses: Vec<PointMass>,
+    /// Grounded springs, without force where they are modelled: node, and stiffness in x, y and z [N/m]. Their feet are supports.
+    pub springs: Vec<(usize, [f64; 3])>,
+    /// Point masses: node and mass [kg].
+    pub point_masses: Vec<(usize, f64)>,
     /// Lumped mass of each node [kg].
     pub mass: Vec<f64>,
     /// For each degree of freedom, whether a support holds it.
@@ -136,7 +136,7 @@ impl Model {
 
     /// Stiffness of the grounded springs [N/m] by degree of freedom, those without left out.
     pub fn spring_dofs(&self) -> Vec<(usize, f64)> {
-        let all = self.springs.iter().flat_map(|s| (0..3).map(|c| (self.dof(s.node, c), s.stiffness[c])));
+        let all = self.springs.iter().flat_map(|(node, k)| (0..3).map(|c| (self.dof(*node, c), k[c])));
         all.filter(|(_, k)| *k > 0.0).collect()
     }
 
@@ -213,7 +213,7 @@ impl Model {
         let mut size = vec![0; self.node_count()];
         for node in 0..self.node_count() {
             let part = find(&mut first, node);
-            safe[part] |= held(node) || self.springs.iter().any(|s| s.node == node);
+            safe[part] |= held(node) || self.springs.iter().any(|s| s.0 == node);
             size[part] += 1;
         }
         (0..self.node_count()).find(|n| first[*n] == *n && !safe[*n]).map(|n| (n, size[n]))

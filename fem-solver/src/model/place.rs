@@ -101,14 +101,7 @@ fn ground(scene: &Scene, table: &StructureConfig, place: &PlaceConfig) -> Result
              check` make the raster",
         ));
     };
-    let path = scene.resolve(path);
-    if !path.is_file() {
-        let what = format!("there is no file {}", path.display());
-        return Err(scene
-            .invalid("structure.place.ground", what)
-            .try_instead("the path counts from the directory of the scene file"));
-    }
-    Heights::read(&path)
+    Heights::read(scene, "structure.place.ground", path)
 }
 
 #[cfg(test)]

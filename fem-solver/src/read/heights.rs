@@ -3,7 +3,10 @@
 //! `ncols`, `nrows`, `xllcenter` or `xllcorner`, `yll..`, `cellsize` (or `dx`, `dy`), `NODATA_value`, then the heights row by
 //! row from the north. A height stands in the middle of its cell; between four of them it is bilinear.
 
+use super::{LONGEST, named};
 use interface_defs::diagnostic::Diagnostic;
+use interface_defs::toolkit::input_file;
+use interface_defs::toolkit::scene::Scene;
 use std::path::Path;
 
 /// Most heights that are read.
@@ -34,12 +37,11 @@ struct Header {
 }
 
 impl Heights {
-    /// Read the file at `path`.
-    pub fn read(path: &Path) -> Result<Self, Diagnostic> {
+    /// Read the file that `key` of `scene` names as `path`.
+    pub fn read(scene: &Scene, key: &str, path: &Path) -> Result<Self, Diagnostic> {
+        let path = &named(scene, key, "file", path)?;
         let file = path.display().to_string();
-        let text = std::fs::read_to_string(path)
-            .map_err(|e| Diagnostic::in_file(file.as_str(), format!("the heights cannot be read: {e}")))?;
-        Self::parse(&file, &text)
+        Self::parse(&file, &String::from_utf8_lossy(&input_file::read(path, LONGEST)?))
     }
 
     /// From the text of `file`.

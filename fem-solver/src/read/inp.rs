@@ -10,7 +10,6 @@
 //!
 //! Source: CalculiX CrunchiX user's manual, "Input deck format".
 
-use super::format::MeshFormat;
 use super::mesh::{Builder, Kind, Mesh, Of};
 use super::tokens::{error, real, shown};
 use interface_defs::diagnostic::Diagnostic;
@@ -20,19 +19,11 @@ const MOST_LISTED: usize = 20;
 /// Most nodes that an element has, of the shapes that are read.
 const MOST_NODES: usize = 6;
 
-/// The format of CalculiX and Abaqus.
-pub struct Inp;
-
-impl MeshFormat for Inp {
-    const PROGRAMS: &str = "CalculiX, Abaqus";
-
-    fn parse(file: &str, text: &str) -> Result<Mesh, Diagnostic> {
-        parse(file, text)
-    }
-}
+/// Programs that write it.
+pub const PROGRAMS: &str = "CalculiX, Abaqus";
 
 /// Read a mesh from its text.
-fn parse(file: &str, text: &str) -> Result<Mesh, Diagnostic> {
+pub fn parse(file: &str, text: &str) -> Result<Mesh, Diagnostic> {
     let mut reader = InpReader {
         file,
         builder: Builder::new(file, text.len()),

@@ -7,7 +7,6 @@
 //!
 //! Source: Kratos documentation, "Input files and IO".
 
-use super::format::MeshFormat;
 use super::mesh::{Builder, Kind, Mesh, Of};
 use super::tokens::{Tokens, shown};
 use interface_defs::diagnostic::Diagnostic;
@@ -20,19 +19,11 @@ const EXPECTED: [&str; 2] = ["ModelPartData", "Properties"];
 /// Most kinds of blocks that a warning lists.
 const MOST_LISTED: usize = 20;
 
-/// The format of Kratos.
-pub struct Mdpa;
-
-impl MeshFormat for Mdpa {
-    const PROGRAMS: &str = "Kratos";
-
-    fn parse(file: &str, text: &str) -> Result<Mesh, Diagnostic> {
-        parse(file, text)
-    }
-}
+/// Programs that write it.
+pub const PROGRAMS: &str = "Kratos";
 
 /// Read a mesh from its text.
-fn parse(file: &str, text: &str) -> Result<Mesh, Diagnostic> {
+pub fn parse(file: &str, text: &str) -> Result<Mesh, Diagnostic> {
     let mut reader = MdpaReader {
         t: Tokens::without_comments(file, text),
         builder: Builder::new(file, text.len()),

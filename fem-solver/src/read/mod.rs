@@ -13,28 +13,26 @@
 //! Readers of our own: the crates that there are for `.msh` read one of the two versions or lose the
 //! physical names, and for the other two formats there are none.
 
-pub(crate) mod bounds;
-pub mod format;
 pub mod heights;
 pub mod inp;
 pub mod mdpa;
 pub mod mesh;
 pub mod msh;
 pub mod tokens;
-mod twins;
 
-use format::MeshFormat;
 use interface_defs::diagnostic::Diagnostic;
+use interface_defs::toolkit::input_file;
+use interface_defs::toolkit::scene::Scene;
 use mesh::Mesh;
 use std::borrow::Cow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Longest file that is read [bytes]: positions in a mesh are 32 bits wide.
 const LONGEST: u64 = 4 << 30;
 
 /// Declares the formats: the extension of each, and its reader.
 macro_rules! formats {
-    ($($extension:literal => $module:ident::$format:ident,)*) => {
+    ($($extension:literal => $module:ident as $format:ident,)*) => {
         /// Format of a mesh file.
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         #[allow(missing_docs)] // Each is described where its reader is.
@@ -51,28 +49,22 @@ macro_rules! formats {
                 }
             }
 
-            fn refuse_binary(self, file: &str, text: &str) -> Result<(), Diagnostic> {
-                match self {
-                    $(Self::$format => $module::$format::refuse_binary(file, text),)*
-                }
-            }
-
             fn parse(self, file: &str, text: &str) -> Result<Mesh, Diagnostic> {
                 match self {
-                    $(Self::$format => $module::$format::parse(file, text),)*
+                    $(Self::$format => $module::parse(file, text),)*
                 }
             }
         }
 
         /// Extension of each format, and programs that write it.
-        const KNOWN: &[(&str, &str)] = &[$(($extension, $module::$format::PROGRAMS),)*];
+        const KNOWN: &[(&str, &str)] = &[$(($extension, $module::PROGRAMS),)*];
     };
 }
 
 formats! {
-    "msh" => msh::Msh,
-    "inp" => inp::Inp,
-    "mdpa" => mdpa::Mdpa,
+    "msh" => msh as Msh,
+    "inp" => inp as Inp,
+    "mdpa" => mdpa as Mdpa,
 }
 
 /// The formats in words.
@@ -83,23 +75,25 @@ fn known() -> String {
     format!("{} and {last}", others.join(", "))
 }
 
+/// The path of the file that `key` of `scene` names, which must be there; `what` it is.
+pub(crate) fn named(scene: &Scene, key: &str, what: &str, path: &Path) -> Result<PathBuf, Diagnostic> {
+    let path = scene.resolve(path);
+    if path.exists() {
+        return Ok(path);
+    }
+    Err(scene
+        .invalid(key, format!("there is no {what} {}", path.display()))
+        .try_instead("the path counts from the directory of the scene file"))
+}
+
 /// Read the mesh file at `path`; its extension says the format.
 pub fn read(path: &Path) -> Result<Mesh, Diagnostic> {
     let file = path.display().to_string();
-    let fault = |what: String| Diagnostic::in_file(file.as_str(), what);
     let Some(format) = Format::of(path) else {
-        return Err(fault("its name does not say what kind of mesh this is".into())
-            .try_instead(format!("known are {}", known())));
+        let what = "its name does not say what kind of mesh this is";
+        return Err(Diagnostic::in_file(file, what).try_instead(format!("known are {}", known())));
     };
-    let about = std::fs::metadata(path).map_err(|e| fault(format!("the mesh cannot be read: {e}")))?;
-    if !about.is_file() {
-        return Err(fault("this is no file".into()));
-    }
-    if about.len() > LONGEST {
-        return Err(fault(format!("the file has {} bytes, at most {LONGEST} are read", about.len())));
-    }
-    let bytes = std::fs::read(path).map_err(|e| fault(format!("the mesh cannot be read: {e}")))?;
-    parse(&file, format, &bytes)
+    parse(&file, format, &input_file::read(path, LONGEST)?)
 }
 
 /// Read a mesh from the bytes of a file; `file` is its name in errors.
@@ -109,11 +103,29 @@ pub fn parse(file: &str, format: Format, bytes: &[u8]) -> Result<Mesh, Diagnosti
     }
     // Text in an older encoding is fine where it is a comment; elsewhere it will not parse.
     let text: Cow<str> = String::from_utf8_lossy(bytes);
-    format.refuse_binary(file, &text)?;
+    if format == Format::Msh {
+        msh::refuse_binary(file, &text)?;
+    }
     if let Some(at) = bytes.iter().position(|b| *b == 0) {
         let line = bytes[..at].iter().filter(|b| **b == b'\n').count() + 1;
         return Err(tokens::error(file, line, "a zero byte: this is no text file")
             .try_instead("save the mesh as text (ASCII)"));
     }
     format.parse(file, &text)
+}
+
+/// `value` must be finite and lie above 0.
+pub(crate) fn positive(scene: &Scene, key: &str, value: f64, unit: &str) -> Result<(), Diagnostic> {
+    if value > 0.0 && value.is_finite() {
+        return Ok(());
+    }
+    Err(scene.invalid(key, format!("{key} is {value} {unit}, it must lie above 0")))
+}
+
+/// `value` must be finite and not below 0.
+pub(crate) fn not_negative(scene: &Scene, key: &str, value: f64, unit: &str) -> Result<(), Diagnostic> {
+    if value >= 0.0 && value.is_finite() {
+        return Ok(());
+    }
+    Err(scene.invalid(key, format!("{key} is {value} {unit}, it must not lie below 0")))
 }

@@ -6,33 +6,19 @@
 //!
 //! Source: Gmsh reference manual, section "MSH file format".
 
-use super::format::MeshFormat;
 use super::mesh::{Builder, Kind, Mesh, Of};
 use super::tokens::{Tokens, error, shown};
-use super::twins::Written;
 use interface_defs::diagnostic::Diagnostic;
 use std::collections::HashMap;
 
 /// What to do about a version that is not read.
 const SAVE_AS: &str = "save it as 4.1 or 2.2, as in: gmsh -0 in.msh -format msh41 -o out.msh";
 
-/// The format of Gmsh.
-pub struct Msh;
-
-impl MeshFormat for Msh {
-    const PROGRAMS: &str = "Gmsh";
-
-    fn refuse_binary(file: &str, text: &str) -> Result<(), Diagnostic> {
-        refuse_binary(file, text)
-    }
-
-    fn parse(file: &str, text: &str) -> Result<Mesh, Diagnostic> {
-        parse(file, text)
-    }
-}
+/// Programs that write it.
+pub const PROGRAMS: &str = "Gmsh";
 
 /// Refuse a binary file by its header, which is text in any case.
-fn refuse_binary(file: &str, text: &str) -> Result<(), Diagnostic> {
+pub fn refuse_binary(file: &str, text: &str) -> Result<(), Diagnostic> {
     let mut t = Tokens::new(file, text);
     let words: [Option<&str>; 3] = std::array::from_fn(|_| t.next_word());
     if words[0] == Some("$MeshFormat") && words[2] == Some("1") {
@@ -44,7 +30,7 @@ fn refuse_binary(file: &str, text: &str) -> Result<(), Diagnostic> {
 }
 
 /// Read a mesh from its text.
-fn parse(file: &str, text: &str) -> Result<Mesh, Diagnostic> {
+pub fn parse(file: &str, text: &str) -> Result<Mesh, Diagnostic> {
     let mut t = Tokens::new(file, text);
     let version = header(&mut t)?;
     let mut reader = MshReader {
@@ -340,6 +326,49 @@ fn group(builder: &mut Builder, names: &HashMap<(u64, i64), String>, dim: u64, p
             builder.group(Of::Elements, &name, &name)
         }
     }
+}
+
+/// Elements of one entity and shape in version 2.2, which writes an element that is in two physical
+/// groups twice.
+#[derive(Default)]
+struct Written {
+    /// Physical group of the first.
+    physical: i64,
+    elements: Vec<u32>,
+    /// Elements by their nodes, from where a second physical group appears.
+    by_nodes: Option<HashMap<[u32; 6], u32>>,
+}
+
+impl Written {
+    /// The element with these nodes that was written for another physical group.
+    fn twin(&mut self, builder: &Builder, physical: i64, nodes: &[u32; 6]) -> Option<u32> {
+        if self.elements.is_empty() {
+            self.physical = physical;
+        }
+        if self.by_nodes.is_none() {
+            if self.physical == physical {
+                return None;
+            }
+            let key = |element: &u32| (padded(builder.nodes_of(*element)), *element);
+            self.by_nodes = Some(self.elements.iter().map(key).collect());
+        }
+        self.by_nodes.as_ref()?.get(nodes).copied()
+    }
+
+    /// Append an element that has no twin.
+    fn push(&mut self, element: u32, nodes: &[u32; 6]) {
+        self.elements.push(element);
+        if let Some(by_nodes) = &mut self.by_nodes {
+            by_nodes.insert(*nodes, element);
+        }
+    }
+}
+
+/// Nodes of an element as a key of one size.
+fn padded(nodes: &[u32]) -> [u32; 6] {
+    let mut all = [u32::MAX; 6];
+    all[..nodes.len()].copy_from_slice(nodes);
+    all
 }
 
 #[cfg(test)]

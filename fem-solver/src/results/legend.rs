@@ -1,6 +1,7 @@
 //! Numbers of parts and groups in field files, and the legend that names them.
 
 use crate::model::Model;
+use interface_defs::toolkit::files;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -90,7 +91,7 @@ impl Legend {
     /// Write the names into `dir`.
     pub fn write(&self, dir: &Path) -> std::io::Result<()> {
         let text = serde_json::to_string_pretty(&self.names).map_err(std::io::Error::from)?;
-        std::fs::write(dir.join(LEGEND), text + "\n")
+        files::write(&dir.join(LEGEND), (text + "\n").as_bytes())
     }
 }
 

@@ -10,9 +10,10 @@ use crate::state::State;
 use crate::state::motion::StartMotion;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc::run_id::fnv1a;
+use interface_defs::toolkit::provenance::{BuildId, build_id};
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::start_from::{At, KEY, Origin};
-use interface_defs::toolkit::state_file;
+use interface_defs::toolkit::state_file::{self, Unreadable};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::fmt::Debug;
@@ -21,18 +22,18 @@ use std::path::Path;
 
 /// Version of [`End`], written and read.
 const VERSION: u32 = 1;
-/// What the histories of the elements mean is the program's own.
-const PROGRAM: &str = concat!("fem-solver ", env!("CARGO_PKG_VERSION"));
 /// What to do about a state that cannot be used.
 const AGAIN: &str = "run that scene again with this version";
+/// What to do about a state that is not as it was written.
+const COPIED: &str = "run that scene again with this version; a file that was copied must be copied as it is";
 /// Difference of two places of a support [relative to the extent of the structure] that is one of rounding.
 const SAME_PLACE: f64 = 1e-9;
 
 /// What a run leaves.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct End {
-    /// Program and version by which it was computed.
-    program: String,
+    /// The build by which it was computed: what the histories of the elements mean is its own.
+    pub build: BuildId,
     /// Which structure it is of.
     model: Fingerprint,
     /// Integrator.
@@ -172,7 +173,7 @@ impl End {
     pub fn new(model: &Model, state: &State, time: f64, integrator: &str, before: &[Event]) -> Self {
         let torn = before.iter().chain(&state.events).map(|e| (e.element, e.time, e.tension));
         Self {
-            program: PROGRAM.into(),
+            build: build_id().clone(),
             model: Fingerprint::of(model),
             integrator: integrator.into(),
             time,
@@ -218,14 +219,17 @@ impl Inherited {
         let shown = file.display();
         let end: End = state_file::read(&file, VERSION).map_err(|why| {
             let what = format!("the state {shown} cannot be used: {why}");
-            scene.invalid(KEY, what).coded(code::FILE_CONTENT).try_instead(
-                "run that scene again with this version; a file that was copied must be copied as it is",
-            )
+            let (code, hint) = match why {
+                Unreadable::Foreign(_) | Unreadable::Version(..) => (code::PROVENANCE, AGAIN),
+                Unreadable::File(_) => (code::FILE, AGAIN),
+                Unreadable::Damaged(_) => (code::FILE_CONTENT, COPIED),
+            };
+            scene.invalid(KEY, what).coded(code).try_instead(hint)
         })?;
-        if end.program != PROGRAM {
+        if end.build != *build_id() {
+            let (theirs, own) = (&end.build, build_id());
             let what = format!(
-                "the state {shown} was written by {}, and this is {PROGRAM}: histories may differ",
-                end.program
+                "the state {shown} was written by fem-solver {theirs}, and this is {own}: histories may differ"
             );
             return Err(scene.invalid(KEY, what).coded(code::PROVENANCE).try_instead(AGAIN));
         }
@@ -247,18 +251,18 @@ impl Inherited {
     fn check(&self, scene: &Scene, model: &Model) -> Result<(), Diagnostic> {
         let (n, end) = (model.dof_count(), &self.end);
         let histories = model.start_history().len();
-        if end.displacement.len() != n || end.velocity.len() != n || end.history.len() != histories {
+        let found = [&end.displacement, &end.velocity, &end.acceleration, &end.history].map(Vec::len);
+        // Schemes without accelerations leave none.
+        if ![[n, n, n, histories], [n, n, 0, histories]].contains(&found) {
             let what = format!(
-                "the state of {} has {} displacements, {} velocities and {} numbers of history, and this structure has {n}, \
-                 {n} and {histories}",
+                "the state of {} has {found:?} displacements, velocities, accelerations and numbers of history, and this structure \
+                 has {:?}",
                 self.origin.run.display(),
-                end.displacement.len(),
-                end.velocity.len(),
-                end.history.len()
+                [n, n, n, histories]
             );
             return Err(scene.invalid(KEY, what).coded(code::FILE_CONTENT).try_instead(AGAIN));
         }
-        let numbers = [&end.displacement[..], &end.velocity, &end.booked, &[end.time]];
+        let numbers = [&end.displacement[..], &end.velocity, &end.acceleration, &end.booked, &[end.time]];
         let unknown = end.torn.iter().find(|torn| torn.0 as usize >= model.elements.len());
         if unknown.is_some() || numbers.into_iter().flatten().any(|number| !number.is_finite()) {
             let what = match unknown {

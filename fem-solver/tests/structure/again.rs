@@ -5,7 +5,7 @@ use crate::fields::lines;
 use crate::rest::barrier;
 use fem_solver::FemSolver;
 use fem_solver::config::structure::FormFinding;
-use fem_solver::equilibrium::form_finding::{Basis, find_form_from};
+use fem_solver::equilibrium::form_finding::{Basis, find_form};
 use fem_solver::equilibrium::newton::Newton;
 use fem_solver::internal_force::assembly::Assembly;
 use fem_solver::state::inherited::End;
@@ -14,6 +14,7 @@ use interface_defs::diagnostic::code;
 use interface_defs::message::{Plan, Statistics};
 use interface_defs::solver::Solver;
 use interface_defs::toolkit::program::Options;
+use interface_defs::toolkit::provenance::build_id;
 use interface_defs::toolkit::run_dir::STRUCTURE_STATE;
 use interface_defs::toolkit::state_file;
 use interface_defs::toolkit::summary::{RunStatus, Summary};
@@ -297,9 +298,10 @@ fn a_state_with_numbers_that_do_not_fit_is_refused_as_a_damaged_file() {
     let text = FRAME.to_owned() + "[fem]\nintegrator = \"central_difference\"\ntime_step = 6e-5";
     drop(alone(&text, 2, dir));
     let whole = end(dir);
-    let damages: [(&str, fn(&mut End)); 6] = [
+    let damages: [(&str, fn(&mut End)); 7] = [
         ("numbers of history", |end| end.history.truncate(1)),
         ("displacements", |end| end.displacement.push(0.0)),
+        ("accelerations", |end| end.acceleration = vec![0.0; 5]),
         ("element 4294967295 has torn", |end| end.torn.push((u32::MAX, 0.1, 1e3))),
         ("not all of its", |end| end.displacement[0] = f64::NAN),
         ("not all of its", |end| end.velocity[1] = f64::INFINITY),
@@ -314,6 +316,22 @@ fn a_state_with_numbers_that_do_not_fit_is_refused_as_a_damaged_file() {
             let error = FemSolver::new(&scene, &Options::default()).err().expect("must be refused");
             assert!(error.code == code::FILE_CONTENT && error.message.contains(words), "{error}");
         }
+    }
+    let refused = || {
+        let scene = scene(&with(&from(dir, "rest"), &text));
+        FemSolver::new(&scene, &Options::default()).err().expect("must be refused")
+    };
+    let mut foreign = whole;
+    foreign.build.program = "0123456789abcdef".into();
+    state_file::write(&dir.join(STRUCTURE_STATE), 1, &foreign).expect("written");
+    let build = refused();
+    state_file::write(&dir.join(STRUCTURE_STATE), 1, &7_u8).expect("written");
+    let layout = refused();
+    state_file::write(&dir.join(STRUCTURE_STATE), 2, &7_u8).expect("written");
+    assert!(build.message.contains("program 0123456789abcdef)"), "{build}");
+    assert_eq!(refused().code, code::PROVENANCE);
+    for error in [build, layout] {
+        assert!(error.code == code::PROVENANCE && error.message.contains(&build_id().program), "{error}");
     }
 }
 
@@ -369,7 +387,7 @@ fn a_state_of_another_structure_is_refused_with_what_differs() {
     bytes[100] ^= 1;
     std::fs::write(dir.join(STRUCTURE_STATE), &bytes).expect("written");
     let said = refused(&with(&top, &text));
-    assert!(said.contains("it is damaged: the checksum of its") && said.contains(STRUCTURE_STATE), "{said}");
+    assert!(said.contains("it is damaged: the hash of its") && said.contains(STRUCTURE_STATE), "{said}");
     std::fs::write(dir.join(STRUCTURE_STATE), &whole[..whole.len() / 2]).expect("written");
     assert!(refused(&with(&top, &text)).contains("it is damaged"));
     let mut other = whole.clone();
@@ -492,14 +510,8 @@ fn eased_rings_bring_a_pushed_net_to_rest_in_few_iterations() {
     let left = end(dir);
     let model = run.solver.model();
     let basis = Basis { displacement: &left.displacement, history: &left.history };
-    let found = find_form_from(
-        model,
-        &mut Newton::new(model),
-        FormFinding::Static,
-        None,
-        Some(basis),
-        &mut |_, _| Ok(()),
-    );
+    let found =
+        find_form(model, &mut Newton::new(model), FormFinding::Static, None, Some(basis), &mut |_, _| Ok(()));
     let (form, info) = found.unwrap_or_else(|failure| panic!("{}", failure.describe(model)));
     println!("{} iterations", info.iterations);
     assert!(info.iterations < 1000, "{} iterations", info.iterations);

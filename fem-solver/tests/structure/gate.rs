@@ -276,7 +276,7 @@ fn meshes_in_millimetres_open_meshes_and_what_is_no_mesh_are_named() {
     assert!(refused(&text("empty.msh")).contains("the file is empty"));
     assert!(refused(&text("none.msh")).contains("there is no mesh file"));
     std::fs::create_dir(dir.path().join("folder.msh")).unwrap();
-    assert!(refused(&text("folder.msh")).contains("this is no file"));
+    assert!(refused(&text("folder.msh")).contains("this is a directory"));
     let nodes = mesh(1.0, false);
     write("nodes.msh", &format!("{}$Elements\n0\n$EndElements\n", nodes.split("$Elements").next().unwrap()));
     let message = refused(text("nodes.msh").split("supports").next().unwrap());

@@ -233,7 +233,7 @@ fn form_finding_obeys_max_iterations() {
     let find = |most: Option<u32>| {
         let mut ends = Vec::new();
         let (form, info) =
-            find_form(&model, &mut Newton::new(&model), FormFinding::Static, most, &mut |n, _| {
+            find_form(&model, &mut Newton::new(&model), FormFinding::Static, most, None, &mut |n, _| {
                 ends.push(n);
                 Ok(())
             })

@@ -7,7 +7,6 @@
 //! It is the search alone that knows of it: the last iterations are those of the structure itself, and what elements
 //! remember stays that of the start but for rotations, so that no brake and no ring yields by being eased.
 
-use crate::config::NewtonConfig;
 use crate::equilibrium::newton::{Failure, Info, Newton, OnIteration, Problem};
 use crate::model::Model;
 
@@ -77,28 +76,12 @@ impl<'a> Easing<'a> {
     ) -> Result<bool, Failure> {
         let most = self.most.unwrap_or(MOST_OF_RANGE);
         let zero = vec![0.0; u.len()];
-        let problem = Problem {
-            load: &self.model.dead_load,
-            start: &zero,
-            inertia: 0.0,
-            share: 1.0,
-            mean_stress: false,
-            history,
-            viscosity: (&[], 0.0),
-            pressures: &self.pressures,
-        };
-        let settings = NewtonConfig { tolerance: TOLERANCE, max_iterations: Some(most), line_search: true };
-        let (begun, mut count) = (done.iterations, 0);
+        let problem = Problem::of_rest(self.model, &zero, history, &self.pressures);
         newton.limits_travel = false;
-        let outcome = newton.solve(&self.soft, &problem, &settings, u, &mut |_, residual| {
-            count += 1;
-            on_iteration(begun + count, residual)
-        });
+        let outcome = newton.search(&self.soft, &problem, (TOLERANCE, most), u, done, on_iteration);
         newton.limits_travel = true;
-        done.iterations += count;
         match outcome {
             Ok(info) => {
-                done.factorisations += info.factorisations;
                 done.unstable = info.unstable;
                 Ok(true)
             }

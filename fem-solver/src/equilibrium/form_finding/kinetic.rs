@@ -11,7 +11,6 @@
 //! Source: Barnes (1999), Form finding and analysis of tension structures by dynamic relaxation, Int. J. Space Structures
 //! 14(2), 89 (kinetic damping); handbook 2.8.
 
-use crate::config::NewtonConfig;
 use crate::equilibrium::newton::{Failure, Info, Newton, OnIteration, Problem};
 use crate::model::Model;
 
@@ -123,31 +122,16 @@ impl<'a> Swing<'a> {
         u.copy_from_slice(&self.target);
         let rate = 1.0 / (self.step * self.step);
         let problem = Problem {
-            load: &self.model.dead_load,
-            start: &self.target,
             inertia: rate,
-            share: 1.0,
-            mean_stress: false,
-            history,
             viscosity: (&self.lent, rate),
-            pressures: &self.pressures,
-        };
-        let begun = done.iterations;
-        let mut count = 0;
-        let settings = NewtonConfig {
-            tolerance: self.tolerance,
-            max_iterations: Some(MOST_ITERATIONS),
-            line_search: true,
+            ..Problem::of_rest(self.model, &self.target, history, &self.pressures)
         };
         newton.limits_travel = false;
-        let outcome = newton.solve(self.model, &problem, &settings, u, &mut |_, residual| {
-            count += 1;
-            on_iteration(begun + count, residual)
-        });
+        let limits = (self.tolerance, MOST_ITERATIONS);
+        let outcome = newton.search(self.model, &problem, limits, u, done, on_iteration);
         newton.limits_travel = true;
-        done.iterations += count;
-        match outcome {
-            Ok(info) => done.factorisations += info.factorisations,
+        let count = match outcome {
+            Ok(info) => info.iterations,
             Err(failure @ Failure::Stopped(_)) => return Err(failure),
             Err(failure) => {
                 u.copy_from_slice(&self.before);
@@ -160,7 +144,7 @@ impl<'a> Swing<'a> {
                 }
                 return Ok(false);
             }
-        }
+        };
         newton.internal().advance_rotations(self.model, u, history);
         let energy = self.speed_up(u);
         let still = count == 0;

@@ -8,7 +8,6 @@
 pub mod easing;
 pub mod kinetic;
 
-use crate::config::NewtonConfig;
 use crate::config::structure::FormFinding;
 use crate::element::Cable;
 use crate::element::Slack;
@@ -63,18 +62,9 @@ pub struct Basis<'a> {
 ///
 /// Ropes with friction have many forms; where Newton does not come to one at once, they hang as they would without it,
 /// with the same tension in every segment: a form that friction holds, too.
+///
+/// With a `basis` from a structure that has been through something: what its elements remember is theirs in the equilibrium, too.
 pub fn find_form(
-    model: &Model,
-    newton: &mut Newton,
-    method: FormFinding,
-    most: Option<u32>,
-    on_iteration: OnIteration,
-) -> Result<(Form, Info), Failure> {
-    find_form_from(model, newton, method, most, None, on_iteration)
-}
-
-/// The same from a structure that has been through something: what its elements remember is theirs in the equilibrium, too.
-pub fn find_form_from(
     model: &Model,
     newton: &mut Newton,
     method: FormFinding,
@@ -260,30 +250,14 @@ fn balanced(
     let zero = vec![0.0; u.len()];
     let pressures = model.pressures_at_start();
     let mut form = Form { displacement: u.to_vec(), history: history.to_vec(), smoothed: false };
-    let problem = Problem {
-        load: &model.dead_load,
-        start: &zero,
-        inertia: 0.0,
-        share: 1.0,
-        mean_stress: false,
-        history,
-        viscosity: (&[], 0.0),
-        pressures: &pressures,
-    };
-    let settings = NewtonConfig { tolerance: TOLERANCE, max_iterations: Some(most), line_search: true };
-    let (begun, mut count) = (done.iterations, 0);
-    let outcome = newton.solve(model, &problem, &settings, &mut form.displacement, &mut |_, residual| {
-        count += 1;
-        on_iteration(begun + count, residual)
-    });
-    done.iterations += count;
-    let info = outcome?;
+    let problem = Problem::of_rest(model, &zero, history, &pressures);
+    let info =
+        newton.search(model, &problem, (TOLERANCE, most), &mut form.displacement, done, on_iteration)?;
     let internal = newton.internal();
     internal.advance(model, &form.displacement, &mut form.history);
     if let Some(broken) = internal.broken().first() {
         return Err(Failure::Broken { element: broken.element as usize, tension: broken.tension, part: 1.0 });
     }
-    done.factorisations += info.factorisations;
     done.unstable = info.unstable;
     done.shifted_at = done.shifted_at.or(info.shifted_at);
     Ok(form)

@@ -1,7 +1,7 @@
 //! The line of a barrier on the terrain: where its posts stand as seen from above, and what speaks against it.
 
 use crate::config::generator::Barrier;
-use crate::read::bounds::positive;
+use crate::read::positive;
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::coordinates::{Coordinates, Form};
 use interface_defs::toolkit::scene::Scene;

@@ -11,7 +11,7 @@ pub use self::generated::{Generated, MadeFor};
 use self::line::Line;
 use self::site::Site;
 use crate::config::generator::{Barrier, Generator, Held};
-use crate::read::bounds::{not_negative, positive};
+use crate::read::{not_negative, positive};
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::ground::Area;
 use interface_defs::toolkit::scene::Scene;

@@ -75,14 +75,7 @@ fn ground(scene: &Scene, table: &Barrier, line: &Line) -> Result<Option<Heights>
             .invalid(key, what)
             .try_instead("leave out the third number of each point, or ground"));
     }
-    let path = scene.resolve(path);
-    if !path.is_file() {
-        let what = format!("there is no file {}", path.display());
-        return Err(scene
-            .invalid(key, what)
-            .try_instead("the path counts from the directory of the scene file"));
-    }
-    Heights::read(&path).map(Some)
+    Heights::read(scene, key, path).map(Some)
 }
 
 /// Everything that says where.
