@@ -8,6 +8,7 @@ use base64::Engine as _;
 use dem_rocks::results::map::page::round_step;
 use dem_rocks::results::map::shade::ShadedGrid;
 use dem_solid::geometry::plan::Point;
+use interface_defs::toolkit::files;
 use std::fmt::Write as _;
 use std::io;
 use std::path::Path;
@@ -115,7 +116,7 @@ impl<'a> Sheet<'a> {
 
     /// Write the picture of a map.
     pub fn write(&self, path: &Path, map: &Map) -> io::Result<()> {
-        std::fs::write(path, self.text(map).map_err(io::Error::other)?)
+        files::write(path, self.text(map).map_err(io::Error::other)?.as_bytes())
     }
 
     fn text(&self, map: &Map) -> Result<String, Box<dyn std::error::Error + Send + Sync>> {
