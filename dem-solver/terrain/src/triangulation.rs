@@ -198,7 +198,7 @@ mod tests {
     fn points_in_line_are_refused_at_once() {
         for [dx, dy] in [[1.0, 0.0], [0.0, 1.0], [0.5, 0.25], [0.1, 0.3]] {
             let line: Vec<[f64; 3]> =
-                (0..200_000).map(|k| f64::from(k)).map(|k| [2.6e6 + dx * k, 1.2e6 + dy * k, k]).collect();
+                (0..200_000).map(f64::from).map(|k| [2.6e6 + dx * k, 1.2e6 + dy * k, k]).collect();
             let refused = from_points(&line, None, "line.xyz").expect_err("no surface");
             assert!(refused.message.contains("span no surface"), "{refused}");
         }
