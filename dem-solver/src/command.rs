@@ -197,7 +197,7 @@ fn check_directory(file: &Path) -> Result<(), Diagnostic> {
 }
 
 fn write(file: &Path, bytes: &[u8]) -> Result<(), Diagnostic> {
-    std::fs::write(file, bytes).map_err(|e| {
+    interface_defs::toolkit::files::write(file, bytes).map_err(|e| {
         Diagnostic::in_file(file.display().to_string(), format!("the file cannot be written: {e}"))
     })
 }

@@ -10,6 +10,8 @@ pub const LARGEST: u64 = 1 << 30;
 
 /// Largest coordinate [m]: beyond it products of lengths lose their meaning long before they overflow.
 const FURTHEST: f64 = 1e9;
+/// Lengths that a shape may have, and factors of them [m].
+pub const LENGTHS: std::ops::RangeInclusive<f64> = 1e-9..=FURTHEST;
 
 /// What is wrong in a file, and at which line (from 1) if it has lines.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,12 +45,7 @@ impl ReadError {
 
 /// The bytes of a file of up to `largest` bytes.
 pub fn read_bytes(path: &Path, largest: u64) -> Result<Vec<u8>, Diagnostic> {
-    let refuse = |what: String| Diagnostic::in_file(path.display().to_string(), what);
-    let data = input_file::regular(path)?;
-    if data.len() > largest {
-        return Err(refuse(format!("{} bytes: up to {largest} are read", data.len())));
-    }
-    std::fs::read(path).map_err(|e| refuse(format!("the file cannot be read: {e}")))
+    input_file::read(path, largest)
 }
 
 /// The lines of a text, numbered from 1; a line that is not text is an error.

@@ -3,6 +3,7 @@
 //! Each of these uses only what stands above it.
 //!
 //! - [`geometry`]: spheres, triangles, closest points, trees of boxes
+//! - [`random`]: numbers that look like chance
 //! - [`input`]: files that users give, their lines and numbers
 //! - [`shape`]: the true solid of a rock as a closed surface, from built-in shapes and files ([`shape::formats`])
 //! - [`cluster`](mod@cluster): spheres that stand for a surface, and their error
@@ -10,4 +11,5 @@
 pub mod cluster;
 pub mod geometry;
 pub mod input;
+pub mod random;
 pub mod shape;

@@ -162,8 +162,8 @@ impl Base {
         for (shape, made) in [(None, &self.own)].into_iter().chain(shapes) {
             let Some(text) = made else { continue };
             let file = kept::file(folder, name, shape);
-            if !std::fs::read(&file).is_ok_and(|known| known == text.as_bytes()) {
-                std::fs::create_dir_all(folder)?;
+            if !files::read(&file, files::TEXT).is_ok_and(|known| known == text.as_bytes()) {
+                files::Dir::create(folder)?;
                 files::write(&file, text.as_bytes())?;
             }
         }

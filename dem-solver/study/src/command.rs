@@ -262,17 +262,15 @@ impl Study<'_> {
             match Journal::open(part, &self.base.fingerprint) {
                 Ok((journal, found)) if !done.exists() => return Ok(Claimed::Ours(journal, found)),
                 // The other one has ended meanwhile, and what was opened here is empty.
-                Ok(_) => std::fs::remove_file(part)
-                    .or_else(|e| if e.kind() == io::ErrorKind::NotFound { Ok(()) } else { Err(e) })
-                    .map_err(|e| self.fault(e))?,
+                Ok(_) => files::remove(part).map_err(|e| self.fault(e))?,
                 Err(Refused::Taken) if interrupt::requested() => return Ok(Claimed::Interrupted),
                 Err(Refused::Taken) => {
                     if !std::mem::replace(&mut announced, true) && !self.arguments.quiet {
-                        tracing::warn!("{}: waiting for it", Refused::Taken.words(part));
+                        tracing::warn!("{}: waiting for it", Refused::Taken.diagnostic(part));
                     }
                     std::thread::sleep(LOOK);
                 }
-                Err(refused) => return Err(Diagnostic::new(refused.words(part))),
+                Err(refused) => return Err(refused.diagnostic(part)),
             }
         }
         Ok(Claimed::Done)
@@ -291,7 +289,7 @@ impl Study<'_> {
             self.directory.holds(self.base, file).map_err(|e| self.of_another(e))?;
         }
         let out = self.directory.place();
-        let before = std::fs::read(self.directory.path(run_dir::SUMMARY)).ok().filter(|_| !force);
+        let before = files::read(&self.directory.path(run_dir::SUMMARY), files::TEXT).ok().filter(|_| !force);
         // What a study has written may stay; a run that another process writes there is refused.
         let owner =
             Owner::claim(out, &Claim { force: force || self.directory.has_begun(), ..Claim::default() })?;
@@ -331,9 +329,8 @@ impl Study<'_> {
     fn open(&self, file: &Scene) -> Result<(Journal, Index), Diagnostic> {
         self.begin(file)?;
         let main = self.directory.main();
-        let (journal, found) = Journal::open(&main, &self.base.fingerprint).map_err(|refused| {
-            Diagnostic::new(refused.words(&main)).try_instead("begin anew with --force")
-        })?;
+        let (journal, found) = Journal::open(&main, &self.base.fingerprint)
+            .map_err(|refused| refused.diagnostic(&main).try_instead("begin anew with --force"))?;
         Ok((journal, self.directory.index(self.base, &found)?))
     }
 
@@ -369,8 +366,8 @@ impl Study<'_> {
     fn each(&self, index: &Index, each: &mut dyn FnMut(&Record) -> io::Result<()>) -> io::Result<()> {
         let mut reader = index.reader();
         for number in 1..=self.base.members() {
-            let record = reader.record(index, number)?;
-            each(&record.ok_or_else(|| io::Error::other(format!("member {number} is missing")))?)?;
+            let record = reader.record(index, number)?.filter(|record| record.fits(self.base));
+            each(&record.ok_or_else(|| io::Error::other(format!("member {number} is missing or damaged")))?)?;
         }
         Ok(())
     }

@@ -6,11 +6,11 @@
 
 use super::base::Base;
 use super::inputs;
-use super::journal::{Found, Records, Refused, complete};
+use super::journal::{Found, Records, complete};
 use super::record::Record;
 use super::results;
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::files;
+use interface_defs::toolkit::files::{self, Dir};
 use interface_defs::toolkit::run_dir::{CLUSTERS, SCENE, SUMMARY};
 use interface_defs::toolkit::scene::Scene;
 use std::io;
@@ -79,7 +79,7 @@ impl Directory {
 
     /// Whether this study has begun here; another one is refused. Nothing is changed.
     pub fn holds(&self, base: &Base, file: &Scene) -> Result<bool, Diagnostic> {
-        let Ok(text) = std::fs::read_to_string(self.path(RECORD)) else { return Ok(false) };
+        let Ok(text) = files::read_text(&self.path(RECORD)) else { return Ok(false) };
         let known: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
         if known["fingerprint"].as_str() == Some(&base.fingerprint) {
             return Ok(true);
@@ -94,7 +94,7 @@ impl Directory {
     pub fn begin(&self, base: &Base, file: &Scene) -> Result<(), Diagnostic> {
         let unwritable = |e: io::Error| self.fault(format!("no results can be written here: {e}"));
         let known = self.holds(base, file)?;
-        std::fs::create_dir_all(self.dir.join(CHUNKS)).map_err(unwritable)?;
+        Dir::create(&self.dir.join(CHUNKS)).map_err(unwritable)?;
         if known {
             return base.keep_clusters(&self.path(CLUSTERS)).map_err(unwritable);
         }
@@ -112,7 +112,7 @@ impl Directory {
     /// Remove what a study has written here, and no other file.
     pub fn clear(&self) -> io::Result<()> {
         for name in [RECORD, STUDY, SCENE, MEMBERS, SUMMARY] {
-            remove(&self.path(name))?;
+            files::remove(&self.path(name))?;
         }
         for (folder, ends) in [
             (CHUNKS, &[DONE, PART, "journal"][..]),
@@ -120,11 +120,10 @@ impl Directory {
             (results::MAPS, &["tif", "svg", "geojson"]),
             (results::LINES, &["csv", "svg"]),
         ] {
-            let Ok(entries) = std::fs::read_dir(self.dir.join(folder)) else { continue };
-            for entry in entries {
-                let path = entry?.path();
-                if path.extension().is_some_and(|e| ends.iter().any(|end| e == *end)) {
-                    remove(&path)?;
+            let Ok(dir) = Dir::open(&self.dir.join(folder)) else { continue };
+            for (name, _) in dir.entries()? {
+                if Path::new(&name).extension().is_some_and(|e| ends.iter().any(|end| e == *end)) {
+                    dir.remove(&name)?;
                 }
             }
         }
@@ -135,25 +134,18 @@ impl Directory {
     pub fn index(&self, base: &Base, own: &[Found]) -> Result<Index, Diagnostic> {
         let mut index = Index { files: vec![self.main()], places: vec![None; base.members() as usize] };
         index.take(0, own);
-        let entries = std::fs::read_dir(self.dir.join(CHUNKS)).map_err(|e| self.fault(e))?;
-        let mut chunks: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
-        chunks.retain(|path| path.extension().is_some_and(|e| e == DONE));
-        chunks.sort();
+        let chunks = self.dir.join(CHUNKS);
+        let entries = Dir::open(&chunks).and_then(|dir| dir.entries()).map_err(|e| self.fault(e))?;
+        let chunks = entries.iter().map(|(name, _)| chunks.join(name));
+        let chunks = chunks.filter(|path| path.extension().is_some_and(|e| e == DONE));
         for path in chunks {
-            let found = complete(&path, &base.fingerprint).map_err(|refused: Refused| {
-                Diagnostic::new(refused.words(&path)).try_instead("remove it, or begin anew with --force")
+            let found = complete(&path, &base.fingerprint).map_err(|refused| {
+                refused.diagnostic(&path).try_instead("remove it, or begin anew with --force")
             })?;
             index.files.push(path);
             index.take(index.files.len() as u32 - 1, &found);
         }
         Ok(index)
-    }
-}
-
-fn remove(path: &Path) -> io::Result<()> {
-    match std::fs::remove_file(path) {
-        Err(e) if e.kind() != io::ErrorKind::NotFound => Err(e),
-        _ => Ok(()),
     }
 }
 

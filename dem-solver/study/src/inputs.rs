@@ -2,7 +2,8 @@
 
 use super::base::Base;
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::input_file::{hash, named_files, with_absolute_files};
+use interface_defs::toolkit::files;
+use interface_defs::toolkit::input_file::{self, hash, named_files, with_absolute_files};
 use interface_defs::toolkit::scene::Scene;
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
@@ -16,9 +17,7 @@ pub fn record(base: &Base, file: &Scene) -> Result<Value, Diagnostic> {
         let (text, barrier) = scene.parts();
         for path in named_files(&table).into_iter().chain(barrier.map(absolute)) {
             let name = path.display().to_string();
-            let bytes = std::fs::read(&path)
-                .map_err(|e| Diagnostic::in_file(name.as_str(), format!("the file cannot be read: {e}")))?;
-            inputs.insert(name, hash(&bytes).into());
+            inputs.insert(name, hash(&input_file::read(&path, files::STATE)?).into());
         }
         // As it was read.
         inputs.insert(absolute(scene.path()).display().to_string(), hash(text.as_bytes()).into());

@@ -1,15 +1,19 @@
 //! Files of records: members as they are computed, one frame behind the other, whole whenever the process ends.
 //!
-//! A file begins with a line that says which study it belongs to. What a killed process has left of a frame is cut off.
+//! A file begins with a line that says which study it belongs to, and with the build and the layout of its records. What a killed
+//! process has left of a frame is cut off.
 
 use super::record::Record;
-use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
+use interface_defs::diagnostic::{Diagnostic, code};
+use interface_defs::toolkit::files::{self, Dir, Stream};
+use interface_defs::toolkit::provenance::{self, Reader};
+use std::fs::{File, TryLockError};
+use std::io::{self, BufReader, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// What a file begins with.
-const MAGIC: &str = "rockfall members 1";
+const MAGIC: &str = "rockfall members 2";
 /// How often what was written is made to outlast a power cut.
 const SYNC: Duration = Duration::from_secs(1);
 /// Longest frame that is read [bytes].
@@ -22,6 +26,8 @@ pub enum Refused {
     Io(io::Error),
     /// It belongs to another study, or to another version of it.
     Foreign,
+    /// Another build of this program has written it.
+    Build(Diagnostic),
     /// Another process writes to it.
     Taken,
 }
@@ -33,20 +39,21 @@ impl From<io::Error> for Refused {
 }
 
 impl Refused {
-    /// In words, about `path`.
-    pub fn words(&self, path: &Path) -> String {
-        let what = match self {
-            Self::Io(e) => format!("cannot be read or written: {e}"),
-            Self::Foreign => "belongs to another study, scene, terrain or version of the program".into(),
-            Self::Taken => "another process is computing these members".into(),
+    /// For the user, about `path`.
+    pub fn diagnostic(self, path: &Path) -> Diagnostic {
+        let (code, what) = match self {
+            Self::Io(e) => (code::FILE, format!("cannot be read or written: {e}")),
+            Self::Foreign => (code::PROVENANCE, "belongs to another study, scene or terrain".into()),
+            Self::Build(of_another) => (of_another.code, of_another.message),
+            Self::Taken => (code::OTHER, "another process is computing these members".into()),
         };
-        format!("{}: {what}", path.display())
+        Diagnostic::in_file(path.display().to_string(), what).coded(code)
     }
 }
 
-/// The first line of a file of this study.
-fn head(fingerprint: &str) -> String {
-    format!("{MAGIC} {fingerprint}\n")
+/// What a file of this study begins with: a line, then what wrote its records.
+fn head(fingerprint: &str) -> Vec<u8> {
+    [format!("{MAGIC} {fingerprint}\n").into_bytes(), provenance::head::<Record>()].concat()
 }
 
 /// A record's place in a file.
@@ -58,19 +65,20 @@ pub struct Found {
     pub at: u64,
 }
 
-/// All whole frames of a file, and where they end. A file without a whole first line ends at 0.
+/// All whole frames of a file, and where they end. A file without a whole head ends at 0.
 fn scan(file: &File, fingerprint: &str) -> Result<(Vec<Found>, u64), Refused> {
     let mut reader = BufReader::with_capacity(1 << 16, file);
-    let mut line = Vec::new();
-    reader.by_ref().take(200).read_until(b'\n', &mut line)?;
-    if line != head(fingerprint).as_bytes() {
-        return if head(fingerprint).as_bytes().starts_with(&line) {
-            Ok((Vec::new(), 0))
-        } else {
-            Err(Refused::Foreign)
-        };
+    let (own, mut begins) = (head(fingerprint), Vec::new());
+    reader.by_ref().take(own.len() as u64).read_to_end(&mut begins)?;
+    if begins.len() < own.len() && own.starts_with(&begins) {
+        return Ok((Vec::new(), 0));
     }
-    let (mut found, mut at) = (Vec::new(), line.len() as u64);
+    let line = own.len() - provenance::head::<Record>().len();
+    if !begins.starts_with(&own[..line]) {
+        return Err(Refused::Foreign);
+    }
+    provenance::open::<Record>(&begins[line..], Reader::SameBuild).map_err(Refused::Build)?;
+    let (mut found, mut at) = (Vec::new(), own.len() as u64);
     let mut frame = Vec::new();
     while let Some(record) = next(&mut reader, &mut frame)? {
         found.push(Found { number: record.number, at });
@@ -98,7 +106,7 @@ fn next(reader: &mut impl Read, frame: &mut Vec<u8>) -> io::Result<Option<Record
 
 /// The records of a complete file.
 pub fn complete(path: &Path, fingerprint: &str) -> Result<Vec<Found>, Refused> {
-    Ok(scan(&File::open(path)?, fingerprint)?.0)
+    Ok(scan(&files::source(path)?, fingerprint)?.0)
 }
 
 /// Reads records of a file, best in their order.
@@ -110,7 +118,7 @@ pub struct Records {
 impl Records {
     /// Of a file.
     pub fn open(path: &Path) -> io::Result<Self> {
-        Ok(Self { reader: BufReader::with_capacity(1 << 16, File::open(path)?), frame: Vec::new() })
+        Ok(Self { reader: BufReader::with_capacity(1 << 16, files::source(path)?), frame: Vec::new() })
     }
 
     /// The record at a place.
@@ -126,7 +134,7 @@ impl Records {
 /// A file that records are added to.
 pub struct Journal {
     path: PathBuf,
-    file: File,
+    file: Stream,
     end: u64,
     synced: Instant,
 }
@@ -134,23 +142,20 @@ pub struct Journal {
 impl Journal {
     /// Create a file, or go on with it: its records, what is left of half a frame cut off.
     pub fn open(path: &Path, fingerprint: &str) -> Result<(Self, Vec<Found>), Refused> {
-        let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)?;
-        match file.try_lock() {
+        let mut file = files::append(path)?;
+        match file.file().try_lock() {
             Err(TryLockError::WouldBlock) => return Err(Refused::Taken),
             // A file system without locks: two processes at one chunk write the same bytes.
             Err(TryLockError::Error(_)) | Ok(()) => {}
         }
-        let (found, mut end) = scan(&file, fingerprint)?;
-        file.set_len(end)?;
-        let mut it = Self { path: path.to_owned(), file, end, synced: Instant::now() };
-        it.file.seek(SeekFrom::Start(end))?;
+        let (found, mut end) = scan(file.file(), fingerprint)?;
+        file.cut(end)?;
         if end == 0 {
             let head = head(fingerprint);
-            it.file.write_all(head.as_bytes())?;
+            file.write_all(&head)?;
             end = head.len() as u64;
         }
-        it.end = end;
-        Ok((it, found))
+        Ok((Self { path: path.to_owned(), file, end, synced: Instant::now() }, found))
     }
 
     /// Add a record; where it stands.
@@ -160,7 +165,7 @@ impl Journal {
         self.file.write_all(&frame)?;
         self.end += frame.len() as u64;
         if self.synced.elapsed() >= SYNC {
-            self.file.sync_data()?;
+            self.file.sync()?;
             self.synced = Instant::now();
         }
         Ok(found)
@@ -168,18 +173,14 @@ impl Journal {
 
     /// Make what was written outlast a power cut.
     pub fn sync(&self) -> io::Result<()> {
-        self.file.sync_data()
+        self.file.sync()
     }
 
     /// It is complete: give it its name, which nobody sees before.
     pub fn finish(self, name: &Path) -> io::Result<()> {
-        self.file.sync_all()?;
+        self.file.sync()?;
         std::fs::rename(&self.path, name)?;
-        match name.parent().map(File::open) {
-            // Some network file systems cannot sync a directory.
-            Some(Ok(dir)) => dir.sync_all().or(Ok(())),
-            _ => Ok(()),
-        }
+        Dir::open(name.parent().unwrap_or(name))?.sync()
     }
 }
 
@@ -190,7 +191,11 @@ mod tests {
     use crate::track::Track;
 
     fn record(number: u64) -> Record {
-        Record { number, outcome: Outcome::failed(format!("member {number}")), track: Track::default() }
+        Record {
+            number,
+            outcome: Outcome::failed(Diagnostic::new(format!("member {number}"))),
+            track: Track::default(),
+        }
     }
 
     /// Cut at every length a journal goes on to the same bytes as one that was never cut.
@@ -230,5 +235,39 @@ mod tests {
         drop(journal);
         assert!(matches!(Journal::open(&path, "abd"), Err(Refused::Foreign)));
         assert!(matches!(complete(&path, "abd"), Err(Refused::Foreign)));
+    }
+
+    #[test]
+    fn a_journal_of_another_build_is_refused_and_names_both() {
+        let temp = tempfile::tempdir().expect("a directory");
+        let path = temp.path().join("a");
+        drop(Journal::open(&path, "abc").expect("opened"));
+        let mut bytes = std::fs::read(&path).expect("read");
+        let last = bytes.len() - 1;
+        bytes[last] ^= 1;
+        std::fs::write(&path, &bytes).expect("written");
+        let refused = Journal::open(&path, "abc").err().expect("refused").diagnostic(&path);
+        let (own, theirs) = (&provenance::build_id().program, String::from_utf8_lossy(&bytes[last - 31..]));
+        assert_eq!(refused.code, code::PROVENANCE);
+        assert!(refused.message.contains(own) && refused.message.contains(&*theirs), "{refused}");
+        assert_eq!(std::fs::read(&path).expect("read"), bytes, "nothing is changed");
+    }
+
+    /// A length that no file has, and one of a record that nothing follows: the frames end there.
+    #[test]
+    fn hostile_lengths_end_a_journal() {
+        let temp = tempfile::tempdir().expect("a directory");
+        let path = temp.path().join("a");
+        let (mut journal, _) = Journal::open(&path, "abc").expect("opened");
+        let first = journal.add(&record(1)).expect("added");
+        drop(journal);
+        let whole = std::fs::read(&path).expect("read");
+        for length in [u64::MAX, LONGEST, 1 << 31, 0] {
+            std::fs::write(&path, [&whole[..], &length.to_le_bytes(), &[7; 20]].concat()).expect("written");
+            assert_eq!(complete(&path, "abc").expect("read"), [first], "{length}");
+        }
+        std::fs::remove_file(&path).expect("removed");
+        std::os::unix::fs::symlink(temp.path().join("elsewhere"), &path).expect("a link");
+        assert!(Journal::open(&path, "abc").is_err() && !temp.path().join("elsewhere").exists());
     }
 }

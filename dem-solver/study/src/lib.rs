@@ -7,6 +7,7 @@
 //! - [`sampling`]: numbers from 0 to 1, a function of seed and member alone
 //! - [`base`](mod@base): what all members share; [`gate`]: what can be known of them before the start; [`member`]: what one has of its own; [`place`]: where it starts
 //! - [`scene_of`]: the scene of one member; [`runner`]: one member from start to end; [`execute`]: many on all cores, handed on in order
+//! - [`quantity`]: the quantities of a fall, each a line of one table
 //! - [`record`], [`journal`], [`directory`]: what is kept of each, so that a killed process loses nothing; [`inputs`]: what they were computed from
 //! - [`table`], [`summary`]: `members.csv`, `summary.json`
 //! - [`track`]: what is kept of a member's trajectory, by the cells of [`grid`]; [`results`]: maps, lines, trajectories of all
@@ -25,6 +26,7 @@ pub mod inputs;
 pub mod journal;
 pub mod member;
 pub mod place;
+pub mod quantity;
 pub mod record;
 pub mod reference;
 pub mod results;

@@ -12,6 +12,7 @@ use dem_rocks::model::between::rows;
 use dem_rocks::model::critical::Steps;
 use dem_solid::geometry::plan;
 use dem_solid::geometry::sphere_tree::SphereTree;
+use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
 
@@ -128,6 +129,12 @@ impl Base {
         }
     }
 
+    /// A fault of a member, with its number.
+    pub(super) fn of_member(member: &Member) -> impl Fn(Diagnostic) -> Diagnostic {
+        let number = member.number;
+        move |fault| Diagnostic { message: format!("member {number}: {}", fault.message), ..fault }
+    }
+
     /// A quantity of a member, where it varies.
     pub fn quantity(&self, member: &Member, quantity: Quantity) -> Option<f64> {
         let at = self.study.variables.iter().position(|v| v.quantity == quantity)?;
@@ -136,7 +143,7 @@ impl Base {
     }
 
     /// The model of a member; `kept` is what the one before has left. Errs with what is wrong.
-    pub fn model(&self, member: &Member, kept: Option<Kept>) -> Result<Model, String> {
+    pub fn model(&self, member: &Member, kept: Option<Kept>) -> Result<Model, Diagnostic> {
         let mut settings = self.settings_of(member)?;
         let Kept { rock, tree, whole, .. } = self.rock(member, kept);
         let table = &mut settings.rocks[0];
@@ -156,14 +163,14 @@ impl Base {
         let position =
             above_ground(&self.ground, (&rock, &tree), &motion, member.place, height).ok_or_else(|| {
                 let [x, y] = [member.place[0] + self.ground.origin.x, member.place[1] + self.ground.origin.y];
-                format!("there is no ground at ({x:.2}, {y:.2})")
+                Diagnostic::error(code::PLACE, format!("there is no ground at ({x:.2}, {y:.2})"))
             })?;
         table.position = (position + self.ground.origin).into();
-        let laws = Laws::new(&settings.contacts).ok_or("there is no contact law")?;
-        let ground_rows = rows(&laws, &settings, &self.ground.materials).map_err(|(what, _)| what)?;
+        let laws = Laws::new(&settings.contacts).ok_or_else(|| Diagnostic::new("there is no contact law"))?;
+        let ground_rows =
+            rows(&laws, &settings, &self.ground.materials).map_err(|(what, _)| Diagnostic::new(what))?;
         let (rocks, wholes) = (vec![rock], vec![whole]);
-        let steps = Steps::new(&settings, &rocks, &wholes, Some(&laws), Some(&self.ground), &self.scene)
-            .map_err(|e| e.to_string())?;
+        let steps = Steps::new(&settings, &rocks, &wholes, Some(&laws), Some(&self.ground), &self.scene)?;
         Ok(Model {
             settings,
             rocks,
@@ -183,7 +190,7 @@ impl Base {
     }
 
     /// What the scene says with the member's values in place.
-    fn settings_of(&self, member: &Member) -> Result<Settings, String> {
+    fn settings_of(&self, member: &Member) -> Result<Settings, Diagnostic> {
         if !self.study.variables.iter().any(|v| v.quantity == Quantity::Key) {
             return Ok(self.settings.clone());
         }
@@ -193,7 +200,7 @@ impl Base {
                 put(&mut document, &variable.name, value.clone());
             }
         }
-        Settings::of(&self.scene.patched(document)).map_err(|e| e.headline())
+        Settings::of(&self.scene.patched(document))
     }
 
     /// The rock of a member, and a table that says of it what the study does.
@@ -249,7 +256,7 @@ impl Base {
     }
 
     /// Velocity of the start: what the study varies of it, else the scene's; without a direction down the line of fall.
-    fn velocity(&self, member: &Member, rock: &Rock, own: &[f64; 3]) -> Result<Vector3<f64>, String> {
+    fn velocity(&self, member: &Member, rock: &Rock, own: &[f64; 3]) -> Result<Vector3<f64>, Diagnostic> {
         let own = Vector3::from(*own);
         let [speed, azimuth, dip] = [Quantity::Speed, Quantity::Azimuth, Quantity::Dip]
             .map(|quantity| self.quantity(member, quantity));
@@ -262,8 +269,9 @@ impl Base {
             (Some(azimuth), dip, _) => towards(azimuth, dip.unwrap_or(0.0)),
             (None, dip, own) => {
                 let fall = own.or_else(|| line_of_fall(&self.ground, member.place, rock.reach));
-                let fall =
-                    fall.ok_or("the ground is level where it starts, and its speed has no direction")?;
+                let fall = fall.ok_or_else(|| {
+                    Diagnostic::new("the ground is level where it starts, and its speed has no direction")
+                })?;
                 match dip {
                     None => fall,
                     Some(dip) => towards(fall.x.atan2(fall.y).to_degrees(), dip),

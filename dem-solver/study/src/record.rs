@@ -1,18 +1,21 @@
-//! What is kept of a member: one frame of a journal. Numbers are little-endian; each frame ends with a hash of itself.
+//! What is kept of a member, and its frame in a journal: length, content as in messages, a hash of both.
 
 use super::base::Base;
-use super::track::{Crossing, Track, Visit};
+use super::grid::Grid;
+use super::quantity::{Ended, QUANTITIES};
+use super::track::Track;
 use dem_rocks::model::Model;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::ipc::run_id::fnv1a;
+use interface_defs::message::{pack, unpack};
 use interface_defs::toolkit::scene::Scene;
 use interface_defs::toolkit::summary::RunStatus;
-
-/// Version of a journal record; raise it when [`Outcome`] or [`Track`] changes.
-const VERSION: u32 = 2;
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 /// A hash of all that the results depend on: study, scene, terrain, spheres, program.
 pub fn fingerprint(base: &Base, file: &Scene) -> String {
-    let mut bytes = format!("{} {} {} ", env!("CARGO_PKG_VERSION"), VERSION, base.shortcuts).into_bytes();
+    let mut bytes = format!("{} {} ", env!("CARGO_PKG_VERSION"), base.shortcuts).into_bytes();
     bytes.extend(format!("{} {} ", file.fingerprint(), base.scene.fingerprint()).into_bytes());
     let mut take = |n: f64| bytes.extend(n.to_bits().to_le_bytes());
     base.ground.origin.iter().for_each(|n| take(*n));
@@ -32,7 +35,7 @@ pub fn fingerprint(base: &Base, file: &Scene) -> String {
 }
 
 /// How a member ended.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum How {
     /// It was not computed to an end.
     #[default]
@@ -57,13 +60,11 @@ impl How {
     }
 }
 
-/// What became of a member. Lengths in m, times in s, energies in J.
-#[derive(Debug, Clone, PartialEq)]
+/// What became of a member. Lengths in m.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// Whether it is to be trusted.
     pub status: RunStatus,
-    /// Why not.
-    pub message: String,
     /// How it ended.
     pub how: How,
     /// Where its centre of mass started.
@@ -82,31 +83,16 @@ pub struct Outcome {
     pub end: [f64; 3],
     /// Its velocity there.
     pub end_velocity: [f64; 3],
-    /// When.
-    pub time: f64,
-    /// How far that is from the start, seen from above.
-    pub run_out: f64,
-    /// Largest speed of the centre of mass.
-    pub speed: f64,
-    /// Largest kinetic energy.
-    pub energy: f64,
-    /// Largest jump height.
-    pub jump: f64,
-    /// Impacts.
-    pub impacts: u64,
-    /// Share of the time in contact.
-    pub contact: f64,
-    /// Deepest overlap over the radius.
-    pub penetration: f64,
-    /// Largest imbalance of energy over that of the largest impact.
-    pub energy_error: f64,
+    /// The [`QUANTITIES`] of its fall.
+    pub values: [f64; QUANTITIES.len()],
+    /// Why it is not to be trusted.
+    pub fault: Option<Diagnostic>,
 }
 
 impl Outcome {
-    fn empty(status: RunStatus, message: String) -> Self {
+    fn empty(status: RunStatus, fault: Option<Diagnostic>) -> Self {
         Self {
             status,
-            message,
             how: How::None,
             start: [0.0; 3],
             velocity: [0.0; 3],
@@ -116,21 +102,14 @@ impl Outcome {
             mass: 0.0,
             end: [0.0; 3],
             end_velocity: [0.0; 3],
-            time: 0.0,
-            run_out: 0.0,
-            speed: 0.0,
-            energy: 0.0,
-            jump: 0.0,
-            impacts: 0,
-            contact: 0.0,
-            penetration: 0.0,
-            energy_error: 0.0,
+            values: [0.0; QUANTITIES.len()],
+            fault,
         }
     }
 
     /// Of a member that could not start.
-    pub fn failed(message: String) -> Self {
-        Self::empty(RunStatus::Failed, message)
+    pub fn failed(fault: Diagnostic) -> Self {
+        Self::empty(RunStatus::Failed, Some(fault))
     }
 
     /// Of one that starts as `model` has it.
@@ -143,108 +122,41 @@ impl Outcome {
             spin: table.angular_velocity,
             volume: rock.solid.volume(),
             mass: rock.mass,
-            ..Self::empty(RunStatus::Done, String::new())
+            ..Self::empty(RunStatus::Done, None)
         }
     }
 
     /// It could not be computed to its end.
-    pub fn fail(&mut self, message: String) {
-        (self.status, self.message) = (RunStatus::Failed, message);
+    pub fn fail(&mut self, fault: Diagnostic) {
+        (self.status, self.fault) = (RunStatus::Failed, Some(fault));
     }
 
-    fn numbers(&self) -> Vec<f64> {
-        let mut all = Vec::with_capacity(28);
-        all.extend(self.start);
-        all.extend(self.velocity);
-        all.extend(self.orientation);
-        all.extend(self.spin);
-        all.extend([self.volume, self.mass]);
-        all.extend(self.end);
-        all.extend(self.end_velocity);
-        all.extend([self.time, self.run_out, self.speed, self.energy, self.jump, self.impacts as f64]);
-        all.extend([self.contact, self.penetration, self.energy_error]);
-        all
+    /// Its fall has ended like this.
+    pub fn end(&mut self, fall: &Ended) {
+        self.values = QUANTITIES.each_ref().map(|quantity| (quantity.of)(fall));
     }
 
-    fn from_numbers(status: RunStatus, message: String, how: How, numbers: &[f64]) -> Option<Self> {
-        let mut rest = numbers.iter().copied();
-        let mut next = || rest.next();
-        let mut it = Self { how, ..Self::empty(status, message) };
-        for slot in it.start.iter_mut().chain(&mut it.velocity).chain(&mut it.orientation).chain(&mut it.spin)
-        {
-            *slot = next()?;
-        }
-        (it.volume, it.mass) = (next()?, next()?);
-        for slot in it.end.iter_mut().chain(&mut it.end_velocity) {
-            *slot = next()?;
-        }
-        (it.time, it.run_out, it.speed, it.energy) = (next()?, next()?, next()?, next()?);
-        (it.jump, it.impacts) = (next()?, next()? as u64);
-        (it.contact, it.penetration, it.energy_error) = (next()?, next()?, next()?);
-        Some(it)
+    /// How far its end is from its start, seen from above [m].
+    pub fn run_out(&self) -> f64 {
+        let moved = Vector3::from(self.end) - Vector3::from(self.start);
+        moved.xy().norm()
+    }
+
+    /// Why it is not to be trusted, in words.
+    pub fn message(&self) -> String {
+        self.fault.as_ref().map(Diagnostic::to_string).unwrap_or_default()
     }
 }
 
 /// A member with what became of it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// Its number, from 1.
     pub number: u64,
-    /// What became of it.
-    pub outcome: Outcome,
     /// What is kept of its trajectory.
     pub track: Track,
-}
-
-/// Reads numbers from bytes, until they end.
-struct Bytes<'a>(&'a [u8]);
-
-impl<'a> Bytes<'a> {
-    fn take(&mut self, count: usize) -> Option<&'a [u8]> {
-        let (taken, rest) = self.0.split_at_checked(count)?;
-        self.0 = rest;
-        Some(taken)
-    }
-
-    fn u64(&mut self) -> Option<u64> {
-        Some(u64::from_le_bytes(self.take(8)?.try_into().ok()?))
-    }
-
-    fn numbers(&mut self) -> Option<Vec<f64>> {
-        let count = usize::try_from(self.u64()?).ok()?;
-        let bytes = self.take(count.checked_mul(8)?)?;
-        Some(bytes.chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().expect("eight"))).collect())
-    }
-}
-
-impl Bytes<'_> {
-    fn single(&mut self) -> Option<f32> {
-        Some(f32::from_le_bytes(self.take(4)?.try_into().ok()?))
-    }
-
-    fn four(&mut self) -> Option<[f32; 4]> {
-        Some([self.single()?, self.single()?, self.single()?, self.single()?])
-    }
-}
-
-fn track_of(rest: &mut Bytes) -> Option<Track> {
-    let mut track = Track::default();
-    for _ in 0..rest.u64()? {
-        let cell = u32::from_le_bytes(rest.take(4)?.try_into().ok()?);
-        track.visits.push(Visit { cell, values: rest.four()? });
-    }
-    for _ in 0..rest.u64()? {
-        let line = u16::from_le_bytes(rest.take(2)?.try_into().ok()?);
-        let mut values = [0.0; 13];
-        for value in &mut values {
-            *value = f64::from_bits(rest.u64()?);
-        }
-        track.crossings.push(Crossing { line, values });
-    }
-    for _ in 0..rest.u64()? {
-        track.path.push(rest.four()?);
-    }
-    Some(track)
+    /// What became of it.
+    pub outcome: Outcome,
 }
 
 /// Bytes of a frame before its content, and after it.
@@ -254,22 +166,9 @@ const TAIL: usize = 8;
 impl Record {
     /// The frame: its length, its content, a hash of both.
     pub fn frame(&self) -> Vec<u8> {
-        let mut bytes = vec![0; HEAD];
-        bytes.extend(self.number.to_le_bytes());
-        bytes.push(match self.outcome.status {
-            RunStatus::Done => 0,
-            RunStatus::Unreliable => 1,
-            RunStatus::Failed | RunStatus::Interrupted => 2,
-        });
-        bytes.push(self.outcome.how as u8);
-        bytes.extend((self.outcome.message.len() as u64).to_le_bytes());
-        bytes.extend(self.outcome.message.as_bytes());
-        let numbers = self.outcome.numbers();
-        bytes.extend((numbers.len() as u64).to_le_bytes());
-        bytes.extend(numbers.iter().flat_map(|n| n.to_le_bytes()));
-        self.track_bytes(&mut bytes);
-        let length = (bytes.len() - HEAD) as u64;
-        bytes[..HEAD].copy_from_slice(&length.to_le_bytes());
+        let content = pack(self);
+        let mut bytes = (content.len() as u64).to_le_bytes().to_vec();
+        bytes.extend(content);
         let hash = fnv1a(&bytes);
         bytes.extend(hash.to_le_bytes());
         bytes
@@ -277,55 +176,34 @@ impl Record {
 
     /// The record at the start of `bytes`, and the length of its frame; `None` where they do not begin with a whole one.
     pub fn read(bytes: &[u8]) -> Option<(Self, usize)> {
-        let length = usize::try_from(Bytes(bytes).u64()?).ok()?;
-        let whole = length.checked_add(HEAD + TAIL)?;
-        let frame = bytes.get(..whole)?;
-        let (content, hash) = frame.split_at(whole - TAIL);
-        if fnv1a(content) != Bytes(hash).u64()? {
+        let length = u64::from_le_bytes(*bytes.first_chunk::<HEAD>()?);
+        let whole = usize::try_from(length).ok()?.checked_add(HEAD + TAIL)?;
+        let (content, hash) = bytes.get(..whole)?.split_last_chunk::<TAIL>()?;
+        if fnv1a(content) != u64::from_le_bytes(*hash) {
             return None;
         }
-        let mut rest = Bytes(&content[HEAD..]);
-        let number = rest.u64()?;
-        let [status, how] = *rest.take(2)? else { return None };
-        let status =
-            [RunStatus::Done, RunStatus::Unreliable, RunStatus::Failed].get(usize::from(status)).copied()?;
-        let how = [How::None, How::Rest, How::Out, How::Moving].get(usize::from(how)).copied()?;
-        let words = usize::try_from(rest.u64()?).ok()?;
-        let message = String::from_utf8(rest.take(words)?.to_vec()).ok()?;
-        let outcome = Outcome::from_numbers(status, message, how, &rest.numbers()?)?;
-        let track = track_of(&mut rest)?;
-        Some((Self { number, outcome, track }, whole))
+        Some((unpack(&content[HEAD..]).ok()?, whole))
     }
 
-    fn track_bytes(&self, bytes: &mut Vec<u8>) {
-        let Track { visits, crossings, path } = &self.track;
-        bytes.extend((visits.len() as u64).to_le_bytes());
-        for visit in visits {
-            bytes.extend(visit.cell.to_le_bytes());
-            bytes.extend(visit.values.iter().flat_map(|v| v.to_le_bytes()));
-        }
-        bytes.extend((crossings.len() as u64).to_le_bytes());
-        for crossing in crossings {
-            bytes.extend(crossing.line.to_le_bytes());
-            bytes.extend(crossing.values.iter().flat_map(|v| v.to_le_bytes()));
-        }
-        bytes.extend((path.len() as u64).to_le_bytes());
-        bytes.extend(path.iter().flatten().flat_map(|v| v.to_le_bytes()));
+    /// Whether its cells and lines are those of the study: a file may have been made by others.
+    pub fn fits(&self, base: &Base) -> bool {
+        let cells = base.grid.as_ref().map_or(0, Grid::len);
+        self.track.visits.iter().all(|visit| (visit.cell as usize) < cells)
+            && self.track.crossings.iter().all(|crossing| usize::from(crossing.line) < base.lines.len())
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::track::{Crossing, Visit};
 
     #[test]
     fn a_record_is_read_as_it_was_written_and_half_of_one_is_none() {
-        let mut outcome = Outcome::failed("why, \"so\"".into());
+        let mut outcome = Outcome::failed(Diagnostic::new("why, \"so\"").try_instead("that"));
         outcome.how = How::Moving;
-        let numbers: Vec<f64> = (0..outcome.numbers().len()).map(|k| k as f64 + 0.5).collect();
-        outcome = Outcome::from_numbers(outcome.status, outcome.message, outcome.how, &numbers)
-            .expect("all of them");
-        outcome.impacts = 7;
+        outcome.values = std::array::from_fn(|k| k as f64 + 0.5);
+        (outcome.end, outcome.mass) = ([0.25, -1.0, 7.0], 3.5);
         let track = Track {
             visits: vec![
                 Visit { cell: 3, values: [1.0, 2.0, 0.5, 4.0] },
@@ -346,5 +224,27 @@ mod tests {
             damaged[at] ^= 4;
             assert_eq!(Record::read(&damaged), None, "{at}");
         }
+    }
+
+    /// A frame of somebody who knows the hash: each count in it claims all that a number can say.
+    #[test]
+    fn a_frame_with_hostile_lengths_is_none() {
+        let record =
+            Record { number: 1, outcome: Outcome::failed(Diagnostic::new("x")), track: Track::default() };
+        let frame = record.frame();
+        for at in (0..frame.len() - TAIL).filter(|at| at + 8 <= frame.len() - TAIL) {
+            for length in [u64::MAX, i64::MAX as u64, 1 << 40] {
+                let mut hostile = frame[..frame.len() - TAIL].to_vec();
+                hostile[at..at + 8].copy_from_slice(&length.to_le_bytes());
+                hostile.extend(fnv1a(&hostile).to_le_bytes());
+                // Some of these are other numbers of the record.
+                let _ = Record::read(&hostile);
+            }
+        }
+        let mut hostile = frame[..HEAD + 8].to_vec();
+        hostile.extend([0xff; 8]);
+        hostile[..HEAD].copy_from_slice(&16_u64.to_le_bytes());
+        hostile.extend(fnv1a(&hostile).to_le_bytes());
+        assert_eq!(Record::read(&hostile), None);
     }
 }

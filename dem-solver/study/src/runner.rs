@@ -2,6 +2,7 @@
 
 use super::base::Base;
 use super::member::{Kept, Member};
+use super::quantity::Ended;
 use super::record::{How, Outcome};
 use super::track::{Follower, Track};
 use dem_rocks::DemSolver;
@@ -10,14 +11,14 @@ use dem_rocks::model::runout::jump_height;
 use dem_rocks::results::measures::penetration;
 use dem_rocks::results::trajectory::Row;
 use dem_solid::geometry::plan::Point;
+use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc::interrupt;
-use interface_defs::message::Gauge;
-use interface_defs::toolkit::energy::{self, Balance, Energies};
+use interface_defs::toolkit::energy;
 use interface_defs::toolkit::limits::Evidence;
+use interface_defs::toolkit::recorder::{Ledger, Step, Windows};
 use interface_defs::toolkit::summary::{RunStatus, Summary};
 use interface_defs::verdict::Fate;
-use interface_defs::{Plan, Solver, Window};
-use nalgebra::Vector3;
+use interface_defs::{Plan, Solver};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// What is tried where energy is made or lost over terrain.
@@ -32,9 +33,7 @@ pub struct Runner<'a> {
 /// A member that falls.
 struct Fall {
     solver: DemSolver,
-    gauges: Vec<Gauge>,
-    values: Vec<f64>,
-    balance: Balance,
+    ledger: Ledger,
 }
 
 impl<'a> Runner<'a> {
@@ -50,7 +49,10 @@ impl<'a> Runner<'a> {
         computed.unwrap_or_else(|panic| {
             let words = panic.downcast_ref::<String>().map(String::as_str);
             let words = words.or(panic.downcast_ref::<&str>().copied()).unwrap_or("a broken invariant");
-            Some((Outcome::failed(format!("the computation broke: {words}")), Track::default()))
+            Some((
+                Outcome::failed(Diagnostic::new(format!("the computation broke: {words}"))),
+                Track::default(),
+            ))
         })
     }
 
@@ -80,11 +82,11 @@ impl<'a> Runner<'a> {
                 jump_height(&self.base.ground, &model.rocks[0], &body.motion, &model.settings.down());
             follower.row(&Row::of(model, 0, body, 0.0, height, false));
         }
-        for window in windows(self.base) {
+        for step in windows(self.base) {
             if interrupt::requested() {
                 return None;
             }
-            if let Err(what) = fall.window(&window, self.base.limits.fatal_energy_error()) {
+            if let Err(what) = fall.window(&step, self.base) {
                 outcome.fail(what);
                 break;
             }
@@ -99,15 +101,8 @@ impl<'a> Runner<'a> {
 }
 
 /// The windows of a member, those of its scene alone.
-fn windows(base: &Base) -> impl Iterator<Item = Window> + use<> {
-    let (interval, end_time) = (base.settings.interval, base.settings.end_time);
-    let rows = ((end_time / interval) * (1.0 - 1e-9)).ceil().max(1.0) as u64;
-    let time = move |row: u64| if row >= rows { end_time } else { (interval * row as f64).min(end_time) };
-    let window = move |row: u64| {
-        let (start, end) = (time(row), time(row + 1));
-        Window { number: row + 1, iteration: 1, start, length: end - start }
-    };
-    (0..rows).map(window).filter(|window| window.length > 0.0)
+fn windows(base: &Base) -> Windows {
+    Windows::new(base.settings.end_time, base.settings.interval, f64::INFINITY)
 }
 
 /// A member in free flight at an instant of its fall.
@@ -132,11 +127,11 @@ pub fn flight_before(
     member: &Member,
     until: f64,
     is_far: &dyn Fn(Point) -> bool,
-) -> Result<Option<Flight>, String> {
+) -> Result<Option<Flight>, Diagnostic> {
     let mut fall = Fall::begin(base, base.model(member, None)?)?;
     let mut last = None;
-    for window in windows(base).take_while(|window| window.end() < until) {
-        fall.window(&window, base.limits.fatal_energy_error())?;
+    for step in windows(base).take_while(|step| step.window.end() < until) {
+        fall.window(&step, base)?;
         let (model, body) = (fall.solver.model(), &fall.solver.state().bodies[0]);
         let motion = &body.motion;
         if body.contacts > 0 || !is_far([motion.position.x, motion.position.y]) {
@@ -145,7 +140,7 @@ pub fn flight_before(
         let rock = &model.rocks[0];
         let turn = rock.shape_orientation(motion);
         last = Some(Flight {
-            time: window.end(),
+            time: step.window.end(),
             position: (motion.position + base.ground.origin).into(),
             velocity: motion.velocity.into(),
             orientation: [turn.w, turn.i, turn.j, turn.k],
@@ -157,32 +152,19 @@ pub fn flight_before(
 
 impl Fall {
     /// At the start of its run.
-    fn begin(base: &Base, model: Model) -> Result<Self, String> {
+    fn begin(base: &Base, model: Model) -> Result<Self, Diagnostic> {
         let mut solver = DemSolver::of_model(model, &base.scene, base.follows());
         let (interval, end) = (base.settings.interval, base.settings.end_time);
         let plan = Plan { end_time: end, window: interval.min(end), ..Plan::default() };
-        let ready = solver.prepare(&plan, &mut |_| Ok(())).map_err(|fault| fault.to_string())?;
-        let start = energies(&ready.gauges, &ready.initial, 0);
-        Ok(Self { balance: Balance::new(start), gauges: ready.gauges, values: ready.initial, solver })
+        let ready = solver.prepare(&plan, &mut |_| Ok(())).map_err(|fault| *fault.diagnostic)?;
+        let ledger = Ledger::new(ready, true).map_err(|fault| *fault.diagnostic)?;
+        Ok(Self { ledger, solver })
     }
 
-    fn window(&mut self, window: &Window, fatal: f64) -> Result<(), String> {
-        let solved = self.solver.solve(window, &[], &mut self.values).and_then(|()| self.solver.commit());
-        solved.map_err(|fault| fault.to_string())?;
-        if let Some(at) = self.values.iter().position(|v| !v.is_finite()) {
-            let what = &self.gauges[at / 3].name;
-            return Err(format!("before {} s {what} became {}", window.end(), self.values[at]));
-        }
-        let now = energies(&self.gauges, &self.values, 0);
-        self.balance.update(window.end(), &now, now.stored);
-        self.balance.impact(energies(&self.gauges, &self.values, 2).kinetic);
-        if self.balance.has_left(fatal) {
-            return Err(format!(
-                "the computation has diverged before {} s: energy came from nowhere",
-                window.end()
-            ));
-        }
-        Ok(())
+    fn window(&mut self, step: &Step, base: &Base) -> Result<(), Diagnostic> {
+        let solved = self.ledger.solve(&mut self.solver, step);
+        let fault = solved.err().or_else(|| self.ledger.diverged(step.end, &base.limits, SHORTER));
+        fault.map_or(Ok(()), |fault| Err(*fault.diagnostic))
     }
 
     /// What became of the rock, and whether it is to be trusted.
@@ -195,14 +177,15 @@ impl Fall {
         if let Some((depth, time)) = depth {
             summary.measures.push(penetration("max_penetration", depth, time));
         }
-        let error = self.balance.error();
-        if let Some(error) = error {
-            summary.measures.push(energy::error_measure(error, self.balance.largest.1));
+        let balance = self.ledger.balance.as_ref();
+        let error = balance.and_then(|balance| balance.error().map(|error| (error, balance.largest.1)));
+        if let Some((error, time)) = error {
+            summary.measures.push(energy::error_measure(error, time));
         }
         base.limits.judge(&mut summary, &Evidence { energy: SHORTER.into(), ..Evidence::default() });
         if summary.status == RunStatus::Unreliable {
             outcome.status = RunStatus::Unreliable;
-            outcome.message = summary.message.unwrap_or_default();
+            outcome.fault = summary.message.map(|why| Diagnostic::warning(code::TRUST, why));
         }
         let path = &body.path;
         let (how, time, position, velocity) = match path.ending {
@@ -211,22 +194,14 @@ impl Fall {
             None => (How::Moving, state.time, body.motion.position, body.motion.velocity),
         };
         outcome.how = how;
-        outcome.time = time;
         outcome.end = (position + base.ground.origin).into();
         outcome.end_velocity = velocity.into();
-        let moved = Vector3::from(outcome.end) - Vector3::from(outcome.start);
-        outcome.run_out = moved.xy().norm();
-        outcome.speed = path.fastest.0;
-        outcome.energy = path.most_energy.0;
-        outcome.jump = path.highest.0;
-        outcome.impacts = path.impacts;
-        outcome.contact = if time > 0.0 { path.in_contact / time } else { 0.0 };
-        outcome.penetration = depth.map_or(0.0, |(depth, _)| depth);
-        outcome.energy_error = error.unwrap_or(0.0);
+        outcome.end(&Ended {
+            time,
+            run_out: outcome.run_out(),
+            path,
+            penetration: depth.map_or(0.0, |(depth, _)| depth),
+            energy_error: error.map_or(0.0, |(error, _)| error),
+        });
     }
-}
-
-/// Energies of an answer: of each gauge's three numbers the one at `place` (0 value, 2 largest).
-fn energies(gauges: &[Gauge], values: &[f64], place: usize) -> Energies {
-    Energies::of(gauges.iter().map(|g| g.role).zip(values.chunks_exact(3).map(|v| v[place])))
 }

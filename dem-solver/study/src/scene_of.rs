@@ -11,8 +11,7 @@ use toml::{Table, Value};
 impl Base {
     /// The scene of a member from its start, with absolute paths. Errs with what is wrong with the member.
     pub fn scene_of(&self, member: &Member) -> Result<Table, Diagnostic> {
-        let fault = |what: String| Diagnostic::new(format!("member {}: {what}", member.number));
-        let model = self.model(member, None).map_err(fault)?;
+        let model = self.model(member, None).map_err(Self::of_member(member))?;
         let mut document = self.document.clone();
         for (variable, value) in self.study.variables.iter().zip(&member.values) {
             match variable.quantity {

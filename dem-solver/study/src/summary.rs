@@ -1,5 +1,6 @@
 //! What a study came to: counts of endings, quantiles over its members.
 
+use super::quantity::QUANTITIES;
 use super::record::{How, Outcome};
 use interface_defs::diagnostic::{Diagnostic, Severity, code};
 use interface_defs::message::{Measure, Worse};
@@ -24,42 +25,6 @@ const WIDE: f64 = 0.01;
 
 /// How many members are named.
 const NAMED: usize = 10;
-
-/// A quantity of every member: its name, its unit, where it is in an outcome.
-struct Column {
-    name: &'static str,
-    unit: &'static str,
-    of: fn(&Outcome) -> f64,
-    /// In which direction it is worse.
-    worse: Worse,
-    /// Whether it is known of rocks that came to rest alone: of others it is at least that at which they were seen last.
-    at_rest: bool,
-}
-
-impl Column {
-    const fn new(name: &'static str, unit: &'static str, of: fn(&Outcome) -> f64) -> Self {
-        Self { name, unit, of, worse: Worse::Larger, at_rest: false }
-    }
-
-    const fn at_rest(mut self) -> Self {
-        self.at_rest = true;
-        self
-    }
-
-    const fn neither(mut self) -> Self {
-        self.worse = Worse::Neither;
-        self
-    }
-}
-
-const COLUMNS: [Column; 6] = [
-    Column::new("run_out", "m", |o| o.run_out).at_rest(),
-    Column::new("time", "s", |o| o.time).at_rest().neither(),
-    Column::new("max_speed", "m/s", |o| o.speed),
-    Column::new("max_kinetic_energy", "J", |o| o.energy),
-    Column::new("max_jump_height", "m", |o| o.jump),
-    Column::new("impacts", "1", |o| o.impacts as f64).neither(),
-];
 
 /// Values of one quantity: those that are known, and bounds from below of the others.
 #[derive(Debug, Clone, Default)]
@@ -94,7 +59,7 @@ pub struct Numbers {
     moving: u64,
     /// Those at rest nearer to their start than their own size: how many, and the first of them.
     stayed: (u64, Vec<u64>),
-    values: [Values; COLUMNS.len()],
+    values: [Values; QUANTITIES.len()],
     first: Option<(u64, String)>,
 }
 
@@ -103,7 +68,7 @@ impl Numbers {
     pub fn add(&mut self, number: u64, outcome: &Outcome) {
         self.members += 1;
         if outcome.status != RunStatus::Done {
-            self.first.get_or_insert_with(|| (number, outcome.message.clone()));
+            self.first.get_or_insert_with(|| (number, outcome.message()));
         }
         match outcome.status {
             RunStatus::Done => {}
@@ -117,7 +82,7 @@ impl Numbers {
             How::None => {}
             How::Rest => {
                 self.rest += 1;
-                if outcome.run_out < outcome.volume.cbrt() {
+                if outcome.run_out() < outcome.volume.cbrt() {
                     self.stayed.0 += 1;
                     if self.stayed.1.len() < NAMED {
                         self.stayed.1.push(number);
@@ -127,9 +92,9 @@ impl Numbers {
             How::Out => self.left += 1,
             How::Moving => self.moving += 1,
         }
-        for (values, column) in self.values.iter_mut().zip(&COLUMNS) {
-            let ended = outcome.how == How::Rest || !column.at_rest;
-            (if ended { &mut values.known } else { &mut values.at_least }).push((column.of)(outcome));
+        for ((values, quantity), value) in self.values.iter_mut().zip(&QUANTITIES).zip(outcome.values) {
+            let ended = outcome.how == How::Rest || !quantity.at_rest;
+            (if ended { &mut values.known } else { &mut values.at_least }).push(value);
         }
     }
 
@@ -142,8 +107,8 @@ impl Numbers {
             self.members, self.rest, self.left, self.moving, self.failed, self.unreliable
         );
         summary.warnings.push(Diagnostic::of(Severity::Note, code::OTHER, counts));
-        let mut report = |name: String, value: f64, unit: &str, worse: Worse| {
-            summary.measures.push(Measure::new(name, value, unit).ranked(Measure::ORDINARY, worse));
+        let mut report = |name: String, value: f64, unit: &str, rank: u16, worse: Worse| {
+            summary.measures.push(Measure::new(name, value, unit).ranked(rank, worse));
         };
         for (name, count, worse) in [
             ("members", self.members, Worse::Neither),
@@ -153,10 +118,11 @@ impl Numbers {
             ("members_unreliable", self.unreliable, Worse::Larger),
             ("members_failed", self.failed, Worse::Larger),
         ] {
-            report(name.into(), count as f64, "1", worse);
+            report(name.into(), count as f64, "1", Measure::ORDINARY, worse);
         }
         let (mut none, mut unknown, mut wide) = (Vec::new(), Vec::new(), Vec::new());
-        for (values, column) in self.values.iter_mut().zip(&COLUMNS) {
+        let quantities = self.values.iter_mut().zip(&QUANTITIES);
+        for (values, column) in quantities.filter(|(_, quantity)| quantity.quantiles) {
             if values.known.is_empty() && values.at_least.is_empty() {
                 none.push(column.name);
                 continue;
@@ -170,13 +136,16 @@ impl Numbers {
                     unknown.push(format!("{name} (at least {least:.3} {unit})"));
                     continue;
                 }
-                report(name.clone(), most, unit, column.worse);
+                report(name.clone(), most, unit, column.rank, column.worse);
                 if most - least > WIDE * most.abs() {
                     wide.push(format!("{name} from {least:.3} to {most:.3} {unit}"));
                 }
             }
             match values.known.last().filter(|_| values.at_least.is_empty()) {
-                Some(most) => report(format!("{}_largest", column.name), *most, column.unit, column.worse),
+                Some(most) => {
+                    let name = format!("{}_largest", column.name);
+                    report(name, *most, column.unit, column.rank, column.worse);
+                }
                 None => unknown.push(format!("{}_largest", column.name)),
             }
         }
@@ -257,6 +226,17 @@ impl Numbers {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::quantity::Ended;
+    use dem_rocks::model::runout::RunOut;
+
+    /// Of a member that ended so far from its start [m].
+    fn ended(how: How, run_out: f64) -> Outcome {
+        let mut outcome = Outcome::failed(Diagnostic::new("why"));
+        (outcome.status, outcome.how, outcome.end[0]) = (RunStatus::Done, how, run_out);
+        let path = RunOut::default();
+        outcome.end(&Ended { time: 0.0, run_out, path: &path, penetration: 0.0, energy_error: 0.0 });
+        outcome
+    }
 
     fn sentences(summary: &Summary) -> String {
         summary.warnings.iter().map(|warning| format!("{warning}\n")).collect()
@@ -274,10 +254,7 @@ mod tests {
     #[test]
     fn rocks_that_left_count_as_having_gone_farther_than_all_others() {
         let mut numbers = Numbers::default();
-        let mut add = |how, run_out| {
-            let outcome = Outcome { status: RunStatus::Done, how, run_out, ..Outcome::failed(String::new()) };
-            numbers.add(1, &outcome);
-        };
+        let mut add = |how, run_out| numbers.add(1, &ended(how, run_out));
         (1..=6).for_each(|k| add(How::Rest, 10.0 * f64::from(k)));
         add(How::Out, 45.0);
         add(How::Out, 90.0);
@@ -301,9 +278,7 @@ mod tests {
     fn members_that_stay_where_they_start_are_named() {
         let mut numbers = Numbers::default();
         for (number, run_out) in [(1, 50.0), (2, 0.79), (3, 0.81), (4, 0.0)] {
-            let outcome =
-                Outcome { how: How::Rest, run_out, volume: 0.512, ..Outcome::failed(String::new()) };
-            numbers.add(number, &Outcome { status: RunStatus::Done, ..outcome });
+            numbers.add(number, &Outcome { volume: 0.512, ..ended(How::Rest, run_out) });
         }
         let said = sentences(&numbers.summary(0.01));
         assert!(
@@ -318,8 +293,7 @@ mod tests {
             let mut numbers = Numbers::default();
             for number in 1..=100 {
                 let how = if number <= moving { How::Moving } else { How::Rest };
-                numbers
-                    .add(number, &Outcome { status: RunStatus::Done, how, ..Outcome::failed(String::new()) });
+                numbers.add(number, &ended(how, 0.0));
             }
             numbers.summary(0.01)
         };
@@ -333,15 +307,9 @@ mod tests {
     fn members_that_failed_are_counted_and_too_many_make_the_study_unreliable() {
         let mut numbers = Numbers::default();
         for number in 1..=99 {
-            let outcome = Outcome {
-                status: RunStatus::Done,
-                how: How::Rest,
-                run_out: number as f64,
-                ..Outcome::failed(String::new())
-            };
-            numbers.add(number, &outcome);
+            numbers.add(number, &ended(How::Rest, number as f64));
         }
-        numbers.add(100, &Outcome::failed("why".into()));
+        numbers.add(100, &Outcome::failed(Diagnostic::new("why")));
         let strict = numbers.clone().summary(0.009);
         let summary = numbers.summary(0.01);
         assert_eq!(summary.status, RunStatus::Done);

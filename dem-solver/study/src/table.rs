@@ -2,10 +2,12 @@
 
 use super::base::Base;
 use super::member::Member;
+use super::quantity::{QUANTITIES, Quantity as OfFall};
 use super::record::Record;
 use super::settings::Quantity;
+use interface_defs::toolkit::files::{self, Stream};
+use interface_defs::toolkit::history::csv_text;
 use interface_defs::toolkit::summary::RunStatus;
-use std::fs::File;
 use std::io::{self, BufWriter};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -34,8 +36,8 @@ const START: [&str; 17] = [
     "mass_kg",
 ];
 
-/// Columns after them.
-const END: [&str; 18] = [
+/// Columns after them, before those of the quantities.
+const END: [&str; 8] = [
     "status",
     "ending",
     "end_x_m",
@@ -44,16 +46,6 @@ const END: [&str; 18] = [
     "end_vx_m_per_s",
     "end_vy_m_per_s",
     "end_vz_m_per_s",
-    "time_s",
-    "run_out_m",
-    "max_speed_m_per_s",
-    "max_kinetic_energy_J",
-    "max_jump_height_m",
-    "impacts",
-    "contact_time_fraction",
-    "max_penetration",
-    "energy_error",
-    "message",
 ];
 
 /// A number with the digits that it takes to read it again; a zero has no sign.
@@ -63,27 +55,29 @@ fn text(value: f64) -> String {
 
 /// The table on disk.
 pub struct Table {
-    rows: csv::Writer<BufWriter<File>>,
+    rows: csv::Writer<BufWriter<Stream>>,
     synced: Instant,
 }
 
 impl Table {
     /// A new one, with its header.
     pub fn create(path: &Path, base: &Base) -> io::Result<Self> {
-        let mut rows = csv::Writer::from_writer(BufWriter::new(File::create(path)?));
+        let mut rows = csv::Writer::from_writer(BufWriter::new(files::create(path)?));
         let varied = base.study.variables.iter().map(|v| match v.quantity {
-            Quantity::Key => v.name.clone(),
+            Quantity::Key => csv_text(&v.name).into_owned(),
             _ => format!("vary_{}", v.name),
         });
         let own = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect::<Vec<_>>();
-        rows.write_record(own(&START).into_iter().chain(varied).chain(own(&END)))?;
+        let values = QUANTITIES.iter().map(OfFall::column).chain(["message".to_owned()]);
+        rows.write_record(own(&START).into_iter().chain(varied).chain(own(&END)).chain(values))?;
         Ok(Self { rows, synced: Instant::now() })
     }
 
     /// Add a row. What is not known of a member that failed stays empty.
     pub fn add(&mut self, base: &Base, member: &Member, record: &Record) -> io::Result<()> {
         let it = &record.outcome;
-        let mut cells = vec![record.number.to_string(), base.study.releases[member.release].name.clone()];
+        let release = csv_text(&base.study.releases[member.release].name);
+        let mut cells = vec![record.number.to_string(), release.into_owned()];
         let started = it.mass > 0.0;
         let mut number =
             |known: bool, value: f64| cells.push(if known { text(value) } else { String::new() });
@@ -93,7 +87,7 @@ impl Table {
             cells.push(match (variable.quantity, value) {
                 (Quantity::Shape, _) => (member.prototype + 1).to_string(),
                 (_, toml::Value::Float(number)) => text(*number),
-                (_, toml::Value::String(words)) => words.clone(),
+                (_, toml::Value::String(words)) => csv_text(words).into_owned(),
                 (_, other) => other.to_string(),
             });
         }
@@ -101,13 +95,8 @@ impl Table {
         let ended = it.status != RunStatus::Failed;
         cells.push(if ended { it.how.word().into() } else { String::new() });
         let mut number = |value: f64| cells.push(if ended { text(value) } else { String::new() });
-        it.end.iter().chain(&it.end_velocity).for_each(|value| number(*value));
-        for value in [it.time, it.run_out, it.speed, it.energy, it.jump, it.impacts as f64, it.contact] {
-            number(value);
-        }
-        number(it.penetration);
-        number(it.energy_error);
-        cells.push(it.message.clone());
+        it.end.iter().chain(&it.end_velocity).chain(&it.values).for_each(|value| number(*value));
+        cells.push(csv_text(&it.message()).into_owned());
         self.rows.write_record(&cells)?;
         if self.synced.elapsed() >= SYNC {
             self.sync()?;
@@ -119,7 +108,7 @@ impl Table {
     pub fn sync(&mut self) -> io::Result<()> {
         self.rows.flush()?;
         self.synced = Instant::now();
-        self.rows.get_ref().get_ref().sync_data()
+        self.rows.get_ref().get_ref().sync()
     }
 }
 

@@ -10,9 +10,10 @@ use dem_rocks::results::trajectory::Row;
 use dem_solid::geometry::plan::Point;
 use dem_terrain::Terrain;
 use rustc_hash::FxHashMap;
+use serde::{Deserialize, Serialize};
 
 /// The largest values of a member in a cell.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Visit {
     /// The cell.
     pub cell: u32,
@@ -21,7 +22,7 @@ pub struct Visit {
 }
 
 /// Where a member crosses a line.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Crossing {
     /// Number of the line, from 0.
     pub line: u16,
@@ -53,7 +54,7 @@ pub mod place {
 }
 
 /// What is kept of a trajectory.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Track {
     /// By cell, in ascending order.
     pub visits: Vec<Visit>,

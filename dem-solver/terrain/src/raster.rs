@@ -1,5 +1,6 @@
 //! Heights, or numbers of zones, at the crossings of a grid.
 
+use interface_defs::toolkit::files;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
@@ -37,7 +38,7 @@ impl Raster {
             format!("ncols {nx}\nnrows {ny}\nxllcenter {}\nyllcenter {}\n", self.corner[0], self.corner[1]);
         let _ = if dx == dy { writeln!(text, "cellsize {dx}") } else { writeln!(text, "dx {dx}\ndy {dy}") };
         text += "NODATA_value -9999\n";
-        let mut file = std::io::BufWriter::new(std::fs::File::create(path)?);
+        let mut file = std::io::BufWriter::new(files::create(path)?);
         for row in self.heights.chunks(nx) {
             for (i, z) in row.iter().enumerate() {
                 let z = if z.is_nan() { -9999.0 } else { *z };

@@ -2,6 +2,7 @@
 //! on, and to measure with; the terrain that the project ships is made by it.
 
 use super::raster::Raster;
+use dem_solid::random::SplitMix;
 
 /// A slope that falls along x.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,10 +71,7 @@ impl Slope {
     fn random(&self, octave: u32, i: usize, j: usize) -> f64 {
         let mut x = self.seed ^ (i as u64) << 32 ^ (j as u64) << 8 ^ u64::from(octave);
         for _ in 0..3 {
-            x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
-            x = (x ^ x >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-            x = (x ^ x >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-            x ^= x >> 31;
+            x = SplitMix(x).bits();
         }
         (x >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }

@@ -1,6 +1,7 @@
 //! The coordinate system that a terrain's file names: an EPSG code.
 
-use std::fs::File;
+use crate::formats::crs;
+use interface_defs::toolkit::files;
 use std::io::BufReader;
 use std::path::Path;
 use tiff::tags::Tag;
@@ -17,7 +18,7 @@ pub fn of_file(file: &Path) -> Option<u16> {
 
 /// The code in a GeoTIFF.
 fn of_tif(file: &Path) -> Option<u16> {
-    let mut decoder = tiff::decoder::Decoder::new(BufReader::new(File::open(file).ok()?)).ok()?;
+    let mut decoder = tiff::decoder::Decoder::new(BufReader::new(files::input(file).ok()?)).ok()?;
     let keys = decoder.get_tag_u16_vec(Tag::GeoKeyDirectoryTag).ok()?;
     let code =
         keys[4.min(keys.len())..].chunks_exact(4).find(|key| key[0] == PROJECTED_TYPE && key[1] == 0)?[3];
@@ -26,7 +27,7 @@ fn of_tif(file: &Path) -> Option<u16> {
 
 /// The code of the whole, which stands last in the well-known text beside a file.
 fn of_text(file: &Path) -> Option<u16> {
-    code_in(&std::fs::read_to_string(file.with_extension("prj")).ok()?)
+    code_in(&String::from_utf8(files::read_input(&file.with_extension("prj"), crs::LARGEST).ok()?).ok()?)
 }
 
 fn code_in(text: &str) -> Option<u16> {

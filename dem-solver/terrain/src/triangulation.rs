@@ -149,6 +149,9 @@ pub fn from_points(
         let what = format!("{} points lie above or below another one", before - nodes.len());
         notices.push(notice(what).try_instead("the highest is kept"));
     }
+    if is_line(&nodes) {
+        return Err(no_surface(nodes.len(), file));
+    }
     let spot = |(i, n): (usize, &Vector3<f64>)| {
         // Spade refuses coordinates between 0 and 1e-42.
         let tiny = |v: f64| if v.abs() < 1e-30 { 0.0 } else { v };
@@ -164,10 +167,43 @@ pub fn from_points(
         triangles.retain(|&[a, b, c]| edge(a, b).max(edge(b, c)).max(edge(c, a)) <= longest);
     }
     if triangles.is_empty() {
-        return Err(Diagnostic::in_file(
-            file,
-            format!("{} points that span no surface: three that are not in line are needed", nodes.len()),
-        ));
+        return Err(no_surface(nodes.len(), file));
     }
     Ok(Triangulated { origin, nodes, triangles, notices })
+}
+
+fn no_surface(count: usize, file: &str) -> Diagnostic {
+    let what = format!("{count} points that span no surface: three that are not in line are needed");
+    Diagnostic::in_file(file, what)
+}
+
+/// Width of points over their length below which they are in line but for rounding. Joining such points takes a time that
+/// grows with the square of their number.
+const NARROW: f64 = 1e-9;
+
+/// Whether points are in line, seen from above.
+fn is_line(points: &[Vector3<f64>]) -> bool {
+    let Some(first) = points.first() else { return true };
+    let from = |p: &Vector3<f64>| (p - first).xy();
+    let far = points.iter().map(from).max_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared()));
+    let along = far.unwrap_or_default();
+    points.iter().all(|p| along.perp(&from(p)).abs() <= NARROW * along.norm_squared())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_in_line_are_refused_at_once() {
+        for [dx, dy] in [[1.0, 0.0], [0.0, 1.0], [0.5, 0.25], [0.1, 0.3]] {
+            let line: Vec<[f64; 3]> =
+                (0..200_000).map(f64::from).map(|k| [2.6e6 + dx * k, 1.2e6 + dy * k, k]).collect();
+            let refused = from_points(&line, None, "line.xyz").expect_err("no surface");
+            assert!(refused.message.contains("span no surface"), "{refused}");
+        }
+        assert!(from_points(&[[0.0, 0.0, 1.0]; 5], None, "one.xyz").is_err());
+        let wide = [[0.0, 0.0, 1.0], [1.0, 1.0, 1.0], [2.0, 2.0, 1.0], [0.0, 1e-3, 2.0]];
+        assert_eq!(from_points(&wide, None, "wide.xyz").map(|t| t.triangles.len()), Ok(2));
+    }
 }

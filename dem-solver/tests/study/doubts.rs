@@ -261,3 +261,47 @@ fn what_a_study_cannot_say_is_said() {
     }
     assert!(!place.path("out/lines/road_design.csv").exists());
 }
+
+/// A spreadsheet computes what begins with `=`.
+#[test]
+fn a_name_that_a_spreadsheet_would_compute_is_a_text_in_the_table() {
+    let place =
+        Place::new(&STUDY.replace("\"cliff\"", "\"=cmd|' /C calc'!A0\"").replace("count = 14", "count = 2"));
+    let table = place.table("out", &[]);
+    assert!(table.contains("\n1,'=cmd|") && !table.contains(",=cmd"), "{table}");
+}
+
+/// A terminal that waits for a pipe, or reads a device without end, would not come back.
+#[test]
+fn a_pipe_or_a_device_as_an_input_file_is_refused() {
+    let place = Place::new(STUDY);
+    let file = place.path("slope.asc");
+    for kind in ["pipe", "device"] {
+        std::fs::remove_file(&file).expect("removed");
+        if kind == "pipe" {
+            assert!(Command::new("mkfifo").arg(&file).status().expect("started").success());
+        } else {
+            std::os::unix::fs::symlink("/dev/zero", &file).expect("a link");
+        }
+        let output = place.run("out", &[]);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(2) && said.contains("this is no file"), "{said}");
+    }
+}
+
+/// What another build has begun is refused by its journal, and stays as it is.
+#[test]
+fn a_study_that_another_build_has_begun_is_refused() {
+    let place = Place::new(&STUDY.replace("count = 14", "count = 2"));
+    place.table("out", &[]);
+    let path = place.path("out/chunks/main.journal");
+    let mut journal = std::fs::read(&path).expect("a journal");
+    let line = journal.iter().position(|byte| *byte == b'\n').expect("a first line");
+    // Mark, layout, program.
+    journal[line + 1 + 4 + 8] ^= 1;
+    std::fs::write(&path, &journal).expect("written");
+    let output = place.run("out", &["--resume"]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.code() == Some(2) && said.contains("another build"), "{said}");
+    assert_eq!(std::fs::read(&path).expect("a journal"), journal);
+}

@@ -5,6 +5,7 @@ use super::rock::RockSettings;
 use super::spheres::SpheresSettings;
 use dem_solid::cluster::index::SphereIndex;
 use dem_solid::geometry::sphere::Sphere;
+use dem_solid::random::SplitMix;
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
@@ -25,17 +26,13 @@ pub struct Start {
     pub velocity: Vec<Vector3<f64>>,
 }
 
-/// Numbers that look random: splitmix64 (Steele, Lea, Flood 2014).
-struct Random(u64);
+/// Numbers that look random.
+struct Random(SplitMix);
 
 impl Random {
     /// From 0 to 1.
     fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+        self.0.share()
     }
 
     /// From -1 to 1.
@@ -87,7 +84,7 @@ impl Start {
     /// Add the spheres of table number `number`, which has been checked, from the bottom up. Errs with
     /// how many would fit if not all do.
     pub fn add(&mut self, number: usize, group: &SpheresSettings) -> Result<(), usize> {
-        let mut random = Random(group.seed);
+        let mut random = Random(SplitMix(group.seed));
         let velocity = Vector3::from(group.velocity);
         if group.file.is_some() {
             for sphere in &group.read {

@@ -2,6 +2,7 @@
 
 use dem_solid::cluster::lattice::Lattice;
 use dem_solid::cluster::{Fit, MOST_SPHERES};
+use dem_solid::input::LENGTHS;
 pub use dem_solid::shape::Shape;
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::toolkit::scene::Scene;
@@ -188,8 +189,12 @@ fn check_shape(
     if let Err((name, what)) = rock.shape.check() {
         return Err(scene.invalid(&key(&format!("shape.{name}")), what));
     }
-    if let Some(scale) = rock.scale.filter(|scale| !(*scale > 0.0 && scale.is_finite())) {
-        let what = format!("scale = {scale}: it must lie above 0");
+    if let Some(scale) = rock.scale.filter(|scale| !LENGTHS.contains(scale)) {
+        let what = format!(
+            "scale = {scale}: it must lie above 0, from {:e} to {:e}",
+            LENGTHS.start(),
+            LENGTHS.end()
+        );
         return Err(scene
             .invalid(&key("scale"), what)
             .try_instead("1 leaves the rock as it is, 2 doubles its edges"));

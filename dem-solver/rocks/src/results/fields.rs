@@ -6,6 +6,7 @@ use crate::model::state::State;
 use crate::results::trajectory::Row;
 use dem_terrain::Terrain;
 use interface_defs::Fault;
+use interface_defs::toolkit::files;
 use interface_defs::toolkit::vtu::{Cells, KeptSeries, Series, Vtu};
 use serde::{Deserialize, Serialize};
 use std::io;
@@ -64,7 +65,7 @@ impl FieldFiles {
             points += nodes.len() as u32;
         }
         if let Some(ground) = &model.ground {
-            std::fs::write(dir.join(TERRAIN), terrain(ground)).map_err(unwritable)?;
+            files::write(&dir.join(TERRAIN), terrain(ground).as_ref()).map_err(unwritable)?;
         }
         Ok(fields)
     }
@@ -103,7 +104,7 @@ impl FieldFiles {
         let point_data =
             vec![("time", 1, &time[..]), ("speed", 1, speed), ("jump_height", 1, height), ("rock", 1, rock)];
         let vtu = Vtu { points: &points, cells: Cells::Lines(&lines), point_data, cell_data: vec![] };
-        std::fs::write(self.dir.join(TRAJECTORIES), vtu.to_bytes())
+        files::write(&self.dir.join(TRAJECTORIES), &vtu.to_bytes())
     }
 
     /// Wait until all states are written.

@@ -7,6 +7,7 @@ use crate::model::Model;
 use crate::model::state::{Body, State};
 use dem_terrain::Terrain;
 use interface_defs::Fault;
+use interface_defs::toolkit::files;
 use interface_defs::toolkit::history::{History, Mark};
 use nalgebra::Vector3;
 use std::io;
@@ -215,7 +216,7 @@ impl Trajectory {
     pub fn go_on(dir: &Path, mark: &Mark) -> Result<Self, Fault> {
         let path = dir.join(TRAJECTORY);
         let file = History::go_on(&path, &COLUMNS.map(String::from), mark).map_err(unwritable)?;
-        let text = std::fs::read_to_string(&path).map_err(unwritable)?;
+        let text = files::read_text(&path).map_err(unwritable)?;
         let rows = text.lines().skip(1).map(read).collect::<Option<Vec<Row>>>();
         let rows =
             rows.ok_or_else(|| Fault::broken(format!("{TRAJECTORY} has rows that were not written here")))?;

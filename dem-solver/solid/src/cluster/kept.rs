@@ -9,6 +9,7 @@ use super::files;
 use super::wish::Wish;
 use crate::geometry::sphere::Sphere;
 use crate::shape::Surface;
+use interface_defs::toolkit::files::{Dir, TEXT, read_input};
 use interface_defs::toolkit::input_file::hash;
 use interface_defs::toolkit::run_dir;
 use interface_defs::toolkit::scene::Scene;
@@ -32,14 +33,13 @@ pub fn file(folder: &Path, name: &str, shape: Option<usize>) -> PathBuf {
 
 /// Files of a folder that may hold the cluster of the rock `name`: its own, and those of a study with several shapes.
 fn files_of(folder: &Path, name: &str) -> Vec<PathBuf> {
-    let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
+    let Ok(entries) = Dir::open(folder).and_then(|dir| dir.entries()) else { return Vec::new() };
     let is_shape = |path: &Path| {
         let number = path.file_stem().and_then(|stem| stem.to_str()?.strip_prefix(name)?.strip_prefix('_'));
         path.extension().is_some_and(|e| e == ENDING) && number.is_some_and(|n| n.parse::<usize>().is_ok())
     };
-    let mut shapes: Vec<PathBuf> =
-        entries.filter_map(|entry| Some(entry.ok()?.path())).filter(|path| is_shape(path)).collect();
-    shapes.sort();
+    let paths = entries.iter().map(|(name, _)| folder.join(name));
+    let shapes: Vec<PathBuf> = paths.filter(|path| is_shape(path)).collect();
     [vec![file(folder, name, None)], shapes].concat()
 }
 
@@ -65,7 +65,7 @@ pub fn text(surface: &Surface, wish: &Wish, bound: &Bound, spheres: &[Sphere]) -
 
 /// The spheres of the file, if it was written for this surface and wish.
 pub fn read(file: &Path, surface: &Surface, wish: &Wish, bound: &Bound) -> Option<Vec<Sphere>> {
-    let bytes = std::fs::read(file).ok()?;
+    let bytes = read_input(file, TEXT).ok()?;
     let spheres = files::read_text(&bytes).ok()?;
     let stated = std::str::from_utf8(&bytes).ok()?.lines().find_map(|line| line.strip_prefix(KEY))?;
     (stated == key(surface, wish, bound, &spheres)).then_some(spheres)

@@ -1,6 +1,7 @@
 //! Shapes that need no file.
 
 use super::surface::Surface;
+use crate::random::SplitMix;
 use nalgebra::Vector3;
 use std::collections::HashMap;
 
@@ -110,15 +111,8 @@ pub fn ellipsoid(semi_axes: Vector3<f64>, levels: u32) -> Surface {
 /// A convex polyhedron by chance: the hull of `count` points on and in an ellipsoid, stretched to fill a
 /// box with edges `size` [m] around the origin. The same seed gives the same polyhedron on every machine.
 pub fn random_convex(size: Vector3<f64>, count: u32, seed: u64) -> Result<Surface, String> {
-    let mut state = seed;
-    let mut chance = || {
-        // SplitMix64: Steele, Lea and Flood (2014), OOPSLA, 453.
-        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    };
+    let mut random = SplitMix(seed);
+    let mut chance = || random.share();
     let points: Vec<Vector3<f64>> = (0..count)
         .map(|_| {
             // A direction without preference, and a depth of up to a fifth: flat faces and blunt corners.

@@ -5,6 +5,7 @@ use super::formats::{self, read_surface};
 use super::pieces::PieceChoice;
 use super::surface::Surface;
 use super::{builtin, hull};
+use crate::input::{LENGTHS, reasonable};
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::tagged;
 use nalgebra::Vector3;
@@ -165,20 +166,26 @@ impl Shape {
 
     /// Refuse numbers without sense: the key and what is wrong with it.
     pub fn check(&self) -> Result<(), (&'static str, String)> {
-        let above =
-            |key, what: &str, values: &[f64]| match values.iter().find(|v| !(**v > 0.0 && v.is_finite())) {
-                Some(bad) => Err((key, format!("{what} of {bad} m: it must lie above 0"))),
-                None => Ok(()),
-            };
+        // Squares and cubes of lengths far from these have no numbers.
+        let above = |key, what: &str, values: &[f64]| match values.iter().find(|v| !LENGTHS.contains(*v)) {
+            Some(bad) if *bad > 0.0 => {
+                let [low, high] = [LENGTHS.start(), LENGTHS.end()];
+                Err((key, format!("{what} of {bad:e} m: from {low:e} to {high:e} m are possible")))
+            }
+            Some(bad) => Err((key, format!("{what} of {bad} m: it must lie above 0"))),
+            None => Ok(()),
+        };
         match self {
             Self::Box { size } => above("size", "an edge", size),
             Self::Sphere { radius } => above("radius", "a radius", &[*radius]),
             Self::Ellipsoid { semi_axes } => above("semi_axes", "a semi-axis", semi_axes),
             Self::EadBlock { size } => above("size", "an edge", &[*size]),
-            Self::NormRock { volume, .. } if !(*volume > 0.0 && volume.is_finite()) => {
+            Self::NormRock { volume, .. } if *volume > 0.0 => {
+                above("volume", "a cube root of the volume", &[volume.cbrt()])
+            }
+            Self::NormRock { volume, .. } => {
                 Err(("volume", format!("a volume of {volume} m3: it must lie above 0")))
             }
-            Self::NormRock { .. } => Ok(()),
             Self::RandomConvex { size, points, .. } => {
                 if !(8..=10_000).contains(points) {
                     return Err(("points", format!("{points} points: 8 to 10000 are possible")));
@@ -188,7 +195,10 @@ impl Shape {
             Self::ConvexHull { points } if points.len() > hull::MOST_POINTS || points.len() < 4 => {
                 Err(("points", format!("{} points: 4 to {} are possible", points.len(), hull::MOST_POINTS)))
             }
-            Self::ConvexHull { .. } => Ok(()),
+            Self::ConvexHull { points } => {
+                let mut bad = points.iter().flatten().filter_map(|value| reasonable(*value).err());
+                bad.next().map_or(Ok(()), |what| Err(("points", what)))
+            }
             Self::Mesh { scale, .. } => above("scale", "a unit", &[*scale]),
         }
     }
@@ -271,6 +281,16 @@ mod tests {
         {
             Shape::parse(text, 1.0).expect(text).surface(true).expect(text);
         }
+    }
+
+    /// The squares of such lengths are infinite or 0: no nearest point of a surface was found.
+    #[test]
+    fn lengths_whose_squares_have_no_numbers_are_refused() {
+        for text in ["box:1e200,1e200,1e200", "cube:1e155", "sphere:1e-170", "norm_rock_111:1e300"] {
+            let error = Shape::parse(text, 1.0).expect_err(text).to_string();
+            assert!(error.contains("from 1e-9 to 1e9 m are possible"), "{error}");
+        }
+        assert!(Shape::ConvexHull { points: vec![[1e200, 0.0, 0.0]; 4] }.check().is_err());
     }
 
     #[test]

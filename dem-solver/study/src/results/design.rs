@@ -4,6 +4,7 @@ use crate::design::{Design, Level, Onr, UNI_QUANTILE, Uni};
 use crate::summary::quantile;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::message::Measure;
+use interface_defs::toolkit::files;
 use interface_defs::toolkit::summary::short;
 use std::io;
 use std::path::Path;
@@ -251,7 +252,7 @@ pub fn write(
     if let Some(rows) = &of_uni {
         checked.warnings.extend(below_largest(name, rows));
     }
-    let mut table = csv::Writer::from_path(path)?;
+    let mut table = csv::Writer::from_writer(files::create(path)?);
     table.write_record(["standard", "quantity", "value", "unit", "from", "barrier", "satisfied"])?;
     for rows in [of_uni, of_onr].into_iter().flatten() {
         for row in &rows {

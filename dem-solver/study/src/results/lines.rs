@@ -8,6 +8,8 @@ use crate::summary::{SHARES, quantile};
 use crate::track::place;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::message::{Measure, Worse};
+use interface_defs::toolkit::files::{self, Stream};
+use interface_defs::toolkit::history::column;
 use interface_defs::toolkit::summary::RunStatus;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -41,7 +43,7 @@ const LARGEST: [(&str, &str, usize); 4] = [
 
 /// What passes one line.
 struct Passing {
-    table: csv::Writer<std::fs::File>,
+    table: csv::Writer<Stream>,
     /// Largest values of each member that passes.
     largest: [Vec<f64>; LARGEST.len()],
     /// Their masses [kg].
@@ -52,7 +54,7 @@ struct Passing {
 pub fn write(base: &Base, dir: &Path, all: All, study: &Reliability, found: &mut Checked) -> io::Result<()> {
     let mut passing = Vec::new();
     for line in &base.study.lines {
-        let mut table = csv::Writer::from_path(dir.join(format!("{}.csv", line.name)))?;
+        let mut table = csv::Writer::from_writer(files::create(&dir.join(format!("{}.csv", line.name)))?);
         table.write_record(["member", "crossing"].into_iter().chain(COLUMNS))?;
         passing.push(Passing { table, largest: Default::default(), masses: Vec::new() });
     }
@@ -136,8 +138,9 @@ pub fn write(base: &Base, dir: &Path, all: All, study: &Reliability, found: &mut
             found.warnings.extend(checked.warnings);
         }
         exceedance(&dir.join(format!("{name}_exceedance.csv")), &passing.largest, computed)?;
-        curves(&dir.join(format!("{name}.svg")), name, &passing.largest, share)
-            .map_err(|e| io::Error::other(e.to_string()))?;
+        let mut svg = String::new();
+        curves(&mut svg, name, &passing.largest, share).map_err(|e| io::Error::other(e.to_string()))?;
+        files::write(&dir.join(format!("{name}.svg")), svg.as_bytes())?;
     }
     Ok(())
 }
@@ -148,8 +151,8 @@ const RANKS: [(&str, u16); 4] =
 
 /// How often each value is reached or exceeded, of the members that pass and of all.
 fn exceedance(path: &Path, largest: &[Vec<f64>; LARGEST.len()], computed: u64) -> io::Result<()> {
-    let mut table = csv::Writer::from_path(path)?;
-    let names = LARGEST.map(|(name, unit, _)| format!("{name}_{}", unit.replace('/', "_per_")));
+    let mut table = csv::Writer::from_writer(files::create(path)?);
+    let names = LARGEST.map(|(name, unit, _)| column(name, unit));
     table.write_record(["share_of_passing", "share_of_all"].map(String::from).into_iter().chain(names))?;
     let count = largest[0].len();
     for reached in 1..=count {
@@ -164,12 +167,12 @@ fn exceedance(path: &Path, largest: &[Vec<f64>; LARGEST.len()], computed: u64) -
 
 /// Exceedance of energy, passing height and speed.
 fn curves(
-    path: &Path,
+    svg: &mut String,
     name: &str,
     largest: &[Vec<f64>; LARGEST.len()],
     share: f64,
 ) -> Result<(), Box<dyn std::error::Error>> {
-    let page = SVGBackend::new(path, (1080, 400)).into_drawing_area();
+    let page = SVGBackend::with_string(svg, (1080, 400)).into_drawing_area();
     page.fill(&WHITE)?;
     let title = format!(
         "Line {name}: {:.1} % of all rocks pass; of these, the share that reaches or exceeds",

@@ -13,6 +13,7 @@ pub mod trajectories;
 use super::base::Base;
 use super::record::Record;
 use design::{Checked, Reliability};
+use interface_defs::toolkit::files::Dir;
 use std::io;
 use std::path::Path;
 
@@ -29,7 +30,7 @@ pub fn write(base: &Base, dir: &Path, study: &Reliability, all: All) -> io::Resu
     let mut found = Checked::default();
     if let Some(grid) = &base.grid {
         let maps = dir.join(MAPS);
-        std::fs::create_dir_all(&maps)?;
+        Dir::create(&maps)?;
         let system = raster::System::of(base);
         found.warnings.extend(system.warning());
         cells::write(base, grid, &system, &maps, all)?;
@@ -37,7 +38,7 @@ pub fn write(base: &Base, dir: &Path, study: &Reliability, all: All) -> io::Resu
     }
     if !base.lines.is_empty() {
         let lines = dir.join(LINES);
-        std::fs::create_dir_all(&lines)?;
+        Dir::create(&lines)?;
         lines::write(base, &lines, all, study, &mut found)?;
     }
     Ok(found)

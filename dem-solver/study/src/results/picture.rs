@@ -4,10 +4,10 @@ use crate::base::Base;
 use crate::grid::Grid;
 use crate::place::ground_at;
 use crate::settings::Place;
-use base64::Engine as _;
 use dem_rocks::results::map::page::round_step;
-use dem_rocks::results::map::shade::ShadedGrid;
+use dem_rocks::results::map::shade::{ShadedGrid, coloured};
 use dem_solid::geometry::plan::Point;
+use interface_defs::toolkit::files;
 use std::fmt::Write as _;
 use std::io;
 use std::path::Path;
@@ -115,7 +115,7 @@ impl<'a> Sheet<'a> {
 
     /// Write the picture of a map.
     pub fn write(&self, path: &Path, map: &Map) -> io::Result<()> {
-        std::fs::write(path, self.text(map).map_err(io::Error::other)?)
+        files::write(path, self.text(map).map_err(io::Error::other)?.as_bytes())
     }
 
     fn text(&self, map: &Map) -> Result<String, Box<dyn std::error::Error + Send + Sync>> {
@@ -171,7 +171,7 @@ impl<'a> Sheet<'a> {
     }
 
     /// The cells in colours, as text for `href`.
-    fn coloured(&self, map: &Map, share: &dyn Fn(f64) -> f64) -> Result<String, png::EncodingError> {
+    fn coloured(&self, map: &Map, share: &dyn Fn(f64) -> f64) -> io::Result<String> {
         let pixels: Vec<u8> = map
             .values
             .iter()
@@ -180,15 +180,7 @@ impl<'a> Sheet<'a> {
                 [r, g, b, if v.is_nan() { 0 } else { (255.0 * OPAQUE) as u8 }]
             })
             .collect();
-        let [columns, rows] = self.grid.counts.map(|n| n as u32);
-        let mut bytes = Vec::new();
-        let mut encoder = png::Encoder::new(&mut bytes, columns, rows);
-        encoder.set_color(png::ColorType::Rgba);
-        encoder.set_depth(png::BitDepth::Eight);
-        let mut writer = encoder.write_header()?;
-        writer.write_image_data(&pixels)?;
-        writer.finish()?;
-        Ok(format!("data:image/png;base64,{}", base64::engine::general_purpose::STANDARD.encode(bytes)))
+        coloured(self.grid.counts, &pixels).map_err(io::Error::other)
     }
 
     /// Releases and lines.

@@ -6,8 +6,8 @@ use crate::base::Base;
 use crate::grid::Grid;
 use dem_terrain::system::{self, PROJECTED_TYPE, USER_DEFINED};
 use interface_defs::diagnostic::{Diagnostic, code};
-use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use interface_defs::toolkit::files;
+use std::io::{self, Cursor};
 use std::path::Path;
 use tiff::TiffResult;
 use tiff::encoder::compression::DeflateLevel;
@@ -61,13 +61,13 @@ impl System {
 
 /// Write one band; NaN: no value.
 pub fn write(path: &Path, base: &Base, grid: &Grid, system: &System, values: &[f32]) -> io::Result<()> {
-    let mut file = BufWriter::new(File::create(path)?);
+    let mut file = Cursor::new(Vec::new());
     encode(&mut file, base, grid, system, values).map_err(io::Error::other)?;
-    file.flush()
+    files::write(path, file.get_ref())
 }
 
 fn encode(
-    file: &mut BufWriter<File>,
+    file: &mut Cursor<Vec<u8>>,
     base: &Base,
     grid: &Grid,
     system: &System,

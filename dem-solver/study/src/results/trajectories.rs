@@ -3,9 +3,10 @@
 use super::All;
 use super::raster::System;
 use crate::base::Base;
+use crate::quantity::QUANTITIES;
 use crate::record::{How, Record};
+use interface_defs::toolkit::files::{self, Stream};
 use serde_json::{Map, Value, json};
-use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
@@ -16,13 +17,13 @@ pub const ENDS: &str = "ends.geojson";
 
 /// A file of features that is written one by one.
 struct Features {
-    file: BufWriter<File>,
+    file: BufWriter<Stream>,
     any: bool,
 }
 
 impl Features {
     fn create(path: &Path, name: &str, system: &System) -> io::Result<Self> {
-        let mut file = BufWriter::new(File::create(path)?);
+        let mut file = BufWriter::new(files::create(path)?);
         write!(file, "{{\"type\": \"FeatureCollection\", \"name\": \"{name}\"")?;
         if let Some(urn) = system.urn() {
             let crs = json!({ "type": "name", "properties": { "name": urn } });
@@ -60,16 +61,10 @@ fn properties(base: &Base, record: &Record) -> Map<String, Value> {
     put("release", json!(base.study.releases[base.member(record.number).release].name));
     put("status", json!(it.status.word()));
     put("ending", json!(it.how.word()));
-    for (name, value) in [
-        ("volume_m3", it.volume),
-        ("mass_kg", it.mass),
-        ("time_s", it.time),
-        ("run_out_m", it.run_out),
-        ("max_speed_m_per_s", it.speed),
-        ("max_kinetic_energy_J", it.energy),
-        ("max_jump_height_m", it.jump),
-    ] {
-        put(name, json!(value));
+    put("volume_m3", json!(it.volume));
+    put("mass_kg", json!(it.mass));
+    for (quantity, value) in QUANTITIES.iter().zip(it.values).filter(|(quantity, _)| quantity.mapped) {
+        put(&quantity.column(), json!(value));
     }
     all
 }

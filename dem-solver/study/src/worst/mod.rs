@@ -103,7 +103,7 @@ impl Comings {
                 .try_instead("move the barrier, or look at maps/share.svg where rocks pass"));
         }
         let fault = |e: io::Error| Diagnostic::in_file(dir.display().to_string(), e.to_string());
-        std::fs::create_dir_all(dir).map_err(fault)?;
+        files::Dir::create(dir).map_err(fault)?;
         base.keep_clusters(&dir.join(run_dir::CLUSTERS)).map_err(fault)?;
         let mut rows = Vec::new();
         for choice in choose(&arrivals, count) {
@@ -129,10 +129,10 @@ pub fn scene(
     member: &Member,
     crossing: &Crossing,
 ) -> Result<(String, Option<Flight>), Diagnostic> {
-    let fault = |what: String| Diagnostic::new(format!("member {}: {what}", member.number));
+    let fault = Base::of_member(member);
     let time = crossing.values[place::TIME];
     let line = &base.lines[usize::from(crossing.line)];
-    let reach = base.model(member, None).map_err(fault)?.rocks[0].reach;
+    let reach = base.model(member, None).map_err(&fault)?.rocks[0].reach;
     let is_far = |at| distance_from(line, &at) > barrier.margin + reach;
     let flight = flight_before(base, member, time, &is_far).map_err(fault)?;
     let table = barrier.with(base, member, flight.as_ref(), time)?;

@@ -3,6 +3,7 @@
 //! Source: OGC GeoTIFF 1.1 (geo keys; LAS holds the same), OGC 01-009 and ISO 19162 (well-known text).
 
 use interface_defs::diagnostic::Diagnostic;
+use interface_defs::toolkit::files;
 use std::path::Path;
 
 /// Geo keys and their values.
@@ -119,14 +120,14 @@ pub fn refused(file: &str, judged: Result<(), Wrong>) -> Result<(), Diagnostic> 
     judged.map_err(|(what, cure)| Diagnostic::in_file(file, what).try_instead(cure))
 }
 
+/// Longest description of a coordinate system that is read [bytes].
+pub const LARGEST: u64 = 1 << 20;
+
 /// Judge the file with the extension `.prj` beside a terrain, if there is one.
 pub fn beside(path: &Path) -> Result<(), Diagnostic> {
     let prj = path.with_extension("prj");
-    match std::fs::metadata(&prj) {
-        Ok(data) if data.is_file() && data.len() < 1 << 20 => {}
-        _ => return Ok(()),
-    }
-    let text = std::fs::read(&prj).map(|b| String::from_utf8_lossy(&b).into_owned()).unwrap_or_default();
+    let Ok(bytes) = files::read_input(&prj, LARGEST) else { return Ok(()) };
+    let text = String::from_utf8_lossy(&bytes);
     refused(
         &path.display().to_string(),
         well_known_text(&text).map_err(|(what, cure)| {

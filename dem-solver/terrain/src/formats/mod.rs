@@ -5,7 +5,7 @@
 //! length that the file states before it has compared it with the file's size.
 
 mod asc;
-mod crs;
+pub(crate) mod crs;
 mod format;
 mod grd;
 mod heights;

@@ -4,6 +4,7 @@ use super::format::Format;
 use dem_solid::input::Head;
 use dem_solid::shape;
 use interface_defs::diagnostic::Diagnostic;
+use interface_defs::toolkit::files;
 use std::io::Read;
 use std::path::Path;
 
@@ -53,7 +54,7 @@ fn of(head: &Head, formats: &[&Format]) -> Option<FileKind> {
 pub fn check(path: &Path, extension: &str, formats: &[&Format]) -> Result<(), Diagnostic> {
     let mut head = Vec::new();
     // What cannot be read is the reader's complaint.
-    if std::fs::File::open(path).and_then(|file| file.take(Head::LENGTH).read_to_end(&mut head)).is_err() {
+    if files::input(path).and_then(|file| file.take(Head::LENGTH).read_to_end(&mut head)).is_err() {
         return Ok(());
     }
     let kind = of(&Head::new(head), formats).filter(|kind| !kind.extensions.contains(&extension));

@@ -24,6 +24,7 @@ use plotters::prelude::*;
 use std::io;
 use std::path::Path;
 
+use interface_defs::toolkit::files;
 pub use interface_defs::toolkit::run_dir::PICTURE;
 
 /// Draw the trajectories, rows and bodies by rock, and the `mesh` of a structure into the file `path`.
@@ -63,7 +64,7 @@ pub fn write(
     let corner = |v: &Vector3<f64>| [v.x + model.origin.x, v.y + model.origin.y];
     let terrain = HeightMap { extent: [corner(&ground.lowest), corner(&ground.highest)], height: &height };
     let net = mesh.map_or(Net::default(), |mesh| Net::of(mesh, &model.origin));
-    std::fs::write(path, draw(&lines, &terrain, &net).map_err(io::Error::other)?)
+    files::write(path, draw(&lines, &terrain, &net).map_err(io::Error::other)?.as_bytes())
 }
 
 /// The whole picture as SVG text. `lines` without points are left out.

@@ -78,15 +78,33 @@ impl ShadedGrid {
             .rev()
             .flat_map(|j| (0..width).map(move |i| self.brightness(i, j).unwrap_or(255)))
             .collect();
-        let mut bytes = Vec::new();
-        let mut encoder = png::Encoder::new(&mut bytes, width as u32, height as u32);
-        encoder.set_color(png::ColorType::Grayscale);
-        encoder.set_depth(png::BitDepth::Eight);
-        encoder.set_compression(png::Compression::High);
-        encoder.set_filter(png::Filter::Adaptive);
-        let mut writer = encoder.write_header()?;
-        writer.write_image_data(&shades)?;
-        writer.finish()?;
-        Ok(format!("data:image/png;base64,{}", base64::engine::general_purpose::STANDARD.encode(bytes)))
+        href([width, height], &shades, |encoder| {
+            encoder.set_color(png::ColorType::Grayscale);
+            encoder.set_compression(png::Compression::High);
+            encoder.set_filter(png::Filter::Adaptive);
+        })
     }
+}
+
+/// Cells of colours with transparency, row by row from the north, as text for `href`.
+///
+/// # Errors
+/// If there are not four bytes for each cell.
+pub fn coloured(counts: [usize; 2], pixels: &[u8]) -> Result<String, png::EncodingError> {
+    href(counts, pixels, |encoder| encoder.set_color(png::ColorType::Rgba))
+}
+
+fn href(
+    [width, height]: [usize; 2],
+    pixels: &[u8],
+    set: impl FnOnce(&mut png::Encoder<&mut Vec<u8>>),
+) -> Result<String, png::EncodingError> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width as u32, height as u32);
+    encoder.set_depth(png::BitDepth::Eight);
+    set(&mut encoder);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(pixels)?;
+    writer.finish()?;
+    Ok(format!("data:image/png;base64,{}", base64::engine::general_purpose::STANDARD.encode(bytes)))
 }
