@@ -244,7 +244,7 @@ mod tests {
         assert!(error.contains("did you mean `fem`?"), "{error}");
         let error = parts("[processes]\nfem = \"sh\"\ntimeout = 0").expect_err("none");
         assert!(error.starts_with("s.toml:3:11: a deadline of 0 s"), "{error}");
-        let error = parts("[processes]\nfem = \"sh\"\nwait = \"yeld\"").expect_err("unknown");
-        assert!(error.contains("did you mean `yield`?"), "{error}");
+        let error = parts("[processes]\nfem = \"sh\"\nwait = \"evnt\"").expect_err("unknown");
+        assert!(error.contains("did you mean `event`?"), "{error}");
     }
 }

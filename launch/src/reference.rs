@@ -34,8 +34,6 @@ const CODES: &str = "
 Errors and warnings are objects with `severity` (`note`, `warning` or `error`), `code`, `key` (dotted, of the scene or study),
 `place`, `message` and `hint`: in `summary.json`, and in the answer to `rockfall check --format json`. Codes are stable over versions.
 
-| code | what it stands for |
-|---|---|
 ";
 
 /// The whole page: of a scene, of a study, of the results.
@@ -49,11 +47,7 @@ pub fn text(share: &Share, study: &Share) -> String {
     of_study.document(&known, "scene", 3);
     page.text += &of_study.text;
     page.results();
-    page.text += CODES;
-    for (name, about) in code::ALL {
-        let _ = writeln!(page.text, "| `{name}` | {} |", cell(about.trim()));
-    }
-    page.text
+    page.text + CODES + &code::reference()
 }
 
 /// What a value is.

@@ -3,8 +3,9 @@
 use crate::stop::Stop;
 use interface_defs::diagnostic::code;
 use rustix::process::getuid;
+use std::fs::Permissions;
 use std::io;
-use std::os::unix::fs::MetadataExt;
+use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
@@ -36,7 +37,11 @@ impl Scratch {
         std::fs::create_dir_all(place)?;
         // Whoever can write to it can put another directory in the place of this one.
         let place = if is_closed(place) { place.to_owned() } else { of_user() };
-        let dir = tempfile::Builder::new().prefix(".rockfall-").tempdir_in(std::path::absolute(place)?)?;
+        let own = Permissions::from_mode(0o700);
+        let dir = tempfile::Builder::new()
+            .prefix(".rockfall-")
+            .permissions(own)
+            .tempdir_in(std::path::absolute(place)?)?;
         Ok(Self { dir, _made: made })
     }
 
@@ -69,8 +74,6 @@ fn is_closed(dir: &Path) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::fs::Permissions;
-    use std::os::unix::fs::PermissionsExt;
 
     #[test]
     fn it_is_closed_to_others_and_leaves_nothing_behind() {

@@ -7,7 +7,7 @@ use tests::{Bench, Ended, program, scene};
 /// A rock of spheres that falls on the plane of `slope-barrier`.
 const FALL: &str = "end_time = 1.5\ngravity = [0.0, 0.0, -9.81]\n\
     [[rock]]\nname = \"block\"\nposition = [0.0, -9.0, 10.0]\ndensity = 2600.0\n\
-    shape = { type = \"box\", size = [0.8, 0.7, 0.7] }\ncluster.spheres = 27\n\
+    shape = { type = \"box\", size = [0.8, 0.7, 0.7] }\ncluster = { spheres = 40, method = \"medial\" }\n\
     [terrain]\nfile = \"DATA/plane.asc\"\n\
     [[contact]]\nlaw = \"hertz_mindlin\"\nyoung = 1e9\npoisson = 0.25\nrestitution = 0.3\nfriction = 0.4\n\
     [output]\ninterval = 0.05\n";
