@@ -1,5 +1,6 @@
 //! The `main` of a solver: `run` alone, `check`, `serve` to a coupler.
 
+pub use super::arguments::Savings;
 use super::arguments::{AnswerForm, Input, Leader, Logging, Membership, ResultDir, Supervised};
 use super::check;
 pub use super::check::CheckReport;
@@ -132,14 +133,6 @@ struct ServeArguments {
     /// How to wait for a request: `auto` looks again before it sleeps, `event` sleeps at once
     #[arg(long, value_name = "HOW", default_value_t, help_heading = "Connection")]
     wait: Wait,
-}
-
-/// Whether savings are used.
-#[derive(Debug, Clone, clap::Args)]
-pub struct Savings {
-    /// Switch off every shortcut (flight in closed form, skipped structure), to prove that it is harmless
-    #[arg(long, help_heading = "Computation")]
-    pub no_shortcuts: bool,
 }
 
 /// Seconds on a command line: finite, above 0.
