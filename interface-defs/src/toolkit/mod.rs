@@ -48,6 +48,7 @@ pub mod progress;
 pub mod provenance;
 pub mod ranges;
 pub mod recorder;
+mod regular_file;
 pub mod run_dir;
 pub mod scene;
 pub mod schema;
