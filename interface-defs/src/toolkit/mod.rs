@@ -35,7 +35,6 @@ pub mod files;
 pub mod ground;
 pub mod history;
 pub mod input_file;
-mod layout;
 pub mod limits;
 pub mod log;
 pub mod manifest;
