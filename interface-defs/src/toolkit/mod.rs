@@ -17,7 +17,7 @@
 //! - [`checkpoint`]: what a run that was killed goes on from
 //! - [`energy`]: the balance of energy, from gauges by role
 //! - [`limits`]: bounds of trust, and who passes them
-//! - [`exit`], [`log`], [`screen`], [`alloc`]: exit codes, logs, text on the screen, counted allocations ([`counted`]: those of a solver)
+//! - [`exit`], [`log`], [`screen`], [`alloc`]: exit codes, logs, text on the screen, counted allocations
 //! - [`bounded_log`]: a log of a program that says more than anybody reads
 
 pub mod alloc;
@@ -26,13 +26,13 @@ pub mod bounded_log;
 pub mod check;
 pub mod checkpoint;
 pub mod coordinates;
-pub mod counted;
 pub mod energy;
 mod exact;
 pub mod exit;
 pub mod explain;
 pub mod files;
 pub mod ground;
+mod guest;
 pub mod history;
 pub mod input_file;
 pub mod limits;
