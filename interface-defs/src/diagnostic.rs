@@ -243,9 +243,9 @@ impl Diagnostic {
         Self::of(Severity::Warning, code, message)
     }
 
-    /// That a measure is absent, and why.
+    /// That a measure is absent, and why; its key is the name of the measure.
     pub fn absent(measure: &str, why: &str) -> Self {
-        Self::warning(code::ABSENT_MEASURE, format!("{measure} is absent: {why}"))
+        Self::warning(code::ABSENT_MEASURE, format!("{measure} is absent: {why}")).about(measure)
     }
 
     /// Wrong input in `file` as a whole.
@@ -291,7 +291,9 @@ impl Diagnostic {
     /// Position, key and message alone, in one line, without what to try.
     pub fn headline(&self) -> String {
         let mut line = self.place.as_ref().map_or(String::new(), |place| format!("{place}: "));
-        if let Some(key) = self.key.as_ref().filter(|_| self.severity < Severity::Error) {
+        // That of an absent measure is the first word of the message.
+        let shown = self.severity < Severity::Error && self.code != code::ABSENT_MEASURE;
+        if let Some(key) = self.key.as_ref().filter(|_| shown) {
             line += key;
             line += ": ";
         }
@@ -345,6 +347,11 @@ mod tests {
         let warning = Diagnostic::warning(code::LIKELY_UNIT, "2.6 kg/m3").about("rock.0.density");
         let warning = warning.try_instead("write 2600.0").at(Place::in_text("s.toml", "density = 2.6", 0..7));
         assert_eq!(warning.to_string(), "s.toml:1:1: rock.0.density: 2.6 kg/m3; write 2600.0");
+        let absent = Diagnostic::absent("sag", "no weight acts");
+        assert_eq!(
+            (absent.key.as_deref(), absent.headline().as_str()),
+            (Some("sag"), "sag is absent: no weight acts")
+        );
     }
 
     #[test]

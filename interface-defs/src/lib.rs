@@ -19,8 +19,8 @@
 //! - [`participant`]: the trait at the coupler's side, and its in-process implementation
 //! - [`ipc`]: the same over iceoryx2, in processes of their own
 //!
-//! The feature `toolkit` adds what rockfall's own programs share beside the contract (scene text
-//! and its errors, result files, run directory, exit codes). A foreign solver does not need it.
+//! What rockfall's own programs share beside the contract (scene text and its errors, result files, run directory, exit codes) is
+//! not needed by a foreign solver.
 
 pub mod diagnostic;
 mod exchange;

@@ -44,7 +44,7 @@ pub const TIMEOUT: f64 = 60.0;
 
 /// How to wait for an answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
-#[cfg_attr(feature = "toolkit", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Wait {
     /// Look again for half a millisecond, yielding the processor in between, then sleep until woken; as soon as the processor
@@ -77,7 +77,7 @@ impl fmt::Display for Wait {
 }
 
 /// Whether the process `supervisor` is not this one's parent any more.
-pub(crate) fn is_orphan(supervisor: u32) -> bool {
+pub fn is_orphan(supervisor: u32) -> bool {
     std::os::unix::process::parent_id() != supervisor
 }
 

@@ -2,7 +2,6 @@
 
 use super::check::Format;
 use super::log::LogFormat;
-use super::program::Savings;
 use super::progress::Form;
 use super::run_dir;
 use super::scene::Scene;
@@ -79,6 +78,14 @@ pub struct Leader {
     /// Print progress on stdout, five times a second
     #[arg(long, value_enum, value_name = "FORM", help_heading = "Results")]
     pub progress: Option<Form>,
+}
+
+/// Whether savings are used.
+#[derive(Debug, Clone, Args)]
+pub struct Savings {
+    /// Switch off every shortcut (flight in closed form, skipped structure), to prove that it is harmless
+    #[arg(long, help_heading = "Computation")]
+    pub no_shortcuts: bool,
 }
 
 /// Of a program that another one starts.

@@ -1,5 +1,7 @@
 //! What a program answers to `check`: what it would build, from which numbers, at what cost.
 
+use super::files;
+use super::input_file;
 use super::screen::show;
 use crate::diagnostic::Diagnostic;
 use crate::mesh::InterfaceMesh;
@@ -78,14 +80,15 @@ impl CheckReport {
 
 /// The interface mesh in a JSON file, `-` for stdin.
 pub fn read_interface(path: &Path) -> Result<InterfaceMesh, Diagnostic> {
-    let text = match path.to_str() {
-        Some("-") => std::io::read_to_string(std::io::stdin()),
-        _ => std::fs::read_to_string(path),
-    };
     let fault = |what: String| Diagnostic::in_file(path.display().to_string(), what);
-    let text = text.map_err(|e| fault(format!("the interface mesh cannot be read: {e}")))?;
+    let text = match path.to_str() {
+        Some("-") => std::io::read_to_string(std::io::stdin())
+            .map_err(|e| fault(format!("the interface mesh cannot be read: {e}")))?
+            .into_bytes(),
+        _ => input_file::read(path, files::TEXT)?,
+    };
     let mesh: InterfaceMesh =
-        serde_json::from_str(&text).map_err(|e| fault(format!("this is no interface mesh: {e}")))?;
+        serde_json::from_slice(&text).map_err(|e| fault(format!("this is no interface mesh: {e}")))?;
     mesh.check().map_err(fault)?;
     Ok(mesh)
 }

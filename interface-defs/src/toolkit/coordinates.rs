@@ -5,6 +5,7 @@
 
 mod layer;
 
+use super::files;
 use super::input_file;
 use super::scene::Scene;
 use crate::diagnostic::{Diagnostic, code};
@@ -82,10 +83,10 @@ impl<P: Clone + From<[f64; 2]>> Coordinates<P> {
     pub fn read(&self, form: Form, key: &str, scene: &Scene) -> Result<Self, Diagnostic> {
         let Some(Source { file, name }) = &self.source else { return Ok(self.clone()) };
         let path = scene.resolve(file);
-        input_file::regular(&path)
+        let text = input_file::read(&path, files::TEXT)
             .map_err(|e| scene.invalid(key, e.headline()).coded(e.code).try_if(e.hint))?;
         let own = key.rsplit('.').next().unwrap_or(key);
-        let read = layer::Layer::read(&path)
+        let read = layer::Layer::read(text)
             .and_then(|layer| Ok((layer.points(form, name.as_deref(), (own, file))?, layer.epsg())));
         let (places, system) = read.map_err(|(what, hint)| {
             let what = format!("{}: {what}", file.display());

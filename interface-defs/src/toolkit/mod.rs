@@ -17,23 +17,22 @@
 //! - [`checkpoint`]: what a run that was killed goes on from
 //! - [`energy`]: the balance of energy, from gauges by role
 //! - [`limits`]: bounds of trust, and who passes them
-//! - [`exit`], [`log`], [`screen`], [`alloc`]: exit codes, logs, text on the screen, counted allocations ([`counted`]: those of a solver)
+//! - [`exit`], [`log`], [`screen`], [`alloc`]: exit codes, logs, text on the screen, counted allocations
 
 pub mod alloc;
 pub mod arguments;
 pub mod check;
 pub mod checkpoint;
 pub mod coordinates;
-pub mod counted;
 pub mod energy;
 mod exact;
 pub mod exit;
 pub mod explain;
 pub mod files;
 pub mod ground;
+mod guest;
 pub mod history;
 pub mod input_file;
-mod layout;
 pub mod limits;
 pub mod log;
 pub mod manifest;
@@ -46,6 +45,7 @@ pub mod progress;
 pub mod provenance;
 pub mod ranges;
 pub mod recorder;
+mod regular_file;
 pub mod run_dir;
 pub mod scene;
 pub mod schema;

@@ -198,7 +198,7 @@ fn refuse_exposed(dir: &Dir) -> Result<(), Diagnostic> {
 }
 
 /// Refuse to write into `dir` as part of `run` while another run owns it.
-pub fn refuse_stranger(dir: &Path, run: &RunId) -> Result<(), String> {
+pub fn refuse_stranger(dir: &Path, run: &RunId) -> Result<(), Diagnostic> {
     // Without a lock nobody is there.
     let Ok(mut lock) = open_with(dir, OFlags::RDONLY) else { return Ok(()) };
     if !matches!(lock.try_lock_shared(), Err(TryLockError::WouldBlock)) {
@@ -206,7 +206,7 @@ pub fn refuse_stranger(dir: &Path, run: &RunId) -> Result<(), String> {
     }
     match read(&mut lock) {
         (Some(owner), process) if owner != *run => {
-            Err(taken(&dir.display().to_string(), Some(&owner), process).to_string())
+            Err(taken(&dir.display().to_string(), Some(&owner), process))
         }
         _ => Ok(()),
     }
@@ -268,7 +268,9 @@ mod tests {
                 format!("run {} (process {}) is writing its results here", first.run, std::process::id());
             assert!(message.contains(&expected) && message.contains("--out"), "{message}");
         }
-        assert!(refuse_stranger(temp.path(), &RunId::new()).expect_err("taken").contains("is writing"));
+        assert!(
+            refuse_stranger(temp.path(), &RunId::new()).expect_err("taken").message.contains("is writing")
+        );
         assert_eq!(refuse_stranger(temp.path(), &first.run), Ok(()));
         assert_eq!(std::fs::read_to_string(temp.path().join("history.csv")).expect("kept"), "rows");
         assert_eq!(first.check(), Ok(()));

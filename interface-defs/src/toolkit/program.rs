@@ -1,14 +1,15 @@
 //! The `main` of a solver: `run` alone, `check`, `serve` to a coupler.
 
+pub use super::arguments::Savings;
 use super::arguments::{AnswerForm, Input, Leader, Logging, Membership, ResultDir, Supervised};
 use super::check;
 pub use super::check::CheckReport;
 use super::checkpoint;
-use super::counted::Counted;
 use super::exit::Exit;
+use super::guest::Guest;
 use super::limits::Limits;
 use super::log;
-use super::owner::{self, Claim, Owner};
+use super::owner::{Claim, Owner};
 use super::progress::Reporter;
 use super::provenance;
 use super::run_dir;
@@ -21,12 +22,10 @@ use super::summary::{RunStatus, Summary};
 use crate::diagnostic::{Diagnostic, code};
 use crate::ipc::serve::{self, Connection};
 use crate::ipc::wait::is_orphan;
-use crate::ipc::{RunId, TIMEOUT, Wait, interrupt};
+use crate::ipc::{TIMEOUT, Wait, interrupt};
 use crate::mesh::InterfaceMesh;
-use crate::message::{Fault, Hello, Plan, Ready, Statistics};
 use crate::participant::Failure;
-use crate::selection::Selection;
-use crate::solver::{OnProgress, Solver, Window};
+use crate::solver::Solver;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -132,14 +131,6 @@ struct ServeArguments {
     /// How to wait for a request: `auto` looks again before it sleeps, `event` sleeps at once
     #[arg(long, value_name = "HOW", default_value_t, help_heading = "Connection")]
     wait: Wait,
-}
-
-/// Whether savings are used.
-#[derive(Debug, Clone, clap::Args)]
-pub struct Savings {
-    /// Switch off every shortcut (flight in closed form, skipped structure), to prove that it is harmless
-    #[arg(long, help_heading = "Computation")]
-    pub no_shortcuts: bool,
 }
 
 /// Seconds on a command line: finite, above 0.
@@ -260,8 +251,8 @@ fn serve_run(program: &Program, arguments: &ServeArguments) -> Result<Exit, Diag
     let built = arguments.input.load().and_then(|scene| {
         let out = arguments.dir.of(&scene);
         let options = Options { out: Some(out.clone()), shortcuts: !arguments.savings.no_shortcuts };
-        let solver = Counted::new((program.build)(&scene, &options)?);
-        Ok(Guest { solver, out, run: run.clone(), scene: scene.fingerprint() })
+        let solver = (program.build)(&scene, &options)?;
+        Ok(Guest::new(solver, out, run.clone(), scene.fingerprint()))
     });
     match built {
         Ok(mut solver) => Ok(ended(serve::serve(&mut solver, &connection))),
@@ -271,58 +262,6 @@ fn serve_run(program: &Program, arguments: &ServeArguments) -> Result<Exit, Diag
             let _ = serve::refuse(&error.into(), &connection);
             Ok(Exit::BadInput)
         }
-    }
-}
-
-/// A solver that takes part in a run: it writes only into a directory that no other run owns.
-struct Guest {
-    solver: Counted<Box<dyn Solver>>,
-    out: PathBuf,
-    run: RunId,
-    /// Fingerprint of the scene, which all programs of the run compare.
-    scene: String,
-}
-
-impl Solver for Guest {
-    fn hello(&self) -> Hello {
-        Hello { scene: self.scene.clone(), ..self.solver.hello() }
-    }
-
-    fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Fault> {
-        owner::refuse_stranger(&self.out, &self.run).map_err(Fault::input)?;
-        self.solver.prepare(plan, progress)
-    }
-
-    fn solve(&mut self, window: &Window, input: &[f64], output: &mut [f64]) -> Result<(), Fault> {
-        self.solver.solve(window, input, output)
-    }
-
-    fn select(&mut self, selection: Option<&mut Selection>) -> Result<(), Fault> {
-        self.solver.select(selection)
-    }
-
-    fn committed(&mut self, output: &mut [f64]) -> Result<(), Fault> {
-        self.solver.committed(output)
-    }
-
-    fn reach(&mut self, window: &Window, input: &[f64], nodes: &mut Vec<u32>) -> Result<(), Fault> {
-        self.solver.reach(window, input, nodes)
-    }
-
-    fn commit(&mut self) -> Result<(), Fault> {
-        self.solver.commit()
-    }
-
-    fn save(&mut self) -> Result<Vec<u8>, Fault> {
-        self.solver.save()
-    }
-
-    fn resume(&mut self, state: &[u8]) -> Result<(), Fault> {
-        self.solver.resume(state)
-    }
-
-    fn finish(&mut self) -> Result<Statistics, Fault> {
-        self.solver.finish()
     }
 }
 

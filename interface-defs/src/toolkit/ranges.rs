@@ -134,21 +134,21 @@ mod tests {
 
     #[test]
     fn what_is_wrong_is_an_error_at_its_place_and_what_is_unusual_a_warning() {
-        let scene = Scene::from_text("s.toml", "[a]\nstep = -1.0\n").expect("TOML");
+        let scene = Scene::from_text("s.toml", "[dem]\nstep = -1.0\n").expect("TOML");
         let mut warnings = Vec::new();
-        let error = STEP.pass(&scene, "a", -1.0, &mut warnings).expect_err("is wrong");
+        let error = STEP.pass(&scene, "dem", -1.0, &mut warnings).expect_err("is wrong");
         assert_eq!(
             (error.headline().as_str(), error.code),
             ("s.toml:2:8: step = -1.0 is below 0", code::INVALID_VALUE)
         );
-        assert!([1.0, 999.0, f64::NAN].iter().all(|v| STEP.judge("a", *v).is_none()));
+        assert!([1.0, 999.0, f64::NAN].iter().all(|v| STEP.judge("dem", *v).is_none()));
         for value in [0.0, 1.1e6] {
-            STEP.pass(&scene, "a", value, &mut warnings).expect("possible");
+            STEP.pass(&scene, "dem", value, &mut warnings).expect("possible");
         }
         let said: Vec<String> = warnings.iter().map(ToString::to_string).collect();
         assert_eq!(
             said,
-            ["a.step: 0.0 is nothing", "a.step: 1.1e6 is long; in ms it would be 1100.0: write 1100.0"]
+            ["dem.step: 0.0 is nothing", "dem.step: 1.1e6 is long; in ms it would be 1100.0: write 1100.0"]
         );
         assert_eq!(warnings[1].code, code::LIKELY_UNIT);
     }

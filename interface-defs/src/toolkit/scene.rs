@@ -5,8 +5,9 @@
 
 use super::exact::{Exact, Mismatch};
 use super::explain::{suggestion, values};
-use super::input_file;
+use super::files;
 use super::overrides::Override;
+use super::regular_file;
 use super::syntax;
 use crate::diagnostic::{Code, Diagnostic, Place, code};
 use serde::Deserialize;
@@ -78,12 +79,7 @@ impl Scene {
 
     /// The same for a document of another kind, such as a study of many scenes.
     pub fn load_as(kind: &'static Kind, path: &Path, sets: &[String]) -> Result<Self, Diagnostic> {
-        let name = path.display().to_string();
-        input_file::regular(path)?;
-        let bytes = std::fs::read(path).map_err(|e| {
-            Diagnostic::in_file(name.as_str(), format!("the {} cannot be read: {e}", kind.name))
-                .coded(code::FILE)
-        })?;
+        let bytes = regular_file::read(path, files::TEXT)?;
         Self::new(kind, path.to_owned(), syntax::decode(path, bytes)?, sets)
     }
 
@@ -188,7 +184,7 @@ impl Scene {
             bytes.push(0);
             bytes.extend_from_slice(set.text.as_bytes());
         }
-        input_file::hash(&bytes)
+        regular_file::hash(&bytes)
     }
 
     /// Whether it has this top-level key.

@@ -42,6 +42,9 @@ pub struct Summary {
     /// What became of each rock.
     #[serde(default, with = "verdicts")]
     pub verdict: Vec<Verdict>,
+    /// The program that gave each; not written.
+    #[serde(skip)]
+    pub judges: Vec<String>,
     /// What tore of the structure, a part each; `None`: nothing of it can.
     #[serde(default)]
     pub torn: Option<Vec<Torn>>,
@@ -74,6 +77,7 @@ impl Summary {
     pub fn new(status: RunStatus) -> Self {
         Self {
             verdict: Vec::new(),
+            judges: Vec::new(),
             torn: None,
             status,
             run: None,
@@ -117,7 +121,8 @@ impl Summary {
     /// Take in what the solver `program` reports at the end.
     ///
     /// # Errors
-    /// If it gives a measure that another program has given, or the verdict on a rock that has one; both are left out.
+    /// If it gives a measure that another program has given, or the verdict on a rock that has one: both measures and the second verdict are
+    /// left out.
     pub fn take(&mut self, program: &str, statistics: &Statistics) -> Result<(), Diagnostic> {
         let mut clashes = Vec::new();
         for measure in &statistics.measures {
@@ -131,10 +136,13 @@ impl Summary {
             }
         }
         for verdict in &statistics.verdicts {
-            if self.verdict.iter().any(|known| known.rock == verdict.rock) {
-                clashes.push(format!("a second verdict on rock `{}`, by {program}", verdict.rock));
+            let mut known = self.verdict.iter().zip(&self.judges);
+            if let Some((_, other)) = known.find(|(known, _)| known.rock == verdict.rock) {
+                let rock = &verdict.rock;
+                clashes.push(format!("the verdict on rock `{rock}` is given by {other} and by {program}"));
             } else {
                 self.verdict.push(verdict.clone());
+                self.judges.push(program.to_owned());
             }
         }
         if let Some(torn) = &statistics.torn {
@@ -197,8 +205,8 @@ impl Summary {
                 return true;
             }
             let what =
-                format!("measure {}: its value {} is not a finite number; it is left out", m.name, m.value);
-            lost.push(Diagnostic::warning(code::NOT_FINITE, what));
+                format!("the value {} of this measure is not a finite number; it is left out", m.value);
+            lost.push(Diagnostic::warning(code::NOT_FINITE, what).about(&m.name));
             false
         });
         for (section, map) in
@@ -246,8 +254,8 @@ fn drop_null(name: &str, map: &mut Map<String, Value>, lost: &mut Vec<Diagnostic
         let name = format!("{name}.{key}");
         match value {
             Value::Null => {
-                let what = format!("{name} is not a finite number; it is left out");
-                lost.push(Diagnostic::warning(code::NOT_FINITE, what));
+                let what = "this is not a finite number; it is left out";
+                lost.push(Diagnostic::warning(code::NOT_FINITE, what).about(name));
                 false
             }
             Value::Object(inner) => {
@@ -359,7 +367,7 @@ mod tests {
         assert_eq!(read.measures, vec![measure("depth", 1.0, None)]);
         assert!(read.energy.is_empty());
         assert!(
-            read.warnings[0].message.contains("peak") && read.warnings[1].message.contains("energy.error"),
+            read.warnings.iter().filter_map(|w| w.key.as_deref()).eq(["peak", "energy.error"]),
             "{read:?}"
         );
     }
@@ -390,7 +398,8 @@ mod tests {
         assert_eq!((&verdict["fate"], &verdict["time"]), (&"at_rest".into(), &4.0.into()));
         assert_eq!(verdict["torn"][0]["part"], "rope");
         assert_eq!(verdict["sentence"], summary.verdict[0].to_string());
-        assert_eq!(Summary::read(dir.path()).expect("read"), summary);
+        let written = Summary { judges: Vec::new(), ..summary.clone() };
+        assert_eq!(Summary::read(dir.path()).expect("read"), written);
         assert_eq!(summary.sentences(), [summary.verdict[0].to_string(), torn.to_string()]);
         let nothing = Summary { torn: Some(Vec::new()), ..Summary::new(RunStatus::Done) };
         assert_eq!(nothing.sentences(), [NOTHING_TORE]);
@@ -427,6 +436,13 @@ mod tests {
         assert_eq!(refused.code, code::NAME_TAKEN);
         assert!(refused.message.contains("dem-solver 1") && refused.message.contains("theirs"), "{refused}");
         assert_eq!(summary.measure("max_deflection"), None);
+        let ending =
+            Ending { fate: Fate::AtRest, time: 4.0, position: [0.0; 3], speed: 0.0, on_terrain: true };
+        let judged = Statistics { verdicts: vec![Verdict::of("block", ending)], ..Statistics::default() };
+        summary.take("dem-solver 1", &judged).expect("the first");
+        let refused = summary.take("theirs", &judged).expect_err("a second");
+        assert!(refused.message.contains("dem-solver 1") && refused.message.contains("theirs"), "{refused}");
+        assert_eq!(summary.verdict.len(), 1);
     }
 
     #[test]

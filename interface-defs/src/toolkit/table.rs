@@ -3,7 +3,7 @@
 use super::run_dir::SUMMARY;
 use super::screen::{complain, show};
 use super::summary::{RunStatus, Summary, short};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Severity, code};
 use crate::message::Measure;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -39,7 +39,8 @@ impl Summary {
             });
             kinds[at].1 += 1;
             if kinds[at].1 <= OF_A_KIND {
-                let _ = writeln!(text, "warning: {warning}");
+                let label = if warning.severity == Severity::Note { "" } else { "warning: " };
+                let _ = writeln!(text, "{label}{warning}");
             }
         }
         for (kind, count) in kinds.iter().filter(|(_, count)| *count > OF_A_KIND) {
@@ -77,10 +78,11 @@ fn shown(measures: &[Measure]) -> Vec<&Measure> {
     shown
 }
 
-/// What makes warnings alike: the last name of the key that they are about, else their code.
+/// What makes warnings alike: the last name of the key that they are about, else their code. Absent measures are alike.
 fn kind(warning: &Diagnostic) -> String {
     let is_name = |part: &&str| !part.bytes().all(|b| b.is_ascii_digit());
-    let key = warning.key.as_deref().and_then(|key| key.rsplit('.').find(is_name));
+    let key = warning.key.as_deref().filter(|_| warning.code != code::ABSENT_MEASURE);
+    let key = key.and_then(|key| key.rsplit('.').find(is_name));
     key.unwrap_or(warning.code.as_str()).to_owned()
 }
 
@@ -102,7 +104,6 @@ fn short_in(unit: &str, value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnostic::code;
     use crate::message::Worse;
 
     fn measure(name: &str, value: f64, time: Option<f64>) -> Measure {
@@ -119,6 +120,7 @@ mod tests {
             measure("max_deflection", 0.351_234_567, Some(0.5)).ranked(50, Worse::Larger),
         ];
         summary.warnings.push(Diagnostic::warning(code::OTHER, "mind the gap"));
+        summary.warnings.push(Diagnostic::of(Severity::Note, code::OTHER, "it went on from 1 s"));
         summary.cost.insert("wall_s".into(), 0.25.into());
         let expected = "nothing of the structure tore\n\
                         status            unreliable\n\
@@ -126,6 +128,7 @@ mod tests {
                         rest_x            2600120.263 m\n\
                         posts_height_min          1.5 m     (post 3)\n\
                         warning: mind the gap\n\
+                        it went on from 1 s\n\
                         results           out/x\n";
         assert_eq!(summary.table(Path::new("out/x")), expected);
     }

@@ -20,9 +20,8 @@ pub struct Layer {
 }
 
 impl Layer {
-    /// That of a GeoJSON file whose coordinates are not in degrees.
-    pub fn read(path: &Path) -> Result<Self, Refused> {
-        let text = std::fs::read(path).map_err(|e| (format!("the file cannot be read: {e}"), None))?;
+    /// That of the text of a GeoJSON file whose coordinates are not in degrees.
+    pub fn read(text: Vec<u8>) -> Result<Self, Refused> {
         let no_geojson = |what: String| (format!("this is no GeoJSON: {what}"), Some(AS_GEOJSON.into()));
         let text = String::from_utf8(text).map_err(|_| no_geojson("it is no text".into()))?;
         // Some programs begin a file with a mark of its encoding.

@@ -1,27 +1,34 @@
-//! A solver whose memory allocations are counted from its second window on.
+//! A solver that takes part in a run which a coupler leads.
 
 use super::alloc::allocations;
+use super::owner;
+use crate::ipc::RunId;
 use crate::message::{Fault, Hello, Plan, Ready, Statistics};
 use crate::selection::Selection;
 use crate::solver::{OnProgress, Solver, Window};
+use std::path::PathBuf;
 
-/// Adds the count `allocations_after_first_window` to the statistics of `solver`. It counts where the
-/// program's global allocator is [`CountingAllocator`](super::alloc::CountingAllocator), else it is 0.
-pub struct Counted<S> {
-    solver: S,
+/// It writes only into a directory that no other run owns. To the statistics of its solver it adds the count
+/// `allocations_after_first_window`, which is 0 where the program's global allocator is not
+/// [`CountingAllocator`](super::alloc::CountingAllocator).
+pub(crate) struct Guest {
+    solver: Box<dyn Solver>,
+    out: PathBuf,
+    run: RunId,
+    /// Fingerprint of the scene, which all programs of the run compare.
+    scene: String,
     committed: bool,
     count: u64,
 }
 
-impl<S: Solver> Counted<S> {
-    /// Count for `solver`.
-    pub fn new(solver: S) -> Self {
-        Self { solver, committed: false, count: 0 }
+impl Guest {
+    pub fn new(solver: Box<dyn Solver>, out: PathBuf, run: RunId, scene: String) -> Self {
+        Self { solver, out, run, scene, committed: false, count: 0 }
     }
 
-    fn count<T>(&mut self, work: impl FnOnce(&mut S) -> T) -> T {
+    fn count<T>(&mut self, work: impl FnOnce(&mut dyn Solver) -> T) -> T {
         let before = allocations();
-        let result = work(&mut self.solver);
+        let result = work(self.solver.as_mut());
         if self.committed {
             self.count += allocations() - before;
         }
@@ -29,12 +36,13 @@ impl<S: Solver> Counted<S> {
     }
 }
 
-impl<S: Solver> Solver for Counted<S> {
+impl Solver for Guest {
     fn hello(&self) -> Hello {
-        self.solver.hello()
+        Hello { scene: self.scene.clone(), ..self.solver.hello() }
     }
 
     fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Fault> {
+        owner::refuse_stranger(&self.out, &self.run)?;
         self.solver.prepare(plan, progress)
     }
 
@@ -43,7 +51,7 @@ impl<S: Solver> Solver for Counted<S> {
     }
 
     fn commit(&mut self) -> Result<(), Fault> {
-        let outcome = self.count(Solver::commit);
+        let outcome = self.count(|solver| solver.commit());
         self.committed = true;
         outcome
     }
