@@ -33,6 +33,7 @@ pub mod ground;
 mod guest;
 pub mod history;
 pub mod input_file;
+mod layout;
 pub mod limits;
 pub mod log;
 pub mod manifest;

@@ -1,12 +1,13 @@
-//! Which program wrote what: the build of a program, who wrote a kept state, hashes of files.
+//! Which program wrote what: the build of a program, the layout of a kept state, hashes of files.
 //!
 //! The proof of a build is the hash of the program that runs (BLAKE3 of `/proc/self/exe`, taken once and only where it is needed); the
 //! commit is known where `ROCKFALL_COMMIT` was set when it was compiled, as whoever packages it does: nothing is compiled anew
 //! because of a commit. Two builds of the same sources by the same compiler are the same program.
 
 use super::files;
+use super::layout::layout;
 use crate::diagnostic::{Diagnostic, code};
-use crate::ipc::run_id::fnv1a;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io;
@@ -88,17 +89,17 @@ pub fn hash_of(file: impl io::Read) -> io::Result<(Running, u64)> {
     Ok((hash, length))
 }
 
-/// What a kept state begins with: a mark, the hash of the name of its type, the program that wrote it.
-const MARK: &[u8; 4] = b"RKP2";
+/// What a kept state begins with: a mark, the hash of its layout, the program that wrote it.
+const MARK: &[u8; 4] = b"RKP1";
 /// Digits of the hash of a program.
 const DIGITS: usize = 32;
 /// Bytes before the state itself.
 const HEAD: usize = MARK.len() + 8 + DIGITS;
 
 /// What stands before a kept state of type `S`.
-pub fn head<S>() -> Vec<u8> {
+pub fn head<S: DeserializeOwned>() -> Vec<u8> {
     let mut bytes = MARK.to_vec();
-    bytes.extend(fnv1a(std::any::type_name::<S>().as_bytes()).to_le_bytes());
+    bytes.extend_from_slice(&layout::<S>().to_le_bytes());
     bytes.extend(build_id().program.bytes().chain(std::iter::repeat(b' ')).take(DIGITS));
     bytes
 }
@@ -106,31 +107,31 @@ pub fn head<S>() -> Vec<u8> {
 /// Who may read a kept state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reader {
-    /// The program that wrote it alone, and as the same type: it goes on to the same bytes.
+    /// The program that wrote it alone: it goes on to the same bytes.
     SameBuild,
-    /// Every program, as whoever keeps the state has a version of its layout.
-    AnyBuild,
+    /// Every program that has the same layout of it.
+    SameLayout,
 }
 
 /// The state behind [`head`], if this program may read it as `S`. An error of kind [`code::PROVENANCE`] names both builds.
-pub fn open<S>(bytes: &[u8], reader: Reader) -> Result<&[u8], Diagnostic> {
+pub fn open<S: DeserializeOwned>(bytes: &[u8], reader: Reader) -> Result<&[u8], Diagnostic> {
     let refuse = |what: String| {
-        Err(Diagnostic::error(code::PROVENANCE, what).try_instead(
+        Diagnostic::error(code::PROVENANCE, what).try_instead(
             "use the programs that wrote it, or run it anew with --force or into another directory",
-        ))
+        )
     };
     let Some((head, state)) = bytes.split_at_checked(HEAD).filter(|(head, _)| head.starts_with(MARK)) else {
-        return refuse("a kept state does not say which program wrote it".into());
+        return Err(refuse("a kept state does not say which program wrote it".into()));
     };
-    if reader == Reader::AnyBuild || head == self::head::<S>() {
-        return Ok(state);
+    let (own, kept) = (self::head::<S>(), String::from_utf8_lossy(&head[HEAD - DIGITS..]).into_owned());
+    let theirs = format!("it was written by program {}, and this is {}", kept.trim_end(), build_id());
+    if head[..HEAD - DIGITS] != own[..HEAD - DIGITS] {
+        return Err(refuse(format!("the layout of a kept state is not that of this program: {theirs}")));
     }
-    let theirs = String::from_utf8_lossy(&head[HEAD - DIGITS..]);
-    let (theirs, own) = (theirs.trim_end(), build_id());
-    refuse(match theirs == own.program {
-        true => "a kept state is not of the part that is read from it".into(),
-        false => format!("a kept state is of another build: program {theirs} wrote it, and this is {own}"),
-    })
+    if reader == Reader::SameBuild && head != own {
+        return Err(refuse(format!("a kept state is of another build: {theirs}")));
+    }
+    Ok(state)
 }
 
 #[cfg(test)]
@@ -146,18 +147,19 @@ mod tests {
     }
 
     #[test]
-    fn a_state_of_another_type_or_build_is_refused_and_names_both() {
+    fn a_state_of_another_layout_or_build_is_refused_and_names_both() {
         let mut bytes = head::<(f64, u8)>();
         bytes.extend(b"state");
         assert_eq!(open::<(f64, u8)>(&bytes, Reader::SameBuild), Ok(&b"state"[..]));
-        assert_eq!(open::<(f64, i8)>(&bytes, Reader::SameBuild).expect_err("another").code, code::PROVENANCE);
+        let layout = open::<(f64, i8)>(&bytes, Reader::SameLayout).expect_err("another");
+        assert!(layout.code == code::PROVENANCE && layout.message.contains("layout"), "{layout}");
         bytes[HEAD - 1] ^= 1;
-        assert_eq!(open::<(f64, u8)>(&bytes, Reader::AnyBuild), Ok(&b"state"[..]));
+        assert_eq!(open::<(f64, u8)>(&bytes, Reader::SameLayout), Ok(&b"state"[..]));
         let build = open::<(f64, u8)>(&bytes, Reader::SameBuild).expect_err("another");
         let theirs = String::from_utf8_lossy(&bytes[HEAD - DIGITS..HEAD]);
         assert!(build.message.contains(&build_id().program) && build.message.contains(&*theirs), "{build}");
         for length in 0..HEAD {
-            assert!(open::<(f64, u8)>(&bytes[..length], Reader::AnyBuild).is_err(), "{length}");
+            assert!(open::<(f64, u8)>(&bytes[..length], Reader::SameLayout).is_err(), "{length}");
         }
     }
 

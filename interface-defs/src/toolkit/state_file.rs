@@ -4,7 +4,7 @@
 //! 8 bytes   "RKFLSTA2"
 //! 4 bytes   version of what follows, little-endian
 //! 32 bytes  BLAKE3 of the rest
-//!           type and program ([`super::provenance`]), then the content, bincode 2 with integers of fixed length
+//!           layout and program ([`super::provenance`]), then the content, bincode 2 with integers of fixed length
 //! ```
 //!
 //! It is there as a whole or not at all. Whoever writes it says what the content is; nobody else has to read it.
@@ -30,7 +30,7 @@ pub enum Unreadable {
     File(io::Error),
     /// It is of another version: that of the file, and that which is read here.
     Version(u32, u32),
-    /// It does not say which program wrote it.
+    /// Another program wrote it, and this one does not know its layout.
     Foreign(Box<Diagnostic>),
     /// It is not what was written.
     Damaged(String),
@@ -50,7 +50,7 @@ impl std::fmt::Display for Unreadable {
 }
 
 /// Write `state` to `path`, as content of `version`: as a whole or not at all.
-pub fn write<S: Serialize>(path: &Path, version: u32, state: &S) -> io::Result<()> {
+pub fn write<S: Serialize + DeserializeOwned>(path: &Path, version: u32, state: &S) -> io::Result<()> {
     let mut rest = provenance::head::<S>();
     message::append(state, &mut rest);
     let mut bytes = Vec::with_capacity(HEAD + rest.len());
@@ -61,8 +61,7 @@ pub fn write<S: Serialize>(path: &Path, version: u32, state: &S) -> io::Result<(
     files::write(path, &bytes)
 }
 
-/// Read what [`write`] has written to `path` as content of `version`. Another build may have written it: whoever declares the version
-/// raises it with the layout of the content.
+/// Read what [`write`] has written to `path` as content of `version`, by any program that has the same layout of it.
 pub fn read<S: DeserializeOwned>(path: &Path, version: u32) -> Result<S, Unreadable> {
     let bytes = files::read(path, files::STATE).map_err(Unreadable::File)?;
     if !bytes.starts_with(MARK) {
@@ -79,7 +78,8 @@ pub fn read<S: DeserializeOwned>(path: &Path, version: u32) -> Result<S, Unreada
     if found != version {
         return Err(Unreadable::Version(found, version));
     }
-    let content = provenance::open::<S>(rest, Reader::AnyBuild).map_err(|e| Unreadable::Foreign(e.into()))?;
+    let content =
+        provenance::open::<S>(rest, Reader::SameLayout).map_err(|e| Unreadable::Foreign(e.into()))?;
     message::unpack(content).map_err(|e| Unreadable::Damaged(e.to_string()))
 }
 
@@ -88,7 +88,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_length_that_is_claimed_takes_no_memory() {
+    fn a_length_that_is_claimed_takes_no_memory_and_no_other_layout_is_read() {
         let temp = tempfile::tempdir().expect("a directory");
         let path = temp.path().join("a.state");
         for claimed in [1 << 20, 1 << 40, u64::MAX] {
@@ -99,6 +99,8 @@ mod tests {
             std::fs::write(&path, bytes).expect("written");
             let said = read::<(String, Vec<f64>)>(&path, 3).expect_err("refused");
             assert!(matches!(said, Unreadable::Damaged(_)), "{said}");
+            let other = read::<(String, Vec<f32>)>(&path, 3).expect_err("refused");
+            assert!(matches!(other, Unreadable::Foreign(_)), "{other}");
         }
     }
 

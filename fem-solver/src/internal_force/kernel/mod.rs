@@ -13,9 +13,10 @@ mod pull;
 pub mod rings;
 mod scattered;
 
+use self::pull::{Pull, WIDEST};
 use self::scattered::Scattered;
 use crate::element::Cable;
-use crate::linear_algebra::lanes::{LANES, add_to, subtract_from, sum_of, wide};
+use crate::linear_algebra::lanes::{add_to, subtract_from, sum_of, wide};
 use std::ops::Range;
 
 /// Nodes of a tile.
@@ -118,11 +119,11 @@ impl Kernel {
         }
         let longest = kernel.runs.iter().map(|r| r.cables.len()).max().unwrap_or(0);
         // Room for what the widest registers write beyond the end of a run.
-        kernel.pull = [0, 1, 2].map(|_| vec![0.0; longest + LANES]);
+        kernel.pull = [0, 1, 2].map(|_| vec![0.0; longest + WIDEST]);
         for constants in
             kernel.span2.iter_mut().chain([&mut kernel.square, &mut kernel.q0, &mut kernel.slope])
         {
-            constants.resize(constants.len() + LANES, 0.0);
+            constants.resize(constants.len() + WIDEST, 0.0);
         }
         kernel.scalar = vec![0.0; longest];
         for i in 0..kernel.runs.len() {
@@ -218,7 +219,8 @@ impl Kernel {
         let runs = &self.runs[self.tiles[tile].runs.clone()];
         let [x, y, z] = &self.span2;
         let constants = [x, y, z, &self.square, &self.q0, &self.slope].map(|of| &of[..]);
-        pull::pull(runs, constants, u, force, self.node_count, &mut self.pull)
+        let (nodes, spare) = (self.node_count, &mut self.pull);
+        pulp::Arch::new().dispatch(Pull { runs, constants, u, force, nodes, spare })
     }
 
     /// Add the pull of the cables over a step from `before` to `after` to `force`: the mean stress

@@ -1,131 +1,207 @@
 //! What the cables of runs pull on their nodes, several at a time.
 //!
-//! Every cable and every sum at a node is the same arithmetic in the same order whatever the width of the registers, and
-//! nothing is fused, so that every machine gives the same bytes.
+//! Registers as wide as the processor has them: every cable and every sum at a node is the same arithmetic in the same
+//! order whatever their width, and nothing is fused, so that every machine gives the same bytes.
 
 use super::Run;
-use crate::linear_algebra::lanes::{LANES, wide};
+use pulp::{Scalar, Simd, WithSimd};
+
+/// Cables that the widest registers hold.
+pub const WIDEST: usize = 8;
 
 /// Constants of all cables: `2 D` [m] by component, `D . D` [m2], `q_0` [N/m], `c` [N/m3].
 pub type Constants<'a> = [&'a [f64]; 6];
 
-wide! {
-    /// Add what the cables of `runs` pull at the displacements `u` [m] to `force` [N], both component-major over `nodes` nodes;
-    /// `spare` is memory for the pulls of a run. Gives the largest tension, squared [N2]; what is not a number is passed over.
-    pub fn pull(
-        runs: &[Run],
-        constants: Constants,
-        u: &[f64],
-        force: &mut [f64],
-        nodes: usize,
-        spare: &mut [Vec<f64>; 3],
-    ) -> f64 {
-        let (x, rest) = u.split_at(nodes);
-        let (y, z) = rest.split_at(nodes);
-        let (fx, rest) = force.split_at_mut(nodes);
-        let (fy, fz) = rest.split_at_mut(nodes);
-        let mut largest = [0.0; LANES];
-        for run in runs {
-            let (len, [a, b], cable) = (run.cables.len(), run.nodes, run.cables.start);
-            // The last block reaches over the end; what is beyond is left as it is.
-            let up = len.next_multiple_of(LANES).min(nodes - b);
-            let [px, py, pz] = &mut *spare;
-            let piece = Piece {
-                first: [&x[a..a + up], &y[a..a + up], &z[a..a + up]],
-                second: [&x[b..b + up], &y[b..b + up], &z[b..b + up]],
-                constants: constants.map(|of| &of[cable..cable + up]),
-                floor: run.floor,
-            };
-            let force = [&mut fx[a..a + up], &mut fy[a..a + up], &mut fz[a..a + up]];
-            let pulls = [&mut px[..up], &mut py[..up], &mut pz[..up]];
-            if run.alike {
-                piece.pull::<true>(force, pulls, len, &mut largest);
-            } else {
-                piece.pull::<false>(force, pulls, len, &mut largest);
-            }
-            // Later, in a loop of its own: first and second nodes of a run are often the same.
-            for (to, pulls) in [(&mut *fx, px), (&mut *fy, py), (&mut *fz, pz)] {
-                to[b..b + len].iter_mut().zip(&pulls[..len]).for_each(|(to, pull)| *to -= pull);
-            }
-        }
-        largest.into_iter().fold(0.0, f64::max)
-    }
+/// The runs of one tile and what they need. Gives the largest tension, squared [N2]; what is not a number is passed over.
+pub struct Pull<'a> {
+    /// The runs.
+    pub runs: &'a [Run],
+    /// The constants of all cables.
+    pub constants: Constants<'a>,
+    /// Displacements, component-major [m].
+    pub u: &'a [f64],
+    /// Forces that the pulls are added to, component-major [N].
+    pub force: &'a mut [f64],
+    /// Number of nodes.
+    pub nodes: usize,
+    /// Memory for the pulls of a run, by component.
+    pub spare: &'a mut [Vec<f64>; 3],
 }
 
-/// The cables of a run, and their nodes: slices of one length, no less than the number of cables.
+/// Some cables of a run, and their nodes: slices of one length, a multiple of what a register holds.
 struct Piece<'a> {
     first: [&'a [f64]; 3],
     second: [&'a [f64]; 3],
     constants: Constants<'a>,
     floor: f64,
+    /// How many of them are there.
+    len: usize,
 }
 
-impl Piece<'_> {
-    /// Add the pulls of `len` cables to the forces on the first nodes, and write them to `pulls`. `ALIKE`: the constants are
-    /// those of the first cable.
+impl WithSimd for Pull<'_> {
+    type Output = f64;
+
     #[inline(always)]
-    fn pull<const ALIKE: bool>(
-        &self,
-        [fx, fy, fz]: [&mut [f64]; 3],
-        [px, py, pz]: [&mut [f64]; 3],
-        len: usize,
-        largest: &mut [f64; LANES],
-    ) {
-        let [x1, y1, z1] = self.first.map(|of| of.as_chunks::<LANES>().0);
-        let n = x1.len();
-        let (y1, z1) = (&y1[..n], &z1[..n]);
-        let [x2, y2, z2] = self.second.map(|of| &of.as_chunks::<LANES>().0[..n]);
-        let [sx, sy, sz, square, q0, slope] = self.constants.map(|of| &of.as_chunks::<LANES>().0[..n]);
-        let [fxs, fys, fzs] =
-            [&mut *fx, &mut *fy, &mut *fz].map(|of| &mut of.as_chunks_mut::<LANES>().0[..n]);
-        let [pxs, pys, pzs] =
-            [&mut *px, &mut *py, &mut *pz].map(|of| &mut of.as_chunks_mut::<LANES>().0[..n]);
-        let alike = self.constants.map(|of| of[0]);
-        let whole = (len / LANES).min(n);
-        for i in 0..whole {
-            for l in 0..LANES {
-                let w = [x2[i][l] - x1[i][l], y2[i][l] - y1[i][l], z2[i][l] - z1[i][l]];
-                let own = [sx[i][l], sy[i][l], sz[i][l], square[i][l], q0[i][l], slope[i][l]];
-                let (pull, squared) = law(w, if ALIKE { alike } else { own }, self.floor);
-                largest[l] = if squared > largest[l] { squared } else { largest[l] };
-                [pxs[i][l], pys[i][l], pzs[i][l]] = pull;
-                fxs[i][l] += pull[0];
-                fys[i][l] += pull[1];
-                fzs[i][l] += pull[2];
+    fn with_simd<S: Simd>(mut self, simd: S) -> f64 {
+        let lanes = size_of::<S::f64s>() / size_of::<f64>();
+        let mut largest = 0.0;
+        let runs = self.runs;
+        for run in runs {
+            // The last register reaches over the end if there are nodes; what is beyond is left as it is.
+            let len = run.cables.len();
+            let reaches = run.nodes[1] + len.next_multiple_of(lanes) <= self.nodes;
+            let whole = if reaches { len } else { len / lanes * lanes };
+            if whole > 0 {
+                largest = self.piece(simd, run, 0, whole, largest);
+            }
+            if whole < len {
+                largest = self.piece(Scalar::new(), run, whole, len - whole, largest);
             }
         }
-        if whole < n {
-            // The last ones, of which not all need be there.
-            let (i, there) = (whole, len - whole * LANES);
-            for l in 0..LANES {
-                let w = [x2[i][l] - x1[i][l], y2[i][l] - y1[i][l], z2[i][l] - z1[i][l]];
-                let own = [sx[i][l], sy[i][l], sz[i][l], square[i][l], q0[i][l], slope[i][l]];
-                let (pull, squared) = law(w, if ALIKE { alike } else { own }, self.floor);
-                largest[l] = if l < there && squared > largest[l] { squared } else { largest[l] };
-                [pxs[i][l], pys[i][l], pzs[i][l]] = pull;
-                fxs[i][l] = if l < there { fxs[i][l] + pull[0] } else { fxs[i][l] };
-                fys[i][l] = if l < there { fys[i][l] + pull[1] } else { fys[i][l] };
-                fzs[i][l] = if l < there { fzs[i][l] + pull[2] } else { fzs[i][l] };
-            }
-        }
-        for i in n * LANES..len {
-            let w = [0, 1, 2].map(|c| self.second[c][i] - self.first[c][i]);
-            let (pull, squared) = law(w, self.constants.map(|of| of[i]), self.floor);
-            largest[0] = if squared > largest[0] { squared } else { largest[0] };
-            [px[i], py[i], pz[i]] = pull;
-            fx[i] += pull[0];
-            fy[i] += pull[1];
-            fz[i] += pull[2];
-        }
+        largest
     }
 }
 
-/// Pull, by component, and squared tension at the relative displacement `w`: see [`crate::element::Cable`].
+impl Pull<'_> {
+    /// The `len` cables of `run` from number `at` on. Returns the largest of their squared tensions and `largest`.
+    #[inline(always)]
+    fn piece<S: Simd>(&mut self, simd: S, run: &Run, at: usize, len: usize, largest: f64) -> f64 {
+        let up = len.next_multiple_of(size_of::<S::f64s>() / size_of::<f64>());
+        let ([a, b], cable) = (run.nodes.map(|node| node + at), run.cables.start + at);
+        let (x, rest) = self.u.split_at(self.nodes);
+        let (y, z) = rest.split_at(self.nodes);
+        let (fx, rest) = self.force.split_at_mut(self.nodes);
+        let (fy, fz) = rest.split_at_mut(self.nodes);
+        let [sx, sy, sz, square, q0, slope] = self.constants;
+        let own = cable..cable + up;
+        let piece = Piece {
+            first: [&x[a..a + up], &y[a..a + up], &z[a..a + up]],
+            second: [&x[b..b + up], &y[b..b + up], &z[b..b + up]],
+            constants: [
+                &sx[own.clone()],
+                &sy[own.clone()],
+                &sz[own.clone()],
+                &square[own.clone()],
+                &q0[own.clone()],
+                &slope[own],
+            ],
+            floor: run.floor,
+            len,
+        };
+        let [px, py, pz] = &mut *self.spare;
+        let first = [&mut fx[a..a + up], &mut fy[a..a + up], &mut fz[a..a + up]];
+        let pulls = [&mut px[..up], &mut py[..up], &mut pz[..up]];
+        let largest = if run.alike {
+            piece.pull::<S, true>(simd, first, pulls, largest)
+        } else {
+            piece.pull::<S, false>(simd, first, pulls, largest)
+        };
+        // Later, in a loop of its own: first and second nodes of a run are often the same.
+        subtract(simd, &mut fx[b..b + len], &px[..len]);
+        subtract(simd, &mut fy[b..b + len], &py[..len]);
+        subtract(simd, &mut fz[b..b + len], &pz[..len]);
+        largest
+    }
+}
+
+impl Piece<'_> {
+    /// Add the pulls to the forces on the first nodes, and write them to `pulls`. `ALIKE`: the constants are those of the
+    /// first cable. Returns the largest of the squared tensions and `largest`.
+    #[inline(always)]
+    fn pull<S: Simd, const ALIKE: bool>(
+        &self,
+        simd: S,
+        [fx, fy, fz]: [&mut [f64]; 3],
+        [px, py, pz]: [&mut [f64]; 3],
+        largest: f64,
+    ) -> f64 {
+        let ([x1, y1, z1], [x2, y2, z2]) = (self.first, self.second);
+        let x1 = S::as_simd_f64s(x1).0;
+        let n = x1.len();
+        let x2 = &S::as_simd_f64s(x2).0[..n];
+        let (y1, y2) = (&S::as_simd_f64s(y1).0[..n], &S::as_simd_f64s(y2).0[..n]);
+        let (z1, z2) = (&S::as_simd_f64s(z1).0[..n], &S::as_simd_f64s(z2).0[..n]);
+        let (fx, px) = (&mut S::as_mut_simd_f64s(fx).0[..n], &mut S::as_mut_simd_f64s(px).0[..n]);
+        let (fy, py) = (&mut S::as_mut_simd_f64s(fy).0[..n], &mut S::as_mut_simd_f64s(py).0[..n]);
+        let (fz, pz) = (&mut S::as_mut_simd_f64s(fz).0[..n], &mut S::as_mut_simd_f64s(pz).0[..n]);
+        let [sx, sy, sz, square, q0, slope] = self.constants;
+        let alike = [
+            simd.splat_f64s(sx[0]),
+            simd.splat_f64s(sy[0]),
+            simd.splat_f64s(sz[0]),
+            simd.splat_f64s(square[0]),
+            simd.splat_f64s(q0[0]),
+            simd.splat_f64s(slope[0]),
+        ];
+        let (sx, sy) = (&S::as_simd_f64s(sx).0[..n], &S::as_simd_f64s(sy).0[..n]);
+        let (sz, square) = (&S::as_simd_f64s(sz).0[..n], &S::as_simd_f64s(square).0[..n]);
+        let (q0, slope) = (&S::as_simd_f64s(q0).0[..n], &S::as_simd_f64s(slope).0[..n]);
+        let floor = simd.splat_f64s(self.floor);
+        let mut peak = simd.splat_f64s(largest);
+        for i in 0..n - 1 {
+            let w = [simd.sub_f64s(x2[i], x1[i]), simd.sub_f64s(y2[i], y1[i]), simd.sub_f64s(z2[i], z1[i])];
+            let own = if ALIKE { alike } else { [sx[i], sy[i], sz[i], square[i], q0[i], slope[i]] };
+            let (pull, squared) = law(simd, w, own, floor);
+            peak = simd.select_f64s(simd.greater_than_f64s(squared, peak), squared, peak);
+            [px[i], py[i], pz[i]] = pull;
+            fx[i] = simd.add_f64s(fx[i], pull[0]);
+            fy[i] = simd.add_f64s(fy[i], pull[1]);
+            fz[i] = simd.add_f64s(fz[i], pull[2]);
+        }
+        // The last ones, of which not all need be there.
+        let i = n - 1;
+        let lanes = size_of::<S::f64s>() / size_of::<f64>();
+        let flags: &[f64] = &FLAGS[WIDEST - (self.len - i * lanes)..][..lanes];
+        let there = simd.greater_than_f64s(S::as_simd_f64s(flags).0[0], simd.splat_f64s(0.0));
+        let w = [simd.sub_f64s(x2[i], x1[i]), simd.sub_f64s(y2[i], y1[i]), simd.sub_f64s(z2[i], z1[i])];
+        let own = if ALIKE { alike } else { [sx[i], sy[i], sz[i], square[i], q0[i], slope[i]] };
+        let (pull, squared) = law(simd, w, own, floor);
+        let squared = simd.select_f64s(there, squared, peak);
+        peak = simd.select_f64s(simd.greater_than_f64s(squared, peak), squared, peak);
+        [px[i], py[i], pz[i]] = pull;
+        fx[i] = simd.select_f64s(there, simd.add_f64s(fx[i], pull[0]), fx[i]);
+        fy[i] = simd.select_f64s(there, simd.add_f64s(fy[i], pull[1]), fy[i]);
+        fz[i] = simd.select_f64s(there, simd.add_f64s(fz[i], pull[2]), fz[i]);
+        simd.reduce_max_f64s(peak)
+    }
+}
+
+/// So many ones as cables are there stand before the middle, counted from it.
+const FLAGS: [f64; 2 * WIDEST] =
+    [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+
+/// Pulls, by component, and squared tensions at the relative displacements `w`: see [`crate::element::Cable`].
 #[inline(always)]
-fn law([wx, wy, wz]: [f64; 3], [sx, sy, sz, square, q0, slope]: [f64; 6], floor: f64) -> ([f64; 3], f64) {
-    let s = wx * (sx + wx) + wy * (sy + wy) + wz * (sz + wz);
-    let elastic = q0 + slope * s;
+fn law<S: Simd>(
+    simd: S,
+    w: [S::f64s; 3],
+    [sx, sy, sz, square, q0, slope]: [S::f64s; 6],
+    floor: S::f64s,
+) -> ([S::f64s; 3], S::f64s) {
+    let [wx, wy, wz] = w;
+    let along = simd.mul_f64s(wx, simd.add_f64s(sx, wx));
+    let along = simd.add_f64s(along, simd.mul_f64s(wy, simd.add_f64s(sy, wy)));
+    let s = simd.add_f64s(along, simd.mul_f64s(wz, simd.add_f64s(sz, wz)));
+    let elastic = simd.add_f64s(q0, simd.mul_f64s(slope, s));
     // Anything not a number stays so, and is found at the window's end.
-    let q = if elastic < floor { floor } else { elastic };
-    ([q * (0.5 * sx + wx), q * (0.5 * sy + wy), q * (0.5 * sz + wz)], q * q * (square + s))
+    let q = simd.select_f64s(simd.less_than_f64s(elastic, floor), floor, elastic);
+    let half = simd.splat_f64s(0.5);
+    let pull = [
+        simd.mul_f64s(q, simd.add_f64s(simd.mul_f64s(half, sx), wx)),
+        simd.mul_f64s(q, simd.add_f64s(simd.mul_f64s(half, sy), wy)),
+        simd.mul_f64s(q, simd.add_f64s(simd.mul_f64s(half, sz), wz)),
+    ];
+    (pull, simd.mul_f64s(simd.mul_f64s(q, q), simd.add_f64s(square, s)))
+}
+
+/// `to -= what`.
+#[inline(always)]
+fn subtract<S: Simd>(simd: S, to: &mut [f64], what: &[f64]) {
+    let ((to, to_rest), (what, what_rest)) = (S::as_mut_simd_f64s(to), S::as_simd_f64s(what));
+    for (to, what) in to.iter_mut().zip(what) {
+        *to = simd.sub_f64s(*to, *what);
+    }
+    for (to, what) in to_rest.iter_mut().zip(what_rest) {
+        *to -= what;
+    }
 }
