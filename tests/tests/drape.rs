@@ -19,7 +19,11 @@ fn a_pocket_stops_the_block_against_the_slope_and_a_free_edge_lets_it_go() {
     let free = bench.done(&scene("drape"), "free", &SMALL);
     let pocket = bench.done(&scene("drape"), "pocket", &[&SMALL[..], &POCKET].concat());
     // It may bounce in the pocket afterwards.
-    assert!(matches!(pocket.fates()[..], [Fate::Stopped | Fate::Rebounded | Fate::Undecided]), "{:?}", pocket.fates());
+    assert!(
+        matches!(pocket.fates()[..], [Fate::Stopped | Fate::Rebounded | Fate::Undecided]),
+        "{:?}",
+        pocket.fates()
+    );
     assert_eq!(free.fates(), [Fate::WentThrough]);
     // At first the net is at rest: supports and ground carry its weight. Between two held edges it hangs clear of the slope.
     let first = |run: &Ended, column: &str| run.column(column)[0];
