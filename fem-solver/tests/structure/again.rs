@@ -20,6 +20,9 @@ use interface_defs::toolkit::state_file;
 use interface_defs::toolkit::summary::{RunStatus, Summary};
 use std::path::Path;
 
+/// Words of the refusal, and what was done to the state.
+type Damage = (&'static str, fn(&mut End));
+
 /// A brake, a rope with friction over two nodes, a cable that yields, a post: all that remembers something.
 const FRAME: &str = r#"
 end_time = 1.0
@@ -298,7 +301,7 @@ fn a_state_with_numbers_that_do_not_fit_is_refused_as_a_damaged_file() {
     let text = FRAME.to_owned() + "[fem]\nintegrator = \"central_difference\"\ntime_step = 6e-5";
     drop(alone(&text, 2, dir));
     let whole = end(dir);
-    let damages: [(&str, fn(&mut End)); 7] = [
+    let damages: [Damage; 7] = [
         ("numbers of history", |end| end.history.truncate(1)),
         ("displacements", |end| end.displacement.push(0.0)),
         ("accelerations", |end| end.acceleration = vec![0.0; 5]),
