@@ -32,7 +32,7 @@ pub fn example(name: &str) -> PathBuf {
 fn built(path: PathBuf) -> PathBuf {
     assert!(
         path.exists(),
-        "{} is missing: build with `cargo build --release --workspace --examples --bins`",
+        "{} is missing: build with `cargo build --release --workspace --examples`",
         path.display()
     );
     path
