@@ -1,7 +1,7 @@
 //! One run's own place: names, liveness, cleaning.
 //!
-//! Everything of a run lies in the directory `<run id>` of its user's private directory ([`home`]) and under its prefix in
-//! shared memory ([`memory`]). The coupler holds an exclusive lock on `<run id>.lock` for as long as it lives;
+//! Everything of a run lies in the directory `<run id>` of its user's private directory (`home`) and under its prefix in
+//! shared memory (`memory`). The coupler holds an exclusive lock on `<run id>.lock` for as long as it lives;
 //! the kernel gives it up whatever ends the process, so a lock that can be had marks a dead run.
 
 use super::home::{self, Home};

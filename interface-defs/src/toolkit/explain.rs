@@ -1,4 +1,4 @@
-//! What a [`Mismatch`] is in the user's words, with what to try and the nearest known name.
+//! What a `Mismatch` is in the user's words, with what to try and the nearest known name.
 
 use super::exact::{Expected, Mismatch, What};
 use crate::diagnostic::{Code, Diagnostic, code};
