@@ -63,7 +63,11 @@ fn the_page_has_every_folder_with_its_own_first_sentence() {
 #[test]
 fn files_and_functions_are_where_the_page_says() {
     let page = page();
+    let whole = quoted(&page).filter(|word| word.contains("/src/") && word.ends_with(".rs"));
+    let gone: Vec<&str> = whole.filter(|path| !repository().join(path).exists()).collect();
+    assert!(gone.is_empty(), "not there: {gone:?}");
     let (_, section) = page.split_once("## One window").expect("a section");
+    let section = section.split("\n## ").next().expect("its end");
     let (mut folder, mut text, mut found) = (String::new(), String::new(), 0);
     let mut lost = Vec::new();
     for word in quoted(section) {
