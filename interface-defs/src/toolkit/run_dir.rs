@@ -52,10 +52,16 @@ pub(crate) fn make_free(dir: &Path, force: bool) -> Result<(), Diagnostic> {
     remove_results(dir).map_err(|e| unwritable(dir, &e))
 }
 
-/// Make the directory of a run that was killed ready to go on: what says that it has ended is removed.
+/// Make the directory of a run that was killed ready to go on: what says that it has ended is removed, and what its processes had
+/// begun to write.
 pub(crate) fn make_ready_to_go_on(dir: &Path) -> Result<(), Diagnostic> {
     let ready = [SUMMARY, MANIFEST].iter().try_for_each(|name| files::remove(&dir.join(name)));
-    ready.and_then(|()| Dir::open(dir)?.sweep()).map_err(|e| unwritable(dir, &e))
+    let sweep = |name: &str| match Dir::open(&dir.join(name)) {
+        Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(()),
+        open => open?.sweep(),
+    };
+    let swept = ["", FIELDS, CLUSTERS, CHECKPOINT, LOG].into_iter().try_for_each(sweep);
+    ready.and(swept).map_err(|e| unwritable(dir, &e))
 }
 
 /// That nothing can be written into `dir`.
