@@ -74,6 +74,10 @@ impl Series {
         }
         let own = |name: &OsStr| {
             let name = name.to_str().and_then(|name| name.strip_prefix(&files.name));
+            // What a killed process had begun, too.
+            if name.is_some_and(|name| name.starts_with(['_', '.']) && name.ends_with(".tmp")) {
+                return true;
+            }
             let number = name.and_then(|name| name.strip_prefix('_')?.strip_suffix(".vtu"));
             number.and_then(|number| number.parse().ok()).is_some_and(|number: usize| number > files.count)
         };
