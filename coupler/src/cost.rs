@@ -4,11 +4,11 @@ use crate::records::Records;
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::ipc::Remote;
 use interface_defs::ipc::serve::{cpu_seconds, peak_memory};
-use interface_defs::toolkit::recorder::describe_processes;
-use interface_defs::toolkit::summary::{Summary, totals};
 use interface_defs::{Participant, Statistics};
 use serde_json::json;
 use std::time::Instant;
+use toolkit::recorder::describe_processes;
+use toolkit::summary::{Summary, totals};
 
 /// When the run began, and when its loop ended.
 pub(crate) struct Clock {

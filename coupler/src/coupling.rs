@@ -11,9 +11,9 @@ use crate::seat::{Answered, Ask, Seat};
 use crate::settings::{CouplingSettings, OnNoConvergence, Scheme};
 use crate::trust::Causes;
 use interface_defs::solver::OnProgress;
-use interface_defs::toolkit::limits::Limits;
 use interface_defs::{Failure, Layout, Participant, Statistics, ipc::interrupt};
 use serde::{Deserialize, Serialize};
+use toolkit::limits::Limits;
 
 mod kept;
 mod selection;

@@ -3,9 +3,9 @@
 //! Imbalance = change since t = 0 of kinetic + potential + stored + dissipated energy, over both
 //! solvers. Nothing is taken from what the balance lacks, so what the coupling creates shows here.
 
-use interface_defs::toolkit::energy::{Balance as System, Energies};
 use interface_defs::{Gauge, Layout, Role};
 use serde::{Deserialize, Serialize};
+use toolkit::energy::{Balance as System, Energies};
 
 /// Which numbers of an answer are energies.
 pub struct Account {

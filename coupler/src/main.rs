@@ -1,7 +1,7 @@
 //! The program `coupler`.
 
-use interface_defs::toolkit::alloc::CountingAllocator;
-use interface_defs::toolkit::exit::Exit;
+use toolkit::alloc::CountingAllocator;
+use toolkit::exit::Exit;
 
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;

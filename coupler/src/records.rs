@@ -4,20 +4,20 @@ use crate::coupling::{Committed, Counts, Coupling, Iteration, KeptRun, Observer}
 use crate::rows::{OWN_COLUMNS, Pending, Rows};
 use crate::side::Side;
 use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::toolkit::alloc::allocations;
-use interface_defs::toolkit::checkpoint::{Checkpoint, pack, unpack};
-use interface_defs::toolkit::energy;
-use interface_defs::toolkit::history::{History, Mark};
-use interface_defs::toolkit::output::Output;
-use interface_defs::toolkit::progress::{Form, Line, Reporter};
-use interface_defs::toolkit::recorder::{Checkpoints, KeptRows, Recorder, open, unwritable};
-use interface_defs::toolkit::run_dir;
-use interface_defs::toolkit::summary::Summary;
 use interface_defs::{Fault, Statistics};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+use toolkit::alloc::allocations;
+use toolkit::checkpoint::{Checkpoint, pack, unpack};
+use toolkit::energy;
+use toolkit::history::{History, Mark};
+use toolkit::output::Output;
+use toolkit::progress::{Form, Line, Reporter};
+use toolkit::recorder::{Checkpoints, KeptRows, Recorder, open, unwritable};
+use toolkit::run_dir;
+use toolkit::summary::Summary;
 
 /// Writes the rows of a run.
 pub struct Records {
@@ -374,7 +374,7 @@ fn describe_energy(summary: &mut Summary, coupling: &Coupling, records: &Records
 mod tests {
     use super::*;
     use interface_defs::Measure;
-    use interface_defs::toolkit::summary::RunStatus;
+    use toolkit::summary::RunStatus;
 
     #[test]
     fn a_mean_over_a_millisecond_is_left_out_where_less_than_four_parts_lie_in_it() {

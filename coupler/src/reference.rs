@@ -1,7 +1,7 @@
 //! What this program reads of a scene and writes as results, for `rockfall schema`.
 
 use crate::settings::CouplingSettings;
-use interface_defs::toolkit::schema::{Entry, Share, Tables};
+use toolkit::schema::{Entry, Share, Tables};
 
 /// Its table and results.
 pub fn share() -> Share {

@@ -9,7 +9,7 @@ macro_rules! registry {
     ($(#[$doc:meta])* pub enum $any:ident: $method:ident { $($name:literal => $file:ident::$kind:ident,)+ }) => {
         $(pub use $file::$kind;)+
 
-        interface_defs::tagged! {
+        toolkit::tagged! {
             $(#[$doc])*
             #[derive(Debug, Clone, serde::Serialize, schemars::JsonSchema)]
             #[allow(missing_docs)] // A method's own doc comment says what it is, in the schema too.

@@ -2,8 +2,8 @@
 //! rock that is being braked leaves the net for moments), else one per interval, and the last one before a touch.
 
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::recorder::of_others;
 use serde::{Deserialize, Serialize};
+use toolkit::recorder::of_others;
 
 /// Columns of the coupler itself, behind those of the solvers' gauges.
 pub const OWN_COLUMNS: [&str; 4] =

@@ -4,11 +4,11 @@ use crate::acceleration::AnyAcceleration;
 use crate::convergence::{Field, Measure, Tolerance};
 use crate::mapping::AnyMapper;
 use interface_defs::diagnostic::{Code, Diagnostic, code};
-use interface_defs::toolkit::output::Output;
-use interface_defs::toolkit::scene::Scene;
-use interface_defs::toolkit::summary::short;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use toolkit::output::Output;
+use toolkit::scene::Scene;
+use toolkit::summary::short;
 
 /// Weak or strong.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

@@ -1,8 +1,8 @@
 //! One solver as it was agreed with: its gauges, the layout of what goes to it and of what comes back.
 
 use crate::energy::Account;
-use interface_defs::toolkit::history::gauge_column;
 use interface_defs::{Gauge, Hello, Layout, Plan, Ready};
+use toolkit::history::gauge_column;
 
 /// What is agreed with one solver.
 pub struct Side {

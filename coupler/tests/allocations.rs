@@ -1,7 +1,7 @@
 //! No acceleration allocates memory once its first window has begun.
 
 use coupler::acceleration::AnyAcceleration;
-use interface_defs::toolkit::alloc::{CountingAllocator, allocations};
+use toolkit::alloc::{CountingAllocator, allocations};
 
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;

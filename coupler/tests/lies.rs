@@ -7,11 +7,11 @@ use coupler::settings::{CouplingSettings, Scheme};
 use coupler::side::Side;
 use interface_defs::diagnostic::code;
 use interface_defs::solver::OnProgress;
-use interface_defs::toolkit::output::Output;
-use interface_defs::toolkit::scene::Scene;
-use interface_defs::toolkit::summary::{RunStatus, Summary};
 use interface_defs::verdict::{Ending, Fate, Verdict};
 use interface_defs::*;
+use toolkit::output::Output;
+use toolkit::scene::Scene;
+use toolkit::summary::{RunStatus, Summary};
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Lie {

@@ -4,10 +4,10 @@
 //! `cargo run --release -p dem-solver --example cost [SPHERES] [--counts]`
 
 use dem_solver::DemSolver;
-use interface_defs::toolkit::program::Options;
-use interface_defs::toolkit::scene::Scene;
 use interface_defs::{FieldSpec, InterfaceMesh, Layout, Plan, Sampling, Solver, Window, name};
 use std::time::Instant;
+use toolkit::program::Options;
+use toolkit::scene::Scene;
 
 const STEP: f64 = 5e-5;
 const WINDOWS: usize = 40_000;

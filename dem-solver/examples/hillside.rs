@@ -13,14 +13,14 @@ use dem_solver::DemSolver;
 use dem_solver::rock::Motion;
 use dem_solver::terrain::raster::Raster;
 use dem_solver::terrain::slope::Slope;
-use interface_defs::toolkit::program::Options;
-use interface_defs::toolkit::scene::Scene;
 use interface_defs::verdict::Fate;
 use interface_defs::{Plan, Solver, Window};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use statistics::{distance, quantile, with_error};
 use std::path::Path;
 use std::time::Instant;
+use toolkit::program::Options;
+use toolkit::scene::Scene;
 
 const WINDOW: f64 = 0.05;
 const END: f64 = 40.0;

@@ -8,11 +8,11 @@
 use dem_solver::DemSolver;
 use dem_solver::rock::Motion;
 use dem_solver::terrain::slope::Slope;
-use interface_defs::toolkit::program::Options;
-use interface_defs::toolkit::scene::Scene;
 use interface_defs::{Plan, Solver, Window};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use std::path::Path;
+use toolkit::program::Options;
+use toolkit::scene::Scene;
 
 /// Windows, and their length [s].
 const WINDOWS: u64 = 60;

@@ -5,9 +5,9 @@
 
 use dem_solver::granular::GranularSolver;
 use interface_defs::ipc::serve::cpu_seconds;
-use interface_defs::toolkit::program::Options;
-use interface_defs::toolkit::scene::Scene;
 use interface_defs::{Plan, Solver, Window};
+use toolkit::program::Options;
+use toolkit::scene::Scene;
 
 struct Box {
     solver: GranularSolver,

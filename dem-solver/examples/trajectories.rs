@@ -10,12 +10,12 @@ use dem_solver::DemSolver;
 use dem_solver::rock::Motion;
 use dem_solver::terrain::slope::Slope;
 use interface_defs::ipc::serve::cpu_seconds;
-use interface_defs::toolkit::program::Options;
-use interface_defs::toolkit::scene::Scene;
 use interface_defs::verdict::Fate;
 use interface_defs::{Plan, Solver, Window};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use std::path::Path;
+use toolkit::program::Options;
+use toolkit::scene::Scene;
 
 const INTERVAL: f64 = 0.1;
 const END: f64 = 120.0;

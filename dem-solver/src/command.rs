@@ -10,14 +10,14 @@ use crate::shape::spec::NAMES;
 use crate::shape::{Shape, Surface};
 use clap::{ArgMatches, Args, FromArgMatches};
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::arguments::ClusterArguments;
-use interface_defs::toolkit::exit::Exit;
-use interface_defs::toolkit::program::Extra;
-use interface_defs::toolkit::screen::show;
-use interface_defs::toolkit::vtu::{Cells, Vtu};
 use nalgebra::Vector3;
 use std::io::{IsTerminal, Write};
 use std::path::Path;
+use toolkit::arguments::ClusterArguments;
+use toolkit::exit::Exit;
+use toolkit::program::Extra;
+use toolkit::screen::show;
+use toolkit::vtu::{Cells, Vtu};
 
 /// How the number of spheres and the largest error are written.
 const NAMED: [&str; 2] = ["--spheres", "--largest-error"];
@@ -197,7 +197,7 @@ fn check_directory(file: &Path) -> Result<(), Diagnostic> {
 }
 
 fn write(file: &Path, bytes: &[u8]) -> Result<(), Diagnostic> {
-    interface_defs::toolkit::files::write(file, bytes).map_err(|e| {
+    toolkit::files::write(file, bytes).map_err(|e| {
         Diagnostic::in_file(file.display().to_string(), format!("the file cannot be written: {e}"))
     })
 }

@@ -32,7 +32,7 @@ pub use dem_solid::{cluster, geometry, input, shape};
 pub use dem_study as study;
 pub use dem_terrain as terrain;
 
-use interface_defs::toolkit::program::Program;
+use toolkit::program::Program;
 
 /// The program: run a scene alone, check it, serve a coupler.
 pub const PROGRAM: Program = Program {

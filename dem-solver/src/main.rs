@@ -1,8 +1,8 @@
 //! The program `dem-solver`: run, check and serve its part of a scene; make clusters, compute studies, write heights.
 
-use interface_defs::toolkit::alloc::CountingAllocator;
-use interface_defs::toolkit::program;
 use std::process::ExitCode;
+use toolkit::alloc::CountingAllocator;
+use toolkit::program;
 
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;

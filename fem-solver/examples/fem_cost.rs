@@ -11,8 +11,8 @@ use fem_solver::integrator::explicit::Explicit;
 use fem_solver::internal_force::tangent::Tangent;
 use fem_solver::model::Model;
 use fem_solver::state::State;
-use interface_defs::toolkit::scene::Scene;
 use std::time::Instant;
+use toolkit::scene::Scene;
 
 /// A net of `side` x `side` nodes with the cables of the drop test, prestressed.
 fn net(side: usize) -> Model {

@@ -10,10 +10,10 @@ use interface_defs::field::{FieldSpec, Items, Layout, Place, Sampling, name};
 use interface_defs::message::Plan;
 use interface_defs::selection::Selection;
 use interface_defs::solver::{Solver, Window};
-use interface_defs::toolkit::program::Options;
-use interface_defs::toolkit::scene::Scene;
 use std::path::PathBuf;
 use std::time::Instant;
+use toolkit::program::Options;
+use toolkit::scene::Scene;
 
 const WINDOW: f64 = 1e-3;
 const NODES: usize = 100;

@@ -38,7 +38,7 @@ pub mod state;
 
 pub use solver::FemSolver;
 
-use interface_defs::toolkit::program::Program;
+use toolkit::program::Program;
 
 /// The program `fem-solver`.
 pub const PROGRAM: Program = Program {

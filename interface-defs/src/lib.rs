@@ -34,8 +34,6 @@ mod message_golden;
 pub mod participant;
 pub mod selection;
 pub mod solver;
-#[cfg(feature = "toolkit")]
-pub mod toolkit;
 pub mod verdict;
 
 pub use diagnostic::{Diagnostic, Severity};

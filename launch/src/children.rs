@@ -7,10 +7,6 @@ use crate::events::{Event, Events};
 use crate::logs::{self, Log};
 use crate::stop::Stop;
 use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::toolkit::arguments::Input;
-use interface_defs::toolkit::exit::Exit;
-use interface_defs::toolkit::progress::Line;
-use interface_defs::toolkit::screen;
 use rustix::fs::{MemfdFlags, memfd_create};
 use rustix::process::{Pid, Signal, kill_process_group};
 use std::ffi::OsString;
@@ -22,6 +18,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Output, Stdio};
 use std::sync::mpsc::{RecvTimeoutError, Sender};
 use std::time::{Duration, Instant};
+use toolkit::arguments::Input;
+use toolkit::exit::Exit;
+use toolkit::progress::Line;
+use toolkit::screen;
 
 /// What the others are given to end by themselves when a process has failed or the leader has ended.
 const GRACE: Duration = Duration::from_secs(2);

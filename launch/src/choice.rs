@@ -9,10 +9,10 @@ use crate::plan::{Part, Plan};
 use crate::preset::Preset;
 use crate::stability;
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::check::CheckReport;
-use interface_defs::toolkit::scene::Scene;
-use interface_defs::toolkit::summary::short;
 use toml::{Table, Value};
+use toolkit::check::CheckReport;
+use toolkit::scene::Scene;
+use toolkit::summary::short;
 
 /// Longest weak window, and longest part of a strong one [s]: a tenth of the millisecond over which reactions are averaged.
 const RESOLVED: f64 = 1e-4;

@@ -8,19 +8,17 @@ use crate::{manual, reference, schema, status, trade, verify, worst};
 use clap::{CommandFactory, Parser, Subcommand};
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc;
-use interface_defs::toolkit::arguments::{
-    AnswerForm, ClusterArguments, EnsembleArguments, Input, Logging, Results,
-};
-use interface_defs::toolkit::check::Format;
-use interface_defs::toolkit::exit::Exit;
-use interface_defs::toolkit::log::{self, LogFormat};
-use interface_defs::toolkit::program::Savings;
-use interface_defs::toolkit::provenance;
-use interface_defs::toolkit::screen::{complain, show};
 use serde_json::json;
 use std::ffi::OsString;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
+use toolkit::arguments::{AnswerForm, ClusterArguments, EnsembleArguments, Input, Logging, Results};
+use toolkit::check::Format;
+use toolkit::exit::Exit;
+use toolkit::log::{self, LogFormat};
+use toolkit::program::Savings;
+use toolkit::provenance;
+use toolkit::screen::{complain, show};
 
 /// Rockfall on flexible nets and over terrain: a contact solver and a structural solver, coupled
 ///

@@ -1,7 +1,7 @@
 //! Tables of which every column is declared once, with its name and what stands in it: for programs, for a page, for the screen.
 
-use interface_defs::toolkit::history::csv_text;
 use std::fmt::Write;
+use toolkit::history::csv_text;
 
 /// What stands in a cell.
 type Value<'a, R> = Box<dyn Fn(&R) -> String + 'a>;

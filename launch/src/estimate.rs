@@ -7,12 +7,12 @@ use crate::preset::Preset;
 use crate::record;
 use crate::stop::Stop;
 use interface_defs::diagnostic::{Diagnostic, Severity, code};
-use interface_defs::toolkit::arguments::Input;
-use interface_defs::toolkit::check::Format;
-use interface_defs::toolkit::summary::short;
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::Path;
+use toolkit::arguments::Input;
+use toolkit::check::Format;
+use toolkit::summary::short;
 
 /// A cost beyond this is worth a question: a day [s].
 const LONG: f64 = 86_400.0;
@@ -219,7 +219,7 @@ impl Numbers {
 mod tests {
     use super::*;
     use crate::plan::Part;
-    use interface_defs::toolkit::check::CheckReport;
+    use toolkit::check::CheckReport;
 
     fn report(numbers: &[(&str, f64)]) -> CheckReport {
         CheckReport {

@@ -3,10 +3,10 @@
 use crate::stop::Stop;
 use interface_defs::diagnostic::code;
 use interface_defs::ipc::interrupt;
-use interface_defs::toolkit::progress::Line;
 use std::io;
 use std::process::Output;
 use std::sync::mpsc::{Receiver, Sender, channel};
+use toolkit::progress::Line;
 
 /// One of it.
 pub enum Event {

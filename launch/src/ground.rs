@@ -9,14 +9,14 @@ use crate::plan::{Part, Plan};
 use crate::scratch::Scratch;
 use crate::stop::Stop;
 use interface_defs::diagnostic::code;
-use interface_defs::toolkit::arguments::Input;
-use interface_defs::toolkit::files;
-use interface_defs::toolkit::ground::Area;
-use interface_defs::toolkit::scene::Scene;
 use std::ffi::OsString;
 use std::io;
 use std::path::{Path, PathBuf};
 use toml::Table;
+use toolkit::arguments::Input;
+use toolkit::files;
+use toolkit::ground::Area;
+use toolkit::scene::Scene;
 
 /// Name of the raster in the directory of a run.
 pub const FILE: &str = "ground.asc";

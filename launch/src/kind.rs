@@ -3,10 +3,10 @@
 use crate::plan::Plan;
 use crate::stop::Stop;
 use interface_defs::diagnostic::code;
-use interface_defs::toolkit::arguments::Input;
-use interface_defs::toolkit::files;
-use interface_defs::toolkit::scene::Scene;
 use std::path::Path;
+use toolkit::arguments::Input;
+use toolkit::files;
+use toolkit::scene::Scene;
 
 /// What a study has, and no scene.
 const OF_STUDY: [&str; 2] = ["scene", "release"];
@@ -53,7 +53,7 @@ mod tests {
             let scene = temp.path().join(name);
             std::fs::write(&scene, text).expect("written");
             let Err(stop) = load(&Input { scene, sets: Vec::new() }) else { panic!("{name} is a scene") };
-            assert_eq!(stop.exit, interface_defs::toolkit::exit::Exit::BadInput);
+            assert_eq!(stop.exit, toolkit::exit::Exit::BadInput);
             stop.errors[0].to_string()
         };
         let study = said("study.toml", "scene = \"fall.toml\"\n[[release]]\ncount = 2\n");

@@ -3,13 +3,13 @@
 //! A process writes into its log itself, so that its last words are there even if this program was killed. What lies between the
 //! beginning and the end is given back to the disk while it goes on, and left out when it has ended.
 
-use interface_defs::toolkit::files;
 use rustix::fs::{FallocateFlags, OFlags, fallocate, fcntl_setfl};
 use std::fs::File;
 use std::io;
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
+use toolkit::files;
 
 /// What is kept of a beginning, and of an end [bytes].
 const KEPT: u64 = 8 << 20;

@@ -27,7 +27,7 @@
 //! - [`schema`], [`reference`](mod@reference): what a scene may hold, put together from all programs; [`manual`]: the manual page
 //!
 //! A new command is a variant of `Command` in [`cli`]; options that other programs have too stand in
-//! `interface_defs::toolkit::arguments`.
+//! `toolkit::arguments`.
 
 mod children;
 mod choice;
@@ -61,8 +61,8 @@ mod verdict;
 mod verify;
 mod worst;
 
-use interface_defs::toolkit::alloc::CountingAllocator;
-use interface_defs::toolkit::exit::Exit;
+use toolkit::alloc::CountingAllocator;
+use toolkit::exit::Exit;
 
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;

@@ -2,9 +2,9 @@
 
 use clap::Command;
 use clap_mangen::Man;
-use interface_defs::toolkit::files::{self, Dir};
 use std::io::{self, Write};
 use std::path::Path;
+use toolkit::files::{self, Dir};
 
 /// All pages, one for the program and one for each command, into `dir`.
 pub fn write(mut program: Command, dir: &Path) -> io::Result<()> {

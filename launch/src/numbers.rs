@@ -2,8 +2,8 @@
 
 use crate::plan::Part;
 use crate::stability::{Contact, Integrator, Limit, Node, Scheme, longest_window, steps};
-use interface_defs::toolkit::check::CheckReport;
 use toml::Value;
+use toolkit::check::CheckReport;
 
 /// A net gives way by at least this share of its narrower side while it brakes a rock.
 const YIELD: f64 = 0.1;

@@ -2,9 +2,9 @@
 
 use crate::command_line::{find, own_program, split};
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::processes::Processes;
-use interface_defs::toolkit::scene::Scene;
 use std::path::{Path, PathBuf};
+use toolkit::processes::Processes;
+use toolkit::scene::Scene;
 
 /// A part in a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

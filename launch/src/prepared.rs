@@ -10,13 +10,13 @@ use crate::record;
 use crate::stop::Stop;
 use crate::validate::validate;
 use interface_defs::diagnostic::{Diagnostic, Severity};
-use interface_defs::toolkit::arguments::Input;
-use interface_defs::toolkit::check::CheckReport;
-use interface_defs::toolkit::limits::Limits;
-use interface_defs::toolkit::output::Output;
-use interface_defs::toolkit::scene::Scene;
 use std::path::PathBuf;
 use toml::Table;
+use toolkit::arguments::Input;
+use toolkit::check::CheckReport;
+use toolkit::limits::Limits;
+use toolkit::output::Output;
+use toolkit::scene::Scene;
 
 /// A scene that could be started.
 pub struct Prepared {

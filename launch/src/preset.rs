@@ -8,8 +8,8 @@ use crate::numbers::Numbers;
 use crate::plan::Plan;
 use crate::stability;
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::scene::Scene;
 use toml::{Table, Value};
+use toolkit::scene::Scene;
 
 /// A preset.
 #[derive(Debug, Clone, Copy, PartialEq)]

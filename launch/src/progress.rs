@@ -1,8 +1,8 @@
 //! The bar on a terminal: simulated time, windows, iterations, residual, expected end.
 
 use indicatif::{ProgressBar, ProgressStyle};
-use interface_defs::toolkit::progress::Line;
 use std::time::{Duration, Instant};
+use toolkit::progress::Line;
 
 /// Parts of the bar's length.
 const PARTS: u64 = 1000;

@@ -3,20 +3,20 @@
 use crate::plan::{Part, Plan};
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::ipc::RunId;
-use interface_defs::toolkit::check::CheckReport;
-use interface_defs::toolkit::files::{self, Dir};
-use interface_defs::toolkit::input_file::{self, named_files, with_absolute_files};
-use interface_defs::toolkit::limits::Limits;
-use interface_defs::toolkit::output::Output;
-use interface_defs::toolkit::provenance::{self, build_id};
-use interface_defs::toolkit::run_dir;
-use interface_defs::toolkit::scene::Scene;
-use interface_defs::toolkit::start_from::Origin;
 use serde_json::json;
 use std::ffi::OsString;
 use std::io;
 use std::path::Path;
 use toml::Table;
+use toolkit::check::CheckReport;
+use toolkit::files::{self, Dir};
+use toolkit::input_file::{self, named_files, with_absolute_files};
+use toolkit::limits::Limits;
+use toolkit::output::Output;
+use toolkit::provenance::{self, build_id};
+use toolkit::run_dir;
+use toolkit::scene::Scene;
+use toolkit::start_from::Origin;
 
 /// The scene with every `--set` and every default filled in, which runs again as it is from any
 /// directory: paths of files that are there are absolute in it.

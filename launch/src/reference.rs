@@ -3,10 +3,10 @@
 //! Every word of it comes from the schema, that is from the doc comments of what the programs read.
 
 use interface_defs::diagnostic::code;
-use interface_defs::toolkit::scene::KEYS;
-use interface_defs::toolkit::schema::{Entry, Share};
 use serde_json::{Map, Value};
 use std::fmt::Write as _;
+use toolkit::scene::KEYS;
+use toolkit::schema::{Entry, Share};
 
 const HEAD: &str = "\
 # Reference

@@ -5,16 +5,16 @@ use crate::plan::Member;
 use crate::record;
 use crate::stop::Stop;
 use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::toolkit::checkpoint::Found;
-use interface_defs::toolkit::files;
-use interface_defs::toolkit::owner::holder;
-use interface_defs::toolkit::provenance;
-use interface_defs::toolkit::run_dir::{HISTORY, RECORD, SCENE};
-use interface_defs::toolkit::scene::Scene;
-use interface_defs::toolkit::summary::{RunStatus, Summary};
 use std::path::Path;
 use std::time::{Duration, Instant};
 use toml::Table;
+use toolkit::checkpoint::Found;
+use toolkit::files;
+use toolkit::owner::holder;
+use toolkit::provenance;
+use toolkit::run_dir::{HISTORY, RECORD, SCENE};
+use toolkit::scene::Scene;
+use toolkit::summary::{RunStatus, Summary};
 
 /// What `--resume` comes to.
 #[derive(Debug)]

@@ -14,19 +14,19 @@ use crate::verdict::verdict;
 use crate::verify;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc::{self, Wait};
-use interface_defs::toolkit::arguments::{Input, Results};
-use interface_defs::toolkit::exit::Exit;
-use interface_defs::toolkit::files::Dir;
-use interface_defs::toolkit::owner::{Claim, Owner};
-use interface_defs::toolkit::run_dir;
-use interface_defs::toolkit::scene::Scene;
-use interface_defs::toolkit::screen;
-use interface_defs::toolkit::start_from;
-use interface_defs::toolkit::summary::{RunStatus, Summary};
 use std::ffi::OsString;
 use std::io::{self, IsTerminal};
 use std::path::Path;
 use std::process::Command;
+use toolkit::arguments::{Input, Results};
+use toolkit::exit::Exit;
+use toolkit::files::Dir;
+use toolkit::owner::{Claim, Owner};
+use toolkit::run_dir;
+use toolkit::scene::Scene;
+use toolkit::screen;
+use toolkit::start_from;
+use toolkit::summary::{RunStatus, Summary};
 
 /// What the command line asks for.
 pub struct Request {

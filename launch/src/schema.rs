@@ -5,9 +5,9 @@ use crate::command_line::own_program;
 use crate::events::Events;
 use crate::stop::Stop;
 use interface_defs::diagnostic::code;
-use interface_defs::toolkit::processes::Processes;
-use interface_defs::toolkit::schema::{Share, Tables};
 use serde_json::Value;
+use toolkit::processes::Processes;
+use toolkit::schema::{Share, Tables};
 
 /// Programs with tables of their own.
 const PROGRAMS: [&str; 3] = ["dem-solver", "fem-solver", "coupler"];

@@ -3,15 +3,15 @@
 use crate::stop::Stop;
 use crate::worst;
 use interface_defs::diagnostic::code;
-use interface_defs::toolkit::checkpoint::{self, Found};
-use interface_defs::toolkit::exit::Exit;
-use interface_defs::toolkit::files::{self, Dir};
-use interface_defs::toolkit::owner::holder;
-use interface_defs::toolkit::run_dir::{HISTORY, SCENE, SUMMARY};
-use interface_defs::toolkit::summary::{RunStatus, Summary};
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 use std::time::SystemTime;
+use toolkit::checkpoint::{self, Found};
+use toolkit::exit::Exit;
+use toolkit::files::{self, Dir};
+use toolkit::owner::holder;
+use toolkit::run_dir::{HISTORY, SCENE, SUMMARY};
+use toolkit::summary::{RunStatus, Summary};
 
 /// What a study is, its rows, its chunks.
 const STUDY: &str = "study.json";
@@ -226,10 +226,10 @@ fn age(path: &Path) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use interface_defs::toolkit::run_dir::CHECKPOINT;
     use interface_defs::verdict::{Ending, Fate, Verdict};
     use std::fs::File;
     use std::time::Duration;
+    use toolkit::run_dir::CHECKPOINT;
 
     #[test]
     fn a_run_is_as_far_as_its_last_whole_row() {

@@ -1,8 +1,8 @@
 //! Why a command ends without having done its work.
 
 use interface_defs::diagnostic::{Code, Diagnostic, code};
-use interface_defs::toolkit::exit::Exit;
-use interface_defs::toolkit::summary::Summary;
+use toolkit::exit::Exit;
+use toolkit::summary::Summary;
 
 /// The exit code, and what is wrong: at least one error.
 #[derive(Debug, Clone, PartialEq, Eq)]

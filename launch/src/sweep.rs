@@ -7,10 +7,6 @@ use crate::events::Events;
 use crate::stop::Stop;
 use indicatif::ProgressBar;
 use interface_defs::diagnostic::{Diagnostic, Place, code};
-use interface_defs::toolkit::exit::Exit;
-use interface_defs::toolkit::files::{self, Dir};
-use interface_defs::toolkit::provenance;
-use interface_defs::toolkit::summary::Summary;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -19,6 +15,10 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
+use toolkit::exit::Exit;
+use toolkit::files::{self, Dir};
+use toolkit::provenance;
+use toolkit::summary::Summary;
 
 /// What is kept of a run that has ended, in its directory.
 const RECORD: &str = "task.json";

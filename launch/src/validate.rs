@@ -6,10 +6,10 @@ use crate::plan::{Member, Part, Plan};
 use crate::stop::Stop;
 use interface_defs::InterfaceMesh;
 use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::toolkit::arguments::Input;
-use interface_defs::toolkit::check::CheckReport;
-use interface_defs::toolkit::exit::Exit;
 use std::process::Command;
+use toolkit::arguments::Input;
+use toolkit::check::CheckReport;
+use toolkit::exit::Exit;
 
 /// Ask every own program of `plan` what it makes of the scene, all at once; but the rocks' after the structure's, which
 /// says where the net is. The programs that the scene names are not asked. What is wrong is reported once, however many

@@ -4,10 +4,10 @@ use crate::children::{End, Outcome, how};
 use crate::logs;
 use crate::stop::Stop;
 use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::toolkit::exit::Exit;
-use interface_defs::toolkit::files;
 use std::fmt::Write;
 use std::path::Path;
+use toolkit::exit::Exit;
+use toolkit::files;
 
 /// Lines of a log that are quoted.
 const QUOTED: usize = 10;

@@ -2,11 +2,11 @@
 
 use crate::stop::Stop;
 use interface_defs::diagnostic::{Severity, code};
-use interface_defs::toolkit::check::Format;
-use interface_defs::toolkit::exit::Exit;
-use interface_defs::toolkit::manifest;
 use serde_json::json;
 use std::path::Path;
+use toolkit::check::Format;
+use toolkit::exit::Exit;
+use toolkit::manifest;
 
 /// Write down what lies in `dir`, after the last file of its run or study. Without that the results are as good as with it.
 pub fn seal(dir: &Path) {

@@ -4,10 +4,10 @@ use coupler::coupling::{Committed, Coupling, Observer};
 use coupler::settings::CouplingSettings;
 use coupler::side::Side;
 use interface_defs::message::{Measure, Statistics};
-use interface_defs::toolkit::program::Options;
-use interface_defs::toolkit::scene::Scene;
 use interface_defs::{Diagnostic, InProcess};
 use std::path::Path;
+use toolkit::program::Options;
+use toolkit::scene::Scene;
 
 /// What a run computed, and what it took.
 pub struct Computed {

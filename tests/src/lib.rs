@@ -5,10 +5,10 @@ pub mod in_process;
 pub mod readers;
 
 use interface_defs::Fate;
-use interface_defs::toolkit::summary::Summary;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
+use toolkit::summary::Summary;
 
 /// Longest that a test waits for anything: a watchdog, not a claim about speed.
 pub const LIMIT: Duration = Duration::from_secs(120);

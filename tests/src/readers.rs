@@ -2,12 +2,12 @@
 //! input does not fill; what it answers does not matter.
 
 use interface_defs::message::{FromSolver, ToSolver, decode};
-use interface_defs::toolkit::checkpoint::Found;
-use interface_defs::toolkit::input_file;
-use interface_defs::toolkit::scene::Scene;
-use interface_defs::toolkit::state_file;
-use interface_defs::toolkit::summary::Summary;
 use std::path::Path;
+use toolkit::checkpoint::Found;
+use toolkit::input_file;
+use toolkit::scene::Scene;
+use toolkit::state_file;
+use toolkit::summary::Summary;
 
 /// A reader: its name, and what it does with bytes.
 pub struct Target {

@@ -6,14 +6,14 @@ use coupler::side::Side;
 use interface_defs::Diagnostic;
 use interface_defs::message::{Fault, Hello, Plan, Ready, Role, Statistics};
 use interface_defs::solver::{OnProgress, Solver, Window};
-use interface_defs::toolkit::alloc::{CountingAllocator, allocations};
-use interface_defs::toolkit::limits::Limits;
-use interface_defs::toolkit::program::Options;
-use interface_defs::toolkit::scene::Scene;
 use interface_defs::{InProcess, Layout, Sampling, name};
 use std::cell::RefCell;
 use std::rc::Rc;
 use tests::{Bench, scene};
+use toolkit::alloc::{CountingAllocator, allocations};
+use toolkit::limits::Limits;
+use toolkit::program::Options;
+use toolkit::scene::Scene;
 
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
@@ -209,7 +209,7 @@ fn nothing_is_allocated_in_a_window_after_the_first() {
         let (mut dem, mut fem) = (InProcess::new("dem", dem), InProcess::new("fem", fem));
         let settings = coupler::settings::CouplingSettings::of(&scene).unwrap();
         let end = scene.end_time().unwrap();
-        let output = interface_defs::toolkit::output::Output::of(&scene).unwrap();
+        let output = toolkit::output::Output::of(&scene).unwrap();
         std::fs::create_dir_all(bench.path("out")).unwrap();
         let records = Records::new(&bench.path("out"), end, &output, None);
         let mut counted = Counted { records, counts: Vec::with_capacity(100_000) };

@@ -142,11 +142,10 @@ fn the_coupler_alone_says_who_chooses() {
         .expect("started");
     let printed = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(printed.contains("coupling.time_window = "), "{printed}");
-    let scene = interface_defs::toolkit::scene::Scene::load(&file, &[]).expect("a scene");
+    let scene = toolkit::scene::Scene::load(&file, &[]).expect("a scene");
     let settings = coupler::settings::CouplingSettings::of(&scene).expect("named");
     assert!(settings.time_window > 0.0);
-    let said =
-        format!("coupling.time_window = {}", interface_defs::toolkit::summary::short(settings.time_window));
+    let said = format!("coupling.time_window = {}", toolkit::summary::short(settings.time_window));
     assert!(printed.contains(&said), "{said} is not in {printed}");
 }
 

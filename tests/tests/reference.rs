@@ -1,9 +1,9 @@
 //! The schema for editors and the reference: what the programs read and write is what they say.
 
-use interface_defs::toolkit::schema::Share;
 use serde_json::Value;
 use std::process::Command;
 use tests::{Bench, Ended, program, repository, scene};
+use toolkit::schema::Share;
 
 fn printed(arguments: &[&str]) -> String {
     let output = Command::new(program("rockfall")).arg("schema").args(arguments).output().expect("it runs");
@@ -208,7 +208,7 @@ fn undescribed(ended: &Ended, results: &Share) -> Vec<String> {
         let unit = measure["unit"].as_str().expect("a unit");
         // Of several rocks each measure begins with the name of its rock.
         let own = name.strip_prefix("rock_").or(name.strip_prefix("second_")).unwrap_or(name);
-        let fits = |e: &&interface_defs::toolkit::schema::Entry| {
+        let fits = |e: &&toolkit::schema::Entry| {
             e.file == "summary.json"
                 && (e.describes(name) || e.describes(own))
                 && (e.unit.is_empty() || e.unit == unit)

@@ -7,14 +7,14 @@ use coupler::coupling::{Committed, Coupling, KeptRun, Observer};
 use coupler::settings::CouplingSettings;
 use coupler::side::Side;
 use interface_defs::message::Measure;
-use interface_defs::toolkit::checkpoint::Found;
-use interface_defs::toolkit::program::Options;
-use interface_defs::toolkit::scene::Scene;
 use interface_defs::{Diagnostic, InProcess};
 use rustix::process::{Pid, Signal, kill_process};
 use std::path::Path;
 use std::time::{Duration, Instant};
 use tests::{Bench, Ended, processes_with, scene, until};
+use toolkit::checkpoint::Found;
+use toolkit::program::Options;
+use toolkit::scene::Scene;
 
 /// Collects the rows of a run, takes its state once, and cuts it some windows later, as a kill would.
 struct Leg {

@@ -3,11 +3,11 @@
 use coupler::coupling::Coupling;
 use coupler::records::Records;
 use interface_defs::InProcess;
-use interface_defs::toolkit::limits::Limits;
-use interface_defs::toolkit::program::Options;
-use interface_defs::toolkit::scene::Scene;
 use std::path::Path;
 use tests::{Bench, scene};
+use toolkit::limits::Limits;
+use toolkit::program::Options;
+use toolkit::scene::Scene;
 
 /// Contact with friction and slip, halved windows, strong coupling: all that has a history.
 const SCENES: [(&str, &[&str]); 3] = [
@@ -37,7 +37,7 @@ fn in_process(path: &Path, sets: &[&str], out: &Path) {
     let (mut dem, mut fem) = (InProcess::new("dem", dem), InProcess::new("fem", fem));
     let settings = coupler::settings::CouplingSettings::of(&scene).unwrap();
     let end = scene.end_time().unwrap();
-    let output = interface_defs::toolkit::output::Output::of(&scene).unwrap();
+    let output = toolkit::output::Output::of(&scene).unwrap();
     std::fs::create_dir_all(out).unwrap();
     let mut records = Records::new(out, end, &output, None);
     let mut coupling = Coupling::new(settings, end, &mut dem, &mut fem);

@@ -1,8 +1,8 @@
 //! Nothing wrong passes for done: exploded runs fail, doubtful ones are unreliable, and both say why.
 
-use interface_defs::toolkit::limits::Limits;
-use interface_defs::toolkit::scene::Scene;
 use tests::{Bench, Ended, scene};
+use toolkit::limits::Limits;
+use toolkit::scene::Scene;
 
 fn run(name: &str, sets: &[&str]) -> (Bench, Ended) {
     let bench = Bench::new();

@@ -9,9 +9,9 @@ use crate::observer::{CouplingError, KeptRun, Observer};
 use crate::patch::KeptPatch;
 use crate::schedule::Schedule;
 use interface_defs::diagnostic::code;
-use interface_defs::toolkit::checkpoint::{pack, unpack};
 use interface_defs::{Failure, Fault};
 use serde::{Deserialize, Serialize};
+use toolkit::checkpoint::{pack, unpack};
 
 /// What the loop takes from one window to the next.
 #[derive(Serialize, Deserialize)]

@@ -11,10 +11,10 @@ use dem_contact::settings::{
 use dem_terrain::Terrain;
 use interface_defs::InterfaceMesh;
 use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::toolkit::check::CheckReport;
-use interface_defs::toolkit::program::Options;
-use interface_defs::toolkit::scene::Scene;
 use serde::Serialize;
+use toolkit::check::CheckReport;
+use toolkit::program::Options;
+use toolkit::scene::Scene;
 
 /// Seconds per step and rock without contacts, as measured on one core of 2.5 GHz.
 const SECONDS_PER_STEP: f64 = 2e-6;

@@ -3,7 +3,7 @@
 use dem_contact::settings::{
     BoxSettings, ContactSettings, DemSettings, RockSettings, SpheresSettings, TerrainSettings,
 };
-use interface_defs::toolkit::schema::{Entry, Share, Tables};
+use toolkit::schema::{Entry, Share, Tables};
 
 /// Its tables and results.
 pub fn share() -> Share {

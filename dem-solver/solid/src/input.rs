@@ -1,9 +1,9 @@
 //! Files that a user gives: their bytes, lines and numbers, what they are by their beginning, errors with file and line.
 
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::input_file;
 use nalgebra::Vector3;
 use std::path::Path;
+use toolkit::input_file;
 
 /// Largest file of a surface or of spheres that is read [bytes].
 pub const LARGEST: u64 = 1 << 30;

@@ -13,14 +13,14 @@ use dem_solid::cluster::kept;
 use dem_solid::geometry::plan::{Area, Point};
 use dem_terrain::{Terrain, system};
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::files;
-use interface_defs::toolkit::limits::Limits;
-use interface_defs::toolkit::program::Options;
-use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use toolkit::files;
+use toolkit::limits::Limits;
+use toolkit::program::Options;
+use toolkit::scene::Scene;
 
 /// A rock that members scale: the scene's own, or one of `vary.shape`.
 pub struct Prototype {

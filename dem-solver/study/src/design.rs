@@ -5,9 +5,9 @@
 
 use dem_rocks::gate::units::short;
 use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::toolkit::scene::Scene;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use toolkit::scene::Scene;
 
 /// What a barrier there must be able to do: the barrier, as far as it is known, and by which standards it is judged.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]

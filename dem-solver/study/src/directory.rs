@@ -10,11 +10,11 @@ use super::journal::{Found, Records, complete};
 use super::record::Record;
 use super::results;
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::files::{self, Dir};
-use interface_defs::toolkit::run_dir::{CLUSTERS, SCENE, SUMMARY};
-use interface_defs::toolkit::scene::Scene;
 use std::io;
 use std::path::{Path, PathBuf};
+use toolkit::files::{self, Dir};
+use toolkit::run_dir::{CLUSTERS, SCENE, SUMMARY};
+use toolkit::scene::Scene;
 
 /// What the study was computed from ([`inputs`]).
 pub const RECORD: &str = "study.json";

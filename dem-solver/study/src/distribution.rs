@@ -5,12 +5,12 @@
 //! normal ones are cut at three deviations, or `within = [low, high]`. `levels = n`: values of a full factorial.
 
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::scene::Scene;
 use schemars::generate::SchemaGenerator;
 use schemars::{JsonSchema, Schema, json_schema};
 use serde::Deserialize;
 use statrs::distribution::{ContinuousCDF, Normal};
 use std::borrow::Cow;
+use toolkit::scene::Scene;
 
 /// Deviations from the middle beyond which normal values are cut off unless the study says where.
 const TAILS: f64 = 3.0;

@@ -14,11 +14,11 @@ use dem_rocks::gate::contacts::of_contact;
 use dem_rocks::gate::units::{Found, all_of_rock, in_litres, short};
 use dem_solid::geometry::plan;
 use interface_defs::diagnostic::{Diagnostic, Place, code};
-use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 use std::collections::BTreeSet;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::PathBuf;
+use toolkit::scene::Scene;
 
 /// Largest mass [kg] of rocks that were likelier meant in tonnes.
 const LIGHT: f64 = 20.0;

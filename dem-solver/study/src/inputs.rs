@@ -2,11 +2,11 @@
 
 use super::base::Base;
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::files;
-use interface_defs::toolkit::input_file::{self, hash, named_files, with_absolute_files};
-use interface_defs::toolkit::scene::Scene;
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
+use toolkit::files;
+use toolkit::input_file::{self, hash, named_files, with_absolute_files};
+use toolkit::scene::Scene;
 
 /// What `base` is computed from: program, every `--set`, and the hashes of all files that are read, by path.
 pub fn record(base: &Base, file: &Scene) -> Result<Value, Diagnostic> {

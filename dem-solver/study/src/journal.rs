@@ -5,12 +5,12 @@
 
 use super::record::Record;
 use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::toolkit::files::{self, Dir, Stream};
-use interface_defs::toolkit::provenance::{self, Reader};
 use std::fs::{File, TryLockError};
 use std::io::{self, BufReader, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
+use toolkit::files::{self, Dir, Stream};
+use toolkit::provenance::{self, Reader};
 
 /// What a file begins with.
 const MAGIC: &str = "rockfall members 2";

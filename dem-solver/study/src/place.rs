@@ -172,7 +172,7 @@ mod tests {
     use dem_contact::settings::Settings;
     use dem_solid::geometry::sphere::Sphere;
     use dem_terrain::slope::Slope;
-    use interface_defs::toolkit::scene::Scene;
+    use toolkit::scene::Scene;
 
     const SCENE: &str = "end_time = 1.0\ngravity = [0.0, 0.0, -9.81]\n\
         [[rock]]\nposition = [5.0, 5.0, 90.0]\ndensity = 2600.0\n\
@@ -198,7 +198,7 @@ mod tests {
             Scene::from_text(&temp.path().join("s.toml").display().to_string(), SCENE).expect("a scene");
         let settings = Settings::of(&scene).unwrap_or_else(|e| panic!("{e}"));
         let (rock, _) = Rock::new(0, &settings.rocks[0], &scene).unwrap_or_else(|e| panic!("{e}"));
-        let solver = dem_rocks::DemSolver::new(&scene, &interface_defs::toolkit::program::Options::default());
+        let solver = dem_rocks::DemSolver::new(&scene, &toolkit::program::Options::default());
         let ground = solver.unwrap_or_else(|e| panic!("{e}")).into_model().ground.expect("a terrain");
         let tree = SphereTree::new(&rock.spheres);
         let start = rock.start(&settings.rocks[0], settings.gravity);

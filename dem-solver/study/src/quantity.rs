@@ -2,7 +2,7 @@
 
 use dem_rocks::model::runout::RunOut;
 use interface_defs::message::{Measure, Worse};
-use interface_defs::toolkit::history::column;
+use toolkit::history::column;
 
 /// What is known of a fall that has ended.
 pub struct Ended<'a> {

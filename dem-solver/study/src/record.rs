@@ -8,10 +8,10 @@ use dem_rocks::model::Model;
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::ipc::run_id::fnv1a;
 use interface_defs::message::{pack, unpack};
-use interface_defs::toolkit::scene::Scene;
-use interface_defs::toolkit::summary::RunStatus;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
+use toolkit::scene::Scene;
+use toolkit::summary::RunStatus;
 
 /// A hash of all that the results depend on: study, scene, terrain, spheres, program.
 pub fn fingerprint(base: &Base, file: &Scene) -> String {

@@ -2,10 +2,10 @@
 
 use super::settings::{Maps, Release, Sampling, ScreenLine};
 use super::vary::Vary;
-use interface_defs::toolkit::exit::Exit;
-use interface_defs::toolkit::program::Extra;
-use interface_defs::toolkit::schema::{Share, Tables};
-use interface_defs::toolkit::screen::show;
+use toolkit::exit::Exit;
+use toolkit::program::Extra;
+use toolkit::schema::{Share, Tables};
+use toolkit::screen::show;
 
 /// The hidden subcommand that prints it as JSON.
 pub const COMMAND: Extra = Extra {

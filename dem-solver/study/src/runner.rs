@@ -13,13 +13,13 @@ use dem_rocks::results::trajectory::Row;
 use dem_solid::geometry::plan::Point;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc::interrupt;
-use interface_defs::toolkit::energy;
-use interface_defs::toolkit::limits::Evidence;
-use interface_defs::toolkit::recorder::{Ledger, Step, Windows};
-use interface_defs::toolkit::summary::{RunStatus, Summary};
 use interface_defs::verdict::Fate;
 use interface_defs::{Plan, Solver};
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use toolkit::energy;
+use toolkit::limits::Evidence;
+use toolkit::recorder::{Ledger, Step, Windows};
+use toolkit::summary::{RunStatus, Summary};
 
 /// What is tried where energy is made or lost over terrain.
 const SHORTER: &str = "dem.steps_per_contact, or a lower contact.young";

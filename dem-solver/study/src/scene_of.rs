@@ -5,8 +5,8 @@ use super::member::{Member, put};
 use super::settings::Quantity;
 use dem_contact::settings::RockSettings;
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::input_file::with_absolute_files;
 use toml::{Table, Value};
+use toolkit::input_file::with_absolute_files;
 
 impl Base {
     /// The scene of a member from its start, with absolute paths. Errs with what is wrong with the member.

@@ -5,11 +5,11 @@ use super::vary::variables;
 pub use super::vary::{Quantity, Variable};
 use dem_solid::geometry::plan;
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::coordinates::{Coordinates, Form};
-use interface_defs::toolkit::scene::{Kind, Scene};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::path::PathBuf;
+use toolkit::coordinates::{Coordinates, Form};
+use toolkit::scene::{Kind, Scene};
 
 /// What a study file may hold at its top.
 pub static STUDY: Kind = Kind {

@@ -4,8 +4,8 @@ use super::quantity::QUANTITIES;
 use super::record::{How, Outcome};
 use interface_defs::diagnostic::{Diagnostic, Severity, code};
 use interface_defs::message::{Measure, Worse};
-use interface_defs::toolkit::limits::percent;
-use interface_defs::toolkit::summary::{RunStatus, Summary};
+use toolkit::limits::percent;
+use toolkit::summary::{RunStatus, Summary};
 
 /// Shares of which quantiles are reported [%].
 pub const SHARES: [u32; 5] = [10, 50, 90, 95, 99];

@@ -5,12 +5,12 @@ use super::member::Member;
 use super::quantity::{QUANTITIES, Quantity as OfFall};
 use super::record::Record;
 use super::settings::Quantity;
-use interface_defs::toolkit::files::{self, Stream};
-use interface_defs::toolkit::history::csv_text;
-use interface_defs::toolkit::summary::RunStatus;
 use std::io::{self, BufWriter};
 use std::path::Path;
 use std::time::{Duration, Instant};
+use toolkit::files::{self, Stream};
+use toolkit::history::csv_text;
+use toolkit::summary::RunStatus;
 
 /// How often rows are made to outlast a power cut, and to be seen by others.
 const SYNC: Duration = Duration::from_secs(1);

@@ -2,9 +2,9 @@
 
 use super::distribution::{Distribution, Spread};
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::scene::Scene;
 use schemars::JsonSchema;
 use serde_json::{Map, Value};
+use toolkit::scene::Scene;
 
 /// Something that varies.
 #[derive(Debug, Clone, PartialEq)]

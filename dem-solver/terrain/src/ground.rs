@@ -8,12 +8,12 @@ use super::settings::TerrainSettings;
 use super::system;
 use clap::{ArgMatches, Args, FromArgMatches};
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::exit::Exit;
-use interface_defs::toolkit::ground::GroundArguments;
-use interface_defs::toolkit::program::Extra;
-use interface_defs::toolkit::scene::Scene;
-use interface_defs::toolkit::screen::show;
 use nalgebra::Vector3;
+use toolkit::exit::Exit;
+use toolkit::ground::GroundArguments;
+use toolkit::program::Extra;
+use toolkit::scene::Scene;
+use toolkit::screen::show;
 
 /// The subcommand.
 pub const COMMAND: Extra = Extra { command, run };

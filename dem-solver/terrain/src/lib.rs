@@ -31,9 +31,9 @@ use dem_solid::geometry::box_tree::{Bounds, BoxTree, morton_order};
 use dem_solid::geometry::shared_nodes::{Unshared, first_fault};
 use forest::Forest;
 use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 use settings::TerrainSettings;
+use toolkit::scene::Scene;
 use triangulation::Triangulated;
 
 /// The terrain. Triangles stand in the order of the tree; a triangle's number is its place there.

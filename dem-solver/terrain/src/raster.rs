@@ -1,9 +1,9 @@
 //! Heights, or numbers of zones, at the crossings of a grid.
 
-use interface_defs::toolkit::files;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
+use toolkit::files;
 
 /// A raster.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,11 +3,11 @@
 use super::formats::{self, Holds};
 use super::system;
 use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::toolkit::coordinates::{Coordinates, Form};
-use interface_defs::toolkit::scene::Scene;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
+use toolkit::coordinates::{Coordinates, Form};
+use toolkit::scene::Scene;
 
 /// The terrain, the materials on it, and when a rock is at rest. With it, a run without a structure ends when every rock
 /// has come to rest or has left the terrain.

@@ -1,10 +1,10 @@
 //! The coordinate system that a terrain's file names: an EPSG code.
 
 use crate::formats::crs;
-use interface_defs::toolkit::files;
 use std::io::BufReader;
 use std::path::Path;
 use tiff::tags::Tag;
+use toolkit::files;
 
 /// Geo key of the code of a projected system, and its value where the file defines one of its own.
 pub const PROJECTED_TYPE: u16 = 3072;

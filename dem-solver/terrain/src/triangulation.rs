@@ -5,9 +5,9 @@ use super::notice;
 use super::raster::Raster;
 use super::settings::{NoData, TerrainSettings};
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
+use toolkit::scene::Scene;
 
 /// One surface of triangles in local coordinates.
 #[derive(Debug, Clone, PartialEq)]

@@ -6,8 +6,8 @@ use super::raster::Raster;
 use super::settings::TerrainSettings;
 use dem_solid::geometry::plan;
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
+use toolkit::scene::Scene;
 
 /// The zones of a terrain, in local coordinates. Zone 0 is everything else.
 #[derive(Debug, Clone, Default)]

@@ -1,12 +1,12 @@
 //! A solver, a mesh that a test moves, and what came of it.
 
 use dem_solver::DemSolver;
-use interface_defs::toolkit::program::Options;
-use interface_defs::toolkit::scene::Scene;
 use interface_defs::{
     Fault, FieldSpec, InterfaceMesh, Layout, Place, Plan, Ready, Sampling, Solver, Window, name,
 };
 use nalgebra::Vector3;
+use toolkit::program::Options;
+use toolkit::scene::Scene;
 
 /// A prepared solver with its mesh.
 pub struct Bench {

@@ -6,10 +6,10 @@ use dem_solver::DemSolver;
 use dem_solver::cluster::{Accuracy, Bound, Fit, Wish, files, kept, make, measured};
 use dem_solver::geometry::sphere::Sphere;
 use dem_solver::shape::{Surface, builtin};
-use interface_defs::toolkit::program::Options;
-use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 use std::process::Command;
+use toolkit::program::Options;
+use toolkit::scene::Scene;
 
 fn wish(spheres: u32, fit: Fit) -> Wish {
     Wish { spheres, fit, smallest_radius: 0.0 }

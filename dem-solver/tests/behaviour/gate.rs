@@ -5,11 +5,11 @@ use dem_solver::DemSolver;
 use dem_solver::check::{check, check_with};
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::message::FaultKind;
-use interface_defs::toolkit::check::CheckReport;
-use interface_defs::toolkit::program::Options;
-use interface_defs::toolkit::scene::Scene;
 use interface_defs::{Plan, Solver};
 use std::path::Path;
+use toolkit::check::CheckReport;
+use toolkit::program::Options;
+use toolkit::scene::Scene;
 
 const HEAD: &str = "end_time = 1.0\ngravity = [0.0, 0.0, -9.81]\n";
 const CONTACT: &str =

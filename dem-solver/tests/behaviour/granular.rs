@@ -4,10 +4,10 @@ use dem_solver::granular::GranularSolver;
 use dem_solver::granular::check::check;
 use dem_solver::granular::state::GranularState;
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::program::Options;
-use interface_defs::toolkit::scene::Scene;
 use interface_defs::{Plan, Solver, Window};
 use nalgebra::Vector3;
+use toolkit::program::Options;
+use toolkit::scene::Scene;
 
 struct Spheres {
     solver: GranularSolver,

@@ -3,9 +3,9 @@
 use crate::covers::run;
 use dem_solver::DemSolver;
 use dem_solver::shape::{Surface, builtin};
-use interface_defs::toolkit::program::Options;
-use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
+use toolkit::program::Options;
+use toolkit::scene::Scene;
 
 /// Two bodies in a file are distinguished by their names and volumes, one is taken when asked for, and holes are closed
 /// when asked for, in a scene too.

@@ -5,10 +5,10 @@ use dem_solver::DemSolver;
 use dem_solver::check::check;
 use interface_defs::diagnostic::code;
 use interface_defs::message::FaultKind;
-use interface_defs::toolkit::program::Options;
-use interface_defs::toolkit::scene::Scene;
 use interface_defs::{FieldSpec, Plan, Sampling, Solver, name};
 use nalgebra::Vector3;
+use toolkit::program::Options;
+use toolkit::scene::Scene;
 
 const ROCK: &str = "position = [0.0, 0.0, 1.0]";
 const CONTACT: &str = "[[contact]]\nlaw = \"hertz_mindlin\"\nyoung = 1e8\npoisson = 0.2\nrestitution = 0.9\n";

@@ -6,9 +6,9 @@ use dem_solver::check::check;
 use dem_solver::granular::GranularSolver;
 use dem_solver::law::normal::LawName;
 use dem_solver::law::own_keys;
-use interface_defs::toolkit::program::Options;
-use interface_defs::toolkit::scene::Scene;
 use interface_defs::{Plan, Solver, Window};
+use toolkit::program::Options;
+use toolkit::scene::Scene;
 
 /// What a rock or a sphere touches.
 #[derive(Debug, Clone, Copy, PartialEq)]

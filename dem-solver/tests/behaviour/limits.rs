@@ -5,8 +5,8 @@ use crate::bench::sphere;
 use dem_solver::DemSolver;
 use dem_solver::check::check;
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::program::Options;
-use interface_defs::toolkit::scene::Scene;
+use toolkit::program::Options;
+use toolkit::scene::Scene;
 
 /// A scene with one rock, `keys` in place of those that it has.
 fn scene(keys: &[(&str, String)]) -> String {

@@ -25,7 +25,7 @@ mod solids;
 mod verdicts;
 mod wires;
 
-use interface_defs::toolkit::alloc::CountingAllocator;
+use toolkit::alloc::CountingAllocator;
 
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;

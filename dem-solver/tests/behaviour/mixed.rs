@@ -5,10 +5,10 @@ use dem_solver::DemSolver;
 use dem_solver::check::check;
 use dem_solver::contact::broad_phase::rock_pairs::NearRocks;
 use dem_solver::granular::{GranularSolver, are_alone};
-use interface_defs::toolkit::program::Options;
-use interface_defs::toolkit::scene::Scene;
 use interface_defs::{Plan, Solver, Window};
 use nalgebra::Vector3;
+use toolkit::program::Options;
+use toolkit::scene::Scene;
 
 const OPTIONS: Options = Options { out: None, shortcuts: true };
 

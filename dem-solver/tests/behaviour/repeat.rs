@@ -2,9 +2,9 @@
 
 use crate::bench::{Bench, Setup, cube, fixed_plane, net};
 use crate::wires::{tangled, wave};
-use interface_defs::toolkit::alloc::allocations;
 use interface_defs::{Sampling, Solver, Window, name};
 use nalgebra::Vector3;
+use toolkit::alloc::allocations;
 
 fn bits(numbers: &[f64]) -> Vec<u64> {
     numbers.iter().map(|x| x.to_bits()).collect()

@@ -4,11 +4,11 @@ use crate::bench::{Bench, Setup, fixed_plane, sphere};
 use dem_solver::DemSolver;
 use interface_defs::Solver;
 use interface_defs::message::FaultKind;
-use interface_defs::toolkit::alloc::allocations;
-use interface_defs::toolkit::program::Options;
-use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 use std::f64::consts::PI;
+use toolkit::alloc::allocations;
+use toolkit::program::Options;
+use toolkit::scene::Scene;
 
 fn free(scene: String) -> Bench {
     Setup { contact_mesh: None, ..Setup::new(scene, Default::default()) }.build()

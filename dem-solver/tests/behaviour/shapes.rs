@@ -7,9 +7,9 @@ use dem_solver::cluster::{Accuracy, Fit, Wish, files, make};
 use dem_solver::geometry::sphere::Sphere;
 use dem_solver::shape::formats::{Facets, obj, stl};
 use dem_solver::shape::{Shape, SolidIntegrals, Surface};
-use interface_defs::toolkit::program::Options;
-use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
+use toolkit::program::Options;
+use toolkit::scene::Scene;
 
 const SHAPES: [&str; 8] = [
     "cube:0.41",

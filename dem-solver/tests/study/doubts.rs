@@ -4,7 +4,7 @@ use super::*;
 use dem_solver::study::gate;
 use dem_solver::study::settings::STUDY as KIND;
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::scene::Scene;
+use toolkit::scene::Scene;
 
 /// What is wrong with a study is said before anything starts, at its place.
 #[test]

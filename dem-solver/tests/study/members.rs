@@ -128,7 +128,7 @@ fn the_scene_of_a_member_ends_where_its_row_says() {
 fn a_scaled_cluster_is_the_one_that_is_made_at_that_size() {
     use dem_solver::rock::Rock;
     use dem_solver::settings::Settings;
-    use interface_defs::toolkit::scene::Scene;
+    use toolkit::scene::Scene;
     let made = |volume: f64, shape: &str| {
         let text = SCENE
             .replace("shape = { type = \"box\", size = [0.8, 0.7, 0.6] }", shape)
@@ -164,7 +164,7 @@ fn a_scaled_cluster_is_the_one_that_is_made_at_that_size() {
 fn members_start_on_the_ground_and_not_in_it() {
     use dem_solver::study::gate;
     use dem_solver::study::settings::STUDY as KIND;
-    use interface_defs::toolkit::scene::Scene;
+    use toolkit::scene::Scene;
     let place = Place::new(STUDY);
     let file = Scene::load_as(&KIND, &place.path("study.toml"), &[]).expect("a study");
     let base = gate::read(&file, true, &[]).unwrap_or_else(|e| panic!("{e}"));

@@ -1,11 +1,11 @@
 //! A terrain that a test makes, a rock on it, and what came of it.
 
 use dem_solver::DemSolver;
-use interface_defs::toolkit::program::Options;
-use interface_defs::toolkit::scene::Scene;
 use interface_defs::{Plan, Ready, Solver, Window};
 use nalgebra::Vector3;
 use std::fmt::Write as _;
+use toolkit::program::Options;
+use toolkit::scene::Scene;
 
 pub const G: f64 = 9.81;
 

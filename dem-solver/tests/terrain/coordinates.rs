@@ -2,10 +2,10 @@
 
 use dem_solver::settings::{NoData, TerrainSettings};
 use dem_solver::terrain::Terrain;
-use interface_defs::toolkit::scene::Scene;
 use std::path::Path;
 use tiff::encoder::{TiffEncoder, colortype};
 use tiff::tags::Tag;
+use toolkit::scene::Scene;
 
 const HEIGHTS: [f64; 6] = [1500.0, 1501.0, 1502.0, 1503.0, 1504.5, 1505.0];
 
@@ -175,7 +175,7 @@ fn keys_of_a_terrain_that_its_file_leaves_without_use_are_refused() {
              shape = {{ type = \"sphere\", radius = 0.1 }}\n[terrain]\n{text}\n"
         );
         let scene = Scene::from_text("s.toml", &text).expect("TOML");
-        let options = interface_defs::toolkit::program::Options { out: None, shortcuts: true };
+        let options = toolkit::program::Options { out: None, shortcuts: true };
         dem_solver::DemSolver::new(&scene, &options).err().expect("refused").to_string()
     };
     for (text, key) in [

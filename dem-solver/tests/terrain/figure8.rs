@@ -2,12 +2,12 @@
 //! shapes that begin at one place go down one slope in bounces, and not on one way.
 
 use dem_solver::DemSolver;
-use interface_defs::toolkit::program::Options;
-use interface_defs::toolkit::scene::Scene;
 use interface_defs::verdict::Fate;
 use interface_defs::{Plan, Solver, Window};
 use nalgebra::Vector3;
 use std::path::Path;
+use toolkit::program::Options;
+use toolkit::scene::Scene;
 
 const WINDOW: f64 = 0.05;
 

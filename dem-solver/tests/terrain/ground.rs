@@ -1,8 +1,8 @@
 //! Heights around a line: those of the surface, at whole multiples of their distance, marked where there is none.
 
 use dem_solver::terrain::ground::around;
-use interface_defs::toolkit::ground::GroundArguments;
-use interface_defs::toolkit::scene::Scene;
+use toolkit::ground::GroundArguments;
+use toolkit::scene::Scene;
 
 /// A plane in the coordinates of a survey, 20 m x 12 m in cells of 4 m, with one cell without height.
 fn scene(dir: &std::path::Path) -> Scene {
@@ -29,7 +29,7 @@ fn plane(x: f64, y: f64) -> f64 {
 
 fn arguments(scene: &Scene, line: &[f64]) -> GroundArguments {
     GroundArguments {
-        input: interface_defs::toolkit::arguments::Input { scene: scene.path().to_owned(), sets: Vec::new() },
+        input: toolkit::arguments::Input { scene: scene.path().to_owned(), sets: Vec::new() },
         line: line.to_vec(),
         margin: 5.0,
         cell: 0.5,

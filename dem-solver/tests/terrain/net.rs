@@ -3,10 +3,10 @@
 use crate::bench::{G, plane};
 use dem_solver::DemSolver;
 use dem_solver::model::state::Against;
-use interface_defs::toolkit::program::Options;
-use interface_defs::toolkit::scene::Scene;
 use interface_defs::{FieldSpec, InterfaceMesh, Layout, Plan, Sampling, Solver, Window, name};
 use nalgebra::Vector3;
+use toolkit::program::Options;
+use toolkit::scene::Scene;
 
 /// Nodes of the net along one side.
 const ALONG: usize = 9;

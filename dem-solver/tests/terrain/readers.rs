@@ -5,12 +5,12 @@ use dem_solver::settings::{NoData, TerrainSettings};
 use dem_solver::terrain::Terrain;
 use dem_solver::terrain::slope::Slope;
 use dem_solver::terrain::triangulation;
-use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 use std::fmt::Write as _;
 use std::path::Path;
 use tiff::encoder::{TiffEncoder, colortype};
 use tiff::tags::Tag;
+use toolkit::scene::Scene;
 
 /// 9 x 7 points each 2 m, from (2600000, 1200000), heights of whole millimetres around 1500 m.
 fn slope() -> Slope {
@@ -401,7 +401,7 @@ fn a_missing_file_is_named_and_the_scene_is_checked() {
             "end_time = 1.0\n[[rock]]\nposition = [0.0, 0.0, 1.0]\nmass = 1.0\nshape = {{ type = \"sphere\", radius = 0.1 }}\n{text}"
         );
         let scene = Scene::from_text("s.toml", &text).expect("TOML");
-        let options = interface_defs::toolkit::program::Options { out: None, shortcuts: true };
+        let options = toolkit::program::Options { out: None, shortcuts: true };
         dem_solver::DemSolver::new(&scene, &options).err().expect("refused").to_string()
     };
     assert!(of("[terrain]\nfile = \"no/such.asc\"").starts_with("no/such.asc: there is no such file"));

@@ -328,7 +328,7 @@ fn a_rock_that_starts_below_or_beside_the_terrain_is_refused_with_a_place_that_i
         std::fs::write(dir.path().join("t.obj"), mesh.obj()).expect("written");
         let text = block(15.0, 0.6, "").replace("[0.0, 0.0, 0.7]", place);
         let name = dir.path().join("s.toml").display().to_string();
-        let scene = interface_defs::toolkit::scene::Scene::from_text(&name, &text).expect("a scene");
+        let scene = toolkit::scene::Scene::from_text(&name, &text).expect("a scene");
         dem_solver::DemSolver::new(&scene, &Default::default()).err().map(|e| e.to_string())
     };
     assert_eq!(refused("[0.0, 0.0, 0.7]"), None);

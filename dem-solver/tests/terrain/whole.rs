@@ -187,8 +187,8 @@ fn beside_the_border_of_a_terrain_nothing_is_inside() {
 #[test]
 fn half_of_the_laws_of_a_rock_with_terrain_cannot_be_of_the_whole() {
     use dem_solver::DemSolver;
-    use interface_defs::toolkit::program::Options;
-    use interface_defs::toolkit::scene::Scene;
+    use toolkit::program::Options;
+    use toolkit::scene::Scene;
     let dir = tempfile::tempdir().expect("a directory");
     std::fs::write(dir.path().join("t.obj"), flat().obj()).expect("written");
     let law = |between: &str, law: &str| {

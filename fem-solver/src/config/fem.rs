@@ -2,9 +2,9 @@
 
 use crate::read::positive;
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::scene::Scene;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use toolkit::scene::Scene;
 
 /// Most iterations of one step where the scene does not say.
 const MOST_ITERATIONS: u32 = 30;

@@ -1,10 +1,10 @@
 //! `[structure.generator]`: structures that are made from a few numbers.
 
-use interface_defs::tagged;
-use interface_defs::toolkit::coordinates::Coordinates;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
+use toolkit::coordinates::Coordinates;
+use toolkit::tagged;
 
 fn yes() -> bool {
     true

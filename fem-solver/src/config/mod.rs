@@ -13,7 +13,7 @@ pub use gauge::{GaugeConfig, Quantity};
 pub use structure::StructureConfig;
 
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::scene::Scene;
+use toolkit::scene::Scene;
 
 /// Everything that a scene says to this program.
 #[derive(Debug, Clone)]

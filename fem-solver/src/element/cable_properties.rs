@@ -3,10 +3,10 @@
 use super::Cable;
 use crate::read::{not_negative, positive};
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use toolkit::scene::Scene;
 
 fn yes() -> bool {
     true

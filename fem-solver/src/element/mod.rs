@@ -278,7 +278,7 @@ pub trait Element: Debug {
 macro_rules! elements {
     ($($name:literal => $settings:ident::$part:ident { $($module:ident::$element:ident),* },)*
      besides { $($alone:ident::$other:ident),* }) => {
-        interface_defs::tagged! {
+        toolkit::tagged! {
             /// A part; `element` says of what.
             #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
             #[allow(missing_docs)] // What a part is, its settings' own doc comment says, in the schema too.

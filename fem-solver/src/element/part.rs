@@ -9,9 +9,9 @@ use crate::element::bar::Rupture;
 use crate::read::mesh::Kind;
 use crate::read::{not_negative, positive};
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 use std::fmt::Debug;
+use toolkit::scene::Scene;
 
 /// What all parts state; `part!` writes it.
 pub trait PartHead: Debug {

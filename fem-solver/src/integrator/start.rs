@@ -13,10 +13,10 @@ use crate::state::inherited::Inherited;
 use crate::state::motion::StartMotion;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::message::Fault;
-use interface_defs::toolkit::output::Output;
-use interface_defs::toolkit::scene::Scene;
-use interface_defs::toolkit::start_from::At;
 use std::time::{Duration, Instant};
+use toolkit::output::Output;
+use toolkit::scene::Scene;
+use toolkit::start_from::At;
 
 /// Residual, relative to the largest of load and internal force, below which a structure is at rest.
 const AT_REST: f64 = 1e-10;

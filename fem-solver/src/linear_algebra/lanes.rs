@@ -8,7 +8,7 @@
 /// Parts of a sum that are kept apart.
 pub const LANES: usize = 8;
 
-pub(crate) use interface_defs::wide;
+pub(crate) use toolkit::wide;
 
 /// The parts of a sum and what is left over, added.
 #[inline(always)]

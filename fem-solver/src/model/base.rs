@@ -12,9 +12,9 @@ use crate::read::mesh::{ElementGroup, Kind, Mesh, MeshElement};
 use crate::read::{named, read};
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::mesh::Group;
-use interface_defs::toolkit::explain::suggestion;
-use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
+use toolkit::explain::suggestion;
+use toolkit::scene::Scene;
 
 /// What a model begins with.
 #[derive(Debug, Default)]

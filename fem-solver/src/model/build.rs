@@ -8,9 +8,9 @@ use crate::config::structure::{StructureConfig, Where};
 use crate::read::{not_negative, positive};
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::mesh::Group;
-use interface_defs::toolkit::explain::suggestion;
-use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
+use toolkit::explain::suggestion;
+use toolkit::scene::Scene;
 
 /// A point is taken for the node that is not farther away than this, relative to the extent.
 const SAME_POINT: f64 = 1e-6;

@@ -12,11 +12,11 @@ use crate::ground::Surface;
 use crate::read::heights::Heights;
 use crate::read::{not_negative, positive};
 use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::toolkit::ground::Area;
-use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 use std::path::PathBuf;
 use std::sync::Arc;
+use toolkit::ground::Area;
+use toolkit::scene::Scene;
 
 /// Stiffness of a node over its mass where the scene does not say [1/s2].
 const STIFFNESS: f64 = 1e6;

@@ -4,8 +4,8 @@ use super::Model;
 use super::support::Motion;
 use crate::config::structure::{StructureConfig, SupportEntry, TurningConfig};
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
+use toolkit::scene::Scene;
 
 /// Part of the extent of the structure below which a motion is rounding.
 const ROUNDING: f64 = 1e-12;

@@ -5,10 +5,10 @@ use super::support::Motion;
 use super::timed::{Face, TimedLoad};
 use crate::config::{Config, Integrator};
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::explain::suggestion;
-use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 use std::collections::HashMap;
+use toolkit::explain::suggestion;
+use toolkit::scene::Scene;
 
 impl Model {
     /// Weight and all loads of the scene.

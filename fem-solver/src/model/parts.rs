@@ -8,7 +8,7 @@ use crate::element::part::{Key, NewElements, PartCell};
 use crate::read::mesh::ElementGroup;
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::mesh::Group;
-use interface_defs::toolkit::scene::Scene;
+use toolkit::scene::Scene;
 
 impl Model {
     /// Build the parts of the scene; `meshed` are the cells that a mesh gives to each. What becomes of its

@@ -4,8 +4,8 @@ use crate::config::place::PlaceConfig;
 use crate::config::structure::StructureConfig;
 use crate::read::heights::Heights;
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
+use toolkit::scene::Scene;
 
 /// Turn and move `nodes` [m] to the place of `table`, if it names one.
 pub(super) fn put(

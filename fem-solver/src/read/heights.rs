@@ -5,9 +5,9 @@
 
 use super::{LONGEST, named};
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::input_file;
-use interface_defs::toolkit::scene::Scene;
 use std::path::Path;
+use toolkit::input_file;
+use toolkit::scene::Scene;
 
 /// Most heights that are read.
 const MOST: usize = 20_000_000;

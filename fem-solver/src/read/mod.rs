@@ -21,11 +21,11 @@ pub mod msh;
 pub mod tokens;
 
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::input_file;
-use interface_defs::toolkit::scene::Scene;
 use mesh::Mesh;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
+use toolkit::input_file;
+use toolkit::scene::Scene;
 
 /// Longest file that is read [bytes]: positions in a mesh are 32 bits wide.
 const LONGEST: u64 = 4 << 30;

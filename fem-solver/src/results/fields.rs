@@ -17,9 +17,9 @@ use crate::results::legend::Legend;
 use crate::state::State;
 use interface_defs::mesh::InterfaceMesh;
 use interface_defs::message::Fault;
-use interface_defs::toolkit::vtu::{Cells, KeptSeries, Series, Vtu};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
+use toolkit::vtu::{Cells, KeptSeries, Series, Vtu};
 
 /// A series of field files at multiples of an interval.
 pub struct Fields {

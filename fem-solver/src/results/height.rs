@@ -10,10 +10,10 @@ use crate::config::structure::Where;
 use crate::model::Model;
 use crate::state::State;
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::scene::Scene;
 use nalgebra::{Matrix3, Vector3};
 use std::cell::RefCell;
 use std::ops::Range;
+use toolkit::scene::Scene;
 
 /// Part of the length of the barrier up to which nodes along it are of one post, which may lean that way.
 const ONE_PLACE: f64 = 5e-3;

@@ -1,10 +1,10 @@
 //! Numbers of parts and groups in field files, and the legend that names them.
 
 use crate::model::Model;
-use interface_defs::toolkit::files;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;
+use toolkit::files;
 
 /// File of the legend, beside the field files.
 pub const LEGEND: &str = "structure_legend.json";

@@ -8,7 +8,7 @@ use crate::results::height::Height;
 use crate::state::State;
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::message::Gauge;
-use interface_defs::toolkit::scene::Scene;
+use toolkit::scene::Scene;
 
 /// What one scene gauge watches.
 #[derive(Debug, Clone)]

@@ -9,7 +9,7 @@ use crate::results::probe::Probe;
 use crate::state::{Extreme, Peaks, Range, State};
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::message::{Gauge, Measure, Worse};
-use interface_defs::toolkit::scene::Scene;
+use toolkit::scene::Scene;
 
 /// Supports whose force is summed: held degrees of freedom, and springs by their feet.
 #[derive(Debug, Clone)]

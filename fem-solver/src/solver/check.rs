@@ -13,12 +13,12 @@ use interface_defs::field::FieldSpec;
 use interface_defs::mesh::InterfaceMesh;
 use interface_defs::message::Plan;
 use interface_defs::solver::{Solver, Window};
-use interface_defs::toolkit::check::CheckReport;
-use interface_defs::toolkit::program::Options;
-use interface_defs::toolkit::scene::Scene;
-use interface_defs::toolkit::start_from::KEY;
 use std::collections::BTreeMap;
 use std::time::Instant;
+use toolkit::check::CheckReport;
+use toolkit::program::Options;
+use toolkit::scene::Scene;
+use toolkit::start_from::KEY;
 
 /// Windows of one step that are timed; the fastest of so many rounds counts.
 const ROUNDS: usize = 5;

@@ -7,10 +7,10 @@ use crate::integrator::window::{KeptWindows, other_structure};
 use crate::model::Model;
 use crate::results::fields::{Fields, KeptFields};
 use interface_defs::message::Fault;
-use interface_defs::toolkit::checkpoint::{pack, unpack};
-use interface_defs::toolkit::run_dir;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
+use toolkit::checkpoint::{pack, unpack};
+use toolkit::run_dir;
 
 /// All that the next windows follow from.
 #[derive(Serialize, Deserialize)]

@@ -31,12 +31,12 @@ use interface_defs::message::{
 };
 use interface_defs::selection::Selection;
 use interface_defs::solver::{OnProgress, Solver, Window};
-use interface_defs::toolkit::output::Output;
-use interface_defs::toolkit::program::Options;
-use interface_defs::toolkit::run_dir;
-use interface_defs::toolkit::scene::Scene;
 use interface_defs::verdict::Torn;
 use kept::Kept;
+use toolkit::output::Output;
+use toolkit::program::Options;
+use toolkit::run_dir;
+use toolkit::scene::Scene;
 
 /// Steps within 1 ms and a window for which memory is set aside, at most.
 const MOST_REMEMBERED: f64 = 2e5;

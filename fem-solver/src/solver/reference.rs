@@ -1,8 +1,8 @@
 //! What this program reads of a scene and writes as results, for `rockfall schema`.
 
 use crate::config::{FemConfig, GaugeConfig, StructureConfig};
-use interface_defs::toolkit::schema::{Entry, Share, Tables};
-use interface_defs::toolkit::start_from::{self, StartFrom};
+use toolkit::schema::{Entry, Share, Tables};
+use toolkit::start_from::{self, StartFrom};
 
 /// Its tables and results.
 pub fn share() -> Share {

@@ -6,11 +6,11 @@ use crate::model::generator::area;
 use crate::model::ground;
 use clap::{ArgMatches, Args, FromArgMatches};
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::exit::Exit;
-use interface_defs::toolkit::ground::{Area, SiteArguments};
-use interface_defs::toolkit::program::Extra;
-use interface_defs::toolkit::scene::Scene;
-use interface_defs::toolkit::screen::show;
+use toolkit::exit::Exit;
+use toolkit::ground::{Area, SiteArguments};
+use toolkit::program::Extra;
+use toolkit::scene::Scene;
+use toolkit::screen::show;
 
 /// The subcommand.
 pub const COMMAND: Extra = Extra { command, run };

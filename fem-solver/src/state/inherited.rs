@@ -10,15 +10,15 @@ use crate::state::State;
 use crate::state::motion::StartMotion;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc::run_id::fnv1a;
-use interface_defs::toolkit::provenance::{BuildId, build_id};
-use interface_defs::toolkit::scene::Scene;
-use interface_defs::toolkit::start_from::{At, KEY, Origin};
-use interface_defs::toolkit::state_file::{self, Unreadable};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::fmt::Debug;
 use std::io;
 use std::path::Path;
+use toolkit::provenance::{BuildId, build_id};
+use toolkit::scene::Scene;
+use toolkit::start_from::{At, KEY, Origin};
+use toolkit::state_file::{self, Unreadable};
 
 /// Version of [`End`], written and read.
 const VERSION: u32 = 1;

@@ -13,12 +13,12 @@ use interface_defs::Sampling;
 use interface_defs::diagnostic::code;
 use interface_defs::message::{Plan, Statistics};
 use interface_defs::solver::Solver;
-use interface_defs::toolkit::program::Options;
-use interface_defs::toolkit::provenance::build_id;
-use interface_defs::toolkit::run_dir::STRUCTURE_STATE;
-use interface_defs::toolkit::state_file;
-use interface_defs::toolkit::summary::{RunStatus, Summary};
 use std::path::Path;
+use toolkit::program::Options;
+use toolkit::provenance::build_id;
+use toolkit::run_dir::STRUCTURE_STATE;
+use toolkit::state_file;
+use toolkit::summary::{RunStatus, Summary};
 
 /// Words of the refusal, and what was done to the state.
 type Damage = (&'static str, fn(&mut End));

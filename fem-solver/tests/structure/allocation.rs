@@ -2,7 +2,7 @@
 
 use crate::common::{Run, WALENSTADT, coupled_plan};
 use interface_defs::Sampling;
-use interface_defs::toolkit::alloc::allocations;
+use toolkit::alloc::allocations;
 
 #[test]
 fn no_window_allocates_after_the_first_whatever_the_scheme_and_the_length() {

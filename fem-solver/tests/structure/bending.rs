@@ -251,7 +251,7 @@ fn beams_without_density_do_not_move_in_time() {
     for density in ["", "density = 0.0"] {
         for fem in ["integrator = \"newmark\"", "integrator = \"central_difference\"\ntime_step = 1e-6"] {
             let scene = crate::common::scene(&loaded(density, fem));
-            let options = interface_defs::toolkit::program::Options { out: None, shortcuts: true };
+            let options = toolkit::program::Options { out: None, shortcuts: true };
             let message = match fem_solver::FemSolver::new(&scene, &options) {
                 Err(error) => error.to_string(),
                 Ok(_) => panic!("must be refused"),
@@ -268,7 +268,7 @@ fn beams_without_density_do_not_move_in_time() {
 fn a_gauge_of_bending_moments_wants_beams() {
     let text = loaded("", "integrator = \"static\"").replace("group = \"post\"", "group = \"supports\"");
     let scene = crate::common::scene(&text);
-    let options = interface_defs::toolkit::program::Options { out: None, shortcuts: true };
+    let options = toolkit::program::Options { out: None, shortcuts: true };
     let error = fem_solver::FemSolver::new(&scene, &options).err().expect("must be refused").to_string();
     assert!(error.contains("there is no beam at the gauge `all`"), "{error}");
 }

@@ -4,8 +4,8 @@ use fem_solver::FemSolver;
 use interface_defs::field::{FieldSpec, Layout, Sampling, name};
 use interface_defs::message::{Fault, Plan, Ready, Role};
 use interface_defs::solver::{Solver, Window};
-use interface_defs::toolkit::program::Options;
-use interface_defs::toolkit::scene::Scene;
+use toolkit::program::Options;
+use toolkit::scene::Scene;
 
 /// The two nets of `walenstadt.md` and how they are cut and damped.
 pub const WALENSTADT: &str = r#"

@@ -6,7 +6,7 @@ use fem_solver::equilibrium::newton::Failure;
 use interface_defs::field::{Sampling, name};
 use interface_defs::message::{FaultKind, Plan};
 use interface_defs::solver::Solver;
-use interface_defs::toolkit::program::Options;
+use toolkit::program::Options;
 
 const SCHEMES: [(&str, Sampling); 6] = [
     ("time_step = 2e-5", Sampling::Means),

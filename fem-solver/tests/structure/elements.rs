@@ -374,7 +374,7 @@ fn the_balance_of_a_structure_with_histories_closes_as_steps_are_shortened() {
 
 #[test]
 fn no_window_with_elements_allocates_after_the_first() {
-    use interface_defs::toolkit::alloc::allocations;
+    use toolkit::alloc::allocations;
     for (fem, sampling) in [("", Sampling::Means), ("integrator = \"newmark\"", Sampling::AtEnds)] {
         let mut run = Run::coupled(&barrier(fem), 2e-4, sampling);
         let force = vec![0.0; run.force_len];

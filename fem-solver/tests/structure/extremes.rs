@@ -4,7 +4,7 @@
 use crate::common::{Run, off, scene};
 use fem_solver::FemSolver;
 use interface_defs::solver::Solver;
-use interface_defs::toolkit::program::Options;
+use toolkit::program::Options;
 
 /// A soft and a stiff cable in a row, pulled along; E A of the stiff one is `ratio` times that of the soft.
 fn row(ratio: f64) -> String {

@@ -4,9 +4,9 @@ use crate::common::{Run, off, scene};
 use base64::Engine as _;
 use fem_solver::FemSolver;
 use interface_defs::message::Plan;
-use interface_defs::toolkit::program::Options;
 use std::io::Read as _;
 use std::path::Path;
+use toolkit::program::Options;
 
 /// The array `name` of a VTU file.
 pub fn array(file: &Path, name: &str) -> Vec<f64> {

@@ -3,7 +3,7 @@
 use crate::common::{Run, off, scene};
 use fem_solver::FemSolver;
 use interface_defs::solver::Solver;
-use interface_defs::toolkit::program::Options;
+use toolkit::program::Options;
 
 /// A clamped disc of membrane, radius 1 m, E h = 1e6 N/m, under q = 100 N/m2 down: depth of its centre [m], larger principal
 /// force of the triangles there and of those at its edge, mean over each [N/m].

@@ -4,7 +4,7 @@ use crate::common::scene;
 use fem_solver::FemSolver;
 use fem_solver::solver::check::check;
 use interface_defs::diagnostic::Severity;
-use interface_defs::toolkit::program::Options;
+use toolkit::program::Options;
 
 /// A barrier of one field with everything in it.
 const BARRIER: &str = r#"

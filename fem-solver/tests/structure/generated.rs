@@ -2,7 +2,7 @@
 
 use crate::common::{Run, off, scene};
 use fem_solver::FemSolver;
-use interface_defs::toolkit::program::Options;
+use toolkit::program::Options;
 
 #[test]
 fn a_ring_net_of_polygons_hangs_in_its_frame() {

@@ -4,10 +4,10 @@ use crate::common::{Run, coupled_plan, off, scene};
 use fem_solver::FemSolver;
 use fem_solver::solver::check::check;
 use interface_defs::Sampling;
-use interface_defs::toolkit::alloc::allocations;
-use interface_defs::toolkit::program::Options;
 use std::fs;
 use tempfile::TempDir;
+use toolkit::alloc::allocations;
+use toolkit::program::Options;
 
 const G: f64 = 9.81;
 

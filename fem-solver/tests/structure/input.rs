@@ -3,7 +3,7 @@
 use crate::common::{WALENSTADT, scene};
 use fem_solver::FemSolver;
 use fem_solver::solver::check::check;
-use interface_defs::toolkit::program::Options;
+use toolkit::program::Options;
 
 /// The message with which a scene is refused.
 fn refused(text: &str) -> String {

@@ -4,10 +4,10 @@ use crate::common::{Run, scene};
 use crate::rest::barrier;
 use fem_solver::FemSolver;
 use interface_defs::message::Plan;
-use interface_defs::toolkit::program::Options;
 use nalgebra::Vector3;
 use std::fs;
 use tempfile::TempDir;
+use toolkit::program::Options;
 
 /// A slope that falls along x by `angle` degrees, as two rows of two heights.
 fn slope(angle: f64) -> TempDir {

@@ -3,10 +3,10 @@
 use crate::common::{Run, coupled_plan, off, scene};
 use crate::pressures::octant;
 use fem_solver::FemSolver;
-use interface_defs::toolkit::alloc::allocations;
-use interface_defs::toolkit::program::Options;
 use interface_defs::{Plan, Sampling};
 use std::f64::consts::PI;
+use toolkit::alloc::allocations;
+use toolkit::program::Options;
 
 /// Every integrator in time, as it stands in a scene.
 pub const SCHEMES: [&str; 6] = [

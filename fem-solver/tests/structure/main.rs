@@ -34,7 +34,7 @@ mod surfaces;
 mod tearing;
 mod verdict;
 
-use interface_defs::toolkit::alloc::CountingAllocator;
+use toolkit::alloc::CountingAllocator;
 
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;

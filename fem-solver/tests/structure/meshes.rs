@@ -3,9 +3,9 @@
 use crate::common::{Run, off, scene};
 use fem_solver::FemSolver;
 use fem_solver::solver::check::check;
-use interface_defs::toolkit::program::Options;
-use interface_defs::toolkit::scene::Scene;
 use std::path::Path;
+use toolkit::program::Options;
+use toolkit::scene::Scene;
 
 /// The files of the net of 4 x 4 cells.
 const FILES: [&str; 4] = ["net-5x5.msh", "net-5x5-v22.msh", "net-5x5.inp", "net-5x5.mdpa"];

@@ -10,7 +10,7 @@ use fem_solver::model::Model;
 use interface_defs::field::Sampling;
 use interface_defs::message::Plan;
 use interface_defs::solver::Solver;
-use interface_defs::toolkit::program::Options;
+use toolkit::program::Options;
 
 const YOUNG: f64 = 8.227864894e9;
 const AREA: f64 = 1.256637061e-5;

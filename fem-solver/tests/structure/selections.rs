@@ -5,7 +5,7 @@ use interface_defs::field::{FieldSpec, Items, Layout, Place, Sampling, name};
 use interface_defs::message::Plan;
 use interface_defs::selection::Selection;
 use interface_defs::solver::{Solver, Window};
-use interface_defs::toolkit::alloc::allocations;
+use toolkit::alloc::allocations;
 
 const SCHEMES: [(&str, &[Sampling]); 5] = [
     ("time_step = 2e-5", &[Sampling::Means]),

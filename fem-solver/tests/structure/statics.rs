@@ -331,7 +331,7 @@ fn both_walenstadt_nets_sag_as_they_were_tuned_to_and_weigh_on_their_frame() {
 
 #[test]
 fn what_is_left_of_the_residual_moves_nothing_when_the_net_is_computed_all_the_same() {
-    use interface_defs::toolkit::program::Options;
+    use toolkit::program::Options;
     let scene = crate::common::scene(WALENSTADT);
     let solver = fem_solver::FemSolver::new(&scene, &Options { out: None, shortcuts: false }).unwrap();
     let mut run = Run::of(solver, crate::common::coupled_plan(5e-5, interface_defs::Sampling::Means, 1, 1));

@@ -4,7 +4,7 @@ use crate::common::{Run, coupled_plan, off, scene};
 use fem_solver::FemSolver;
 use interface_defs::Sampling;
 use interface_defs::message::Plan;
-use interface_defs::toolkit::program::Options;
+use toolkit::program::Options;
 
 const SCHEMES: [&str; 4] = [
     "time_step = 2.5e-4",

@@ -5,8 +5,8 @@ use crate::fields::array;
 use fem_solver::FemSolver;
 use interface_defs::message::Plan;
 use interface_defs::solver::Solver;
-use interface_defs::toolkit::program::Options;
-use interface_defs::toolkit::scene::Scene;
+use toolkit::program::Options;
+use toolkit::scene::Scene;
 
 /// A disc of radius 1 m of quadrilaterals, `4 n` around: a square of `n` x `n` in the middle, four blocks of `n` x `n` around
 /// it. Nodes and cells.

@@ -298,7 +298,7 @@ integrator = "static"
 
 #[test]
 fn no_window_allocates_while_a_net_tears() {
-    use interface_defs::toolkit::alloc::allocations;
+    use toolkit::alloc::allocations;
     let mut run = net("");
     run.step(1e-3, &[]);
     let (before, lost) = (allocations(), run.value("energy_dissipated_fem"));

@@ -13,9 +13,9 @@ use crate::columns::Columns;
 use crate::events::Events;
 use crate::numbers::Numbers;
 use crate::stop::Stop;
-use interface_defs::toolkit::arguments::Input;
-use interface_defs::toolkit::summary::three;
 use std::fmt::Write;
+use toolkit::arguments::Input;
+use toolkit::summary::three;
 
 /// A measure that is off by more is broken.
 const OFF: f64 = 0.1;

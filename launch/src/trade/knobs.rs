@@ -4,8 +4,8 @@
 //! number of steps away from the scene's own value, above 0 towards what is coarser and cheaper; a ladder doubles or halves.
 
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::explain::suggestion;
 use toml::{Table, Value};
+use toolkit::explain::suggestion;
 
 /// What a knob changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,7 +3,7 @@
 use super::study::Study;
 use crate::stop::Stop;
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::explain::suggestion;
+use toolkit::explain::suggestion;
 
 /// Measures by default: the first of each line that the scene has. A later block counts where an earlier has none.
 const DEFAULTS: &[&[&[&str]]] = &[

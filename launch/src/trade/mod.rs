@@ -30,9 +30,6 @@ use crate::sweep;
 use crate::verify;
 use clap::Args;
 use interface_defs::diagnostic::code;
-use interface_defs::toolkit::arguments::Input;
-use interface_defs::toolkit::exit::Exit;
-use interface_defs::toolkit::screen::show;
 use plan::Task;
 use reference::Reference;
 use report::{Facts, percent, seconds};
@@ -43,6 +40,9 @@ use std::cell::RefCell;
 use std::path::PathBuf;
 use store::Store;
 use study::{Finished, Study};
+use toolkit::arguments::Input;
+use toolkit::exit::Exit;
+use toolkit::screen::show;
 
 /// Accuracies for which settings are recommended.
 const ACCURACIES: [f64; 4] = [0.1, 0.03, 0.01, 0.001];

@@ -6,8 +6,8 @@ use super::reference::{Known, deviation};
 use super::result::{Outcome, Status};
 use super::study::{Finished, Recommended, Study};
 use crate::columns::Columns;
-use interface_defs::toolkit::summary::{short, three};
 use std::fmt::Write;
+use toolkit::summary::{short, three};
 
 /// What the page says of the study besides its runs.
 pub struct Facts {

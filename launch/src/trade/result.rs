@@ -1,10 +1,10 @@
 //! What one run gave, and what it cost.
 
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::summary::{RunStatus, Summary};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;
+use toolkit::summary::{RunStatus, Summary};
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

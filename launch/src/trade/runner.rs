@@ -5,9 +5,9 @@ use crate::events::Events;
 use crate::stop::Stop;
 use crate::sweep::Task;
 use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::toolkit::arguments::Input;
-use interface_defs::toolkit::exit::Exit;
 use std::path::Path;
+use toolkit::arguments::Input;
+use toolkit::exit::Exit;
 
 /// Who computes.
 pub trait Runner {

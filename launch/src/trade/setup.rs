@@ -12,9 +12,9 @@ use crate::record;
 use crate::stop::Stop;
 use crate::sweep;
 use interface_defs::diagnostic::code;
-use interface_defs::toolkit::arguments::Input;
-use interface_defs::toolkit::provenance;
 use std::path::{Path, PathBuf};
+use toolkit::arguments::Input;
+use toolkit::provenance;
 
 /// What a study starts from.
 pub struct Setup {

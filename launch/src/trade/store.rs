@@ -6,13 +6,13 @@ use super::study::Finished;
 use crate::stop::Stop;
 use crate::sweep::{self, Build};
 use interface_defs::diagnostic::{Diagnostic, Place, code};
-use interface_defs::toolkit::files::{self, Dir};
-use interface_defs::toolkit::owner::{Claim, Owner};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
+use toolkit::files::{self, Dir};
+use toolkit::owner::{Claim, Owner};
 
 /// Directories of the runs.
 const RUNS: &str = "runs";
@@ -188,7 +188,7 @@ mod tests {
             "{}",
             refused.errors[0]
         );
-        assert_eq!(refused.exit, interface_defs::toolkit::exit::Exit::BadInput);
+        assert_eq!(refused.exit, toolkit::exit::Exit::BadInput);
         let mut store = Store::open(&out, &identity("b", "1"), true).expect("forced");
         assert!(store.load(&space).expect("of this build").is_empty());
     }

@@ -3,14 +3,14 @@
 use crate::stop::Stop;
 use crate::sweep::{self, Ran};
 use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::toolkit::files;
-use interface_defs::toolkit::input_file;
-use interface_defs::toolkit::summary::{RunStatus, Summary};
 use interface_defs::verdict::{Fate, Verdict};
 use serde::Deserialize;
 use serde_json::Value;
 use std::io;
 use std::path::Path;
+use toolkit::files;
+use toolkit::input_file;
+use toolkit::summary::{RunStatus, Summary};
 
 /// What the rocks' program leaves: which members, and what they bring to the line.
 #[derive(Debug, Deserialize)]

@@ -25,17 +25,17 @@ use crate::sweep::{self, Progress, Task};
 use crate::verify;
 use case::{Case, Chosen};
 use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::toolkit::arguments::{EnsembleArguments, Input};
-use interface_defs::toolkit::exit::Exit;
-use interface_defs::toolkit::ground::Area;
-use interface_defs::toolkit::owner::{Claim, Owner, holder};
-use interface_defs::toolkit::run_dir;
-use interface_defs::toolkit::scene::Scene;
-use interface_defs::toolkit::summary::{RunStatus, Summary};
 use place::Generated;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
+use toolkit::arguments::{EnsembleArguments, Input};
+use toolkit::exit::Exit;
+use toolkit::ground::Area;
+use toolkit::owner::{Claim, Owner, holder};
+use toolkit::run_dir;
+use toolkit::scene::Scene;
+use toolkit::summary::{RunStatus, Summary};
 
 /// Folder of the barrier in the directory of the study, and the list of members that the rocks' program leaves there.
 pub const FOLDER: &str = "barrier";
@@ -88,7 +88,7 @@ pub fn worst(arguments: &EnsembleArguments, json: bool) -> Result<Exit, Stop> {
         // An unreliable study is said by the call that collects.
         let chosen = Chosen::read(&out.join(CHOSEN))?.chosen;
         let numbers = chosen.iter().map(|entry| format!("{}\n", entry["member"]));
-        interface_defs::toolkit::screen::show(&numbers.collect::<String>());
+        toolkit::screen::show(&numbers.collect::<String>());
         return Ok(Exit::Done);
     }
     let ended = work.cases(&out);
@@ -276,7 +276,7 @@ impl Work<'_> {
         // With the study that it belongs to.
         verify::seal(dir.parent().unwrap_or(dir));
         if !self.arguments.quiet {
-            interface_defs::toolkit::screen::show(&table::screen(&summary, &cases, dir));
+            toolkit::screen::show(&table::screen(&summary, &cases, dir));
         }
         match summary.status {
             RunStatus::Done => Ok(Exit::Done),

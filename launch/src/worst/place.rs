@@ -1,8 +1,8 @@
 //! Where in the user's file that stands which is wrong in the scene of a member: most of that scene is the barrier's own.
 
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::scene::Scene;
 use toml::Value;
+use toolkit::scene::Scene;
 
 /// What a member's scene has from the study, or from both.
 const OF_STUDY: [&str; 6] = ["rock", "terrain", "gravity", "contact", "end_time", "title"];

@@ -4,12 +4,12 @@ use super::case::{Case, Chosen};
 use crate::columns::Columns;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::message::{Measure, Worse};
-use interface_defs::toolkit::files;
-use interface_defs::toolkit::summary::{RunStatus, Summary, short};
 use interface_defs::verdict::Fate;
 use serde_json::{Value, json};
 use std::io;
 use std::path::Path;
+use toolkit::files;
+use toolkit::summary::{RunStatus, Summary, short};
 
 /// One row for each member.
 pub const VERDICTS: &str = "verdicts.csv";

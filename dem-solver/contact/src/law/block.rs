@@ -10,8 +10,8 @@ use crate::law::contact_point::{ContactPoint, History, Response};
 use crate::law::normal::Load;
 use crate::law::tangential::Tangential;
 use crate::settings::TangentialName;
-use interface_defs::wide;
 use nalgebra::Vector3;
+use toolkit::wide;
 
 /// Contacts that are computed together.
 pub const WIDTH: usize = 8;

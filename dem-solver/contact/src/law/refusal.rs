@@ -1,7 +1,7 @@
 //! Why a law cannot be built from the table of a scene.
 
-use interface_defs::toolkit::scene::read_value;
 use serde::de::DeserializeOwned;
+use toolkit::scene::read_value;
 
 /// Why a law cannot be built from its table.
 #[derive(Debug, Clone, PartialEq)]

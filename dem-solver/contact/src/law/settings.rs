@@ -6,9 +6,9 @@ use super::normal::LawName;
 use super::own_keys::{self, Split};
 use super::presets;
 use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::toolkit::scene::Scene;
 use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use toolkit::scene::Scene;
 
 // Keys that one law alone has are set aside in `own`, and read by that law.
 

@@ -9,10 +9,10 @@ use crate::settings::{RockSettings, Shape};
 use dem_solid::cluster::{Accuracy, kept};
 use dem_solid::geometry::sphere::Sphere;
 use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::toolkit::scene::Scene;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use std::path::PathBuf;
 use std::sync::Arc;
+use toolkit::scene::Scene;
 
 /// A rigid rock: everything that does not change. Its own frame is the principal frame, with the
 /// origin in the centre of mass.

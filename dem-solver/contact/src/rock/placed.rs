@@ -5,9 +5,9 @@ use dem_solid::cluster::{Accuracy, Bound, MOST_SPHERES, Wish, files, kept, latti
 use dem_solid::geometry::sphere::{Sphere, extent};
 use dem_solid::shape::Surface;
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 use std::path::{Path, PathBuf};
+use toolkit::scene::Scene;
 
 /// Refuse a least radius with which no sphere fits into the rock.
 pub fn check_smallest(

@@ -2,9 +2,9 @@
 
 use dem_solid::geometry::shared_nodes::Unshared;
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::scene::Scene;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use toolkit::scene::Scene;
 
 /// The time step of the contact solver, and how rocks rotate. The step is given, or follows from the duration of a contact.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -18,9 +18,9 @@ pub use spheres::{BoxSettings, SpheresSettings};
 
 use crate::law::settings::check_all;
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::output::Output;
-use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
+use toolkit::output::Output;
+use toolkit::scene::Scene;
 
 /// All that this solver takes from a scene, checked, with defaults filled in.
 #[derive(Debug, Clone, PartialEq)]

@@ -7,9 +7,9 @@ use dem_solid::cluster::index::SphereIndex;
 use dem_solid::geometry::sphere::Sphere;
 use dem_solid::random::SplitMix;
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 use std::f64::consts::PI;
+use toolkit::scene::Scene;
 
 /// What is constant of all spheres, and where they start.
 #[derive(Debug, Clone, Default, PartialEq)]

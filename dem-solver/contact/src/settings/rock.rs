@@ -5,10 +5,10 @@ use dem_solid::cluster::{Fit, MOST_SPHERES};
 use dem_solid::input::LENGTHS;
 pub use dem_solid::shape::Shape;
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::scene::Scene;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
+use toolkit::scene::Scene;
 
 /// A rigid rock, and the spheres that represent it in contact.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

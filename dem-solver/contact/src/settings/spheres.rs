@@ -4,11 +4,11 @@ use dem_solid::cluster::files;
 use dem_solid::geometry::sphere::Sphere;
 use dem_solid::input::{LARGEST, read_bytes};
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
+use toolkit::scene::Scene;
 
 /// Most spheres of a scene.
 pub const MOST: usize = 10_000_000;

@@ -7,8 +7,8 @@ use dem_solid::cluster::volume::excess;
 use dem_solid::geometry::sphere::extent;
 use dem_solid::shape::Surface;
 use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
+use toolkit::scene::Scene;
 
 /// Edges of the box around the spheres over those of the rock: beyond the first something is said, beyond the second it is refused.
 const EDGES: [f64; 2] = [1.25, 2.0];

@@ -3,7 +3,7 @@
 use super::units::{of_no_solid, short};
 use dem_contact::settings::ContactSettings;
 use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::toolkit::scene::Scene;
+use toolkit::scene::Scene;
 
 /// Least modulus [Pa]: a rubber has 1e6, a gel 1e3. There is no largest one: who wants no overlap writes what no solid has.
 const SOFTEST: f64 = 1e3;

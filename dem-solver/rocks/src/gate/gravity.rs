@@ -1,8 +1,8 @@
 //! Gravity: whether it is there, whether it points down, and whether it is in m/s2.
 
 use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
+use toolkit::scene::Scene;
 
 /// Gravity of the Earth as a scene writes it.
 const EARTH: &str = "gravity = [0.0, 0.0, -9.81]";

@@ -5,7 +5,7 @@ use dem_contact::law::normal::LawName;
 use dem_contact::law::table::Laws;
 use dem_contact::settings::{STRUCTURE, Settings};
 use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::toolkit::scene::Scene;
+use toolkit::scene::Scene;
 
 /// Refuse `law = "ground"` where it would be the law with a net, with the sides of a box, or between rocks.
 pub fn check(

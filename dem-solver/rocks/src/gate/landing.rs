@@ -186,7 +186,7 @@ mod tests {
     use dem_contact::law::normal::hertz::Hertz;
     use dem_contact::law::normal::linear::Linear;
     use dem_contact::settings::{Cluster, RockSettings, Shape};
-    use interface_defs::toolkit::scene::Scene;
+    use toolkit::scene::Scene;
 
     fn rock(shape: Shape, spheres: u32, mass: f64) -> Rock {
         with(shape, Cluster::of(spheres), mass)

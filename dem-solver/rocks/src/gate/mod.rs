@@ -28,7 +28,7 @@ use crate::model::Model;
 use dem_contact::rock::Rock;
 use dem_contact::settings::{GranularSettings, Settings};
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::scene::Scene;
+use toolkit::scene::Scene;
 
 /// What is wrong with gravity and with the units and the spheres of the rocks; else what the user should know of them.
 pub fn of_scene(settings: &Settings, rocks: &[Rock], scene: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {

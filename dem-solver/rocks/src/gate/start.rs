@@ -14,8 +14,8 @@ use dem_solid::geometry::sphere::Sphere;
 use dem_solid::geometry::sphere_tree::SphereTree;
 use dem_terrain::Terrain;
 use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
+use toolkit::scene::Scene;
 
 /// Overlap over the sphere's radius that counts as a touch: what rounded coordinates leave.
 const TOUCH: f64 = 3e-3;

@@ -4,7 +4,7 @@ use dem_contact::rock::Rock;
 use dem_contact::settings::{GranularSettings, RockSettings, Shape, SpheresSettings};
 use dem_solid::geometry::sphere::extent;
 use interface_defs::diagnostic::{Code, Diagnostic, code};
-use interface_defs::toolkit::scene::Scene;
+use toolkit::scene::Scene;
 
 /// Overlap over the radius beyond which the answer is not to be trusted; the bound of `[limits] penetration`.
 pub const LIMIT: f64 = 0.5;
@@ -302,5 +302,5 @@ fn norm(values: &[f64]) -> f64 {
 
 /// Four digits are enough for a hint.
 pub fn short(value: f64) -> String {
-    interface_defs::toolkit::summary::short(format!("{value:.3e}").parse().unwrap_or(value))
+    toolkit::summary::short(format!("{value:.3e}").parse().unwrap_or(value))
 }

@@ -5,10 +5,10 @@ use dem_contact::law::table::Laws;
 use dem_contact::settings::{BoxSettings, ContactSettings, DemSettings, SpheresSettings};
 use dem_contact::settings::{OF_ROCKS_IN_CONTACT, OF_ROCKS_IN_DEM};
 use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::toolkit::check::CheckReport;
-use interface_defs::toolkit::program::Options;
-use interface_defs::toolkit::scene::Scene;
 use serde::Serialize;
+use toolkit::check::CheckReport;
+use toolkit::program::Options;
+use toolkit::scene::Scene;
 
 /// Seconds per sphere and step, as measured for a packing with friction on one core of 2.5 GHz.
 const SECONDS_PER_SPHERE: f64 = 4e-7;

@@ -3,9 +3,9 @@
 use super::GranularModel;
 use super::state::GranularState;
 use interface_defs::Fault;
-use interface_defs::toolkit::vtu::{Cells, Series, Vtu};
 use std::io;
 use std::path::Path;
+use toolkit::vtu::{Cells, Series, Vtu};
 
 /// The series `spheres`, written whenever an interval has passed.
 pub struct GranularFields {

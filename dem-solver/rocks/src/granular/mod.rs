@@ -26,14 +26,14 @@ use fields::GranularFields;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::message::{Gauge, Hello, Role};
 use interface_defs::solver::OnProgress;
-use interface_defs::toolkit::program::Options;
-use interface_defs::toolkit::scene::Scene;
 use interface_defs::{Fault, Plan, Ready, Solver, Statistics, Window};
 use nalgebra::Vector3;
 use rayon::ThreadPool;
 use run::GranularIntegrator;
 use state::GranularState;
 use steps::GranularSteps;
+use toolkit::program::Options;
+use toolkit::scene::Scene;
 
 /// Whether there are separate spheres in `scene` and nothing else that they could touch but a box: else each is a rock.
 pub fn are_alone(scene: &Scene) -> bool {

@@ -14,7 +14,7 @@ use dem_contact::law::rolling::STIFFNESS;
 use dem_contact::settings::placement::Start;
 use dem_contact::settings::{DemSettings, GranularSettings};
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::scene::Scene;
+use toolkit::scene::Scene;
 
 /// Most spheres that touch one of equal size.
 const NEIGHBOURS: f64 = 12.0;

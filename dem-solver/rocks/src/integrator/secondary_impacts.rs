@@ -90,9 +90,9 @@ impl SecondaryImpacts {
 mod tests {
     use super::*;
     use crate::solver::DemSolver;
-    use interface_defs::toolkit::program::Options;
-    use interface_defs::toolkit::scene::Scene;
     use interface_defs::{Plan, Solver, Window};
+    use toolkit::program::Options;
+    use toolkit::scene::Scene;
 
     const LIGHT: &str =
         "[[rock]]\nname = \"light\"\nmass = 1.0\nshape = { type = \"box\", size = [0.2, 0.3, 0.25] }\n";

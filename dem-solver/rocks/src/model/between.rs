@@ -5,7 +5,7 @@ use dem_contact::law::table::Laws;
 use dem_contact::rock::Rock;
 use dem_contact::settings::{RockSettings, Settings};
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::scene::Scene;
+use toolkit::scene::Scene;
 
 /// For each rock the numbers of its laws with `surfaces`. Errs with what is missing, and what to try.
 pub fn rows(

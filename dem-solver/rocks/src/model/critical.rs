@@ -20,7 +20,7 @@ use dem_contact::rock::Rock;
 use dem_contact::settings::{DemSettings, EffectiveMass, RockSettings, RollingName, Settings};
 use dem_terrain::Terrain;
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::scene::Scene;
+use toolkit::scene::Scene;
 
 /// Overlap over radius beyond which contact is no small indentation.
 pub const DEEP: f64 = 0.5;

@@ -6,11 +6,11 @@ use crate::model::state::State;
 use crate::results::trajectory::Row;
 use dem_terrain::Terrain;
 use interface_defs::Fault;
-use interface_defs::toolkit::files;
-use interface_defs::toolkit::vtu::{Cells, KeptSeries, Series, Vtu};
 use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::{Path, PathBuf};
+use toolkit::files;
+use toolkit::vtu::{Cells, KeptSeries, Series, Vtu};
 
 /// The two series.
 const SPHERES: &str = "rocks";

@@ -7,13 +7,13 @@ use crate::model::Model;
 use crate::model::state::{Body, State};
 use dem_terrain::Terrain;
 use interface_defs::Fault;
-use interface_defs::toolkit::files;
-use interface_defs::toolkit::history::{History, Mark};
 use nalgebra::Vector3;
 use std::io;
 use std::path::Path;
+use toolkit::files;
+use toolkit::history::{History, Mark};
 
-pub use interface_defs::toolkit::run_dir::TRAJECTORY;
+pub use toolkit::run_dir::TRAJECTORY;
 
 const COLUMNS: [&str; 17] = [
     "time_s",

@@ -6,9 +6,9 @@ use crate::model::state::State;
 use crate::results::fields::{FieldFiles, KeptFields};
 use crate::results::trajectory::Trajectory;
 use interface_defs::Fault;
-use interface_defs::toolkit::checkpoint::{pack, unpack};
-use interface_defs::toolkit::history::Mark;
 use serde::{Deserialize, Serialize};
+use toolkit::checkpoint::{pack, unpack};
+use toolkit::history::Mark;
 
 /// All that the next windows follow from.
 #[derive(Debug, Serialize, Deserialize)]

@@ -27,8 +27,6 @@ use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::message::capability;
 use interface_defs::message::{Hello, Measure};
 use interface_defs::solver::OnProgress;
-use interface_defs::toolkit::program::Options;
-use interface_defs::toolkit::scene::Scene;
 use interface_defs::{
     Fault, FieldSpec, InterfaceMesh, Place, Plan, Progress, Ready, Sampling, Selection, Solver, Statistics,
     Window, name,
@@ -36,6 +34,8 @@ use interface_defs::{
 use nalgebra::Vector3;
 use std::path::PathBuf;
 use std::sync::Arc;
+use toolkit::program::Options;
+use toolkit::scene::Scene;
 
 mod kept;
 mod partners;

@@ -11,8 +11,8 @@ use dem_contact::rock::Rock;
 use dem_contact::settings::{BoxSettings, Settings};
 use dem_terrain::Terrain;
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::scene::Scene;
 use nalgebra::Vector3;
+use toolkit::scene::Scene;
 
 /// How the rocks of a scene touch its terrain.
 pub(super) struct OnTerrain {

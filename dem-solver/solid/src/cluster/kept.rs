@@ -9,11 +9,11 @@ use super::files;
 use super::wish::Wish;
 use crate::geometry::sphere::Sphere;
 use crate::shape::Surface;
-use interface_defs::toolkit::files::{Dir, TEXT, read_input};
-use interface_defs::toolkit::input_file::hash;
-use interface_defs::toolkit::run_dir;
-use interface_defs::toolkit::scene::Scene;
 use std::path::{Path, PathBuf};
+use toolkit::files::{Dir, TEXT, read_input};
+use toolkit::input_file::hash;
+use toolkit::run_dir;
+use toolkit::scene::Scene;
 
 /// The line that holds the key.
 const KEY: &str = "# key: ";

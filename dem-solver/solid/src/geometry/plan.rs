@@ -1,8 +1,8 @@
 //! Lines and areas seen from above: length, area, places in them, sides that cross.
 
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::scene::Scene;
 use robust::{Coord, orient2d};
+use toolkit::scene::Scene;
 
 /// A point seen from above [m].
 pub type Point = [f64; 2];

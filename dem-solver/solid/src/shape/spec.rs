@@ -7,11 +7,11 @@ use super::surface::Surface;
 use super::{builtin, hull};
 use crate::input::{LENGTHS, reasonable};
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::tagged;
 use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
+use toolkit::tagged;
 
 /// Times that an icosahedron is refined for the exact surface of a sphere or an ellipsoid: 20 480
 /// triangles that lie within 3e-4 radii of it.

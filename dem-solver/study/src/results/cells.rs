@@ -7,9 +7,9 @@ use crate::base::Base;
 use crate::grid::Grid;
 use crate::record::How;
 use crate::summary::quantile;
-use interface_defs::toolkit::summary::RunStatus;
 use std::io;
 use std::path::Path;
+use toolkit::summary::RunStatus;
 
 /// The quantities of a visit, in its order: name of the file, and what the picture says.
 const QUANTITIES: [(&str, &str); 4] = [

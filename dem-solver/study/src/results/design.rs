@@ -4,10 +4,10 @@ use crate::design::{Design, Level, Onr, UNI_QUANTILE, Uni};
 use crate::summary::quantile;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::message::Measure;
-use interface_defs::toolkit::files;
-use interface_defs::toolkit::summary::short;
 use std::io;
 use std::path::Path;
+use toolkit::files;
+use toolkit::summary::short;
 
 /// Of the members that pass a line, the largest values of each in ascending order.
 #[derive(Debug, Clone, Copy)]

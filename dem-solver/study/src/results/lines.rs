@@ -8,13 +8,13 @@ use crate::summary::{SHARES, quantile};
 use crate::track::place;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::message::{Measure, Worse};
-use interface_defs::toolkit::files::{self, Stream};
-use interface_defs::toolkit::history::column;
-use interface_defs::toolkit::summary::RunStatus;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::io;
 use std::path::Path;
+use toolkit::files::{self, Stream};
+use toolkit::history::column;
+use toolkit::summary::RunStatus;
 
 /// Columns of the table of crossings, after member and number of the crossing.
 const COLUMNS: [&str; 13] = [

@@ -13,9 +13,9 @@ pub mod trajectories;
 use super::base::Base;
 use super::record::Record;
 use design::{Checked, Reliability};
-use interface_defs::toolkit::files::Dir;
 use std::io;
 use std::path::Path;
+use toolkit::files::Dir;
 
 /// Rasters, pictures, trajectories.
 pub const MAPS: &str = "maps";

@@ -7,10 +7,10 @@ use crate::settings::Place;
 use dem_rocks::results::map::page::round_step;
 use dem_rocks::results::map::shade::{ShadedGrid, coloured};
 use dem_solid::geometry::plan::Point;
-use interface_defs::toolkit::files;
 use std::fmt::Write as _;
 use std::io;
 use std::path::Path;
+use toolkit::files;
 
 /// Width of the map, and its largest height [px].
 const WIDTH: f64 = 900.0;

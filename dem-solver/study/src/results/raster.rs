@@ -6,13 +6,13 @@ use crate::base::Base;
 use crate::grid::Grid;
 use dem_terrain::system::{self, PROJECTED_TYPE, USER_DEFINED};
 use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::toolkit::files;
 use std::io::{self, Cursor};
 use std::path::Path;
 use tiff::TiffResult;
 use tiff::encoder::compression::DeflateLevel;
 use tiff::encoder::{Compression, TiffEncoder, colortype::Gray32Float};
 use tiff::tags::Tag;
+use toolkit::files;
 
 /// Value of cells without one.
 const NOTHING: f32 = -9999.0;

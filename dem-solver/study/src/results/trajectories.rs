@@ -5,10 +5,10 @@ use super::raster::System;
 use crate::base::Base;
 use crate::quantity::QUANTITIES;
 use crate::record::{How, Record};
-use interface_defs::toolkit::files::{self, Stream};
 use serde_json::{Map, Value, json};
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
+use toolkit::files::{self, Stream};
 
 /// The trajectories of some members.
 pub const TRAJECTORIES: &str = "trajectories.geojson";

@@ -6,13 +6,13 @@ use crate::runner::Flight;
 use crate::settings::{ScreenLine, read_lines};
 use dem_contact::settings::STRUCTURE;
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::arguments::EnsembleArguments;
-use interface_defs::toolkit::ground::Area;
-use interface_defs::toolkit::input_file::with_absolute_files;
-use interface_defs::toolkit::scene::Scene;
-use interface_defs::toolkit::start_from::{self, Origin};
 use std::path::Path;
 use toml::{Table, Value};
+use toolkit::arguments::EnsembleArguments;
+use toolkit::ground::Area;
+use toolkit::input_file::with_absolute_files;
+use toolkit::scene::Scene;
+use toolkit::start_from::{self, Origin};
 
 /// Name of the line that a study gets for its barrier.
 const NAME: &str = "barrier";

@@ -16,12 +16,12 @@ use barrier::Barrier;
 use choose::{Arrival, Choice, choose};
 use dem_solid::geometry::plan::{self, distance_from};
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::files;
-use interface_defs::toolkit::run_dir;
-use interface_defs::toolkit::summary::RunStatus;
 use serde_json::{Value, json};
 use std::io;
 use std::path::Path;
+use toolkit::files;
+use toolkit::run_dir;
+use toolkit::summary::RunStatus;
 
 /// Folder of the barrier in the directory of a study.
 pub const FOLDER: &str = "barrier";

@@ -3,8 +3,8 @@
 //! Source: OGC GeoTIFF 1.1 (geo keys; LAS holds the same), OGC 01-009 and ISO 19162 (well-known text).
 
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::files;
 use std::path::Path;
+use toolkit::files;
 
 /// Geo keys and their values.
 const MODEL: u16 = 1024;

@@ -22,8 +22,8 @@ use dem_solid::input::read_bytes;
 use dem_solid::shape;
 pub use format::{Content, Format, Holds, Source};
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::input_file;
 use std::path::Path;
+use toolkit::input_file;
 
 /// All formats but those of surfaces. A new one is a file in this folder and two lines here.
 const FORMATS: &[&Format] = &[&asc::FORMAT, &tif::FORMAT, &grd::FORMAT, &xyz::FORMAT, &las::FORMAT];

@@ -4,9 +4,9 @@ use super::format::Format;
 use dem_solid::input::Head;
 use dem_solid::shape;
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::files;
 use std::io::Read;
 use std::path::Path;
+use toolkit::files;
 
 /// A kind of file.
 struct FileKind {

@@ -1,7 +1,7 @@
 use super::*;
 use crate::config::Config;
 use crate::element::tests::checks::random;
-use interface_defs::toolkit::scene::Scene;
+use toolkit::scene::Scene;
 
 /// A net whose rows are longer than a block, of rings that break.
 fn net() -> Model {

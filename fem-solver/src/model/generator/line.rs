@@ -3,9 +3,9 @@
 use crate::config::generator::Barrier;
 use crate::read::positive;
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::coordinates::{Coordinates, Form};
-use interface_defs::toolkit::scene::Scene;
 use nalgebra::{Vector2, Vector3};
+use toolkit::coordinates::{Coordinates, Form};
+use toolkit::scene::Scene;
 
 /// Longest and shortest field [m]; kits have 4 to 12 m.
 const FIELD: [f64; 2] = [0.1, 200.0];

@@ -13,8 +13,8 @@ use self::site::Site;
 use crate::config::generator::{Barrier, Generator, Held};
 use crate::read::{not_negative, positive};
 use interface_defs::diagnostic::Diagnostic;
-use interface_defs::toolkit::ground::Area;
-use interface_defs::toolkit::scene::Scene;
+use toolkit::ground::Area;
+use toolkit::scene::Scene;
 
 /// Make the structure of `[structure.generator]`.
 pub fn generate(scene: &Scene, generator: &Generator) -> Result<Generated, Diagnostic> {

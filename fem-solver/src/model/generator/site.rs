@@ -7,8 +7,8 @@ use super::line::Line;
 use crate::config::generator::{Barrier, Side};
 use crate::read::heights::Heights;
 use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::toolkit::scene::Scene;
 use nalgebra::{Vector2, Vector3};
+use toolkit::scene::Scene;
 
 /// Least difference of the ground on both sides of the line, over its distance from there: a fall of so much counts as a slope.
 const SLOPE: f64 = 0.02;

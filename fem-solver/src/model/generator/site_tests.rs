@@ -3,8 +3,8 @@
 use super::*;
 use crate::config::generator::{BarrierNet, Side};
 use crate::read::mesh::Mesh;
-use interface_defs::toolkit::coordinates::Coordinates;
 use nalgebra::{Rotation3, Vector3};
+use toolkit::coordinates::Coordinates;
 
 fn made(table: &Barrier, file: Option<&str>) -> Result<Generated, String> {
     let dir = tempfile::tempdir().expect("a directory");

@@ -9,10 +9,10 @@ use crate::element::cable_properties::Stated;
 use crate::element::part::StatedSection;
 use crate::model::Model;
 use interface_defs::diagnostic::{Code, Diagnostic, code};
-use interface_defs::toolkit::ranges::{Band, Gate};
-use interface_defs::toolkit::scene::Scene;
 use std::collections::HashMap;
 use std::f64::consts::PI;
+use toolkit::ranges::{Band, Gate};
+use toolkit::scene::Scene;
 
 /// Longest structure that a mesh or generator may make [m], and that from which on it is asked whether metres are meant.
 const LONGEST: [f64; 2] = [2000.0, 500.0];

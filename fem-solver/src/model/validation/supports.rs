@@ -6,9 +6,9 @@ use crate::config::scheme::Scheme;
 use crate::config::structure::SupportEntry;
 use crate::model::Model;
 use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::toolkit::ranges::{Band, Gate};
-use interface_defs::toolkit::scene::Scene;
 use std::f64::consts::TAU;
+use toolkit::ranges::{Band, Gate};
+use toolkit::scene::Scene;
 
 /// Motion of a support over the extent of the structure that is certainly wrong.
 const FARTHEST: f64 = 5.0;

@@ -203,7 +203,7 @@ pub fn free_time(a: &SphereTree, b: &SphereTree, first: &Motion, second: &Motion
 mod tests {
     use super::*;
     use crate::settings::{Cluster, RockSettings, Shape};
-    use interface_defs::toolkit::scene::Scene;
+    use toolkit::scene::Scene;
 
     fn cube(spheres: u32, edge: f64) -> Rock {
         let settings = RockSettings {

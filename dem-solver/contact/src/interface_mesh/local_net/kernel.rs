@@ -1,6 +1,6 @@
 //! The loops over all numbers of a local net.
 
-use interface_defs::wide;
+use toolkit::wide;
 
 /// Weights of displacements and velocities at the ends of a segment of `length` [s]: cubic Hermite polynomials and their rates,
 /// at the share `t` of it.

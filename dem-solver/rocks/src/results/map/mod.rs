@@ -24,8 +24,8 @@ use plotters::prelude::*;
 use std::io;
 use std::path::Path;
 
-use interface_defs::toolkit::files;
-pub use interface_defs::toolkit::run_dir::PICTURE;
+use toolkit::files;
+pub use toolkit::run_dir::PICTURE;
 
 /// Draw the trajectories, rows and bodies by rock, and the `mesh` of a structure into the file `path`.
 pub fn write(

@@ -1,5 +1,5 @@
 use super::*;
-use interface_defs::toolkit::scene::Scene;
+use toolkit::scene::Scene;
 
 /// By hand: 19.5 m/s * 1.05 * 1.02 = 20.8845 m/s; 2000 kg * 1.05 = 2100 kg; half of that times the square is 458 cJ.
 #[test]

@@ -1,0 +1,50 @@
+//! The table `[processes]`: programs of others in the place of this project's, and how long one is waited for.
+
+use super::scene::Scene;
+use interface_defs::diagnostic::Diagnostic;
+use interface_defs::ipc::{TIMEOUT, Wait};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Longest deadline [s]: a day.
+const LONGEST: f64 = 86_400.0;
+
+/// Programs of others in the place of this project's, and how long one is waited for.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Processes {
+    /// Command line in the place of `dem-solver`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dem: Option<String>,
+    /// Command line in the place of `fem-solver`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fem: Option<String>,
+    /// Command line in the place of `coupler`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub coupler: Option<String>,
+    /// Deadline for one answer [s].
+    pub timeout: f64,
+    /// How to wait for an answer.
+    pub wait: Wait,
+}
+
+impl Default for Processes {
+    fn default() -> Self {
+        Self { dem: None, fem: None, coupler: None, timeout: TIMEOUT, wait: Wait::default() }
+    }
+}
+
+impl Processes {
+    /// From a scene, checked; the whole table may be absent.
+    pub fn of(scene: &Scene) -> Result<Self, Diagnostic> {
+        let processes: Self = scene.read("processes")?.unwrap_or_default();
+        let timeout = processes.timeout;
+        if timeout > 0.0 && timeout <= LONGEST {
+            return Ok(processes);
+        }
+        let what = format!("a deadline of {timeout} s; it must lie above 0, up to {LONGEST} s");
+        Err(scene
+            .invalid("processes.timeout", what)
+            .try_instead(format!("it is written in seconds: {TIMEOUT} is the default")))
+    }
+}

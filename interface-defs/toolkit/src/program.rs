@@ -1,0 +1,317 @@
+//! The `main` of a solver: `run` alone, `check`, `serve` to a coupler.
+
+pub use super::arguments::Savings;
+use super::arguments::{AnswerForm, Input, Leader, Logging, Membership, ResultDir, Supervised};
+use super::check;
+pub use super::check::CheckReport;
+use super::checkpoint;
+use super::exit::Exit;
+use super::guest::Guest;
+use super::limits::Limits;
+use super::log;
+use super::owner::{Claim, Owner};
+use super::progress::Reporter;
+use super::provenance;
+use super::run_dir;
+use super::scene::Scene;
+pub use super::schema::Share;
+use super::screen::{complain, show};
+use super::solo::{self, Stage};
+use super::start_from;
+use super::summary::{RunStatus, Summary};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use interface_defs::diagnostic::{Diagnostic, code};
+use interface_defs::ipc::serve::{self, Connection};
+use interface_defs::ipc::wait::is_orphan;
+use interface_defs::ipc::{TIMEOUT, Wait, interrupt};
+use interface_defs::mesh::InterfaceMesh;
+use interface_defs::participant::Failure;
+use interface_defs::solver::Solver;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Makes the solver of a scene.
+pub type Build = fn(&Scene, &Options) -> Result<Box<dyn Solver>, Diagnostic>;
+
+/// Says what a solver would build of a scene.
+pub type Check = fn(&Scene, Option<&InterfaceMesh>) -> Result<CheckReport, Diagnostic>;
+
+/// What a solver's program is made of.
+pub struct Program {
+    /// Its name: `dem-solver`.
+    pub name: &'static str,
+    /// Its part in a run: `dem`.
+    pub role: &'static str,
+    /// What it is, in one line.
+    pub about: &'static str,
+    /// Make the solver of a scene.
+    pub build: Build,
+    /// Say what it would build; with the mesh that the structure offers to contact, if that is known.
+    pub check: Check,
+    /// Say what it reads of a scene and what it writes.
+    pub schema: fn() -> Share,
+}
+
+/// A subcommand of one program, beside those that all solvers have.
+pub struct Extra {
+    /// Its name, arguments and help.
+    pub command: fn() -> clap::Command,
+    /// Do it.
+    pub run: fn(&clap::ArgMatches) -> Result<Exit, Diagnostic>,
+}
+
+/// What the command line says to a solver beside the scene.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// Directory of the results; `None`: write no files.
+    pub out: Option<PathBuf>,
+    /// Whether savings may be used (flight in closed form, skipped structure, reused answers).
+    pub shortcuts: bool,
+}
+
+#[derive(Parser)]
+struct Cli {
+    #[command(subcommand)]
+    command: SolverCommand,
+    #[command(flatten)]
+    logging: Logging,
+}
+
+#[derive(Subcommand)]
+enum SolverCommand {
+    /// Run the scene with this solver alone
+    Run(RunArguments),
+    /// Print what would be built, critical time steps [s] and cost; start nothing
+    Check {
+        #[command(flatten)]
+        input: Input,
+        #[command(flatten)]
+        answer: AnswerForm,
+        /// Interface mesh of the structure (JSON, `interface` of its own check), `-`: from stdin
+        #[arg(long, value_name = "FILE")]
+        interface: Option<PathBuf>,
+    },
+    /// Print the JSON schema of the tables that it reads: its share of `rockfall schema`
+    #[command(hide = true)]
+    Schema,
+    /// Take part in a run that a coupler leads
+    Serve(ServeArguments),
+}
+
+#[derive(clap::Args)]
+struct RunArguments {
+    #[command(flatten)]
+    input: Input,
+    #[command(flatten)]
+    leader: Leader,
+    #[command(flatten)]
+    supervised: Supervised,
+    #[command(flatten)]
+    savings: Savings,
+}
+
+#[derive(clap::Args)]
+struct ServeArguments {
+    #[command(flatten)]
+    input: Input,
+    #[command(flatten)]
+    dir: ResultDir,
+    #[command(flatten)]
+    savings: Savings,
+    #[command(flatten)]
+    membership: Membership,
+    /// This solver's name in the run: `dem` or `fem` [default: its own]
+    #[arg(long = "as", value_name = "NAME", help_heading = "Connection")]
+    part: Option<String>,
+    /// Longest time without a sign of life from the coupler [s]
+    #[arg(long, value_name = "S", default_value_t = TIMEOUT, value_parser = seconds, help_heading = "Connection")]
+    timeout: f64,
+    /// How to wait for a request: `auto` looks again before it sleeps, `event` sleeps at once
+    #[arg(long, value_name = "HOW", default_value_t, help_heading = "Connection")]
+    wait: Wait,
+}
+
+/// Seconds on a command line: finite, above 0.
+pub fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(s) if s > 0.0 && Duration::try_from_secs_f64(s).is_ok() => Ok(s),
+        _ => Err("it must be a number of seconds above 0".into()),
+    }
+}
+
+/// The whole program: parse the command line, do it, print an error once, choose the exit code.
+pub fn main(program: &Program) -> ExitCode {
+    main_with(program, &[])
+}
+
+/// The same for a program with subcommands of its own.
+pub fn main_with(program: &Program, extras: &[Extra]) -> ExitCode {
+    let mut command = Cli::command()
+        .name(program.name)
+        .about(program.about)
+        .version(env!("CARGO_PKG_VERSION"))
+        .long_version(provenance::long_version());
+    for extra in extras {
+        command = command.subcommand((extra.command)());
+    }
+    let matches = command.get_matches();
+    if let Some((name, own)) = matches.subcommand()
+        && let Some(extra) = extras.iter().find(|e| (e.command)().get_name() == name)
+    {
+        let form = matches.get_one("log_format").copied().unwrap_or_default();
+        log::init(form, true);
+        return guarded(|| (extra.run)(own));
+    }
+    let cli = match Cli::from_arg_matches(&matches) {
+        Ok(cli) => cli,
+        Err(e) => e.exit(),
+    };
+    let hint = match &cli.command {
+        SolverCommand::Run(arguments) => !arguments.leader.quiet,
+        SolverCommand::Serve(_) => true,
+        SolverCommand::Check { .. } | SolverCommand::Schema => false,
+    };
+    log::init(cli.logging.log_format, hint);
+    guarded(|| execute(program, &cli.command))
+}
+
+/// Do it, print an error once, choose the exit code.
+fn guarded(work: impl FnOnce() -> Result<Exit, Diagnostic>) -> ExitCode {
+    // A broken invariant is on stderr by then; the exit code is that of a failed run.
+    match std::panic::catch_unwind(std::panic::AssertUnwindSafe(work)) {
+        Ok(Ok(exit)) => exit.into(),
+        Ok(Err(error)) => {
+            complain(&error);
+            Exit::BadInput.into()
+        }
+        Err(_) => Exit::Failed.into(),
+    }
+}
+
+fn execute(program: &Program, command: &SolverCommand) -> Result<Exit, Diagnostic> {
+    match command {
+        SolverCommand::Check { input, answer, interface } => {
+            let mesh = interface.as_deref().map(check::read_interface).transpose()?;
+            let scene = input.load()?;
+            Limits::of(&scene)?;
+            (program.check)(&scene, mesh.as_ref())?.print(answer.format);
+            Ok(Exit::Done)
+        }
+        SolverCommand::Schema => {
+            show(&((program.schema)().to_json() + "\n"));
+            Ok(Exit::Done)
+        }
+        SolverCommand::Run(arguments) => run_alone(program, arguments),
+        SolverCommand::Serve(arguments) => serve_run(program, arguments),
+    }
+}
+
+/// Run the scene with this solver alone.
+fn run_alone(program: &Program, arguments: &RunArguments) -> Result<Exit, Diagnostic> {
+    let RunArguments { input, leader, supervised: Supervised { supervisor }, savings } = arguments;
+    let supervisor = *supervisor;
+    let scene = input.load()?;
+    let limits = Limits::of(&scene)?;
+    let out = leader.results.dir.of(&scene);
+    start_from::refuse_own(&scene, &out)?;
+    let options = Options { out: Some(out.clone()), shortcuts: !savings.no_shortcuts };
+    let mut solver = (program.build)(&scene, &options)?;
+    let resume = leader.results.resume.then(|| checkpoint::to_go_on(&scene, &out)).transpose()?.flatten();
+    let force = leader.results.force || (leader.results.resume && resume.is_none());
+    let claim = Claim { force, resume: resume.is_some(), run: None, supervisor };
+    let owner = Arc::new(Owner::claim(&out, &claim)?);
+    owner.write_record().map_err(|e| Diagnostic::in_file(out.display().to_string(), e.to_string()))?;
+    interrupt::install();
+    end_in_time(&owner, supervisor);
+    let reporter = Reporter::new(leader.progress);
+    let mut stage = Stage { role: program.role, owner: &owner, supervisor, limits, reporter, resume };
+    let summary = solo::run(&mut stage, solver.as_mut(), &scene)?;
+    if !leader.quiet {
+        summary.print_table(&out);
+    }
+    if summary.status != RunStatus::Done {
+        summary.complain();
+    }
+    Ok(Exit::of(summary.status))
+}
+
+/// Take part in a run that a coupler leads.
+fn serve_run(program: &Program, arguments: &ServeArguments) -> Result<Exit, Diagnostic> {
+    let run = &arguments.membership.run;
+    interrupt::install();
+    let connection = Connection {
+        run: run.clone(),
+        name: arguments.part.clone().unwrap_or_else(|| program.role.into()),
+        timeout: Duration::from_secs_f64(arguments.timeout),
+        wait: arguments.wait,
+        supervisor: arguments.membership.supervised.supervisor,
+    };
+    let built = arguments.input.load().and_then(|scene| {
+        let out = arguments.dir.of(&scene);
+        let options = Options { out: Some(out.clone()), shortcuts: !arguments.savings.no_shortcuts };
+        let solver = (program.build)(&scene, &options)?;
+        Ok(Guest::new(solver, out, run.clone(), scene.fingerprint()))
+    });
+    match built {
+        Ok(mut solver) => Ok(ended(serve::serve(&mut solver, &connection))),
+        Err(error) => {
+            complain(&error);
+            // The coupler would wait for a solver that never comes: it is given the reason.
+            let _ = serve::refuse(&error.into(), &connection);
+            Ok(Exit::BadInput)
+        }
+    }
+}
+
+/// What a solver at work is given to end by itself after a signal, or without its launcher.
+const LAST_WORDS: Duration = Duration::from_secs(1);
+
+/// From now on a run of this process alone ends in time, in the middle of a window too, which may compute for hours and
+/// looks at nothing else meanwhile. Between windows the run ends by itself, and with all its measures.
+fn end_in_time(owner: &Arc<Owner>, supervisor: Option<u32>) {
+    // Weak: the directory is given up where the run ends, and not with the process.
+    let owner = Arc::downgrade(owner);
+    std::thread::spawn(move || {
+        let mut since: Option<Instant> = None;
+        loop {
+            std::thread::sleep(Duration::from_millis(100));
+            let lost = supervisor.is_some_and(is_orphan);
+            if !lost && !interrupt::requested() {
+                continue;
+            }
+            if since.get_or_insert_with(Instant::now).elapsed() < LAST_WORDS {
+                continue;
+            }
+            let Some(owner) = owner.upgrade() else { return };
+            let (status, code, message) = if lost {
+                (RunStatus::Failed, code::PROCESS, "the launcher was lost")
+            } else {
+                (RunStatus::Interrupted, code::INTERRUPTED, "interrupted")
+            };
+            let mut summary = Summary::ended(status, Diagnostic::error(code, message));
+            let why = "the run ended in the middle of a window";
+            summary.warnings.push(Diagnostic::absent("every measure", why));
+            if !owner.dir().join(run_dir::SUMMARY).exists()
+                && let Err(what) = owner.write_summary(&mut summary)
+            {
+                complain(&Diagnostic::error(code::NOT_WRITTEN, what));
+            }
+            owner.release();
+            summary.complain();
+            std::process::exit(Exit::Failed as i32);
+        }
+    });
+}
+
+/// The exit code of a served run, its failure printed once.
+fn ended(outcome: Result<(), Failure>) -> Exit {
+    match outcome {
+        Ok(()) => Exit::Done,
+        Err(failure) => {
+            complain(&Diagnostic::from(&failure));
+            if failure.is_input() { Exit::BadInput } else { Exit::Failed }
+        }
+    }
+}

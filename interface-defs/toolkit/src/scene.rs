@@ -1,0 +1,348 @@
+//! Scene text: its tables, and where in the file a value stands.
+//!
+//! A scene is one TOML file. A program reads the top-level tables that are its own into structs
+//! with `deny_unknown_fields`; an error, wherever it arises, names line and column of the file.
+
+use super::exact::{Exact, Mismatch};
+use super::explain::{suggestion, values};
+use super::files;
+use super::overrides::Override;
+use super::regular_file;
+use super::syntax;
+use interface_defs::diagnostic::{Code, Diagnostic, Place, code};
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// Every key that may stand at the top of a scene.
+pub const KEYS: [&str; 18] = [
+    "title",
+    "end_time",
+    "gravity",
+    "start_from",
+    "rock",
+    "spheres",
+    "box",
+    "contact",
+    "terrain",
+    "structure",
+    "gauge",
+    "dem",
+    "fem",
+    "coupling",
+    "processes",
+    "output",
+    "limits",
+    "custom",
+];
+
+/// The table that belongs to foreign programs and is not checked.
+const UNCHECKED: &str = "custom";
+
+/// What a document is, and every key that may stand at its top.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Kind {
+    /// In a word: `scene`.
+    pub name: &'static str,
+    /// The keys.
+    pub keys: &'static [&'static str],
+}
+
+/// A scene.
+static SCENE: Kind = Kind { name: "scene", keys: &KEYS };
+
+/// A scene: text of its file, with every `--set` in place.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    path: PathBuf,
+    text: String,
+    overrides: Vec<Override>,
+    kind: &'static Kind,
+    /// What is read in place of the text and of every `--set`, where a program has changed values.
+    patch: Option<Arc<str>>,
+    /// From which byte on the text follows from another file, and which.
+    added: Option<(usize, PathBuf)>,
+}
+
+impl Scene {
+    /// Read the scene at `path` and put every `key=value` of `sets` in place.
+    ///
+    /// Refuses text that is no TOML, unknown top-level keys, numbers that are not finite (except in
+    /// `[custom]`), and a set that cannot be applied.
+    pub fn load(path: &Path, sets: &[String]) -> Result<Self, Diagnostic> {
+        Self::load_as(&SCENE, path, sets)
+    }
+
+    /// The same for a document of another kind, such as a study of many scenes.
+    pub fn load_as(kind: &'static Kind, path: &Path, sets: &[String]) -> Result<Self, Diagnostic> {
+        let bytes = regular_file::read(path, files::TEXT)?;
+        Self::new(kind, path.to_owned(), syntax::decode(path, bytes)?, sets)
+    }
+
+    /// A scene from text; `name` stands for its file.
+    pub fn from_text(name: &str, text: &str) -> Result<Self, Diagnostic> {
+        Self::new(&SCENE, name.into(), text.into(), &[])
+    }
+
+    /// A scene from text, with every `key=value` of `sets` in place.
+    pub fn from_text_with(name: &str, text: &str, sets: &[String]) -> Result<Self, Diagnostic> {
+        Self::new(&SCENE, name.into(), text.into(), sets)
+    }
+
+    fn new(kind: &'static Kind, path: PathBuf, text: String, sets: &[String]) -> Result<Self, Diagnostic> {
+        let mut base = text.len() + 1;
+        let mut overrides = Vec::with_capacity(sets.len());
+        for set in sets {
+            overrides.push(Override::parse(set, base)?);
+            base += set.len() + 1;
+        }
+        let scene = Self { path, text, overrides, kind, patch: None, added: None };
+        scene.check()?;
+        Ok(scene)
+    }
+
+    /// The same document with `more` behind its text, which follows from the file `of`: what is wrong there is said of that file.
+    pub fn with_more(self, more: &str, of: &Path) -> Result<Self, Diagnostic> {
+        let sets: Vec<String> = self.sets().map(str::to_owned).collect();
+        let added = Some((self.text.len(), of.to_owned()));
+        Ok(Self { added, ..Self::new(self.kind, self.path, self.text + more, &sets)? })
+    }
+
+    fn check(&self) -> Result<(), Diagnostic> {
+        let tree = self.tree()?;
+        let mut fault: Option<(Range<usize>, String)> = None;
+        for (key, value) in &tree {
+            let name: &str = key.get_ref();
+            if !self.kind.keys.contains(&name) {
+                let what = format!("unknown key `{name}` at the top of the {}", self.kind.name);
+                let error = self.error(code::UNKNOWN_KEY, key.span(), what).about(name);
+                return Err(error.try_if(suggestion(name, self.kind.keys)));
+            }
+            if name != UNCHECKED {
+                values(value, &mut |v| {
+                    if let DeValue::Float(number) = v.get_ref()
+                        && !number.as_str().parse::<f64>().is_ok_and(f64::is_finite)
+                        && fault.as_ref().is_none_or(|(at, _)| v.span().start < at.start)
+                    {
+                        fault = Some((v.span(), number.to_string()));
+                    }
+                });
+            }
+        }
+        match fault {
+            Some((span, number)) => {
+                Err(self.error(code::NOT_FINITE, span, format!("`{number}` is not a finite number")))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// The same scene with the values of `document`, which a program has made of its own. It is read in place of the text;
+    /// errors still point to where the text has the key.
+    #[must_use]
+    pub fn patched(&self, document: toml::Table) -> Self {
+        Self { patch: Some(document.to_string().into()), ..self.clone() }
+    }
+
+    /// Path of its file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Its name: that of its file, without the extension.
+    pub fn name(&self) -> String {
+        self.path.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy().into_owned())
+    }
+
+    /// Text of its file, without any `--set`.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Text of its own file alone, and the file that more of its text follows from.
+    pub fn parts(&self) -> (&str, Option<&Path>) {
+        match &self.added {
+            Some((length, from)) => (&self.text[..*length], Some(from)),
+            None => (&self.text, None),
+        }
+    }
+
+    /// Every `--set` as it was typed.
+    pub fn sets(&self) -> impl Iterator<Item = &str> {
+        self.overrides.iter().map(|set| set.text.as_str())
+    }
+
+    /// Fingerprint of what was read: of the file's bytes, and of every `--set` behind them, each after a byte 0.
+    /// Programs of one run compare it, see [`Hello::scene`](interface_defs::message::Hello::scene).
+    pub fn fingerprint(&self) -> String {
+        let mut bytes = self.text.clone().into_bytes();
+        for set in &self.overrides {
+            bytes.push(0);
+            bytes.extend_from_slice(set.text.as_bytes());
+        }
+        regular_file::hash(&bytes)
+    }
+
+    /// Whether it has this top-level key.
+    pub fn has(&self, key: &str) -> bool {
+        self.values().is_ok_and(|tree| tree.contains_key(key))
+    }
+
+    /// A top-level key (value, table, array of tables) as `T`; `None` if it is absent.
+    ///
+    /// An unknown key, an unknown name or a wrong type is an error with line, column and nearest name.
+    pub fn read<T: DeserializeOwned>(&self, key: &str) -> Result<Option<T>, Diagnostic> {
+        let Some(value) = self.values()?.remove(key) else { return Ok(None) };
+        T::deserialize(Exact(value)).map(Some).map_err(|e| self.refused(key, &e))
+    }
+
+    /// What another document has at the dotted key `key` of this one as `T`; errors are located as those of [`Scene::read`].
+    pub fn read_value<T: DeserializeOwned>(&self, key: &str, value: &toml::Value) -> Result<T, Diagnostic> {
+        read_value(key, value).map_err(|e| self.placed(e))
+    }
+
+    fn refused(&self, key: &str, error: &Mismatch) -> Diagnostic {
+        let diagnostic = error.diagnostic(key, &KEYS);
+        match &error.span {
+            Some(span) if self.patch.is_none() => diagnostic.at(self.place(span.clone())),
+            _ => self.placed(diagnostic),
+        }
+    }
+
+    /// The whole scene with every `--set` in place, unchecked.
+    pub fn document(&self) -> Result<toml::Table, Diagnostic> {
+        let mut table = toml::Table::new();
+        for (key, value) in self.values()? {
+            let key = key.into_inner().into_owned();
+            let value = toml::Value::deserialize(Exact(value)).map_err(|e| self.refused(&key, &e))?;
+            table.insert(key, value);
+        }
+        Ok(table)
+    }
+
+    /// An error about the value at a dotted key (`rock.0.mass`): located there, or at the nearest
+    /// table above it that the scene has.
+    pub fn invalid(&self, key: &str, message: impl Into<String>) -> Diagnostic {
+        self.placed(Diagnostic::new(message).about(key))
+    }
+
+    /// A diagnostic with the place of its key; one that has a place, or no key, as it is.
+    pub fn placed(&self, diagnostic: Diagnostic) -> Diagnostic {
+        let Some(key) = diagnostic.key.as_deref().filter(|_| diagnostic.place.is_none()) else {
+            return diagnostic;
+        };
+        let place = match self.tree().ok().and_then(|tree| nearest_span(&tree, key)) {
+            Some(span) => self.place(span),
+            None => Place::file(self.path.display().to_string()),
+        };
+        diagnostic.at(place)
+    }
+
+    /// `relative` as a path from the directory of the scene file; an absolute path stays as it is.
+    pub fn resolve(&self, relative: &Path) -> PathBuf {
+        self.path.parent().unwrap_or(Path::new("")).join(relative)
+    }
+
+    /// `end_time` [s]: required, finite, above 0.
+    pub fn end_time(&self) -> Result<f64, Diagnostic> {
+        match self.read::<f64>("end_time")? {
+            Some(t) if t > 0.0 => Ok(t),
+            Some(t) => Err(self.invalid("end_time", format!("the end time is {t} s, it must lie above 0"))),
+            None => Err(self
+                .invalid("end_time", "the key `end_time` is missing")
+                .coded(code::MISSING_KEY)
+                .try_instead(
+                    "write the simulated time in seconds at the top of the scene, as in end_time = 1.5",
+                )),
+        }
+    }
+
+    /// `gravity` [m/s2]; absent means none.
+    pub fn gravity(&self) -> Result<[f64; 3], Diagnostic> {
+        Ok(self.read("gravity")?.unwrap_or_default())
+    }
+
+    /// The text as a tree with positions. It is parsed anew each time: some microseconds, and
+    /// nothing that borrows from itself.
+    fn tree(&self) -> Result<DeTable<'_>, Diagnostic> {
+        let mut tree = DeTable::parse(&self.text)
+            .map_err(|e| {
+                let span = e.span().unwrap_or(0..0);
+                let hint = syntax::hint(&self.path, &self.text, span.start);
+                self.error(code::SYNTAX, span, e.message()).try_if(hint)
+            })?
+            .into_inner();
+        for set in &self.overrides {
+            set.apply(&mut tree)?;
+        }
+        Ok(tree)
+    }
+
+    /// What is read: the text, or what a program has put in its place.
+    fn values(&self) -> Result<DeTable<'_>, Diagnostic> {
+        match &self.patch {
+            Some(patch) => Ok(printed(patch)),
+            None => self.tree(),
+        }
+    }
+
+    fn error(&self, code: Code, span: Range<usize>, message: impl Into<String>) -> Diagnostic {
+        Diagnostic::error(code, message).at(self.place(span))
+    }
+
+    fn place(&self, span: Range<usize>) -> Place {
+        if let Some((_, file)) =
+            self.added.as_ref().filter(|(from, _)| (*from..self.text.len()).contains(&span.start))
+        {
+            return Place::file(file.display().to_string());
+        }
+        let set =
+            self.overrides.iter().find(|set| (set.base..set.base + set.text.len() + 1).contains(&span.start));
+        match set {
+            Some(set) => {
+                Place::in_argument(&set.text, span.start - set.base..span.end.max(set.base) - set.base)
+            }
+            None => Place::in_text(&self.path.display().to_string(), &self.text, span),
+        }
+    }
+}
+
+/// What a program has printed as TOML.
+fn printed(text: &str) -> DeTable<'_> {
+    DeTable::parse(text).expect("a printed table is TOML").into_inner()
+}
+
+/// A value that stands in no text as `T`.
+///
+/// # Errors
+/// With the key at fault, which begins with `key`, and without a place.
+pub fn read_value<T: DeserializeOwned>(key: &str, value: &toml::Value) -> Result<T, Diagnostic> {
+    let text = toml::Table::from_iter([("value".to_owned(), value.clone())]).to_string();
+    let value = printed(&text).remove("value").expect("it was printed");
+    T::deserialize(Exact(value)).map_err(|e| e.diagnostic(key, &KEYS))
+}
+
+/// Position of the value at a dotted key, or of the nearest table above it.
+fn nearest_span(tree: &DeTable, key: &str) -> Option<Range<usize>> {
+    let mut names = key.split('.');
+    let mut node: &Spanned<DeValue> = tree.get(names.next()?)?;
+    for name in names {
+        let below = match node.get_ref() {
+            DeValue::Table(table) => table.get(name),
+            DeValue::Array(items) => name.parse().ok().and_then(|index: usize| items.get(index)),
+            _ => None,
+        };
+        match below {
+            Some(next) => node = next,
+            None => break,
+        }
+    }
+    Some(node.span())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,456 @@
+//! `summary.json`: verdict, outcome, measures, energy, coupling, cost, warnings.
+
+use super::files;
+use super::run_dir::SUMMARY;
+use interface_defs::diagnostic::{Diagnostic, code};
+use interface_defs::message::{Measure, Statistics};
+use interface_defs::verdict::{NOTHING_TORE, Torn, Verdict};
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+use std::io;
+use std::path::Path;
+
+/// How the run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RunStatus {
+    /// To its end.
+    Done,
+    /// To its end, but a bound of `[limits]` was passed: not to be trusted.
+    Unreliable,
+    /// It failed; what was computed until then is there.
+    Failed,
+    /// The user has interrupted it.
+    Interrupted,
+}
+
+impl RunStatus {
+    /// In a word.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Done => "done",
+            Self::Unreliable => "unreliable",
+            Self::Failed => "failed",
+            Self::Interrupted => "interrupted",
+        }
+    }
+}
+
+/// What a run came to.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Summary {
+    /// What became of each rock.
+    #[serde(default, with = "verdicts")]
+    pub verdict: Vec<Verdict>,
+    /// The program that gave each; not written.
+    #[serde(skip)]
+    pub judges: Vec<String>,
+    /// What tore of the structure, a part each; `None`: nothing of it can.
+    #[serde(default)]
+    pub torn: Option<Vec<Torn>>,
+    /// How it ended.
+    pub status: RunStatus,
+    /// Id of the run.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub run: Option<String>,
+    /// Why, unless it is done: for people.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub message: Option<String>,
+    /// The same as data.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub reasons: Vec<Diagnostic>,
+    /// Results, in order.
+    #[serde(with = "measures")]
+    pub measures: Vec<Measure>,
+    /// Balance of energy.
+    pub energy: Map<String, Value>,
+    /// What the coupling did.
+    pub coupling: Map<String, Value>,
+    /// Seconds, memory, counts.
+    pub cost: Map<String, Value>,
+    /// What the user should know.
+    pub warnings: Vec<Diagnostic>,
+}
+
+impl Summary {
+    /// An empty one.
+    pub fn new(status: RunStatus) -> Self {
+        Self {
+            verdict: Vec::new(),
+            judges: Vec::new(),
+            torn: None,
+            status,
+            run: None,
+            message: None,
+            reasons: Vec::new(),
+            measures: Vec::new(),
+            energy: Map::new(),
+            coupling: Map::new(),
+            cost: Map::new(),
+            warnings: Vec::new(),
+        }
+    }
+
+    /// One of a run that ended so, and why.
+    pub fn ended(status: RunStatus, why: Diagnostic) -> Self {
+        Self { message: Some(why.to_string()), reasons: vec![why], ..Self::new(status) }
+    }
+
+    /// The run came to its end, and is not to be trusted for these reasons.
+    pub fn doubt(&mut self, reasons: Vec<Diagnostic>) {
+        let sentence = |reason: &Diagnostic| match &reason.hint {
+            Some(cure) => format!("{}: {cure}", reason.headline()),
+            None => reason.headline(),
+        };
+        let sentences: Vec<String> = reasons.iter().map(sentence).collect();
+        self.status = RunStatus::Unreliable;
+        self.message = Some(format!("unreliable: {}", sentences.join("; ")));
+        self.reasons = reasons;
+    }
+
+    /// The run failed for one more reason.
+    pub fn fail(&mut self, why: Diagnostic) {
+        self.status = RunStatus::Failed;
+        self.message = Some(match self.message.take() {
+            Some(before) => format!("{before}\n{why}"),
+            None => why.to_string(),
+        });
+        self.reasons.push(why);
+    }
+
+    /// Take in what the solver `program` reports at the end.
+    ///
+    /// # Errors
+    /// If it gives a measure that another program has given, or the verdict on a rock that has one: both measures and the second verdict are
+    /// left out.
+    pub fn take(&mut self, program: &str, statistics: &Statistics) -> Result<(), Diagnostic> {
+        let mut clashes = Vec::new();
+        for measure in &statistics.measures {
+            let source = if measure.source.is_empty() { program } else { &measure.source };
+            let there = self.measures.iter().position(|m| m.name == measure.name && m.source != source);
+            if let Some(at) = there {
+                let other = self.measures.remove(at).source;
+                clashes.push(format!("the measure {} is given by {other} and by {source}", measure.name));
+            } else {
+                self.add(Measure { source: source.into(), ..measure.clone() });
+            }
+        }
+        for verdict in &statistics.verdicts {
+            let mut known = self.verdict.iter().zip(&self.judges);
+            if let Some((_, other)) = known.find(|(known, _)| known.rock == verdict.rock) {
+                let rock = &verdict.rock;
+                clashes.push(format!("the verdict on rock `{rock}` is given by {other} and by {program}"));
+            } else {
+                self.verdict.push(verdict.clone());
+                self.judges.push(program.to_owned());
+            }
+        }
+        if let Some(torn) = &statistics.torn {
+            self.torn.get_or_insert_default().extend(torn.iter().cloned());
+        }
+        let torn = self.torn.as_deref().unwrap_or_default();
+        self.verdict.iter_mut().for_each(|verdict| verdict.torn = torn.to_vec());
+        self.warnings.extend_from_slice(&statistics.warnings);
+        if clashes.is_empty() {
+            return Ok(());
+        }
+        Err(Diagnostic::error(code::NAME_TAKEN, clashes.join("; "))
+            .try_instead("a name belongs to one program: rename it in the solver that is yours"))
+    }
+
+    /// Add a measure. Of one that the same program has given already the larger magnitude stays: it is the same
+    /// quantity, seen by two parts of it.
+    pub fn add(&mut self, measure: Measure) {
+        match self.measures.iter_mut().find(|m| m.name == measure.name) {
+            Some(there) if measure.value.abs() > there.value.abs() => *there = measure,
+            Some(_) => {}
+            None => self.measures.push(measure),
+        }
+    }
+
+    /// The value of a measure; `None` if it is absent.
+    pub fn measure(&self, name: &str) -> Option<f64> {
+        self.measures.iter().find(|m| m.name == name).map(|m| m.value)
+    }
+
+    /// What became of each rock and of the structure, a sentence each.
+    pub fn sentences(&self) -> Vec<String> {
+        let rocks = self.verdict.iter().map(Verdict::to_string);
+        let torn = self.torn.iter().flatten().map(Torn::to_string);
+        let nothing = self.torn.as_ref().is_some_and(Vec::is_empty).then(|| NOTHING_TORE.to_owned());
+        rocks.chain(torn).chain(nothing).collect()
+    }
+
+    /// Write `summary.json` to `dir`: as a whole or not at all.
+    ///
+    /// A number that is not finite is left out, and a warning names it.
+    pub fn write(&self, dir: &Path) -> io::Result<()> {
+        let text = serde_json::to_string_pretty(&self.finite()).map_err(io::Error::from)?;
+        files::write(&dir.join(SUMMARY), (text + "\n").as_bytes())
+    }
+
+    /// Read `summary.json` of `dir`.
+    pub fn read(dir: &Path) -> io::Result<Self> {
+        let text = files::read_text(&dir.join(SUMMARY))?;
+        serde_json::from_str(&text).map_err(io::Error::from)
+    }
+
+    /// The same without what is not finite.
+    fn finite(&self) -> Self {
+        let mut out = self.clone();
+        let mut lost = Vec::new();
+        out.measures.retain_mut(|m| {
+            if m.value.is_finite() {
+                m.time = m.time.filter(|t| t.is_finite());
+                return true;
+            }
+            let what =
+                format!("the value {} of this measure is not a finite number; it is left out", m.value);
+            lost.push(Diagnostic::warning(code::NOT_FINITE, what).about(&m.name));
+            false
+        });
+        for (section, map) in
+            [("energy", &mut out.energy), ("coupling", &mut out.coupling), ("cost", &mut out.cost)]
+        {
+            drop_null(section, map, &mut lost);
+        }
+        out.warnings.append(&mut lost);
+        out
+    }
+}
+
+/// Six significant digits, for a reader.
+pub fn short(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
+    if (1e-4..1e7).contains(&rounded.abs()) { rounded.to_string() } else { format!("{rounded:e}") }
+}
+
+/// Three significant digits, for a reader.
+pub fn three(value: f64) -> String {
+    let rounded: f64 = format!("{value:.2e}").parse().unwrap_or(value);
+    short(rounded)
+}
+
+/// Counts of work done and skipped, over all solvers, and their peak memory: what `cost` shows beside each process.
+pub fn totals(cost: &mut Map<String, Value>, solvers: &[&Statistics]) {
+    for solver in solvers {
+        for (name, count) in solver.counts.iter().filter(|(name, _)| !name.starts_with("allocations")) {
+            let so_far = cost.get(name).and_then(Value::as_u64).unwrap_or(0);
+            cost.insert(name.clone(), (so_far + count).into());
+        }
+    }
+    let memory = solvers.iter().map(|solver| solver.peak_memory).max().unwrap_or(0);
+    if memory > 0 {
+        cost.insert("peak_memory_bytes".into(), memory.into());
+    }
+}
+
+/// A float that is not finite has become null: drop it and say so.
+fn drop_null(name: &str, map: &mut Map<String, Value>, lost: &mut Vec<Diagnostic>) {
+    map.retain(|key, value| {
+        let name = format!("{name}.{key}");
+        match value {
+            Value::Null => {
+                let what = "this is not a finite number; it is left out";
+                lost.push(Diagnostic::warning(code::NOT_FINITE, what).about(name));
+                false
+            }
+            Value::Object(inner) => {
+                drop_null(&name, inner, lost);
+                true
+            }
+            _ => true,
+        }
+    });
+}
+
+mod verdicts {
+    use interface_defs::verdict::Verdict;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    #[derive(Serialize)]
+    struct Written<'a> {
+        #[serde(flatten)]
+        verdict: &'a Verdict,
+        sentence: String,
+    }
+
+    pub fn serialize<S: Serializer>(verdicts: &[Verdict], to: S) -> Result<S::Ok, S::Error> {
+        to.collect_seq(verdicts.iter().map(|verdict| Written { verdict, sentence: verdict.to_string() }))
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<Verdict>, D::Error> {
+        Vec::deserialize(from)
+    }
+}
+
+mod measures {
+    use interface_defs::message::{Measure, Worse};
+    use serde::de::{MapAccess, Visitor};
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+    use std::fmt;
+
+    #[derive(Serialize, Deserialize)]
+    struct Written {
+        value: f64,
+        unit: String,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        member: Option<String>,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        time_s: Option<f64>,
+        rank: u16,
+        worse: Worse,
+        source: String,
+    }
+
+    pub fn serialize<S: Serializer>(measures: &[Measure], to: S) -> Result<S::Ok, S::Error> {
+        to.collect_map(measures.iter().map(|m| {
+            let Measure { name, value, unit, time, member, rank, worse, source } = m.clone();
+            (name, Written { value, unit, member, time_s: time, rank, worse, source })
+        }))
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<Measure>, D::Error> {
+        struct InOrder;
+        impl<'de> Visitor<'de> for InOrder {
+            type Value = Vec<Measure>;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("measures by name")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+                let mut out = Vec::new();
+                while let Some((name, written)) = map.next_entry::<String, Written>()? {
+                    let Written { value, unit, member, time_s: time, rank, worse, source } = written;
+                    out.push(Measure { name, value, unit, time, member, rank, worse, source });
+                }
+                Ok(out)
+            }
+        }
+        from.deserialize_map(InOrder)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use interface_defs::verdict::{Ending, Fate};
+
+    fn measure(name: &str, value: f64, time: Option<f64>) -> Measure {
+        Measure::new(name, value, "m").at(time)
+    }
+
+    #[test]
+    fn a_summary_reads_back_in_order_and_leaves_no_half_file() {
+        let dir = tempfile::tempdir().expect("a directory");
+        let mut summary = Summary::new(RunStatus::Done);
+        summary.measures = vec![measure("z", 1.5, Some(0.25)), measure("a", -2e-9, None)];
+        summary.cost.insert("windows".into(), 7.into());
+        summary.warnings.push(Diagnostic::warning(code::OTHER, "mind the gap"));
+        summary.write(dir.path()).expect("written");
+        assert_eq!(Summary::read(dir.path()).expect("read"), summary);
+        assert_eq!(std::fs::read_dir(dir.path()).expect("a directory").count(), 1);
+    }
+
+    #[test]
+    fn numbers_that_are_not_finite_become_warnings_that_name_them() {
+        let dir = tempfile::tempdir().expect("a directory");
+        let mut summary = Summary::new(RunStatus::Failed);
+        summary.measures = vec![measure("peak", f64::NAN, None), measure("depth", 1.0, Some(f64::INFINITY))];
+        summary.energy.insert("error".into(), f64::INFINITY.into());
+        summary.write(dir.path()).expect("written");
+        let read = Summary::read(dir.path()).expect("read");
+        assert_eq!(read.measures, vec![measure("depth", 1.0, None)]);
+        assert!(read.energy.is_empty());
+        assert!(
+            read.warnings.iter().filter_map(|w| w.key.as_deref()).eq(["peak", "energy.error"]),
+            "{read:?}"
+        );
+    }
+
+    #[test]
+    fn a_verdict_stands_with_its_fate_its_numbers_and_its_sentence() {
+        let dir = tempfile::tempdir().expect("a directory");
+        let ending =
+            Ending { fate: Fate::AtRest, time: 4.0, position: [0.0; 3], speed: 0.0, on_terrain: true };
+        let torn = Torn {
+            part: "rope".into(),
+            elements: 1,
+            first: 0.3,
+            last: 0.3,
+            force: 3e5,
+            member: "element 7".into(),
+        };
+        let verdicts = vec![Verdict::of("block", ending)];
+        let mut summary = Summary::new(RunStatus::Done);
+        summary.take("dem-solver", &Statistics { verdicts, ..Statistics::default() }).expect("the first");
+        let of_structure = Statistics { torn: Some(vec![torn.clone()]), ..Statistics::default() };
+        summary.take("fem-solver", &of_structure).expect("another");
+        summary.write(dir.path()).expect("written");
+        let json: Value =
+            serde_json::from_str(&std::fs::read_to_string(dir.path().join(SUMMARY)).expect("a file"))
+                .expect("JSON");
+        let verdict = &json["verdict"][0];
+        assert_eq!((&verdict["fate"], &verdict["time"]), (&"at_rest".into(), &4.0.into()));
+        assert_eq!(verdict["torn"][0]["part"], "rope");
+        assert_eq!(verdict["sentence"], summary.verdict[0].to_string());
+        let written = Summary { judges: Vec::new(), ..summary.clone() };
+        assert_eq!(Summary::read(dir.path()).expect("read"), written);
+        assert_eq!(summary.sentences(), [summary.verdict[0].to_string(), torn.to_string()]);
+        let nothing = Summary { torn: Some(Vec::new()), ..Summary::new(RunStatus::Done) };
+        assert_eq!(nothing.sentences(), [NOTHING_TORE]);
+    }
+
+    #[test]
+    fn the_member_of_a_group_stands_beside_the_value_and_reads_back() {
+        let dir = tempfile::tempdir().expect("a directory");
+        let mut summary = Summary::new(RunStatus::Done);
+        summary.add(measure("posts_tension_min", -482e3, Some(0.5)).of_member(Some("post 3".into())));
+        summary.write(dir.path()).expect("written");
+        let text = std::fs::read_to_string(dir.path().join(SUMMARY)).expect("a file");
+        let json: Value = serde_json::from_str(&text).expect("JSON");
+        assert_eq!(json["measures"]["posts_tension_min"]["member"], "post 3");
+        let read = Summary::read(dir.path()).expect("read");
+        assert_eq!(read, summary);
+        assert_eq!(read.measure("posts_tension_min"), Some(-482e3));
+    }
+
+    #[test]
+    fn a_name_that_two_programs_give_is_refused_and_names_both() {
+        let of = |value| Statistics {
+            measures: vec![measure("max_deflection", value, None)],
+            ..Statistics::default()
+        };
+        let mut summary = Summary::new(RunStatus::Done);
+        summary.take("dem-solver 1", &of(1.0)).expect("the first");
+        summary.take("dem-solver 1", &of(2.0)).expect("the same program");
+        assert_eq!(
+            (summary.measure("max_deflection"), summary.measures[0].source.as_str()),
+            (Some(2.0), "dem-solver 1")
+        );
+        let refused = summary.take("theirs", &of(3.0)).expect_err("taken");
+        assert_eq!(refused.code, code::NAME_TAKEN);
+        assert!(refused.message.contains("dem-solver 1") && refused.message.contains("theirs"), "{refused}");
+        assert_eq!(summary.measure("max_deflection"), None);
+        let ending =
+            Ending { fate: Fate::AtRest, time: 4.0, position: [0.0; 3], speed: 0.0, on_terrain: true };
+        let judged = Statistics { verdicts: vec![Verdict::of("block", ending)], ..Statistics::default() };
+        summary.take("dem-solver 1", &judged).expect("the first");
+        let refused = summary.take("theirs", &judged).expect_err("a second");
+        assert!(refused.message.contains("dem-solver 1") && refused.message.contains("theirs"), "{refused}");
+        assert_eq!(summary.verdict.len(), 1);
+    }
+
+    #[test]
+    fn a_measure_that_two_parts_report_stands_once_with_its_larger_value() {
+        let mut summary = Summary::new(RunStatus::Done);
+        for value in [0.2, 0.4, 0.3] {
+            summary.add(measure("max_penetration", value, Some(value)));
+        }
+        assert_eq!(summary.measures, [measure("max_penetration", 0.4, Some(0.4))]);
+    }
+}
