@@ -2,8 +2,8 @@
 //! looks for is debug or trace. `RUST_LOG` chooses otherwise.
 
 use std::io::IsTerminal;
-use std::str::FromStr;
-use tracing_subscriber::EnvFilter;
+use tracing_subscriber::filter::{LevelFilter, Targets};
+use tracing_subscriber::prelude::*;
 
 /// Form of the log lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
@@ -17,21 +17,18 @@ pub enum LogFormat {
 
 /// Log to stderr from now on: warnings and errors, and with `hints` what is being done.
 pub fn init(format: LogFormat, hints: bool) {
-    let default = if hints { "info" } else { "warn" };
-    let filter = match std::env::var("RUST_LOG") {
-        Ok(text) => EnvFilter::from_str(&text).unwrap_or_else(|_| EnvFilter::new(default)),
-        Err(_) => EnvFilter::new(default),
-    };
-    let builder = tracing_subscriber::fmt()
-        .with_env_filter(filter)
+    let default = Targets::new().with_default(if hints { LevelFilter::INFO } else { LevelFilter::WARN });
+    let filter = std::env::var("RUST_LOG").ok().and_then(|text| text.parse().ok()).unwrap_or(default);
+    let lines = tracing_subscriber::fmt::layer()
         .with_writer(std::io::stderr)
         // Said on stderr, which is what has failed: it would end the program.
         .log_internal_errors(false);
-    // A second call (two tests in one process) keeps the first.
-    let _ = match format {
-        LogFormat::Json => builder.json().try_init(),
+    let lines = match format {
+        LogFormat::Json => lines.json().boxed(),
         LogFormat::Text => {
-            builder.with_ansi(std::io::stderr().is_terminal()).with_target(false).without_time().try_init()
+            lines.with_ansi(std::io::stderr().is_terminal()).with_target(false).without_time().boxed()
         }
     };
+    // A second call (two tests in one process) keeps the first.
+    let _ = tracing_subscriber::registry().with(lines.with_filter(filter)).try_init();
 }
