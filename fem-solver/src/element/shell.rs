@@ -19,10 +19,9 @@
 //! Source: Batoz, Bathe, Ho (1980), Int. J. Numer. Meth. Eng. 15, 1771 (DKT); rotations as in [`super::Beam`].
 
 use super::cable_properties::CableConfig;
-use super::membrane::part::{check_thickness, poisson, triangle};
-use super::membrane::{Fabric, Membrane, principal};
+use super::membrane::{Fabric, Membrane, check_thickness, poisson, principal, triangle};
 use super::part::{NewElements, PartCell, PartSettings, StatedSection, Surroundings, part};
-use super::segment::{add_block, add_vector, vector};
+use super::segment::{add_block, add_product, add_vector, vector};
 use super::turn::{self, START};
 use super::{Answer, Element, Energy};
 use interface_defs::diagnostic::{Diagnostic, code};
@@ -180,12 +179,6 @@ fn translations(u: &[f64]) -> [f64; 9] {
     std::array::from_fn(|i| u[6 * (i / 3) + i % 3])
 }
 
-fn add_product(k: &mut [f64], factor: f64, a: &[f64; 18], b: &[f64; 18]) {
-    for (row, x) in k.chunks_exact_mut(18).zip(a) {
-        row.iter_mut().zip(b).for_each(|(k, y)| *k += factor * x * y);
-    }
-}
-
 impl Element for Shell {
     fn nodes(&self) -> &[usize] {
         &self.membrane.nodes
@@ -199,10 +192,8 @@ impl Element for Shell {
         START.repeat(3)
     }
 
-    fn respond(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
+    fn add_to(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
         turn::settle(u, history, 3, answer.history);
-        answer.force.fill(0.0);
-        answer.tension = 0.0;
         let (mut force, mut tangent) = ([0.0; 9], [0.0; 81]);
         let mut middle = Answer {
             force: &mut force,
@@ -215,7 +206,6 @@ impl Element for Shell {
         let place = |i: usize| 6 * (i / 3) + i % 3;
         (0..9).for_each(|i| answer.force[place(i)] += force[i]);
         if let Some(k) = &mut answer.tangent {
-            k.fill(0.0);
             (0..81).for_each(|i| k[place(i / 9) * 18 + place(i % 9)] += tangent[i]);
         }
         let shape = self.shape(u, history);
@@ -263,10 +253,6 @@ impl Element for Shell {
         inertia.iter_mut().for_each(|i| *i += m * square);
     }
 
-    fn consistent_mass(&self, mass: &mut [f64]) {
-        self.membrane.consistent_mass(mass);
-    }
-
     fn faces(&self) -> Vec<[usize; 3]> {
         self.membrane.faces()
     }
@@ -306,7 +292,6 @@ part! {
         /// Young's modulus [Pa].
         young: f64,
         /// Poisson's ratio. Default 0.3.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
         poisson: Option<f64>,
     }
 }
@@ -324,9 +309,8 @@ impl PartSettings for ShellPart {
 
     fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), Diagnostic> {
         let (key, young) = (cell.key, self.young);
-        key.positive("thickness", self.thickness, "m")?;
-        key.not_negative("density", self.density, "kg/m3")?;
-        key.positive("young", young, "Pa")?;
+        key.positive(&[("thickness", self.thickness, "m"), ("young", young, "Pa")])?;
+        key.not_negative(&[("density", self.density, "kg/m3")])?;
         if self.rupture_force.is_some() {
             return Err(key.invalid("rupture_force", "a shell does not break"));
         }
@@ -384,7 +368,7 @@ mod tests {
     }
 
     #[test]
-    fn derivatives_rigid_motions_mass_and_critical_step_are_consistent_at_any_rotation() {
+    fn derivatives_rigid_motions_and_mass_are_consistent_at_any_rotation() {
         let (shell, corners) = shell();
         let mut noise = random(14);
         for _ in 0..20 {
@@ -396,7 +380,9 @@ mod tests {
             }
             let turns =
                 [0, 1, 2].map(|_| UnitQuaternion::new(Vector3::new(noise(), noise(), noise())) * whole);
-            Case::new(&shell, &corners, &u).with_history(&turned(turns)).check_all();
+            Case::new(&shell, &corners, &u)
+                .with_history(&turned(turns))
+                .check_all(90.0 * shell.membrane.area);
         }
     }
 
