@@ -101,7 +101,8 @@ pub struct Newton {
     /// Whether the last iteration must have moved little, too.
     pub limits_travel: bool,
     factored: Factored,
-    internal: InternalForce,
+    /// The internal force that is balanced.
+    pub internal: InternalForce,
     mass: Vec<f64>,
     residual: Vec<f64>,
     balance_at: Vec<f64>,
@@ -181,11 +182,6 @@ impl Newton {
         }
     }
 
-    /// The internal force that is balanced.
-    pub fn internal(&mut self) -> &mut InternalForce {
-        &mut self.internal
-    }
-
     /// From now on these degrees of freedom, and no others, are fixed beside those that are held.
     pub fn fix(&mut self, dofs: &[usize]) {
         if dofs != self.fixed {
@@ -200,7 +196,7 @@ impl Newton {
     /// not positive once rounding is taken from the diagonal. Slack cables count as soft ones.
     pub fn not_held(&mut self, model: &Model, u: &[f64], history: &[f64]) -> Option<usize> {
         self.tangent.assemble(model, u, history, 1.0, Slack::Regularised(SLACK_SHARE));
-        self.tangent.weaken(NOTHING);
+        self.tangent.matrix.weaken(NOTHING);
         self.tangent.factorise().err()
     }
 
@@ -228,7 +224,7 @@ impl Newton {
                     iterations: info.iterations as u32,
                     residual: sizes.residual,
                     limit: limit.max(rounding),
-                    worst: self.worst(),
+                    worst: self.tangent.worst(&self.residual),
                     moving: (sizes.residual <= limit).then_some(moved),
                     unstable: info.unstable,
                 });
@@ -277,17 +273,16 @@ impl Newton {
     /// Residual that rounding leaves at `u` [N]: of `u` itself, of the tensions that cancel at a node, and of what elements
     /// take differences of. Where there are no forces at all, what is below the rounding of positions, squared.
     fn rounding(&mut self, u: &[f64], sizes: &Sizes) -> f64 {
-        for (x, dof) in self.free.iter_mut().zip(self.tangent.dofs()) {
-            *x = u[*dof].abs();
-        }
-        let of_u = self.tangent.bound(&self.free);
+        self.tangent.gather(u, &mut self.free);
+        self.free.iter_mut().for_each(|x| *x = x.abs());
+        let of_u = self.tangent.matrix.bound(&self.free);
         let root = (self.tangent.len() as f64).sqrt();
         let noise = 2.0 * f64::EPSILON * (of_u + root * (sizes.tension + self.coarseness));
         // Without load, where all forces are what elements leave of differences, there is nothing to balance.
         if sizes.load == 0.0 && sizes.scale <= f64::EPSILON * root * self.coarseness {
             return sizes.scale;
         }
-        let least = f64::EPSILON * f64::EPSILON * self.tangent.largest_diagonal() * self.extent * root;
+        let least = f64::EPSILON * f64::EPSILON * self.tangent.matrix.largest_diagonal() * self.extent * root;
         noise.min(COARSEST * sizes.scale).max(least)
     }
 
@@ -316,7 +311,7 @@ impl Newton {
             *r += problem.load[i] - inert;
         }
         self.fixed.iter().for_each(|dof| self.residual[*dof] = 0.0);
-        let residual = self.tangent.dofs().iter().map(|dof| self.residual[*dof].powi(2)).sum::<f64>().sqrt();
+        let residual = self.tangent.norm(&self.residual);
         Sizes { residual, scale: internal.max(inertia.sqrt()).max(load.sqrt()), tension, load }
     }
 
@@ -346,9 +341,9 @@ impl Newton {
             self.tangent.add_pressures(&model.timed, problem.pressures, &self.balance_at, problem.share);
             self.tangent.add_mass(model, problem.inertia);
             self.tangent.add_diagonal(problem.viscosity.0, problem.viscosity.1);
-            let scale = self.tangent.largest_diagonal().max(f64::MIN_POSITIVE);
+            let scale = self.tangent.matrix.largest_diagonal().max(f64::MIN_POSITIVE);
             if *shift > 0.0 {
-                self.tangent.shift(*shift * scale);
+                self.tangent.matrix.shift(*shift * scale);
             }
             info.factorisations += 1;
             match self.tangent.factorise() {
@@ -376,14 +371,9 @@ impl Newton {
 
     /// Newton's direction at the last evaluation, by the last factorisation.
     fn aim(&mut self) {
-        for (x, dof) in self.free.iter_mut().zip(self.tangent.dofs()) {
-            *x = self.residual[*dof];
-        }
-        self.tangent.solve(&mut self.free);
-        self.direction.fill(0.0);
-        for (x, dof) in self.free.iter().zip(self.tangent.dofs()) {
-            self.direction[*dof] = *x;
-        }
+        self.tangent.gather(&self.residual, &mut self.free);
+        self.tangent.matrix.cholesky.solve(&mut self.free);
+        self.tangent.scatter(&self.free, &mut self.direction);
     }
 
     /// Work of the residual along the direction.
@@ -427,13 +417,6 @@ impl Newton {
             s = if far.0 > 10.0 * falsi.max(near.0) || !falsi.is_finite() { decade } else { falsi };
         }
         s
-    }
-
-    /// Degree of freedom with the largest residual.
-    fn worst(&self) -> usize {
-        let size = |dof: &&usize| self.residual[**dof].abs();
-        let dofs = self.tangent.dofs().iter();
-        dofs.max_by(|a, b| size(a).total_cmp(&size(b))).copied().unwrap_or(0)
     }
 }
 

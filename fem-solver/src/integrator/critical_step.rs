@@ -29,7 +29,7 @@ pub fn highest_frequency(model: &Model, tangent: &mut Tangent, u: &[f64], histor
     let (mut link, mut found) = (0.0, 0.0);
     for k in 1..=MOST.min(n) {
         scaled.iter_mut().zip(&now).zip(&root).for_each(|((s, x), r)| *s = x * r);
-        tangent.multiply(&scaled, &mut next);
+        tangent.matrix.multiply(&scaled, &mut next);
         next.iter_mut().zip(&root).for_each(|(y, r)| *y *= r);
         let along = dot(&next, &now);
         next.iter_mut().zip(&now).zip(&before).for_each(|((y, x), b)| *y -= along * x + link * b);

@@ -21,7 +21,8 @@ use std::ops::Range;
 
 /// Memory and constants of the explicit step.
 pub struct Explicit {
-    internal: InternalForce,
+    /// The internal force.
+    pub internal: InternalForce,
     /// 1 / mass of each degree of freedom, 0 where held [1/kg].
     inverse_mass: Vec<f64>,
     /// Mass of each degree of freedom, 0 where held [kg].
@@ -177,11 +178,6 @@ impl Explicit {
         }
         kick_and_drift(kick, v, u, middle, force, inverse_mass);
         0.0
-    }
-
-    /// The internal force.
-    pub fn internal(&mut self) -> &mut InternalForce {
-        &mut self.internal
     }
 
     /// What grounded dashpots take: `m (v_1 - v_0)/h + (c + a m)(v_0 + v_1)/2 = f` solved again where there is

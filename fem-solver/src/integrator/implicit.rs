@@ -15,7 +15,7 @@
 use crate::config::NewtonConfig;
 use crate::config::scheme::Scheme;
 use crate::equilibrium::newton::{Failure, Info, Newton, Problem};
-use crate::internal_force::{Displacements, InternalForce};
+use crate::internal_force::Displacements;
 use crate::linear_algebra::lanes::{add, add_to, sum_of, work};
 use crate::model::Model;
 use crate::model::applied::Applied;
@@ -33,7 +33,8 @@ pub struct StepLoad<'a> {
 pub struct Implicit {
     /// The scheme.
     pub scheme: Scheme,
-    newton: Newton,
+    /// The iteration of each step.
+    pub newton: Newton,
     settings: NewtonConfig,
     /// Viscosity of the dashpot at each degree of freedom [N s/m]; empty without any.
     viscosity: Vec<f64>,
@@ -133,7 +134,7 @@ impl Implicit {
         self.advance_rates(damping, state, h);
         let largest = self.balance(model, state, load);
         self.end_applied(model, state, time + h);
-        let internal = self.newton.internal();
+        let internal = &mut self.newton.internal;
         internal.advance(model, &state.displacement, &mut state.history);
         state.events.extend(internal.broken().iter().map(|broken| broken.event(time, h)));
         if !internal.broken().is_empty() && !self.scheme.takes_mean_only() {
@@ -145,7 +146,7 @@ impl Implicit {
 
     /// Largest share of its strength that anything used as it broke in the last step; 0 where nothing did.
     pub fn broke_under(&mut self) -> f64 {
-        self.newton.internal().broken().iter().map(|broken| broken.share).fold(0.0, f64::max)
+        self.newton.internal.broken().iter().map(|broken| broken.share).fold(0.0, f64::max)
     }
 
     /// What supports hold in this step, of what they let go; the rest has its mass, and a balance of its own to start from.
@@ -207,11 +208,6 @@ impl Implicit {
         add_to(&mut state.force, &now.force);
     }
 
-    /// The internal force.
-    pub fn internal(&mut self) -> &mut InternalForce {
-        self.newton.internal()
-    }
-
     /// What of `v_(1-af)` is known before the step is solved, per unit of velocity and acceleration at its start.
     fn known_rate(&self, h: f64) -> (f64, f64) {
         let Scheme { alpha_f, beta, gamma, .. } = self.scheme;
@@ -270,11 +266,11 @@ impl Implicit {
                 after: &state.displacement,
                 middle: &self.middle,
             };
-            return self.newton.internal().subtract(model, at, &state.history, &mut self.force);
+            return self.newton.internal.subtract(model, at, &state.history, &mut self.force);
         }
         add(&mut self.force, &model.dead_load, load.end);
         let at = Displacements::At(&state.displacement);
-        let largest = self.newton.internal().subtract(model, at, &state.history, &mut self.force);
+        let largest = self.newton.internal.subtract(model, at, &state.history, &mut self.force);
         for (mean, end) in self.force.iter_mut().zip(&mut state.force) {
             let now = *mean;
             *mean = 0.5 * (*end + now);
@@ -287,7 +283,7 @@ impl Implicit {
     fn begin_torn(&mut self, model: &Model, state: &mut State, load: &StepLoad) {
         add(&mut state.force, &model.dead_load, load.end);
         let at = Displacements::At(&state.displacement);
-        self.newton.internal().subtract(model, at, &state.history, &mut state.force);
+        self.newton.internal.subtract(model, at, &state.history, &mut state.force);
         if !self.applied[0].is_empty() {
             add_to(&mut state.force, &self.applied[0].force);
         }

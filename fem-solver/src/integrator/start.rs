@@ -127,7 +127,7 @@ impl Start {
             }
         };
         let mut force = model.load_at_start(&displacement);
-        let internal = newton.internal();
+        let internal = &mut newton.internal;
         let cable_force =
             internal.subtract(model, Displacements::At(&displacement), &history, &mut force).sqrt();
         let booked = match inherited {
@@ -136,7 +136,7 @@ impl Start {
             Some(_) => [-internal.energy(model, &displacement, &history).dissipated, 0.0, 0.0, 0.0],
             None => [0.0; 4],
         };
-        let residual = newton.tangent.dofs().iter().map(|dof| force[*dof].powi(2)).sum::<f64>().sqrt();
+        let residual = newton.tangent.norm(&force);
         let scale = force.iter().chain(&model.dead_load).map(|f| f * f).sum::<f64>().sqrt();
         // What is let go later moves in the steps to come, not in form finding.
         let mut of_run = (!whole.until.is_empty()).then(|| Newton::new(whole));

@@ -17,7 +17,8 @@ pub struct Tangent {
     free: Vec<usize>,
     /// Degree of freedom of each free one.
     dofs: Vec<usize>,
-    matrix: SymmetricMatrix,
+    /// Its numbers and its factor, over the free degrees of freedom.
+    pub matrix: SymmetricMatrix,
     /// Positions of each cable's blocks: (1,1) and (2,2) by their lower triangles, (1,2) in full.
     cables: Vec<[u32; 21]>,
     /// The other elements.
@@ -61,7 +62,8 @@ impl Tangent {
                 count += row + 1;
             }
         }
-        let matrix = SymmetricMatrix::new(dofs.len(), || places.iter().flatten().chain(&others).flatten());
+        let matrix =
+            SymmetricMatrix::new(dofs.len(), places.iter().flatten().chain(&others).flatten().copied());
         let place = |at: Option<(usize, usize)>| matrix.position(at);
         let cables = places.iter().map(|p| p.map(place)).collect();
         let elements = others.iter().map(|at| place(*at)).collect();
@@ -213,23 +215,8 @@ impl Tangent {
     pub fn row_sums(&mut self, model: &Model, u: &[f64], history: &[f64]) -> Vec<f64> {
         self.assemble(model, u, history, 1.0, Slack::Taut);
         let mut sums = vec![0.0; model.dof_count()];
-        self.matrix.magnitudes(|j, _, size| sums[self.dofs[j]] += size);
+        self.matrix.each(|row, _, value| sums[self.dofs[row]] += value.abs());
         sums
-    }
-
-    /// Add `amount` [N/m] to every diagonal entry.
-    pub fn shift(&mut self, amount: f64) {
-        self.matrix.shift(amount);
-    }
-
-    /// Take `part` of itself from every diagonal entry.
-    pub fn weaken(&mut self, part: f64) {
-        self.matrix.weaken(part);
-    }
-
-    /// Largest diagonal entry [N/m].
-    pub fn largest_diagonal(&self) -> f64 {
-        self.matrix.largest_diagonal()
     }
 
     /// From now on these degrees of freedom of the structure, and no others, are fixed beside those that are held.
@@ -238,6 +225,28 @@ impl Tangent {
         for free in dofs.iter().map(|dof| self.free[*dof]).filter(|free| *free != CONSTRAINED) {
             self.fixed[free] = true;
         }
+    }
+
+    /// The numbers of the free degrees of freedom, out of those of all.
+    pub fn gather(&self, all: &[f64], free: &mut [f64]) {
+        free.iter_mut().zip(&self.dofs).for_each(|(free, dof)| *free = all[*dof]);
+    }
+
+    /// The numbers of all degrees of freedom where those of the free ones are given and the others are 0.
+    pub fn scatter(&self, free: &[f64], all: &mut [f64]) {
+        all.fill(0.0);
+        free.iter().zip(&self.dofs).for_each(|(free, dof)| all[*dof] = *free);
+    }
+
+    /// Norm of a vector over all degrees of freedom, the free ones alone.
+    pub fn norm(&self, all: &[f64]) -> f64 {
+        self.dofs.iter().map(|dof| all[*dof].powi(2)).sum::<f64>().sqrt()
+    }
+
+    /// The free degree of freedom, as one of the structure, at which `all` is largest; 0 where none is free.
+    pub fn worst(&self, all: &[f64]) -> usize {
+        let size = |dof: &&usize| all[**dof].abs();
+        self.dofs.iter().max_by(|a, b| size(a).total_cmp(&size(b))).copied().unwrap_or(0)
     }
 
     /// Factorise what was assembled; the error is the degree of freedom of the structure whose pivot is the first that
@@ -256,32 +265,7 @@ impl Tangent {
 
     /// Degree of freedom of the structure of the first negative pivot of the last factorisation, if there is one.
     pub fn first_negative(&self) -> Option<usize> {
-        self.matrix.factor().first_negative().map(|unknown| self.dofs[unknown])
-    }
-
-    /// Logarithm of the magnitude of the determinant of what was factorised last.
-    pub fn log_determinant(&self) -> f64 {
-        self.matrix.factor().log_determinant()
-    }
-
-    /// Solve in place for the free degrees of freedom.
-    pub fn solve(&mut self, x: &mut [f64]) {
-        self.matrix.solve(x);
-    }
-
-    /// Numbers in the Cholesky factor.
-    pub fn factor_len(&self) -> usize {
-        self.matrix.factor().factor_len()
-    }
-
-    /// Norm of `|K| x` over the free degrees of freedom, entries by their magnitudes.
-    pub fn bound(&mut self, x: &[f64]) -> f64 {
-        self.matrix.bound(x)
-    }
-
-    /// `y = K x` over the free degrees of freedom.
-    pub fn multiply(&self, x: &[f64], y: &mut [f64]) {
-        self.matrix.multiply(x, y);
+        self.matrix.cholesky.first_negative().map(|unknown| self.dofs[unknown])
     }
 }
 

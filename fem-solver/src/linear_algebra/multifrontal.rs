@@ -14,7 +14,7 @@
 use crate::linear_algebra::dense::{Apart, Fused, ROWS, rest_place};
 use crate::linear_algebra::free_memory::FreeMemory;
 use crate::linear_algebra::lanes::wide;
-use crate::linear_algebra::signed::{Pivoting, Positive, Signed};
+use crate::linear_algebra::signed::{Pivoting, Signed};
 use std::ops::Range;
 
 /// Columns of the factor with one pattern.
@@ -50,10 +50,12 @@ pub struct Fronts {
     entries: Vec<[u32; 2]>,
     /// Children of all supernodes.
     children: Vec<u32>,
-    /// Unknown of each column.
-    unknowns: Vec<usize>,
-    factor_len: usize,
-    rest_len: usize,
+    /// Unknown of each column, in the order of elimination.
+    pub unknowns: Vec<usize>,
+    /// Numbers in the factor, padding included.
+    pub factor_len: usize,
+    /// Numbers that wait for a parent, at most.
+    pub rest_len: usize,
     most_rows: usize,
 }
 
@@ -190,41 +192,9 @@ impl Fronts {
         self.supernodes.push(supernode);
     }
 
-    /// Numbers in the factor, padding included.
-    pub fn factor_len(&self) -> usize {
-        self.factor_len
-    }
-
-    /// Numbers that wait for a parent, at most.
-    pub fn rest_len(&self) -> usize {
-        self.rest_len
-    }
-
     /// Numbers of work that [`Self::solve`] needs.
     pub fn work_len(&self) -> usize {
         self.unknowns.len() + leading(self.most_rows)
-    }
-
-    /// Factorise the matrix with `values`. `rest` holds [`Self::rest_len`] numbers. If a pivot is not
-    /// positive, its unknown is the error.
-    pub fn factorise(&self, values: &[f64], factor: &mut [f64], rest: &mut [f64]) -> Result<(), usize> {
-        factorise(self, values, factor, rest)
-    }
-
-    /// The same with pivots of either sign, which `signed` keeps. The unknown of a pivot that is no number is the error.
-    pub fn factorise_signed(
-        &self,
-        values: &[f64],
-        factor: &mut [f64],
-        rest: &mut [f64],
-        signed: &mut Signed,
-    ) -> Result<(), usize> {
-        factorise_signed(self, values, factor, rest, signed)
-    }
-
-    /// Unknown of each column, in the order of elimination.
-    pub fn unknowns(&self) -> &[usize] {
-        &self.unknowns
     }
 
     /// Logarithm of the magnitude of the determinant, of a factor.
@@ -270,8 +240,9 @@ fn local(supernode: &Supernode, below: &[u32], row: usize) -> usize {
     supernode.columns.len() + inside.expect("the front of a parent holds the rows of its children")
 }
 
-/// [`all_fronts`], compiled for the widest registers that this processor has.
-fn factorise(fronts: &Fronts, values: &[f64], factor: &mut [f64], rest: &mut [f64]) -> Result<(), usize> {
+/// Factorise the matrix with `values`, compiled for the widest registers that this processor has. `rest` holds
+/// [`Fronts::rest_len`] numbers. If a pivot is not positive, its unknown is the error.
+pub fn factorise(fronts: &Fronts, values: &[f64], factor: &mut [f64], rest: &mut [f64]) -> Result<(), usize> {
     #[cfg(target_arch = "x86_64")]
     {
         #[target_feature(enable = "avx512f")]
@@ -281,11 +252,11 @@ fn factorise(fronts: &Fronts, values: &[f64], factor: &mut [f64], rest: &mut [f6
             factor: &mut [f64],
             rest: &mut [f64],
         ) -> Result<(), usize> {
-            all_fronts(fronts, values, factor, rest, &mut Positive::<Fused<true>>::default())
+            all_fronts(fronts, values, factor, rest, &mut Fused::<true>)
         }
         #[target_feature(enable = "avx2,fma")]
         fn wide(fronts: &Fronts, values: &[f64], factor: &mut [f64], rest: &mut [f64]) -> Result<(), usize> {
-            all_fronts(fronts, values, factor, rest, &mut Positive::<Fused<false>>::default())
+            all_fronts(fronts, values, factor, rest, &mut Fused::<false>)
         }
         if std::arch::is_x86_feature_detected!("avx512f") {
             // SAFETY: the processor has what the function is compiled for; it was asked a line above.
@@ -296,12 +267,12 @@ fn factorise(fronts: &Fronts, values: &[f64], factor: &mut [f64], rest: &mut [f6
             return unsafe { wide(fronts, values, factor, rest) };
         }
     }
-    all_fronts(fronts, values, factor, rest, &mut Positive::<Apart>::default())
+    all_fronts(fronts, values, factor, rest, &mut Apart)
 }
 
 wide! {
-    /// [`all_fronts`] with pivots of either sign.
-    fn factorise_signed(
+    /// The same with pivots of either sign, which `signed` keeps. The unknown of a pivot that is no number is the error.
+    pub fn factorise_signed(
         fronts: &Fronts,
         values: &[f64],
         factor: &mut [f64],

@@ -27,7 +27,6 @@ mod heading;
 
 use crate::config::NewtonConfig;
 use crate::equilibrium::newton::{Failure, Info};
-use crate::internal_force::InternalForce;
 use crate::linear_algebra::lanes::work;
 use crate::model::Model;
 use crate::state::{Along, Critical, CriticalKind, State};
@@ -61,7 +60,8 @@ pub struct Path {
     /// Whether it turns where it branches.
     turns: bool,
     extent: f64,
-    corrector: Corrector,
+    /// Forces, internal and all, at the end of the last step.
+    pub(crate) corrector: Corrector,
     /// Displacement and direction at the start of the step, and at its end.
     before: Vec<f64>,
     set_out: Vec<f64>,
@@ -114,16 +114,6 @@ impl Path {
                 Vec::new()
             },
         }
-    }
-
-    /// The internal force.
-    pub fn internal(&mut self) -> &mut InternalForce {
-        &mut self.corrector.internal
-    }
-
-    /// Force of load and elements on every degree of freedom at the end of the last step [N].
-    pub fn force(&self) -> &[f64] {
-        &self.corrector.force
     }
 
     /// At the start of a path: its direction there, in which the loads grow, and its stability.
@@ -348,7 +338,7 @@ impl Path {
             factor: state.factor,
             rate,
             negative: self.corrector.negative,
-            log_determinant: self.corrector.tangent.log_determinant(),
+            log_determinant: self.corrector.tangent.matrix.cholesky.log_determinant(),
         };
         Ok(Tried { probe, tension, turn, iterations: info.iterations - last })
     }

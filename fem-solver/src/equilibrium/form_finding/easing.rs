@@ -50,7 +50,7 @@ impl<'a> Easing<'a> {
         while range > LAST * load {
             self.ease(range);
             at_rest = self.solve(newton, u, history, done, on_iteration)?;
-            newton.internal().advance_rotations(self.model, u, history);
+            newton.internal.advance_rotations(self.model, u, history);
             range *= NARROWER;
         }
         Ok(at_rest)

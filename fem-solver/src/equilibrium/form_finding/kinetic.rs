@@ -145,7 +145,7 @@ impl<'a> Swing<'a> {
                 return Ok(false);
             }
         };
-        newton.internal().advance_rotations(self.model, u, history);
+        newton.internal.advance_rotations(self.model, u, history);
         let energy = self.speed_up(u);
         let still = count == 0;
         if still {

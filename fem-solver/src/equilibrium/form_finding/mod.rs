@@ -253,7 +253,7 @@ fn balanced(
     let problem = Problem::of_rest(model, &zero, history, &pressures);
     let info =
         newton.search(model, &problem, (TOLERANCE, most), &mut form.displacement, done, on_iteration)?;
-    let internal = newton.internal();
+    let internal = &mut newton.internal;
     internal.advance(model, &form.displacement, &mut form.history);
     if let Some(broken) = internal.broken().first() {
         return Err(Failure::Broken { element: broken.element as usize, tension: broken.tension, part: 1.0 });
@@ -284,7 +284,7 @@ fn keep_force_densities(model: &Model, newton: &mut Newton, u: &mut [f64]) {
     }
     let dofs = newton.tangent.dofs().to_vec();
     let mut shape: Vec<f64> = dofs.iter().map(|dof| force[*dof]).collect();
-    newton.tangent.solve(&mut shape);
+    newton.tangent.matrix.cholesky.solve(&mut shape);
     dofs.iter().zip(&shape).for_each(|(dof, w)| u[*dof] += w);
 }
 
@@ -304,7 +304,7 @@ fn relax(model: &Model, newton: &mut Newton, history: &mut [f64], u: &mut [f64])
     for _ in 0..MOST_RELAXING {
         force.copy_from_slice(&model.dead_load);
         press(&model.timed, &pressures, u, &mut force);
-        newton.internal().subtract(model, Displacements::At(u), history, &mut force);
+        newton.internal.subtract(model, Displacements::At(u), history, &mut force);
         let norm = |x: &mut dyn Iterator<Item = f64>| x.map(|x| x * x).sum::<f64>().sqrt();
         let residual = norm(&mut (0..n).filter(|i| free[*i]).map(|i| force[i]));
         let held = norm(&mut (0..n).filter(|i| !free[*i]).map(|i| force[i]));
@@ -328,7 +328,7 @@ fn relax(model: &Model, newton: &mut Newton, history: &mut [f64], u: &mut [f64])
             continue;
         }
         u.iter_mut().zip(&velocity).for_each(|(u, v)| *u += v);
-        newton.internal().advance_rotations(model, u, history);
+        newton.internal.advance_rotations(model, u, history);
     }
 }
 
@@ -357,7 +357,7 @@ fn sag(model: &Model, newton: &mut Newton, u: &mut [f64]) {
     let dofs = newton.tangent.dofs().to_vec();
     let load = model.load_at_start(u);
     let mut shape: Vec<f64> = dofs.iter().map(|dof| load[*dof]).collect();
-    newton.tangent.solve(&mut shape);
+    newton.tangent.matrix.cholesky.solve(&mut shape);
     let depth = shape.iter().fold(0.0, |a, b| f64::max(a, b.abs()));
     if depth > 0.0 {
         let factor = START_SAG * model.extent() / depth;

@@ -387,7 +387,7 @@ impl WindowSolver {
                 (&self.trial.force[..], &self.trial.displacement[..], end)
             }
             Engine::Implicit(i) => (&i.force[..], &i.middle[..], middle_of_step),
-            Engine::Path(p) => (p.force(), &self.trial.displacement[..], end),
+            Engine::Path(p) => (&p.corrector.force[..], &self.trial.displacement[..], end),
         };
         let step = Step { end, length: h, force, middle, at, tension };
         let largest = &mut Largest { peaks: &mut peaks, groups: &mut groups };

@@ -20,9 +20,9 @@ impl WindowSolver {
     /// Energies at the window's end, reactions and scene gauges over the window.
     pub(super) fn write_gauges(&mut self, model: &Model, output: &mut [f64]) {
         let internal = match &mut self.engine {
-            Engine::Explicit(e) => e.internal(),
-            Engine::Implicit(i) => i.internal(),
-            Engine::Path(p) => p.internal(),
+            Engine::Explicit(e) => &mut e.internal,
+            Engine::Implicit(i) => &mut i.newton.internal,
+            Engine::Path(p) => &mut p.corrector.internal,
         };
         self.energies.of(model, internal, &self.trial, &mut self.energy_now);
         let gauges = &mut output[self.answer.gauges_from()..];
