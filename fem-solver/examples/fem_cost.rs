@@ -171,7 +171,7 @@ fn explicit(name: &str, model: &Model) {
     println!(
         "{name:>12} {:>8} cables, {:>7} runs: {:.2} ns per cable and step (median of 25 rounds; least {:.2})",
         model.cables.len(),
-        explicit.internal.cables().run_count(),
+        explicit.internal.cables.run_count(),
         rounds[12],
         rounds[0],
     );

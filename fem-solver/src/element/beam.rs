@@ -24,7 +24,7 @@ use super::cable_properties::CableConfig;
 use super::part::{NewElements, PartCell, PartSettings, StatedSection, part};
 use super::segment::{add_block, add_product, add_vector, vector};
 use super::turn::{self, START, TURN};
-use super::{Answer, Element, Energy, Moments};
+use super::{Answer, Element, Energy};
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::{Matrix3, Vector3};
 
@@ -321,19 +321,19 @@ impl Element for Beam {
         true
     }
 
-    fn moments(&self, u: &[f64], history: &[f64]) -> Moments {
+    fn moments(&self, u: &[f64], history: &[f64]) -> [f64; 5] {
         if history[BROKEN] > 0.0 {
-            return Moments::default();
+            return [0.0; 5];
         }
         let (shape, rest) = (self.shape(u, history), self.rest());
-        let bending = [0, 1].map(|plane: usize| {
+        let [[a, b], [c, d]] = [0, 1].map(|plane: usize| {
             let arcs = [0, 1].map(|node: usize| arc(shape.e.dot(&shape.axes[node][plane])));
             let end =
                 |i: usize| self.bending[plane] / rest * (4.0 * arcs[i].0 + 2.0 * arcs[1 - i].0) * arcs[i].1;
             [end(0), -end(1)]
         });
         let (twist, slope, _) = arc(shape.twist());
-        Moments { bending, torsion: self.torsion / rest * twist * slope }
+        [a, b, c, d, self.torsion / rest * twist * slope]
     }
 
     fn elongation(&self, u: &[f64]) -> f64 {

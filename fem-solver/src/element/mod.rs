@@ -82,23 +82,6 @@ pub struct Energy {
     pub dissipated: f64,
 }
 
-/// Moments in a beam [N m].
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Moments {
-    /// Bending in the plane of each cross axis, at start and end: positive where it bends the beam towards the axis.
-    pub bending: [[f64; 2]; 2],
-    /// Torsion, the same all along: positive where the end is turned right-handed about the way from the start.
-    pub torsion: f64,
-}
-
-impl Moments {
-    /// All in a row.
-    pub fn flat(&self) -> [f64; 5] {
-        let [[a, b], [c, d]] = self.bending;
-        [a, b, c, d, self.torsion]
-    }
-}
-
 /// A force on part of a structure.
 ///
 /// An element is a function of displacements and of its committed history: whatever it remembers
@@ -203,9 +186,11 @@ pub trait Element: Debug {
         false
     }
 
-    /// Moments in it; 0 where it is broken or no beam.
-    fn moments(&self, _u: &[f64], _history: &[f64]) -> Moments {
-        Moments::default()
+    /// Moments in it [N m]; 0 where it is broken or no beam. Bending in the plane of each cross axis, at start and end: positive
+    /// where it bends the beam towards the axis. Torsion, the same all along: positive where the end is turned right-handed about
+    /// the way from the start.
+    fn moments(&self, _u: &[f64], _history: &[f64]) -> [f64; 5] {
+        [0.0; 5]
     }
 
     /// Section of its lines [m2], which turns their forces into stresses; 0 where it has none.

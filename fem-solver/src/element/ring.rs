@@ -22,10 +22,9 @@ use super::{Answer, AnyElement, Element, Energy};
 use crate::element::Slack;
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::{Matrix3, Vector3};
-use std::fmt;
 
 /// One mechanism.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mechanism {
     /// Length beyond which it acts [m].
     pub start: f64,
@@ -35,17 +34,6 @@ pub struct Mechanism {
     pub unloading: f64,
     /// Range of forces over which it goes slack [N], in a search for a rest shape; 0 = at a corner.
     pub ease: f64,
-}
-
-/// Without what a search for a rest shape eases: states of structures are compared by this.
-impl fmt::Debug for Mechanism {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.debug_struct("Mechanism")
-            .field("start", &self.start)
-            .field("stiffness", &self.stiffness)
-            .field("unloading", &self.unloading)
-            .finish()
-    }
 }
 
 impl Mechanism {

@@ -11,6 +11,7 @@ use crate::element::Slack;
 pub use crate::equilibrium::failure::Failure;
 use crate::internal_force::tangent::Tangent;
 use crate::internal_force::{Displacements, InternalForce};
+use crate::linear_algebra::lanes::{inner, norm};
 use crate::model::Model;
 use crate::model::pressure::press;
 use interface_defs::message::Fault;
@@ -235,7 +236,7 @@ impl Newton {
             }
             last_residual = sizes.residual;
             self.aim();
-            let (length, before) = (largest(&self.direction), self.work());
+            let (length, before) = (largest(&self.direction), inner(&self.direction, &self.residual));
             self.accepted.copy_from_slice(u);
             let step = self.step(model, problem, u, before, settings.line_search, &mut sizes);
             rounding = self.rounding(u, &sizes);
@@ -245,29 +246,6 @@ impl Newton {
             info.iterations += 1;
             on_iteration(info.iterations, sizes.residual / limit.max(rounding)).map_err(Failure::Stopped)?;
         }
-    }
-
-    /// [`Newton::solve`] as one part of a search that has `done` so much, to a residual of the first of `limits` relative to the
-    /// forces in at most as many iterations as the second.
-    pub fn search(
-        &mut self,
-        model: &Model,
-        problem: &Problem,
-        limits: (f64, u32),
-        u: &mut [f64],
-        done: &mut Info,
-        on_iteration: OnIteration,
-    ) -> Result<Info, Failure> {
-        let settings =
-            NewtonConfig { tolerance: limits.0, max_iterations: Some(limits.1), line_search: true };
-        let (begun, mut count) = (done.iterations, 0);
-        let outcome = self.solve(model, problem, &settings, u, &mut |_, residual| {
-            count += 1;
-            on_iteration(begun + count, residual)
-        });
-        done.iterations += count;
-        done.factorisations += outcome.as_ref().map_or(0, |info| info.factorisations);
-        outcome
     }
 
     /// Residual that rounding leaves at `u` [N]: of `u` itself, of the tensions that cancel at a node, and of what elements
@@ -376,11 +354,6 @@ impl Newton {
         self.tangent.scatter(&self.free, &mut self.direction);
     }
 
-    /// Work of the residual along the direction.
-    fn work(&self) -> f64 {
-        self.direction.iter().zip(&self.residual).map(|(d, r)| d * r).sum()
-    }
-
     /// Move along the direction, shortened where the whole of it overshoots. Returns the share.
     ///
     /// The energy is least where the work of the residual along the direction, `g(s)`, is 0; it starts
@@ -401,7 +374,7 @@ impl Newton {
                 *u = a + s * d;
             }
             *sizes = self.evaluate(model, problem, u);
-            let work = self.work();
+            let work = inner(&self.direction, &self.residual);
             if !search || work.abs() <= ENOUGH * before.abs() || (work > 0.0 && s == 1.0) {
                 break;
             }
@@ -418,10 +391,6 @@ impl Newton {
         }
         s
     }
-}
-
-fn norm(x: &[f64]) -> f64 {
-    x.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 fn largest(x: &[f64]) -> f64 {

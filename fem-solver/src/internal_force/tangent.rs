@@ -19,7 +19,7 @@ pub struct Tangent {
     dofs: Vec<usize>,
     /// Its numbers and its factor, over the free degrees of freedom.
     pub matrix: SymmetricMatrix,
-    /// Positions of each cable's blocks: (1,1) and (2,2) by their lower triangles, (1,2) in full.
+    /// Positions of the lower triangle of each cable, by rows.
     cables: Vec<[u32; 21]>,
     /// The other elements.
     assembly: Assembly,
@@ -48,7 +48,9 @@ impl Tangent {
                 dofs.push(dof);
             }
         }
-        let places: Vec<_> = model.cables.iter().map(|c| block_dofs(model, &free, c)).collect();
+        let ends = |cable: &Cable| [0, 1, 2, 3, 4, 5].map(|i: usize| model.dof(cable.nodes[i / 3], i % 3));
+        let places: Vec<_> =
+            model.cables.iter().flat_map(|c| triangle(&free, &ends(c)).collect::<Vec<_>>()).collect();
         let assembly = Assembly::new(model);
         let others: Vec<_> =
             (0..model.elements.len()).flat_map(|i| triangle(&free, assembly.dofs(i))).collect();
@@ -62,10 +64,9 @@ impl Tangent {
                 count += row + 1;
             }
         }
-        let matrix =
-            SymmetricMatrix::new(dofs.len(), places.iter().flatten().chain(&others).flatten().copied());
+        let matrix = SymmetricMatrix::new(dofs.len(), places.iter().chain(&others).flatten().copied());
         let place = |at: Option<(usize, usize)>| matrix.position(at);
-        let cables = places.iter().map(|p| p.map(place)).collect();
+        let cables = places.as_chunks::<21>().0.iter().map(|p| p.map(place)).collect();
         let elements = others.iter().map(|at| place(*at)).collect();
         // The nodes of a face are those of one element, whose entries the pattern has.
         let faces = model.timed.iter().chain(&model.live_pressures).flat_map(|load| &load.faces);
@@ -135,12 +136,10 @@ impl Tangent {
         self.matrix.clear();
         for (cable, at) in model.cables.iter().zip(&self.cables) {
             let k = share * block(cable);
-            for (i, (r, c)) in LOWER.into_iter().enumerate() {
-                self.matrix.add(at[i], k[(r, c)]);
-                self.matrix.add(at[6 + i], k[(r, c)]);
-            }
-            for i in 0..9 {
-                self.matrix.add(at[12 + i], -k[(i / 3, i % 3)]);
+            let entries = (0..6).flat_map(|row| (0..=row).map(move |column| (row, column)));
+            for ((row, column), at) in entries.zip(at) {
+                let own = k[(row % 3, column % 3)];
+                self.matrix.add(*at, if row / 3 == column / 3 { own } else { -own });
             }
         }
         for (node, stiffness) in &model.springs {
@@ -275,21 +274,5 @@ fn triangle<'a>(free: &'a [usize], dofs: &'a [usize]) -> impl Iterator<Item = Op
     pairs.map(|(row, column)| {
         let (a, b) = (free[dofs[row]], free[dofs[column]]);
         (a != CONSTRAINED && b != CONSTRAINED).then(|| (a.max(b), a.min(b)))
-    })
-}
-
-/// Entries of the lower triangle of a 3 x 3 block.
-const LOWER: [(usize, usize); 6] = [(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2)];
-
-/// Row and column, in the lower triangle, of each entry of a cable's blocks; `None` where held.
-fn block_dofs(model: &Model, free: &[usize], cable: &Cable) -> [Option<(usize, usize)>; 21] {
-    let number = |end: usize, c: usize| free[model.dof(cable.nodes[end], c)];
-    let entry = |a: usize, b: usize| (a != CONSTRAINED && b != CONSTRAINED).then(|| (a.max(b), a.min(b)));
-    std::array::from_fn(|i| match i {
-        0..12 => {
-            let (r, c) = LOWER[i % 6];
-            entry(number(i / 6, r), number(i / 6, c))
-        }
-        _ => entry(number(0, (i - 12) / 3), number(1, (i - 12) % 3)),
     })
 }

@@ -9,7 +9,7 @@
 //! products than minimum degree at 1e4 unknowns, 5 to 10 % more at 1e5, 8 % less at 3e5 and 0 to 4 % less at 1e6. Where nodes
 //! are numbered at random it is better by 12 % at 1e5 and 31 % at 1e6 unknowns. It takes four to thirty times as long.
 
-use crate::linear_algebra::multifrontal::{Fronts, Supernodes};
+use crate::linear_algebra::multifrontal::Fronts;
 use crate::linear_algebra::symmetric::pattern;
 use faer::Side;
 use faer::sparse::SymbolicSparseColMat;
@@ -66,7 +66,7 @@ pub fn analyse(n: usize, starts: &[usize], rows: &[usize]) -> Fronts {
         below.sort_unstable();
         (columns, below)
     });
-    Fronts::new(&Supernodes { unknowns: &unknowns, supernodes: supernodes.collect() }, starts, rows)
+    Fronts::new(unknowns, &supernodes.collect::<Vec<_>>(), starts, rows)
 }
 
 /// Unknowns that are linked to the same others, and to each other: mostly those of one node of the mesh.

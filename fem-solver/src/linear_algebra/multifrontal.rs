@@ -59,14 +59,6 @@ pub struct Fronts {
     most_rows: usize,
 }
 
-/// A column pattern of supernodes, as an analysis gives it.
-pub struct Supernodes<'a> {
-    /// Unknown of each column in the order of elimination.
-    pub unknowns: &'a [usize],
-    /// Columns of each supernode and its rows below, increasing; each supernode right after its children.
-    pub supernodes: Vec<(Range<usize>, Vec<usize>)>,
-}
-
 impl Supernode {
     /// The row of the front with which the columns of what is left over begin: tiles of both then match.
     #[inline(always)]
@@ -97,25 +89,32 @@ impl Supernode {
 }
 
 impl Fronts {
-    /// For a lower triangle by columns, the rows of column `j` being `rows[starts[j]..starts[j + 1]]`.
-    pub fn new(shape: &Supernodes, starts: &[usize], rows: &[usize]) -> Self {
-        let n = shape.unknowns.len();
+    /// For a lower triangle by columns, the rows of column `j` being `rows[starts[j]..starts[j + 1]]`. `unknowns` are those of
+    /// each column in the order of elimination, `shape` the columns of each supernode and its rows below, increasing; each
+    /// supernode right after its children.
+    pub fn new(
+        unknowns: Vec<usize>,
+        shape: &[(Range<usize>, Vec<usize>)],
+        starts: &[usize],
+        rows: &[usize],
+    ) -> Self {
+        let n = unknowns.len();
         let mut column = vec![0; n];
-        shape.unknowns.iter().enumerate().for_each(|(i, unknown)| column[*unknown] = i);
+        unknowns.iter().enumerate().for_each(|(i, unknown)| column[*unknown] = i);
         let mut owner = vec![0; n];
-        for (s, (columns, _)) in shape.supernodes.iter().enumerate() {
+        for (s, (columns, _)) in shape.iter().enumerate() {
             owner[columns.clone()].fill(s);
         }
-        let count = shape.supernodes.len();
+        let count = shape.len();
         let mut children = vec![Vec::new(); count];
-        for (s, (_, below)) in shape.supernodes.iter().enumerate() {
+        for (s, (_, below)) in shape.iter().enumerate() {
             if let Some(row) = below.first() {
                 children[owner[*row]].push(s);
             }
         }
-        let mut fronts = Self { unknowns: shape.unknowns.to_vec(), ..Self::default() };
+        let mut fronts = Self { unknowns, ..Self::default() };
         let mut memory = FreeMemory::default();
-        for (supernode, children) in shape.supernodes.iter().zip(&children) {
+        for (supernode, children) in shape.iter().zip(&children) {
             fronts.push(supernode, &mut memory, children);
         }
         fronts.rest_len = memory.len;

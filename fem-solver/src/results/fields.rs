@@ -55,7 +55,7 @@ pub struct KeptFields {
     faces: Option<KeptSeries>,
 }
 
-/// Names of the moments of beams, in the order of [`crate::element::Moments`].
+/// Names of the moments of beams, in the order of [`crate::element::Element::moments`].
 const MOMENTS: [&str; 5] = [
     "bending_moment_1_start",
     "bending_moment_1_end",
@@ -205,7 +205,7 @@ impl Fields {
                 *share = if force.is_nan() { 1.0 } else { element.utilisation(u, *force) };
             }
             if element.has_moments() {
-                self.moments[first..first + count].fill(element.moments(u, history).flat());
+                self.moments[first..first + count].fill(element.moments(u, history));
             }
             at += count;
         }

@@ -43,6 +43,8 @@ pub struct Corrector {
     /// Largest size of terms that elements other than cables take differences of [N].
     coarseness: f64,
     load_size: f64,
+    /// Iterations and factorisations of the step at hand.
+    pub info: Info,
 }
 
 impl Corrector {
@@ -64,6 +66,7 @@ impl Corrector {
             product: memory(),
             coarseness: model.elements.iter().map(|e| e.coarseness()).fold(0.0, f64::max),
             load_size: norm(&model.live_load),
+            info: Info::default(),
             tangent,
         }
     }
@@ -81,7 +84,6 @@ impl Corrector {
         state: &mut State,
         (before, control): (&[f64], usize),
         most: u32,
-        info: &mut Info,
     ) -> Result<f64, Failure> {
         let (mut moved, mut moved_before) = (f64::INFINITY, f64::INFINITY);
         let (mut iterations, mut rounding) = (0, 0.0);
@@ -106,7 +108,7 @@ impl Corrector {
                     unstable: self.unstable(),
                 });
             }
-            self.factorise(model, state, info)?;
+            self.factorise(model, state)?;
             rounding = self.rounding(state, tension.sqrt(), scale);
             let factor = self.close(control);
             (moved_before, moved) = (moved, 0.0);
@@ -116,21 +118,15 @@ impl Corrector {
             }
             state.factor += factor;
             iterations += 1;
-            info.iterations += 1;
+            self.info.iterations += 1;
         }
     }
 
     /// The direction of the path at `state` into `direction`, its largest displacement 1; returns the change of the load
     /// factor [1/m]. Either sign.
-    pub fn direction(
-        &mut self,
-        model: &Model,
-        state: &State,
-        direction: &mut [f64],
-        info: &mut Info,
-    ) -> Result<f64, Failure> {
+    pub fn direction(&mut self, model: &Model, state: &State, direction: &mut [f64]) -> Result<f64, Failure> {
         self.evaluate(model, state);
-        self.factorise(model, state, info)?;
+        self.factorise(model, state)?;
         let Some(control) = self.moves_most(model) else {
             // Nothing moves under these loads.
             return Err(Failure::Unstable { dof: self.tangent.dofs().first().copied().unwrap_or(0) });
@@ -221,11 +217,11 @@ impl Corrector {
     }
 
     /// Factorise `K` at the state, and solve for the loads and for the residual that `force` holds.
-    fn factorise(&mut self, model: &Model, state: &State, info: &mut Info) -> Result<(), Failure> {
+    fn factorise(&mut self, model: &Model, state: &State) -> Result<(), Failure> {
         let slack = Slack::Regularised(SLACK_SHARE);
         self.tangent.assemble(model, &state.displacement, &state.history, 1.0, slack);
         self.tangent.add_pressures(&model.live_pressures, &self.pressures, &state.displacement, 1.0);
-        info.factorisations += 1;
+        self.info.factorisations += 1;
         // What was indefinite mostly stays so.
         if self.negative > 0 || self.tangent.factorise().is_err() {
             self.negative = self.tangent.factorise_signed().map_err(|dof| Failure::Unstable { dof })?;
