@@ -226,12 +226,14 @@ mod tests {
             nodes: [0, 1],
             span: bar.span,
             length: bar.length,
-            young: 8e9,
-            area: 1.25e-5,
-            density: 7850.0,
-            prestress: 1e7,
-            tension_only: true,
-            radius: 0.0,
+            of: crate::element::cable_properties::CableConfig {
+                young: 8e9,
+                area: 1.25e-5,
+                density: 7850.0,
+                prestress: 1e7,
+                tension_only: true,
+                radius: 0.0,
+            },
         };
         let u = [0.0, 0.0, 0.0, 0.004, -0.003, 0.002];
         let case = Case::new(&bar, &[], &u);

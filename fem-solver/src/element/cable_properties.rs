@@ -47,17 +47,7 @@ impl CableConfig {
     /// modelled.
     pub fn cable(&self, positions: &[Vector3<f64>], ends: [usize; 2], length: Option<f64>) -> Cable {
         let span = positions[ends[1]] - positions[ends[0]];
-        Cable {
-            nodes: ends,
-            span,
-            length: length.unwrap_or(span.norm()),
-            young: self.young,
-            area: self.area,
-            density: self.density,
-            prestress: self.prestress,
-            tension_only: self.tension_only,
-            radius: self.radius,
-        }
+        Cable { nodes: ends, span, length: length.unwrap_or(span.norm()), of: self.clone() }
     }
 }
 
@@ -174,7 +164,7 @@ impl PartSettings for CablePart {
             }
             let hardening = self.hardening.iter().map(|row| (row[0], row[1])).collect();
             let law = Law { hardening, ..Law::elastic(own.young, own.prestress, own.tension_only) };
-            let Cable { nodes, span, length, area, density, radius, .. } = cable;
+            let Cable { nodes, span, length, of: CableConfig { area, density, radius, .. } } = cable;
             let (section, mass) = (Some(area), density * area * length);
             made.elements.push(Bar { nodes, span, length, section, mass, radius, law, rupture }.into());
         }

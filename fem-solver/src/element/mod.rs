@@ -18,7 +18,6 @@ pub mod ground_contact;
 pub mod material;
 pub mod membrane;
 pub mod membrane_quad;
-pub mod nothing;
 pub mod part;
 pub mod ring;
 pub mod segment;
@@ -309,7 +308,7 @@ elements! {
         "ring" => ring::RingPart,
         "membrane" => membrane::MembranePart,
         "shell" => shell::ShellPart,
-        "none" => nothing::NoPart,
+        "none" => part::NoPart,
     }
     elements {
         bar::Bar,

@@ -272,3 +272,47 @@ macro_rules! part {
     };
 }
 pub(crate) use part;
+
+/// Nothing: a group of a mesh that can still be held, loaded and gauged by its name.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NoPart {
+    /// Name of the group.
+    pub name: String,
+}
+
+impl PartHead for NoPart {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn cells(&self) -> &[Vec<usize>] {
+        &[]
+    }
+
+    fn plural(&self) -> &'static str {
+        "nothing"
+    }
+
+    fn nodes(&self) -> (usize, usize) {
+        (0, usize::MAX)
+    }
+
+    fn takes(&self, _kind: Kind) -> bool {
+        true
+    }
+}
+
+impl PartSettings for NoPart {
+    fn build(&self, _cell: &PartCell, _made: &mut NewElements) -> Result<(), Diagnostic> {
+        Ok(())
+    }
+
+    fn section(&self, _common: Option<&CableConfig>) -> Option<StatedSection> {
+        None
+    }
+
+    fn makes_nothing(&self) -> bool {
+        true
+    }
+}

@@ -5,15 +5,13 @@
 //!
 //! - [`assembly`]: the elements one by one; what breaks within a step
 //! - [`kernel`]: all plain cables at once, fast
-//! - [`tangent`]: the sparse stiffness of all
-//! - [`mass_scaling`]: masses for longer steps
+//! - [`tangent`]: the sparse stiffness of all, and masses for longer steps
 //!
 //! Loads are not part of it: `force` holds them when [`InternalForce::subtract`] takes the internal force from it. What is left
 //! at a degree of freedom that a support holds is minus the support's reaction.
 
 pub mod assembly;
 pub mod kernel;
-pub mod mass_scaling;
 pub mod tangent;
 
 use crate::element::Energy;

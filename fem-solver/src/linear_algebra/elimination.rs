@@ -184,7 +184,7 @@ impl Forest {
                 }
             }
         }
-        let order = in_order(&mut fronts, roots);
+        let order = in_order(&mut fronts, &roots);
         Self { fronts, order }
     }
 }
@@ -199,16 +199,18 @@ fn cost(pivots: usize, rest: usize) -> f64 {
 
 /// All fronts, each right after its children. Of these first those that need most memory beyond what they leave over: then
 /// least of it is needed (Liu, 1986, ACM TOMS 12, 249).
-fn in_order(fronts: &mut [Front], mut roots: Vec<usize>) -> Vec<usize> {
-    let mut order = Vec::with_capacity(fronts.len());
-    let mut open = roots.clone();
-    while let Some(s) = open.pop() {
-        order.push(s);
-        open.extend(&fronts[s].children);
-    }
+fn in_order(fronts: &mut [Front], roots: &[usize]) -> Vec<usize> {
+    let parents_first = |fronts: &[Front]| {
+        let (mut order, mut open) = (Vec::with_capacity(fronts.len()), roots.to_vec());
+        while let Some(s) = open.pop() {
+            order.push(s);
+            open.extend(&fronts[s].children);
+        }
+        order
+    };
     let mut peak = vec![0; fronts.len()];
     let size = |front: &Front| front.rest * front.rest;
-    for s in order.iter().rev() {
+    for s in parents_first(fronts).iter().rev() {
         let mut children = std::mem::take(&mut fronts[*s].children);
         children.sort_by_key(|c| (size(&fronts[*c]) as isize - peak[*c] as isize, *c));
         let mut waiting = 0;
@@ -219,12 +221,7 @@ fn in_order(fronts: &mut [Front], mut roots: Vec<usize>) -> Vec<usize> {
         peak[*s] = peak[*s].max(waiting + size(&fronts[*s]));
         fronts[*s].children = children;
     }
-    order.clear();
-    open.append(&mut roots);
-    while let Some(s) = open.pop() {
-        order.push(s);
-        open.extend(&fronts[s].children);
-    }
+    let mut order = parents_first(fronts);
     order.reverse();
     order
 }

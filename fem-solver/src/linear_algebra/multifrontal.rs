@@ -12,7 +12,6 @@
 //! factorisation fuses products with sums.
 
 use crate::linear_algebra::dense::{Apart, Fused, ROWS, rest_place};
-use crate::linear_algebra::free_memory::FreeMemory;
 use crate::linear_algebra::lanes::wide;
 use crate::linear_algebra::signed::{Pivoting, Signed};
 use std::ops::Range;
@@ -444,4 +443,50 @@ fn back<const W: usize>(panel: &[[f64; ROWS]], pivots: usize, start: usize, work
 fn total(lanes: &[f64; ROWS]) -> f64 {
     let pairs = [lanes[0] + lanes[4], lanes[1] + lanes[5], lanes[2] + lanes[6], lanes[3] + lanes[7]];
     (pairs[0] + pairs[2]) + (pairs[1] + pairs[3])
+}
+
+/// Places in memory that is taken and given back, found once: the first gap that is wide enough.
+#[derive(Debug, Default)]
+struct FreeMemory {
+    /// Gaps below `len`, in order.
+    gaps: Vec<Range<usize>>,
+    /// Numbers in all, at most.
+    len: usize,
+}
+
+impl FreeMemory {
+    /// A place for `len` numbers.
+    fn take(&mut self, len: usize) -> usize {
+        if let Some(i) = self.gaps.iter().position(|gap| gap.len() >= len) {
+            let place = self.gaps[i].start;
+            self.gaps[i].start += len;
+            if self.gaps[i].is_empty() {
+                self.gaps.remove(i);
+            }
+            return place;
+        }
+        let place = match self.gaps.last() {
+            Some(gap) if gap.end == self.len => self.gaps.pop().map_or(self.len, |gap| gap.start),
+            _ => self.len,
+        };
+        self.len = place + len;
+        place
+    }
+
+    /// The place of `len` numbers is free again.
+    fn give_back(&mut self, place: usize, len: usize) {
+        if len == 0 {
+            return;
+        }
+        let mut gap = place..place + len;
+        let mut at = self.gaps.partition_point(|g| g.start < place);
+        if self.gaps.get(at).is_some_and(|g| g.start == gap.end) {
+            gap.end = self.gaps.remove(at).end;
+        }
+        if at > 0 && self.gaps[at - 1].end == gap.start {
+            at -= 1;
+            gap.start = self.gaps.remove(at).start;
+        }
+        self.gaps.insert(at, gap);
+    }
 }

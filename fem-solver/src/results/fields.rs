@@ -291,7 +291,7 @@ impl Fields {
 
 /// Section of each line [m2], 0 where it has none.
 fn sections(model: &Model) -> Vec<f64> {
-    let cables = model.cables.iter().map(|c| c.area);
+    let cables = model.cables.iter().map(|c| c.of.area);
     let others = model.elements.iter().flat_map(|e| std::iter::repeat_n(e.section(), e.line_count()));
     cables.chain(others).collect()
 }

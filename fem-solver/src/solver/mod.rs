@@ -15,7 +15,7 @@ use crate::integrator::local;
 use crate::integrator::start::Start;
 use crate::integrator::window::{Exchange, WindowSolver};
 use crate::internal_force::assembly::Event;
-use crate::internal_force::mass_scaling::scale_masses;
+use crate::internal_force::tangent::scale_masses;
 use crate::model::Model;
 use crate::results::energy::Energies;
 use crate::results::fields::Fields;

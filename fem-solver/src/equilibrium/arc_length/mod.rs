@@ -60,12 +60,10 @@ pub struct Path {
     extent: f64,
     /// Forces, internal and all, at the end of the last step.
     pub(crate) corrector: Corrector,
-    /// Displacement and direction at the start of the step, and at its end.
+    /// Displacement and direction at the start of the step, and the direction at its end.
     before: Vec<f64>,
     set_out: Vec<f64>,
     direction: Vec<f64>,
-    end: Vec<f64>,
-    end_direction: Vec<f64>,
     /// Memory of what would break; empty where nothing can.
     history: Vec<f64>,
 }
@@ -104,8 +102,6 @@ impl Path {
             before: memory(),
             set_out: memory(),
             direction: memory(),
-            end: memory(),
-            end_direction: memory(),
             history: if model.elements.iter().any(|e| e.can_break()) {
                 model.start_history()
             } else {
@@ -350,8 +346,7 @@ impl Path {
         (time, way): (f64, f64),
         (mut low, high): (PathPoint, PathPoint),
     ) -> Result<(), Failure> {
-        self.end.copy_from_slice(&state.displacement);
-        self.end_direction.copy_from_slice(&self.direction);
+        let (end, end_direction) = (state.displacement.clone(), self.direction.clone());
         let (known, speed) = (state.critical.len(), self.speed);
         let mut found = std::mem::take(&mut state.critical);
         let mut probe = |way: f64| self.go(model, state, way, FEW).ok().map(|tried| tried.probe);
@@ -366,8 +361,7 @@ impl Path {
             state.critical.truncate(known);
             return Err(Failure::Turns { angle: std::f64::consts::PI });
         }
-        state.displacement.copy_from_slice(&self.end);
-        self.direction.copy_from_slice(&self.end_direction);
+        (state.displacement, self.direction) = (end, end_direction);
         state.factor = high.factor;
         self.corrector.evaluate(model, state);
         self.corrector.negative = high.negative;

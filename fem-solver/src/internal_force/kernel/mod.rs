@@ -91,7 +91,7 @@ impl Kernel {
         };
         order.sort_by_key(|i| {
             let (a, b) = ends(&cables[*i]);
-            (a / TILE, cables[*i].tension_only, b - a, a, *i)
+            (a / TILE, cables[*i].of.tension_only, b - a, a, *i)
         });
         let mut rest = &order[..];
         let mut reach = 0;
@@ -317,12 +317,14 @@ mod tests {
                         nodes,
                         span: position(nodes[1]) - position(nodes[0]),
                         length: 1.0 + 0.1 * random(),
-                        young: 2e7,
-                        area: 1e-3,
-                        density: 1.0,
-                        prestress: 1e6 * random(),
-                        tension_only: j < 3,
-                        radius: 0.0,
+                        of: crate::element::cable_properties::CableConfig {
+                            young: 2e7,
+                            area: 1e-3,
+                            density: 1.0,
+                            prestress: 1e6 * random(),
+                            tension_only: j < 3,
+                            radius: 0.0,
+                        },
                     });
                 }
             }
