@@ -49,12 +49,11 @@ impl BrakePart {
             }
             if hardening.is_empty() {
                 hardening.push((0.0, row[1]));
-                if travel > 1e-9 * row[0] {
-                    hardening.push((travel, row[1]));
+                if travel <= 1e-9 * row[0] {
+                    continue;
                 }
-            } else {
-                hardening.push((travel, row[1]));
             }
+            hardening.push((travel, row[1]));
         }
         Ok(hardening)
     }

@@ -19,7 +19,7 @@
 //! Source: Batoz, Bathe, Ho (1980), Int. J. Numer. Meth. Eng. 15, 1771 (DKT); rotations as in [`super::Beam`].
 
 use super::cable_properties::CableConfig;
-use super::membrane::{Fabric, Membrane, check_thickness, poisson, principal, triangle};
+use super::membrane::{Fabric, Membrane, MembranePoint, check_thickness, poisson, principal, triangle};
 use super::part::{NewElements, PartCell, PartSettings, StatedSection, Surroundings, part};
 use super::segment::{add_block, add_product, add_vector, vector};
 use super::turn::{self, START};
@@ -65,7 +65,7 @@ impl Shell {
         let thickness = membrane.thickness;
         let k = young * thickness.powi(3) / (12.0 * (1.0 - poisson * poisson));
         let d = Matrix3::new(1.0, poisson, 0.0, poisson, 1.0, 0.0, 0.0, 0.0, 0.5 * (1.0 - poisson)) * k;
-        let points = kirchhoff(&membrane.slopes, membrane.area);
+        let points = kirchhoff(&membrane.points[0].slopes, membrane.points[0].area);
         let bending = points
             .iter()
             .map(|(b, weight)| *weight * b.transpose() * d * b)
@@ -73,10 +73,10 @@ impl Shell {
             .into();
         let moments = points
             .iter()
-            .map(|(b, weight)| d * b * (weight / membrane.area))
+            .map(|(b, weight)| d * b * (weight / membrane.points[0].area))
             .sum::<SMatrix<f64, 3, 6>>()
             .into();
-        let drilling = DRILLING * young * thickness * membrane.area / 3.0;
+        let drilling = DRILLING * young * thickness * membrane.points[0].area / 3.0;
         Self { membrane, bending, moments, drilling }
     }
 
@@ -85,12 +85,16 @@ impl Shell {
         Fabric::Isotropic { young, poisson, prestress: [0.0; 3], wrinkles: false }
     }
 
+    fn middle(&self) -> &MembranePoint<3> {
+        &self.membrane.points[0]
+    }
+
     fn shape(&self, u: &[f64], history: &[f64]) -> ShellShape {
-        let [first, second] = self.membrane.axes;
+        let [first, second] = self.middle().axes;
         let own = [first, second, first.cross(&second)];
         let f = [0, 1].map(|b: usize| {
-            let growth = (0..3).map(|i| self.membrane.slopes[i][b] * vector(u, 6 * i)).sum::<Vector3<f64>>();
-            self.membrane.axes[b] + growth
+            let growth = (0..3).map(|i| self.middle().slopes[i][b] * vector(u, 6 * i)).sum::<Vector3<f64>>();
+            self.middle().axes[b] + growth
         });
         let triads = [0, 1, 2].map(|node: usize| {
             let turn = turn::rotation(u, history, node);
@@ -103,7 +107,7 @@ impl Shell {
     fn gradient(&self, tilt: &Tilt) -> [f64; 18] {
         let mut g = [0.0; 18];
         for node in 0..3 {
-            add_vector(&mut g, 6 * node, &(self.membrane.slopes[node][tilt.b] * tilt.a));
+            add_vector(&mut g, 6 * node, &(self.middle().slopes[node][tilt.b] * tilt.a));
         }
         add_vector(&mut g, 6 * tilt.node + 3, &tilt.a.cross(&tilt.f));
         g
@@ -114,7 +118,7 @@ impl Shell {
         let turn = 6 * tilt.node + 3;
         add_block(k, 18, turn, turn, &(factor * turn::curvature(&tilt.a, &tilt.f)));
         for node in 0..3 {
-            let mixed = factor * self.membrane.slopes[node][tilt.b] * tilt.a.cross_matrix();
+            let mixed = factor * self.middle().slopes[node][tilt.b] * tilt.a.cross_matrix();
             add_block(k, 18, turn, 6 * node, &mixed);
             add_block(k, 18, 6 * node, turn, &mixed.transpose());
         }
@@ -247,9 +251,9 @@ impl Element for Shell {
     fn lump(&self, mass: &mut [f64], inertia: &mut [f64]) {
         let mut none = [0.0; 3];
         self.membrane.lump(mass, &mut none);
-        let m = self.membrane.density * self.membrane.thickness * self.membrane.area / 3.0;
+        let m = self.membrane.lumped[0];
         // Isotropic, and as much as the triangle's own extent asks for: no tilt is then faster than the membrane.
-        let square = self.membrane.thickness.powi(2) / 12.0 + self.membrane.area / 8.0;
+        let square = self.membrane.thickness.powi(2) / 12.0 + self.middle().area / 8.0;
         inertia.iter_mut().for_each(|i| *i += m * square);
     }
 
@@ -277,7 +281,7 @@ impl Element for Shell {
 
     /// Its tilts are products of unit vectors; moments become forces over the heights of the triangle.
     fn coarseness(&self) -> f64 {
-        let steepest = self.membrane.slopes.iter().map(|s| s.norm()).fold(1.0, f64::max);
+        let steepest = self.middle().slopes.iter().map(|s| s.norm()).fold(1.0, f64::max);
         self.bending.iter().fold(self.drilling, |a, k| f64::max(a, k.abs())) * steepest
     }
 }
@@ -320,9 +324,8 @@ impl PartSettings for ShellPart {
         let poisson = poisson(key, self.poisson)?;
         let (thickness, density) = (self.thickness, self.density);
         for nodes in triangles(cell) {
-            let (axes, slopes, area) = triangle(cell, nodes, None)?;
-            let fabric = Shell::fabric(young, poisson);
-            let membrane = Membrane { nodes, axes, slopes, area, thickness, density, fabric };
+            let (point, fabric) = (triangle(cell, nodes, None)?, Shell::fabric(young, poisson));
+            let membrane = Membrane::new(nodes, point, thickness, density, fabric);
             made.elements.push(Shell::new(membrane, young, poisson).into());
         }
         Ok(())
@@ -355,11 +358,10 @@ mod tests {
 
     fn shell() -> (Shell, [Vector3<f64>; 3]) {
         let corners = CORNERS.map(Vector3::from);
-        let (axes, slopes, area) = Membrane::geometry(&corners, &Vector3::x()).expect("has an area");
+        let point = Membrane::geometry(&corners, &Vector3::x()).expect("has an area");
         let (young, poisson) = (1e6, 0.3);
         let fabric = Shell::fabric(young, poisson);
-        let membrane =
-            Membrane { nodes: [0, 1, 2], axes, slopes, area, thickness: 0.1, density: 900.0, fabric };
+        let membrane = Membrane::new([0, 1, 2], point, 0.1, 900.0, fabric);
         (Shell::new(membrane, young, poisson), corners)
     }
 
@@ -382,7 +384,7 @@ mod tests {
                 [0, 1, 2].map(|_| UnitQuaternion::new(Vector3::new(noise(), noise(), noise())) * whole);
             Case::new(&shell, &corners, &u)
                 .with_history(&turned(turns))
-                .check_all(90.0 * shell.membrane.area);
+                .check_all(90.0 * shell.middle().area);
         }
     }
 
@@ -407,7 +409,7 @@ mod tests {
         // The patch test of a plate: w = (k_11 x^2 + k_22 y^2) / 2 + k_12 x y over the axes, normals tilted by -grad w, so
         // small that squares of strains vanish beside it. Corners of a curved surface: their plane is that of a chord.
         let (shell, corners) = shell();
-        let [e1, e2] = shell.membrane.axes;
+        let [e1, e2] = shell.middle().axes;
         let normal = e1.cross(&e2);
         let k = [1e-4, -0.6e-4, 0.4e-4];
         let (mut u, mut turns) = ([0.0; 18], [UnitQuaternion::identity(); 3]);
@@ -420,7 +422,7 @@ mod tests {
         }
         let d = 1e6 * 1e-3 / (12.0 * 0.91);
         let density = k[0] * k[0] + k[1] * k[1] + 0.6 * k[0] * k[1] + 2.0 * 0.7 * k[2] * k[2];
-        let exact = 0.5 * d * density * shell.membrane.area;
+        let exact = 0.5 * d * density * shell.middle().area;
         let energy = shell.energy(&u, &turned(turns)).stored;
         // Slopes of 1e-4 strain the membrane by their squares, 1e-8: E t e^2 A = 1e-11 J of 5e-7.
         assert!((energy / exact - 1.0).abs() < 1e-3, "{energy} is not {exact}");

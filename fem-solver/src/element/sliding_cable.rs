@@ -4,7 +4,7 @@ use super::bar::Rupture;
 use super::cable_properties::CableConfig;
 use super::capstan::{self, Returned, RopeLaw};
 use super::part::{NewElements, PartCell, PartSettings, StatedSection, is_zero, part};
-use super::segment::{Segment, add_block, add_pair, add_vector};
+use super::segment::{Segment, add_pair, add_vector};
 use super::{Answer, AnyElement, Element, Energy};
 use crate::element::Slack;
 use interface_defs::diagnostic::Diagnostic;
@@ -245,10 +245,7 @@ impl SlidingCable {
             {
                 let soft =
                     nalgebra::Matrix3::from_diagonal_element(part * self.young * self.area / self.lengths[i]);
-                add_block(k, n, 3 * i, 3 * i, &soft);
-                add_block(k, n, 3 * i + 3, 3 * i + 3, &soft);
-                add_block(k, n, 3 * i, 3 * i + 3, &-soft);
-                add_block(k, n, 3 * i + 3, 3 * i, &-soft);
+                add_pair(k, n, 3 * i, 3 * i + 3, &soft);
             }
         }
     }

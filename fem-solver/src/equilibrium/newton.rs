@@ -186,8 +186,7 @@ impl Newton {
     /// From now on these degrees of freedom, and no others, are fixed beside those that are held.
     pub fn fix(&mut self, dofs: &[usize]) {
         if dofs != self.fixed {
-            self.fixed.clear();
-            self.fixed.extend_from_slice(dofs);
+            dofs.clone_into(&mut self.fixed);
             self.tangent.fix(dofs);
             self.factored.revision = 0;
         }
@@ -338,10 +337,8 @@ impl Newton {
             info.unstable = None;
             self.factored.revision = self.tangent.revision();
             self.factored.at.copy_from_slice(&self.balance_at);
-            self.factored.history.clear();
-            self.factored.history.extend_from_slice(problem.history);
-            self.factored.pressures.clear();
-            self.factored.pressures.extend_from_slice(problem.pressures);
+            problem.history.clone_into(&mut self.factored.history);
+            problem.pressures.clone_into(&mut self.factored.pressures);
             self.factored.numbers = Factored::numbers(problem);
         }
         Ok(())

@@ -75,13 +75,9 @@ impl Loads {
         };
         let (means, ends) = (find(Sampling::Means), find(Sampling::AtEnds));
         let mut warnings = Vec::new();
-        let mut choose = |own: &Option<Source>, other: &Option<Source>, what: &str| match (own, other) {
-            (Some(own), _) => Some(own.clone()),
-            (None, Some(other)) => {
-                warnings.push(Diagnostic::warning(code::TRUST, what));
-                Some(other.clone())
-            }
-            (None, None) => None,
+        let mut choose = |own: &Option<Source>, other: &Option<Source>, what: &str| {
+            let other = || other.clone().inspect(|_| warnings.push(Diagnostic::warning(code::TRUST, what)));
+            own.clone().or_else(other)
         };
         let of_end = "the force at a window's end is taken for its mean: impulse and work are not exact";
         let of_mean = "a window's mean force is applied as the force at its end: a lag of half a window, which adds energy; \

@@ -142,8 +142,8 @@ fn membranes(fabric: &dyn Fn(usize) -> Fabric) -> Vec<Membrane> {
     let (points, cells, turn) = triangles();
     let along = turn * Vector3::x();
     let made = cells.iter().enumerate().map(|(i, cell)| {
-        let (axes, slopes, area) = Membrane::geometry(&cell.map(|n| points[n]), &along).expect("has an area");
-        Membrane { nodes: *cell, axes, slopes, area, thickness: 0.01, density: 900.0, fabric: fabric(i) }
+        let point = Membrane::geometry(&cell.map(|n| points[n]), &along).expect("has an area");
+        Membrane::new(*cell, point, 0.01, 900.0, fabric(i))
     });
     made.collect()
 }

@@ -73,20 +73,14 @@ impl Answer {
         origin: &[f64],
         output: &mut [f64],
     ) {
-        let sample_at = |count: usize| (step * count).is_multiple_of(steps).then(|| step * count / steps - 1);
-        if !self.displacement.is_empty()
-            && let Some(sample) = sample_at(self.displacement.len())
-        {
-            self.shown.difference(
-                &state.displacement,
-                origin,
-                &mut output[self.displacement[sample].clone()],
-            );
+        let sample_at = |count: usize| {
+            (count > 0 && (step * count).is_multiple_of(steps)).then(|| step * count / steps - 1)
+        };
+        if let Some(at) = sample_at(self.displacement.len()).map(|sample| self.displacement[sample].clone()) {
+            self.shown.difference(&state.displacement, origin, &mut output[at]);
         }
-        if !self.velocity.is_empty()
-            && let Some(sample) = sample_at(self.velocity.len())
-        {
-            self.shown.take(&state.velocity, &mut output[self.velocity[sample].clone()]);
+        if let Some(at) = sample_at(self.velocity.len()).map(|sample| self.velocity[sample].clone()) {
+            self.shown.take(&state.velocity, &mut output[at]);
         }
     }
 
