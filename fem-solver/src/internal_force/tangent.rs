@@ -138,8 +138,10 @@ impl Tangent {
             let k = share * block(cable);
             let entries = (0..6).flat_map(|row| (0..=row).map(move |column| (row, column)));
             for ((row, column), at) in entries.zip(at) {
-                let own = k[(row % 3, column % 3)];
-                self.matrix.add(*at, if row / 3 == column / 3 { own } else { -own });
+                // Products are rounded in one order: the block beside the diagonal is that of the first node and the second.
+                let beside = row / 3 != column / 3;
+                let own = if beside { -k[(column % 3, row % 3)] } else { k[(row % 3, column % 3)] };
+                self.matrix.add(*at, own);
             }
         }
         for (node, stiffness) in &model.springs {
