@@ -134,7 +134,7 @@ fn newton(side: usize, rounds: usize) -> Cost {
     let mut x = vec![1.0; tangent.len()];
     let solution = time(rounds, || {
         x.fill(1.0);
-        tangent.solve(&mut x);
+        tangent.matrix.cholesky.solve(&mut x);
     });
     let all = assembly + factor + solution;
     println!(
@@ -147,7 +147,7 @@ fn newton(side: usize, rounds: usize) -> Cost {
         1e3 * factor,
         1e3 * solution,
         1e3 * all,
-        8e-6 * tangent.factor_len() as f64,
+        8e-6 * tangent.matrix.cholesky.factor_len() as f64,
         peak_memory_mb(),
     );
     Cost { dofs: model.dof_count() as f64, time: all, peak: peak_memory_mb() }
@@ -171,7 +171,7 @@ fn explicit(name: &str, model: &Model) {
     println!(
         "{name:>12} {:>8} cables, {:>7} runs: {:.2} ns per cable and step (median of 25 rounds; least {:.2})",
         model.cables.len(),
-        explicit.internal().cables().run_count(),
+        explicit.internal.cables.run_count(),
         rounds[12],
         rounds[0],
     );

@@ -1,10 +1,10 @@
-//! A bar or cable with a law of its own: hardening, rupture. Elastic cables without rupture are in the fast kernel.
+//! A bar, cable or device with a law of its own: hardening, rupture. Elastic cables without rupture are in the fast kernel.
 
-use super::segment::{Segment, add_consistent_mass, add_pair, add_vector};
+use super::segment::{Segment, add_pair, add_vector};
 use super::{Answer, Element, Energy};
 use crate::element::Slack;
 use crate::element::material::{HISTORY, Law};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 /// Where something breaks.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,42 +30,51 @@ impl Rupture {
     }
 }
 
-/// A bar between two nodes, with the kinematics of [`super::Cable`]:
-/// `e = (l^2 - L^2) / (2 L^2)`, `S` by its [`Law`], `f_2 = (S A / L) d`, `K_22 = (C A / L^3) d d^T + (S A / L) I`.
+/// A bar, a cable or a brake: two nodes, and a force along the line between them by a [`Law`].
+///
+/// Over a section, with the kinematics of [`super::Cable`]: `e = (l^2 - L^2) / (2 L^2)`, `f_2 = (S A / L) d`,
+/// `K_22 = (C A / L^3) d d^T + (S A / L) I`. Without one, as a device, its law has forces [N] over elongations [m]: `e = l - L`,
+/// `f_2 = N t`, `K_22 = N' t t^T + N/l (I - t t^T)`; what flows is its travel. Handbook 2.6.
 #[derive(Debug, Clone)]
 pub struct Bar {
     /// Its two nodes.
     pub nodes: [usize; 2],
     /// From the first to the second as modelled [m].
     pub span: Vector3<f64>,
-    /// Unstretched length `L` [m].
+    /// Unstretched length `L`; of a device that at which its force begins [m].
     pub length: f64,
-    /// Section `A` [m2].
-    pub area: f64,
-    /// Density [kg/m3].
-    pub density: f64,
+    /// Section `A` [m2]; none of a device.
+    pub section: Option<f64>,
+    /// Mass [kg].
+    pub mass: f64,
     /// Radius that a contact sees [m].
     pub radius: f64,
-    /// Stress [Pa] over Green-Lagrange strain.
+    /// Stress [Pa] over Green-Lagrange strain, or force [N] over elongation [m].
     pub law: Law,
-    /// When it breaks.
+    /// When it breaks; the strain of a device is its elongation [m].
     pub rupture: Rupture,
 }
 
 impl Bar {
+    /// Where its nodes are displaced by `u`, and its strain or elongation there.
     fn segment(&self, u: &[f64]) -> (Segment, f64) {
-        let segment = Segment::new(&self.span, u, 0, 1, 3);
-        let strain = segment.strain(&self.span, self.length);
-        (segment, strain)
+        let (segment, rest) = (Segment::new(&self.span, u, 0, 1, 3), self.length);
+        if self.section.is_some() {
+            return (segment, segment.strain(&self.span, rest));
+        }
+        // (l^2 - L^2) / (l + L): l - L without its cancellation.
+        let square = self.span.norm_squared() - rest * rest + segment.growth;
+        (segment, square / (segment.length + rest))
+    }
+
+    /// Axial force under what its law answers, at the length `l` [N].
+    fn axial(&self, stress: f64, l: f64) -> f64 {
+        self.section.map_or(stress, |area| stress * area * l / self.length)
     }
 
     fn force(&self, u: &[f64], history: &[f64]) -> f64 {
         let (segment, strain) = self.segment(u);
-        self.law.stress(strain, history).stress * self.area * segment.length / self.length
-    }
-
-    fn mass(&self) -> f64 {
-        self.density * self.area * self.length
+        self.axial(self.law.stress(strain, history).stress, segment.length)
     }
 }
 
@@ -78,44 +87,47 @@ impl Element for Bar {
         vec![0.0; HISTORY]
     }
 
-    fn respond(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
+    fn add_to(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
         let (segment, strain) = self.segment(u);
         let now = self.law.stress(strain, history);
-        let q = now.stress * self.area / self.length;
-        let pull = q * segment.span;
-        answer.tension = q * segment.length;
+        let pull = match self.section {
+            Some(area) => {
+                let q = now.stress * area / self.length;
+                answer.tension = q * segment.length;
+                q * segment.span
+            }
+            None => {
+                answer.tension = now.stress;
+                now.stress * segment.direction()
+            }
+        };
         answer.history.copy_from_slice(&now.history);
-        answer.force.fill(0.0);
         add_vector(answer.force, 0, &-pull);
         add_vector(answer.force, 3, &pull);
         let Some(k) = &mut answer.tangent else { return };
-        k.fill(0.0);
-        let (l2, rest) = (segment.length * segment.length, self.length);
-        let growth = |modulus: f64| modulus * self.area * l2 / rest.powi(3);
-        let gone = now.history[2] > 0.0;
-        let axial = match answer.slack {
-            Slack::Taut if now.slack && !gone => growth(self.law.modulus),
-            // The step must stay below the critical one when plastic flow ends, too.
-            Slack::Taut if !gone => growth(self.law.modulus) + q,
-            _ => growth(now.modulus) + q,
-        };
-        let mut block = segment.tangent(axial, q * segment.length);
+        let taut = answer.slack == Slack::Taut && now.history[2] == 0.0;
+        // The step must stay below the critical one when plastic flow ends, too.
+        let modulus = if taut { self.law.modulus } else { now.modulus };
+        let axial = self.section.map_or(modulus, |area| {
+            let growth = modulus * area * (segment.length * segment.length) / self.length.powi(3);
+            growth + now.stress * area / self.length
+        });
+        let mut block = segment.tangent(axial, answer.tension);
         if let Slack::Regularised(part) = answer.slack
             && now.slack
         {
-            block += nalgebra::Matrix3::from_diagonal_element(part * self.law.modulus * self.area / rest);
+            let soft = part * self.law.modulus;
+            block +=
+                Matrix3::from_diagonal_element(self.section.map_or(soft, |area| soft * area / self.length));
         }
         add_pair(k, 6, 0, 3, &block);
     }
 
     fn energy(&self, u: &[f64], history: &[f64]) -> Energy {
-        let (_, strain) = self.segment(u);
-        let (stored, dissipated) = self.law.energy(strain, history);
-        let volume = self.area * self.length;
-        Energy {
-            stored: volume * (stored - self.law.energy(self.segment(&[0.0; 6]).1, &[0.0; HISTORY]).0),
-            dissipated: volume * dissipated,
-        }
+        let (stored, dissipated) = self.law.energy(self.segment(u).1, history);
+        let modelled = self.law.energy(self.segment(&[0.0; 6]).1, &[0.0; HISTORY]).0;
+        let volume = self.section.map_or(1.0, |area| area * self.length);
+        Energy { stored: volume * (stored - modelled), dissipated: volume * dissipated }
     }
 
     fn can_break(&self) -> bool {
@@ -124,8 +136,7 @@ impl Element for Bar {
 
     fn utilisation_bound(&self, u: &[f64], history: &[f64]) -> f64 {
         let (segment, strain) = self.segment(u);
-        let elastic = self.law.trial(strain, history) * self.area * segment.length / self.length;
-        self.rupture.share(elastic, strain)
+        self.rupture.share(self.axial(self.law.trial(strain, history), segment.length), strain)
     }
 
     fn breaks(&self, u: &[f64], history: &mut [f64]) -> bool {
@@ -138,16 +149,7 @@ impl Element for Bar {
     }
 
     fn lump(&self, mass: &mut [f64], _inertia: &mut [f64]) {
-        mass.iter_mut().for_each(|m| *m += 0.5 * self.mass());
-    }
-
-    fn consistent_mass(&self, mass: &mut [f64]) {
-        mass.fill(0.0);
-        add_consistent_mass(mass, 2, 0, 1, self.mass());
-    }
-
-    fn lines(&self) -> Vec<[usize; 2]> {
-        vec![self.nodes]
+        mass.iter_mut().for_each(|m| *m += 0.5 * self.mass);
     }
 
     fn line_count(&self) -> usize {
@@ -171,7 +173,7 @@ impl Element for Bar {
     }
 
     fn section(&self) -> f64 {
-        self.area
+        self.section.unwrap_or(0.0)
     }
 
     fn elongation(&self, u: &[f64]) -> f64 {
@@ -189,8 +191,8 @@ mod tests {
             nodes: [0, 1],
             span: Vector3::new(0.1, -0.07, 0.05),
             length: 0.13,
-            area: 1.25e-5,
-            density: 7850.0,
+            section: Some(1.25e-5),
+            mass: 7850.0 * 1.25e-5 * 0.13,
             radius: 0.0,
             law,
             rupture: Rupture::NEVER,
@@ -212,7 +214,7 @@ mod tests {
             let mut noise = random(3);
             for _ in 0..20 {
                 let u: Vec<f64> = (0..6).map(|_| 0.03 * noise()).collect();
-                Case::new(&bar, &positions, &u).check_all();
+                Case::new(&bar, &positions, &u).check_all(7850.0 * 1.25e-5 * 0.13);
             }
         }
     }
@@ -224,12 +226,14 @@ mod tests {
             nodes: [0, 1],
             span: bar.span,
             length: bar.length,
-            young: 8e9,
-            area: bar.area,
-            density: bar.density,
-            prestress: 1e7,
-            tension_only: true,
-            radius: 0.0,
+            of: crate::element::cable_properties::CableConfig {
+                young: 8e9,
+                area: 1.25e-5,
+                density: 7850.0,
+                prestress: 1e7,
+                tension_only: true,
+                radius: 0.0,
+            },
         };
         let u = [0.0, 0.0, 0.0, 0.004, -0.003, 0.002];
         let case = Case::new(&bar, &[], &u);

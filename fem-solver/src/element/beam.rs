@@ -19,13 +19,13 @@
 //!
 //! Source: Crisfield (1990), CMAME 81, 131 (kinematics by `e . r`); the energy form after handbook 2.5.
 
-mod part;
-
-pub use self::part::BeamPart;
 use super::bar::Rupture;
-use super::segment::{add_block, add_consistent_mass, add_vector, vector};
+use super::cable_properties::CableConfig;
+use super::part::{NewElements, PartCell, PartSettings, StatedSection, part};
+use super::segment::{add_block, add_product, add_vector, vector};
 use super::turn::{self, START, TURN};
-use super::{Answer, Element, Energy, Moments};
+use super::{Answer, Element, Energy};
+use interface_defs::diagnostic::Diagnostic;
 use nalgebra::{Matrix3, Vector3};
 
 /// A beam between two nodes.
@@ -78,10 +78,6 @@ fn arc(s: f64) -> (f64, f64, f64) {
     let (slope, bend, beyond) = (1.0 / root, at / (root * root * root), size - at);
     let value = at.asin() + (slope + 0.5 * bend * beyond) * beyond;
     (value.copysign(s), slope + bend * beyond, bend.copysign(s))
-}
-
-fn cross(v: &Vector3<f64>) -> Matrix3<f64> {
-    v.cross_matrix()
 }
 
 impl Beam {
@@ -149,13 +145,6 @@ impl Gradient {
     }
 }
 
-fn add_product(k: &mut [f64], factor: f64, a: &Gradient, b: &Gradient) {
-    let (a, b) = (a.local(), b.local());
-    for (row, x) in k.chunks_exact_mut(12).zip(a) {
-        row.iter_mut().zip(b).for_each(|(k, y)| *k += factor * x * y);
-    }
-}
-
 /// Second derivative of `s = e . a` times `factor`, `a` being an axis of `node`.
 fn add_curvature(k: &mut [f64], factor: f64, shape: &BeamShape, a: &Vector3<f64>, node: usize) {
     let (e, l) = (shape.e, shape.length);
@@ -166,7 +155,7 @@ fn add_curvature(k: &mut [f64], factor: f64, shape: &BeamShape, a: &Vector3<f64>
     super::segment::add_pair(k, 12, 0, 6, &dd);
     let at = 6 * node + 3;
     // d(a x e)/dd = [a]x (I - e e^T) / l, row = rotation.
-    let mixed = cross(a) * across * (factor / l);
+    let mixed = a.cross_matrix() * across * (factor / l);
     add_block(k, 12, at, 6, &mixed);
     add_block(k, 12, at, 0, &-mixed);
     add_block(k, 12, 6, at, &mixed.transpose());
@@ -198,14 +187,8 @@ impl Element for Beam {
         [&START[..], &START[..], &[0.0, 0.0]].concat()
     }
 
-    fn respond(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
-        answer.history.copy_from_slice(history);
+    fn add_to(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
         turn::settle(u, history, 2, answer.history);
-        answer.force.fill(0.0);
-        answer.tension = 0.0;
-        if let Some(k) = &mut answer.tangent {
-            k.fill(0.0);
-        }
         if history[BROKEN] > 0.0 {
             return;
         }
@@ -234,9 +217,14 @@ impl Element for Beam {
                 let Some(k) = &mut answer.tangent else { continue };
                 for j in 0..2 {
                     let share = if i == j { 4.0 } else { 2.0 };
-                    add_product(k, stiffness * share * arcs[i].1 * arcs[j].1, &gradients[i], &gradients[j]);
+                    add_product(
+                        k,
+                        stiffness * share * arcs[i].1 * arcs[j].1,
+                        &gradients[i].local(),
+                        &gradients[j].local(),
+                    );
                 }
-                add_product(k, moments[i] * arcs[i].2, &gradients[i], &gradients[i]);
+                add_product(k, moments[i] * arcs[i].2, &gradients[i].local(), &gradients[i].local());
                 add_curvature(k, moments[i] * arcs[i].1, &shape, &axes[i], i);
             }
         }
@@ -247,7 +235,12 @@ impl Element for Beam {
         let moment = self.torsion / rest * twist;
         gradient.add_force(moment * slope, answer.force);
         if let Some(k) = &mut answer.tangent {
-            add_product(k, self.torsion / rest * slope * slope + moment * bend, &gradient, &gradient);
+            add_product(
+                k,
+                self.torsion / rest * slope * slope + moment * bend,
+                &gradient.local(),
+                &gradient.local(),
+            );
             add_twist_curvature(k, 0.5 * moment * slope, &b1, &a2);
             add_twist_curvature(k, -0.5 * moment * slope, &a1, &b2);
         }
@@ -293,15 +286,6 @@ impl Element for Beam {
         inertia.iter_mut().for_each(|i| *i += half * square);
     }
 
-    fn consistent_mass(&self, mass: &mut [f64]) {
-        mass.fill(0.0);
-        add_consistent_mass(mass, 2, 0, 1, self.line_mass * self.rest());
-    }
-
-    fn lines(&self) -> Vec<[usize; 2]> {
-        vec![self.nodes]
-    }
-
     fn line_count(&self) -> usize {
         1
     }
@@ -337,23 +321,95 @@ impl Element for Beam {
         true
     }
 
-    fn moments(&self, u: &[f64], history: &[f64]) -> Moments {
+    fn moments(&self, u: &[f64], history: &[f64]) -> [f64; 5] {
         if history[BROKEN] > 0.0 {
-            return Moments::default();
+            return [0.0; 5];
         }
         let (shape, rest) = (self.shape(u, history), self.rest());
-        let bending = [0, 1].map(|plane: usize| {
+        let [[a, b], [c, d]] = [0, 1].map(|plane: usize| {
             let arcs = [0, 1].map(|node: usize| arc(shape.e.dot(&shape.axes[node][plane])));
             let end =
                 |i: usize| self.bending[plane] / rest * (4.0 * arcs[i].0 + 2.0 * arcs[1 - i].0) * arcs[i].1;
             [end(0), -end(1)]
         });
         let (twist, slope, _) = arc(shape.twist());
-        Moments { bending, torsion: self.torsion / rest * twist * slope }
+        [a, b, c, d, self.torsion / rest * twist * slope]
     }
 
     fn elongation(&self, u: &[f64]) -> f64 {
         (self.span + vector(u, 6) - vector(u, 0)).norm() - self.rest()
+    }
+}
+
+part! {
+    /// Beams between two nodes, with rotations.
+    BeamPart: "beams", (2, 2) nodes, Line2 {
+        /// Young's modulus [Pa].
+        young: f64,
+        /// Shear modulus [Pa]. Default `young / 2.6`.
+        shear: Option<f64>,
+        /// Section [m2].
+        area: f64,
+        /// Second moments of area for bending towards `up`, and across it [m4].
+        inertia: [f64; 2],
+        /// Torsion constant [m4]. Default the sum of `inertia`, exact for circular sections.
+        torsion: Option<f64>,
+        /// Density [kg/m3]; `static` alone does without. Default 0.
+        #[serde(default)]
+        density: f64,
+        /// A direction that lies in the plane of the first bending. Default z, or x for upright beams.
+        up: Option<[f64; 3]>,
+    }
+}
+
+impl PartSettings for BeamPart {
+    fn turns_without_inertia(&self) -> bool {
+        self.density <= 0.0
+    }
+
+    fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), Diagnostic> {
+        let (key, nodes, span) = (cell.key, cell.ends(), cell.spans()[0]);
+        let shear = self.shear.unwrap_or(self.young / 2.6);
+        let torsion = self.torsion.unwrap_or(self.inertia[0] + self.inertia[1]);
+        key.positive(&[("young", self.young, "Pa"), ("area", self.area, "m2"), ("shear", shear, "Pa")])?;
+        key.positive(&[("inertia", self.inertia[0].min(self.inertia[1]), "m4"), ("torsion", torsion, "m4")])?;
+        key.not_negative(&[("density", self.density, "kg/m3"), ("radius", self.radius.unwrap_or(0.0), "m")])?;
+        let along = span.normalize();
+        let default = if along.z.abs() > 0.9 { Vector3::x() } else { Vector3::z() };
+        let up = self.up.map_or(default, Vector3::from);
+        let first = up - along * along.dot(&up);
+        if first.norm() <= 1e-6 * up.norm() || up.norm() == 0.0 {
+            let what = format!("`up` lies along the beam between nodes {} and {}", nodes[0], nodes[1]);
+            return Err(cell.invalid(what));
+        }
+        let first = first.normalize();
+        let beam = Beam {
+            nodes,
+            span,
+            axes: [first, along.cross(&first)],
+            area: self.area,
+            axial: self.young * self.area,
+            bending: self.inertia.map(|i| self.young * i),
+            torsion: shear * torsion,
+            line_mass: self.density * self.area,
+            gyration: (torsion.max(self.inertia[0] + self.inertia[1]) / self.area).sqrt(),
+            radius: self.radius.unwrap_or(0.0),
+            rupture: key.rupture(self.rupture_force, None)?,
+        };
+        made.elements.push(beam.into());
+        Ok(())
+    }
+
+    fn section(&self, _common: Option<&CableConfig>) -> Option<StatedSection> {
+        Some(StatedSection {
+            young: Some(self.young),
+            density: Some(self.density),
+            area: Some(self.area),
+            inertia: Some(self.inertia),
+            radius: self.radius,
+            rupture_force: self.rupture_force,
+            ..StatedSection::default()
+        })
     }
 }
 
@@ -392,7 +448,7 @@ mod tests {
     }
 
     #[test]
-    fn derivatives_rigid_motions_mass_and_critical_step_are_consistent_at_any_rotation() {
+    fn derivatives_rigid_motions_and_mass_are_consistent_at_any_rotation() {
         let beam = beam();
         let mut noise = random(4);
         for _ in 0..20 {
@@ -408,7 +464,7 @@ mod tests {
             let second = UnitQuaternion::new(small()) * turn;
             let history = turned([whole, second.scaled_axis()]);
             let positions = [Vector3::zeros(), beam.span];
-            Case::new(&beam, &positions, &u).with_history(&history).check_all();
+            Case::new(&beam, &positions, &u).with_history(&history).check_all(beam.line_mass * beam.rest());
         }
     }
 

@@ -1,148 +1,11 @@
-//! An energy-dissipating device between two nodes: force over elongation by a table, plastic, with an end stop.
+//! Energy-dissipating devices between two nodes: force over elongation by a table, plastic, with an end stop. As an element each
+//! is a [`Bar`] without a section.
 
-use super::bar::Rupture;
+use super::Bar;
 use super::cable_properties::CableConfig;
 use super::part::{Key, NewElements, PartCell, PartSettings, StatedSection, Surroundings, is_zero, part};
-use super::segment::{Segment, add_consistent_mass, add_pair, add_vector};
-use super::{Answer, Element, Energy};
-use crate::element::Slack;
-use crate::element::material::{HISTORY, Law};
+use crate::element::material::Law;
 use interface_defs::diagnostic::{Diagnostic, code};
-use nalgebra::{Matrix3, Vector3};
-
-/// A brake, or any two-node device with a force `N(l - L)` along its line.
-///
-/// `f_2 = N t`, `K_22 = N' t t^T + N/l (I - t t^T)`. Its [`Law`] has forces [N] over elongations [m]:
-/// unloading is elastic with its stiffness, and what flows is its travel. Handbook 2.6.
-#[derive(Debug, Clone)]
-pub struct Brake {
-    /// Its two nodes.
-    pub nodes: [usize; 2],
-    /// From the first to the second as modelled [m].
-    pub span: Vector3<f64>,
-    /// Length at which its force begins [m].
-    pub length: f64,
-    /// Mass [kg].
-    pub mass: f64,
-    /// Radius that a contact sees [m].
-    pub radius: f64,
-    /// Force [N] over elongation [m].
-    pub law: Law,
-    /// When it breaks; the strain is the elongation [m].
-    pub rupture: Rupture,
-}
-
-impl Brake {
-    fn segment(&self, u: &[f64]) -> (Segment, f64) {
-        let segment = Segment::new(&self.span, u, 0, 1, 3);
-        let rest = self.length;
-        // (l^2 - L^2) / (l + L): l - L without its cancellation.
-        let square = self.span.norm_squared() - rest * rest + segment.growth;
-        let elongation = square / (segment.length + rest);
-        (segment, elongation)
-    }
-
-    /// Plastic travel [m].
-    pub fn travel(&self, history: &[f64]) -> f64 {
-        history[1]
-    }
-}
-
-impl Element for Brake {
-    fn nodes(&self) -> &[usize] {
-        &self.nodes
-    }
-
-    fn start_history(&self) -> Vec<f64> {
-        vec![0.0; HISTORY]
-    }
-
-    fn respond(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
-        let (segment, elongation) = self.segment(u);
-        let now = self.law.stress(elongation, history);
-        let pull = now.stress * segment.direction();
-        answer.tension = now.stress;
-        answer.history.copy_from_slice(&now.history);
-        answer.force.fill(0.0);
-        add_vector(answer.force, 0, &-pull);
-        add_vector(answer.force, 3, &pull);
-        let Some(k) = &mut answer.tangent else { return };
-        k.fill(0.0);
-        let gone = now.history[2] > 0.0;
-        let axial = if answer.slack == Slack::Taut && !gone { self.law.modulus } else { now.modulus };
-        let mut block = segment.tangent(axial, now.stress);
-        if let Slack::Regularised(part) = answer.slack
-            && now.slack
-        {
-            block += Matrix3::from_diagonal_element(part * self.law.modulus);
-        }
-        add_pair(k, 6, 0, 3, &block);
-    }
-
-    fn energy(&self, u: &[f64], history: &[f64]) -> Energy {
-        let (_, elongation) = self.segment(u);
-        let (stored, dissipated) = self.law.energy(elongation, history);
-        let modelled = self.law.energy(self.segment(&[0.0; 6]).1, &[0.0; HISTORY]).0;
-        Energy { stored: stored - modelled, dissipated }
-    }
-
-    fn can_break(&self) -> bool {
-        self.rupture != Rupture::NEVER
-    }
-
-    fn utilisation_bound(&self, u: &[f64], history: &[f64]) -> f64 {
-        let (_, elongation) = self.segment(u);
-        self.rupture.share(self.law.trial(elongation, history), elongation)
-    }
-
-    fn breaks(&self, u: &[f64], history: &mut [f64]) -> bool {
-        let (_, elongation) = self.segment(u);
-        let force = self.law.stress(elongation, history).stress;
-        let breaks = history[2] == 0.0 && self.rupture.at(force, elongation);
-        if breaks {
-            self.law.break_off(elongation, history);
-        }
-        breaks
-    }
-
-    fn lump(&self, mass: &mut [f64], _inertia: &mut [f64]) {
-        mass.iter_mut().for_each(|m| *m += 0.5 * self.mass);
-    }
-
-    fn consistent_mass(&self, mass: &mut [f64]) {
-        mass.fill(0.0);
-        add_consistent_mass(mass, 2, 0, 1, self.mass);
-    }
-
-    fn lines(&self) -> Vec<[usize; 2]> {
-        vec![self.nodes]
-    }
-
-    fn line_count(&self) -> usize {
-        1
-    }
-
-    fn radius(&self) -> f64 {
-        self.radius
-    }
-
-    fn is_broken(&self, history: &[f64]) -> bool {
-        history[2] > 0.0
-    }
-
-    fn line_forces(&self, u: &[f64], history: &[f64], forces: &mut [f64]) {
-        let (_, elongation) = self.segment(u);
-        forces[0] = if history[2] > 0.0 { f64::NAN } else { self.law.stress(elongation, history).stress };
-    }
-
-    fn utilisation(&self, u: &[f64], force: f64) -> f64 {
-        self.rupture.share(force, self.segment(u).1)
-    }
-
-    fn elongation(&self, u: &[f64]) -> f64 {
-        self.segment(u).0.length - self.span.norm()
-    }
-}
 
 part! {
     /// Energy-dissipating devices between two nodes.
@@ -154,13 +17,11 @@ part! {
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         curve: Vec<[f64; 2]>,
         /// Plastic travel at which it comes to its end stop [m]. Default: none.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
         stroke: Option<f64>,
         /// Mass of each [kg]. Default 0.
         #[serde(default, skip_serializing_if = "is_zero")]
         mass: f64,
         /// Length at which its force begins [m]. Default the distance of its nodes.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
         length: Option<f64>,
         /// Whether it carries no compression. Default true.
         #[serde(default = "crate::element::part::yes")]
@@ -188,12 +49,11 @@ impl BrakePart {
             }
             if hardening.is_empty() {
                 hardening.push((0.0, row[1]));
-                if travel > 1e-9 * row[0] {
-                    hardening.push((travel, row[1]));
+                if travel <= 1e-9 * row[0] {
+                    continue;
                 }
-            } else {
-                hardening.push((travel, row[1]));
             }
+            hardening.push((travel, row[1]));
         }
         Ok(hardening)
     }
@@ -231,23 +91,23 @@ impl BrakePart {
 impl PartSettings for BrakePart {
     fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), Diagnostic> {
         let key = cell.key;
-        key.positive("stiffness", self.stiffness, "N/m")?;
-        key.not_negative("mass", self.mass, "kg")?;
-        key.not_negative("radius", self.radius.unwrap_or(0.0), "m")?;
-        if let Some(length) = self.length {
-            key.positive("length", length, "m")?;
-        }
-        if let Some(stroke) = self.stroke {
-            key.positive("stroke", stroke, "m")?;
-        }
+        let or_one = |stated: Option<f64>| stated.unwrap_or(1.0);
+        let (length, stroke) = (or_one(self.length), or_one(self.stroke));
+        key.positive(&[
+            ("stiffness", self.stiffness, "N/m"),
+            ("length", length, "m"),
+            ("stroke", stroke, "m"),
+        ])?;
+        key.not_negative(&[("mass", self.mass, "kg"), ("radius", self.radius.unwrap_or(0.0), "m")])?;
         key.check_table("curve", &self.curve)?;
         let hardening = self.hardening(key)?;
         let limit = self.stroke.unwrap_or(f64::INFINITY);
         let span = cell.spans()[0];
-        let brake = Brake {
+        let brake = Bar {
             nodes: cell.ends(),
             span,
             length: self.length.unwrap_or(span.norm()),
+            section: None,
             mass: self.mass,
             radius: self.radius.unwrap_or(0.0),
             law: Law { hardening, limit, ..Law::elastic(self.stiffness, 0.0, self.tension_only) },
@@ -275,13 +135,17 @@ impl PartSettings for BrakePart {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::element::bar::Rupture;
     use crate::element::tests::checks::{Case, random};
+    use crate::element::{Answer, Element, Slack};
+    use nalgebra::Vector3;
 
-    fn brake() -> Brake {
-        Brake {
+    fn brake() -> Bar {
+        Bar {
             nodes: [0, 1],
             span: Vector3::new(0.6, 0.0, 0.8),
             length: 1.0,
+            section: None,
             mass: 5.0,
             radius: 0.0,
             law: Law { hardening: vec![(0.0, 5e4), (0.5, 1e5)], limit: 0.5, ..Law::elastic(5e6, 0.0, true) },
@@ -296,7 +160,7 @@ mod tests {
         for _ in 0..40 {
             let size = if noise() > 0.0 { 0.4 } else { 0.01 };
             let u: Vec<f64> = (0..6).map(|_| size * noise()).collect();
-            Case::new(&brake, &[Vector3::zeros(), brake.span], &u).check_all();
+            Case::new(&brake, &[Vector3::zeros(), brake.span], &u).check_all(5.0);
         }
     }
 
@@ -314,7 +178,7 @@ mod tests {
                 tension: 0.0,
             };
             brake.respond(&pulled(u), &[0.0; 4], &mut answer);
-            (answer.tension, brake.travel(answer.history))
+            (answer.tension, answer.history[1])
         };
         // Travel ends at 0.5 m under 1e5 N: elongation 0.5 + 1e5 / 5e6. Beyond, k again.
         let (force, travel) = answer(0.52 + 0.01);

@@ -1,5 +1,6 @@
 //! The two-node cable: total Lagrangian, Green-Lagrange strain, St. Venant-Kirchhoff, prestress, slack.
 
+use super::cable_properties::CableConfig;
 use nalgebra::{Matrix3, Vector3};
 
 /// A cable or truss between two nodes.
@@ -26,18 +27,8 @@ pub struct Cable {
     pub span: Vector3<f64>,
     /// Unstretched length `L` [m].
     pub length: f64,
-    /// Young's modulus `E` [Pa].
-    pub young: f64,
-    /// Section `A` [m2].
-    pub area: f64,
-    /// Density [kg/m3].
-    pub density: f64,
-    /// Second Piola-Kirchhoff stress `s_0` at the unstretched length [Pa]; below 0 = slack.
-    pub prestress: f64,
-    /// Whether it carries no compression.
-    pub tension_only: bool,
-    /// Radius that a contact sees [m].
-    pub radius: f64,
+    /// Young's modulus `E`, section `A`, stress `s_0` at the unstretched length and the like.
+    pub of: CableConfig,
 }
 
 /// What a cable answers: energy, pull on its second node, stiffness of that pull.
@@ -61,17 +52,17 @@ impl Cable {
     /// `q_0`, pull per length as modelled, before any cut-off [N/m].
     pub fn initial_pull_per_length(&self) -> f64 {
         let excess = self.span.norm_squared() - self.length * self.length;
-        self.prestress * self.area / self.length + self.slope() * excess
+        self.of.prestress * self.of.area / self.length + self.slope() * excess
     }
 
     /// `c = E A / (2 L^3)`: growth of the pull per length with `l^2` [N/m3].
     pub fn slope(&self) -> f64 {
-        self.young * self.area / (2.0 * self.length.powi(3))
+        self.of.young * self.of.area / (2.0 * self.length.powi(3))
     }
 
     /// Least pull per length: 0 where it carries no compression [N/m].
     pub fn floor(&self) -> f64 {
-        if self.tension_only { 0.0 } else { f64::NEG_INFINITY }
+        if self.of.tension_only { 0.0 } else { f64::NEG_INFINITY }
     }
 
     /// Energy, force and tangent at the relative displacement `w = u_2 - u_1` [m].
@@ -107,12 +98,12 @@ impl Cable {
 
     /// Axial stiffness of the unstretched cable, `E A / L` [N/m].
     pub fn axial_stiffness(&self) -> f64 {
-        self.young * self.area / self.length
+        self.of.young * self.of.area / self.length
     }
 
     /// Mass that each of its nodes carries, `rho A L / 2` [kg].
     pub fn nodal_mass(&self) -> f64 {
-        0.5 * self.density * self.area * self.length
+        0.5 * self.of.density * self.of.area * self.length
     }
 }
 
@@ -127,12 +118,14 @@ mod tests {
             nodes: [0, 1],
             span: Vector3::new(0.1, -0.07, 0.05),
             length: 0.13,
-            young: 8e9,
-            area: 1.25e-5,
-            density: 7850.0,
-            prestress,
-            tension_only,
-            radius: 0.0,
+            of: CableConfig {
+                young: 8e9,
+                area: 1.25e-5,
+                density: 7850.0,
+                prestress,
+                tension_only,
+                radius: 0.0,
+            },
         }
     }
 
@@ -197,7 +190,7 @@ mod tests {
 
     #[test]
     fn stress_strain_and_mass_are_those_of_the_handbook() {
-        let cable = Cable { prestress: 2e7, span: Vector3::new(0.13, 0.0, 0.0), ..cable(0.0, false) };
+        let cable = Cable { span: Vector3::new(0.13, 0.0, 0.0), ..cable(2e7, false) };
         let stretched = cable.response(&Vector3::new(0.013, 0.0, 0.0));
         // l / L = 1.1: e = 0.105, N = A (s0 + E e) l / L.
         let exact = 1.25e-5 * (2e7 + 8e9 * 0.105) * 1.1;
@@ -209,7 +202,7 @@ mod tests {
 
     #[test]
     fn a_slack_cable_carries_nothing_and_stores_nothing_more() {
-        let cable = Cable { prestress: 1e7, ..cable(0.0, true) };
+        let cable = cable(1e7, true);
         let near = cable.response(&(-0.3 * cable.span));
         let nearer = cable.response(&(-0.6 * cable.span));
         assert!(near.slack && near.pull == Vector3::zeros() && near.tangent == Matrix3::zeros());

@@ -1,16 +1,17 @@
-//! Properties of cables: those of `[structure.cable]`, and what one states itself.
+//! Cables of a scene: properties of `[structure.cable]`, what one states itself, and parts of them. Elastic ones without rupture
+//! are [`Cable`]s, all others [`Bar`]s.
 
-use super::Cable;
+use super::bar::Rupture;
+use super::material::Law;
+use super::part::{Key, NewElements, PartCell, PartSettings, StatedSection, part, yes};
+use super::{Bar, Cable};
+use crate::read::mesh::Kind;
 use crate::read::{not_negative, positive};
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toolkit::scene::Scene;
-
-fn yes() -> bool {
-    true
-}
 
 /// Properties of a cable.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -46,17 +47,7 @@ impl CableConfig {
     /// modelled.
     pub fn cable(&self, positions: &[Vector3<f64>], ends: [usize; 2], length: Option<f64>) -> Cable {
         let span = positions[ends[1]] - positions[ends[0]];
-        Cable {
-            nodes: ends,
-            span,
-            length: length.unwrap_or(span.norm()),
-            young: self.young,
-            area: self.area,
-            density: self.density,
-            prestress: self.prestress,
-            tension_only: self.tension_only,
-            radius: self.radius,
-        }
+        Cable { nodes: ends, span, length: length.unwrap_or(span.norm()), of: self.clone() }
     }
 }
 
@@ -100,5 +91,97 @@ impl Stated {
         };
         own.check(scene, key)?;
         Ok(own)
+    }
+}
+
+part! {
+    /// Cables or bars, one after the other along each cell, with hardening and rupture where stated. A triangle
+    /// or quadrilateral of a mesh is a closed polygon of them, the wire of a ring; so is a cell whose last
+    /// node is its first. Neighbours share nodes, never cables. `young` to `tension_only`, and `radius`: default what
+    /// `[structure.cable]` says.
+    CablePart: "cables", (2, usize::MAX) nodes, Line2 | Row | Tri3 | Quad4 {
+        /// Young's modulus [Pa].
+        young: Option<f64>,
+        /// Section [m2].
+        area: Option<f64>,
+        /// Density [kg/m3].
+        density: Option<f64>,
+        /// Second Piola-Kirchhoff stress at the unstretched length [Pa]; below 0: slack.
+        prestress: Option<f64>,
+        /// Whether they carry no compression.
+        tension_only: Option<bool>,
+        /// Unstretched length of each [m]. Default the distance of its nodes.
+        length: Option<f64>,
+        /// Hardening: rows `[plastic strain, yield stress]` [-, Pa], the first at 0, constant beyond the
+        /// last. Default none: elastic.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        hardening: Vec<[f64; 2]>,
+        /// Green-Lagrange strain at which one breaks. Default: never.
+        rupture_strain: Option<f64>,
+    }
+}
+
+impl CablePart {
+    fn own(&self) -> Stated {
+        Stated {
+            young: self.young,
+            area: self.area,
+            density: self.density,
+            prestress: self.prestress,
+            tension_only: self.tension_only,
+            radius: self.radius,
+        }
+    }
+
+    /// Properties and rupture of its cables, checked.
+    fn check(&self, key: &Key, common: Option<&CableConfig>) -> Result<(CableConfig, Rupture), Diagnostic> {
+        let own = self.own().complete(key.scene, &key.key, common)?;
+        key.positive(&[("length", self.length.unwrap_or(1.0), "m")])?;
+        key.check_table("hardening", &self.hardening)?;
+        if self.hardening.first().is_some_and(|row| row[0] != 0.0) {
+            return Err(key.invalid("hardening", "the first row must be at the plastic strain 0"));
+        }
+        Ok((own, key.rupture(self.rupture_force, self.rupture_strain)?))
+    }
+}
+
+impl PartSettings for CablePart {
+    fn closes(&self, kind: Kind) -> bool {
+        matches!(kind, Kind::Tri3 | Kind::Quad4)
+    }
+
+    fn stated(&self) -> Option<Stated> {
+        Some(self.own())
+    }
+
+    fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), Diagnostic> {
+        let (own, rupture) = self.check(cell.key, cell.common)?;
+        for pair in cell.nodes.windows(2) {
+            let cable = own.cable(cell.positions, [pair[0], pair[1]], self.length);
+            if self.hardening.is_empty() && rupture == Rupture::NEVER {
+                made.cables.push(cable);
+                continue;
+            }
+            let hardening = self.hardening.iter().map(|row| (row[0], row[1])).collect();
+            let law = Law { hardening, ..Law::elastic(own.young, own.prestress, own.tension_only) };
+            let Cable { nodes, span, length, of: CableConfig { area, density, radius, .. } } = cable;
+            let (section, mass) = (Some(area), density * area * length);
+            made.elements.push(Bar { nodes, span, length, section, mass, radius, law, rupture }.into());
+        }
+        Ok(())
+    }
+
+    fn section(&self, common: Option<&CableConfig>) -> Option<StatedSection> {
+        Some(StatedSection {
+            young: self.young,
+            density: self.density,
+            area: self.area.or(common.map(|c| c.area)),
+            radius: self.radius.or(common.map(|c| c.radius)),
+            prestress: self.prestress.or(common.map(|c| c.prestress)),
+            strained: self.young.or(common.map(|c| c.young)),
+            rupture_force: self.rupture_force,
+            rupture_strain: self.rupture_strain,
+            ..StatedSection::default()
+        })
     }
 }

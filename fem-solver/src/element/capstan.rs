@@ -271,10 +271,8 @@ impl Returned {
 
     fn begin(&mut self, rest: &[f64], factors: &[f64]) {
         let inner = factors.len();
-        self.rest.clear();
-        self.rest.extend_from_slice(rest);
-        self.factors.clear();
-        self.factors.extend_from_slice(factors);
+        rest.clone_into(&mut self.rest);
+        factors.clone_into(&mut self.factors);
         self.contacts.clear();
         self.contacts.resize(inner, Contact::Sticks);
         self.slip.clear();

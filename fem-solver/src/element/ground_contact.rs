@@ -202,11 +202,9 @@ impl Element for GroundContact {
         vec![0.0; HISTORY]
     }
 
-    fn respond(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
+    fn add_to(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
         let before = Memory::of(history);
         let touch = self.touch(u, &before);
-        answer.tension = 0.0;
-        answer.force.fill(0.0);
         match &touch {
             Some(touch) => {
                 let force = touch.pull - touch.foot.normal * touch.memory.normal;
@@ -243,10 +241,6 @@ impl Element for GroundContact {
     }
 
     fn lump(&self, _mass: &mut [f64], _inertia: &mut [f64]) {}
-
-    fn consistent_mass(&self, mass: &mut [f64]) {
-        mass.fill(0.0);
-    }
 
     fn coarseness(&self) -> f64 {
         // Rounding to the nearest number is wrong by half a bit.

@@ -55,13 +55,10 @@ impl Law {
 
     /// Stress at `strain`, from `history`.
     pub fn stress(&self, strain: f64, history: &[f64]) -> Stress {
-        let [plastic, accumulated, broken, lost] = read(history);
-        let now = [plastic, accumulated, broken, lost];
-        if broken > 0.0 {
-            return Stress { stress: 0.0, modulus: 0.0, slack: true, history: now };
-        }
+        let now = [history[0], history[1], history[2], history[3]];
+        let [plastic, accumulated, broken, lost] = now;
         let elastic = self.trial(strain, history);
-        if self.tension_only && elastic < 0.0 {
+        if broken > 0.0 || self.tension_only && elastic < 0.0 {
             return Stress { stress: 0.0, modulus: 0.0, slack: true, history: now };
         }
         let (flow, slope) = self.flow(elastic.abs(), accumulated);
@@ -142,10 +139,6 @@ impl Law {
             None => 0.0,
         }
     }
-}
-
-fn read(history: &[f64]) -> [f64; HISTORY] {
-    [history[0], history[1], history[2], history[3]]
 }
 
 #[cfg(test)]

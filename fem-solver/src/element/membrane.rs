@@ -14,12 +14,12 @@
 //!
 //! Source: handbook 2.4; Pipkin (1986), IMA J. Appl. Math. 36, 85 (relaxed energy).
 
-pub(super) mod part;
-
-pub use self::part::MembranePart;
+use super::cable_properties::CableConfig;
+use super::part::{Key, NewElements, PartCell, PartSettings, StatedSection, Surroundings, is_zero, part};
 use super::segment::{add_block, add_vector, vector};
-use super::{Answer, Element, Energy};
+use super::{Answer, Element, Energy, MembraneQuad};
 use crate::element::Slack;
+use interface_defs::diagnostic::Diagnostic;
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 /// Stress over strain, both in the axes of the element: `[11, 22, 12]`, the strain with twice the 12.
@@ -134,62 +134,76 @@ fn tension_field(young: f64, poisson: f64, e: &Vector3<f64>, c: &Matrix3<f64>, s
     (0.5 * young * large * large, young * large * along, young * tangent + soft)
 }
 
-/// Axes in the plane, slopes of the shape functions [1/m], area [m2].
-pub type Geometry = ([Vector3<f64>; 2], [Vector2<f64>; 3], f64);
-
-/// A triangle of membrane.
+/// Where the strain of a membrane over `N` nodes is taken.
 #[derive(Debug, Clone)]
-pub struct Membrane {
-    /// Its three nodes.
-    pub nodes: [usize; 3],
-    /// Axes in its plane as modelled, orthonormal.
+pub struct MembranePoint<const N: usize> {
+    /// Axes of the plane there as modelled, orthonormal.
     pub axes: [Vector3<f64>; 2],
     /// `dN_I/dX_a` of each node [1/m].
-    pub slopes: [Vector2<f64>; 3],
-    /// Area as modelled [m2].
+    pub slopes: [Vector2<f64>; N],
+    /// Area that it stands for [m2].
     pub area: f64,
+}
+
+/// A piece of membrane over `N` nodes with `P` points.
+#[derive(Debug, Clone)]
+pub struct Sheet<const N: usize, const P: usize> {
+    /// Its nodes, around.
+    pub nodes: [usize; N],
+    /// Its points.
+    pub points: Box<[MembranePoint<N>; P]>,
     /// Thickness [m].
     pub thickness: f64,
-    /// Density [kg/m3].
-    pub density: f64,
+    /// Mass at each node [kg].
+    pub lumped: [f64; N],
     /// Its material.
     pub fabric: Fabric,
 }
 
+/// A triangle of membrane: of one strain.
+pub type Membrane = Sheet<3, 1>;
+
 impl Membrane {
-    /// Axes, slopes of the shape functions and area of the triangle `x`; the first axis lies as near to `along` as the
-    /// plane allows. `None` where it has no area, or `along` is normal to it.
-    pub fn geometry(x: &[Vector3<f64>; 3], along: &Vector3<f64>) -> Option<Geometry> {
+    /// Of these nodes and this geometry, of a thickness [m] and density [kg/m3].
+    pub fn new(
+        nodes: [usize; 3],
+        point: MembranePoint<3>,
+        thickness: f64,
+        density: f64,
+        fabric: Fabric,
+    ) -> Self {
+        let lumped = [density * thickness * point.area / 3.0; 3];
+        Self { nodes, points: Box::new([point]), thickness, lumped, fabric }
+    }
+
+    /// The one point of the triangle `x`; the first axis lies as near to `along` as the plane allows. `None` where it has no area,
+    /// or `along` is normal to it.
+    pub fn geometry(x: &[Vector3<f64>; 3], along: &Vector3<f64>) -> Option<MembranePoint<3>> {
         let (a, b) = (x[1] - x[0], x[2] - x[0]);
         let normal = a.cross(&b);
         let area = 0.5 * normal.norm();
         if area <= 1e-14 * (a.norm_squared() + b.norm_squared()) {
             return None;
         }
-        let unit = normal.normalize();
-        let first = along - unit * unit.dot(along);
-        if first.norm() <= 1e-6 * along.norm() || along.norm() == 0.0 {
-            return None;
-        }
-        let first = first.normalize();
-        let second = unit.cross(&first);
-        let flat = |v: Vector3<f64>| Vector2::new(v.dot(&first), v.dot(&second));
+        let axes = axes(&normal.normalize(), along)?;
+        let flat = |v: Vector3<f64>| Vector2::new(v.dot(&axes[0]), v.dot(&axes[1]));
         // Gradient of N_I: the normal of the opposite side in the plane, over twice the area.
         let slopes = [0, 1, 2].map(|i: usize| {
             let side = flat(x[(i + 2) % 3] - x[(i + 1) % 3]);
             Vector2::new(-side.y, side.x) / (2.0 * area)
         });
-        Some(([first, second], slopes, area))
+        Some(MembranePoint { axes, slopes, area })
     }
+}
 
-    fn sheet(&self) -> Sheet<'_> {
-        let Self { axes, slopes, fabric, .. } = self;
-        Sheet { axes, slopes, volume: self.area * self.thickness, fabric }
+/// Axes in the plane normal to the unit vector `unit`, the first as near to `along` as it allows; none where that is normal to it.
+pub(super) fn axes(unit: &Vector3<f64>, along: &Vector3<f64>) -> Option<[Vector3<f64>; 2]> {
+    let first = along - unit * unit.dot(along);
+    if first.norm() <= 1e-6 * along.norm() || along.norm() == 0.0 {
+        return None;
     }
-
-    fn mass(&self) -> f64 {
-        self.density * self.thickness * self.area
-    }
+    let first = first.normalize();
+    Some([first, unit.cross(&first)])
 }
 
 /// Principal values of a stress, the larger first.
@@ -214,28 +228,12 @@ pub(super) fn strain(
     (f, Vector3::new(0.5 * pair(0, 0), 0.5 * pair(1, 1), pair(0, 1)))
 }
 
-/// A piece of membrane of one strain: a triangle, or what a Gauss point stands for.
-pub(super) struct Sheet<'a> {
-    pub(super) axes: &'a [Vector3<f64>; 2],
-    /// Three or four.
-    pub(super) slopes: &'a [Vector2<f64>],
-    /// [m3]
-    pub(super) volume: f64,
-    pub(super) fabric: &'a Fabric,
-}
-
-impl Sheet<'_> {
-    /// Energy stored, 0 as modelled [J].
-    pub(super) fn stored(&self, u: &[f64]) -> f64 {
-        let at = |e: &Vector3<f64>| self.fabric.respond(e, Slack::Exact).0;
-        let (_, e) = strain(self.axes, self.slopes, u);
-        self.volume * (at(&e) - at(&Vector3::zeros()))
-    }
-
-    /// Add force and tangent at `u`.
-    pub(super) fn add_to(&self, u: &[f64], answer: &mut Answer) {
-        let (f, e) = strain(self.axes, self.slopes, u);
+impl<const N: usize, const P: usize> Sheet<N, P> {
+    /// Add force and tangent of one point at `u`.
+    fn pull(&self, point: &MembranePoint<N>, u: &[f64], answer: &mut Answer) {
+        let (f, e) = strain(&point.axes, &point.slopes, u);
         let (_, s, c) = self.fabric.respond(&e, answer.slack);
+        let volume = point.area * self.thickness;
         // Columns of B_I: dE / dx_I.
         let b = |g: &Vector2<f64>| {
             Matrix3::from_rows(&[
@@ -244,56 +242,55 @@ impl Sheet<'_> {
                 (g.x * f[1] + g.y * f[0]).transpose(),
             ])
         };
-        for (i, g) in self.slopes.iter().enumerate() {
-            add_vector(answer.force, 3 * i, &(self.volume * b(g).transpose() * s));
+        for (i, g) in point.slopes.iter().enumerate() {
+            add_vector(answer.force, 3 * i, &(volume * b(g).transpose() * s));
         }
         let Some(k) = &mut answer.tangent else { return };
-        let n = 3 * self.slopes.len();
-        for (i, g) in self.slopes.iter().enumerate() {
+        for (i, g) in point.slopes.iter().enumerate() {
             let left = b(g).transpose() * c;
-            for (j, h) in self.slopes.iter().enumerate() {
+            for (j, h) in point.slopes.iter().enumerate() {
                 let geometric = g.x * h.x * s.x + g.y * h.y * s.y + (g.x * h.y + g.y * h.x) * s.z;
                 let block = left * b(h) + Matrix3::from_diagonal_element(geometric);
-                add_block(k, n, 3 * i, 3 * j, &(self.volume * block));
+                add_block(k, 3 * N, 3 * i, 3 * j, &(volume * block));
             }
         }
     }
+
+    /// Energy that one point stores at `u`, 0 as modelled [J].
+    fn stored(&self, point: &MembranePoint<N>, u: &[f64]) -> f64 {
+        let at = |e: &Vector3<f64>| self.fabric.respond(e, Slack::Exact).0;
+        let (_, e) = strain(&point.axes, &point.slopes, u);
+        point.area * self.thickness * (at(&e) - at(&Vector3::zeros()))
+    }
 }
 
-impl Element for Membrane {
+impl<const N: usize, const P: usize> Element for Sheet<N, P> {
     fn nodes(&self) -> &[usize] {
         &self.nodes
     }
 
-    fn respond(&self, u: &[f64], _history: &[f64], answer: &mut Answer) {
-        answer.tension = 0.0;
-        answer.force.fill(0.0);
-        if let Some(k) = &mut answer.tangent {
-            k.fill(0.0);
-        }
-        self.sheet().add_to(u, answer);
+    fn add_to(&self, u: &[f64], _history: &[f64], answer: &mut Answer) {
+        self.points.iter().for_each(|point| self.pull(point, u, answer));
     }
 
     fn energy(&self, u: &[f64], _history: &[f64]) -> Energy {
-        Energy { stored: self.sheet().stored(u), dissipated: 0.0 }
+        let stored = self.points.iter().map(|point| self.stored(point, u)).sum();
+        Energy { stored, dissipated: 0.0 }
     }
 
     fn lump(&self, mass: &mut [f64], _inertia: &mut [f64]) {
-        mass.iter_mut().for_each(|m| *m += self.mass() / 3.0);
+        mass.iter_mut().zip(self.lumped).for_each(|(m, own)| *m += own);
     }
 
-    fn consistent_mass(&self, mass: &mut [f64]) {
-        for (i, m) in mass.iter_mut().enumerate() {
-            *m = self.mass() * if i % 4 == 0 { 1.0 / 6.0 } else { 1.0 / 12.0 };
-        }
-    }
-
+    /// Of the mean stress.
     fn face_stresses(&self, u: &[f64]) -> [f64; 2] {
-        principal(&self.fabric.stress(&strain(&self.axes, &self.slopes, u).1))
+        let area: f64 = self.points.iter().map(|p| p.area).sum();
+        let stress = |p: &MembranePoint<N>| self.fabric.stress(&strain(&p.axes, &p.slopes, u).1);
+        principal(&self.points.iter().map(|p| stress(p) * (p.area / area)).sum())
     }
 
     fn faces(&self) -> Vec<[usize; 3]> {
-        vec![self.nodes]
+        self.nodes[1..].windows(2).map(|pair| [self.nodes[0], pair[0], pair[1]]).collect()
     }
 
     fn thickness(&self) -> f64 {
@@ -305,6 +302,147 @@ impl Element for Membrane {
     }
 }
 
+part! {
+    /// Triangles and quadrilaterals of membrane.
+    MembranePart: "membranes", (3, 4) nodes, Tri3 | Quad4 {
+        /// Thickness [m].
+        thickness: f64,
+        /// Density [kg/m3].
+        density: f64,
+        /// Young's modulus [Pa]: one number, isotropic; or two, of fibres along `along` and across it.
+        young: Vec<f64>,
+        /// Poisson's ratio, isotropic only. Default 0.3.
+        poisson: Option<f64>,
+        /// Shear modulus between the fibres [Pa], fibres only. Default 0.
+        #[serde(default, skip_serializing_if = "is_zero")]
+        shear: f64,
+        /// Second Piola-Kirchhoff prestress along `along` and across it [Pa]. Default 0.
+        #[serde(default)]
+        prestress: [f64; 2],
+        /// Direction of the first fibre, or of the prestress; its part in the plane counts. Default x, or z for faces
+        /// normal to x.
+        along: Option<[f64; 3]>,
+        /// Whether it carries no compression, isotropic only. Default true.
+        wrinkles: Option<bool>,
+    }
+}
+
+impl MembranePart {
+    fn fabric(&self, key: &Key) -> Result<Fabric, Diagnostic> {
+        Ok(match self.young[..] {
+            [young] => {
+                if self.shear != 0.0 {
+                    return Err(
+                        key.invalid("shear", "`shear` is between two fibres, and `young` is one number")
+                    );
+                }
+                let poisson = poisson(key, self.poisson)?;
+                let [first, second] = self.prestress;
+                Fabric::Isotropic {
+                    young,
+                    poisson,
+                    prestress: [first, second, 0.0],
+                    wrinkles: self.wrinkles.unwrap_or(true),
+                }
+            }
+            [first, second] => {
+                let idle = [("poisson", self.poisson.is_some()), ("wrinkles", self.wrinkles.is_some())];
+                if let Some((name, _)) = idle.into_iter().find(|(_, stated)| *stated) {
+                    let what = format!("`{name}` is of an isotropic membrane, and `young` of two fibres");
+                    return Err(key.invalid(name, what));
+                }
+                Fabric::Fibres {
+                    directions: [Vector2::x(), Vector2::y()],
+                    young: [first, second],
+                    prestress: self.prestress,
+                    shear: self.shear,
+                }
+            }
+            _ => return Err(key.invalid("young", "write one modulus (isotropic) or two (fibres)")),
+        })
+    }
+}
+
+impl PartSettings for MembranePart {
+    fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), Diagnostic> {
+        let key = cell.key;
+        key.positive(&[("thickness", self.thickness, "m")])?;
+        key.not_negative(&[("density", self.density, "kg/m3"), ("shear", self.shear, "Pa")])?;
+        self.young.iter().try_for_each(|young| key.positive(&[("young", *young, "Pa")]))?;
+        if self.rupture_force.is_some() {
+            return Err(key.invalid("rupture_force", "a membrane does not break"));
+        }
+        if self.radius.is_some() {
+            return Err(key.invalid("radius", "a membrane is touched at its faces, it has no radius"));
+        }
+        let (thickness, density, fabric) = (self.thickness, self.density, self.fabric(key)?);
+        if let &[a, b, c, d] = cell.nodes {
+            let nodes = [a, b, c, d];
+            let corners = nodes.map(|n| cell.positions[n]);
+            let normal = (corners[2] - corners[0]).cross(&(corners[3] - corners[1]));
+            let along = direction(&normal, self.along);
+            let quad = MembraneQuad::new(nodes, &corners, &along, thickness, density, fabric);
+            let quad = quad.ok_or_else(|| {
+                cell.invalid(format!(
+                    "the quadrilateral of nodes {nodes:?} has no area or is not convex, its nodes do not follow each other \
+                     around, or `along` is normal to it"
+                ))
+            })?;
+            made.elements.push(quad.into());
+            return Ok(());
+        }
+        let nodes = [cell.nodes[0], cell.nodes[1], cell.nodes[2]];
+        let point = triangle(cell, nodes, self.along)?;
+        made.elements.push(Membrane::new(nodes, point, thickness, density, fabric).into());
+        Ok(())
+    }
+
+    fn section(&self, _common: Option<&CableConfig>) -> Option<StatedSection> {
+        let (young, density) = (self.young.first().copied(), Some(self.density));
+        Some(StatedSection { young, density, ..StatedSection::default() })
+    }
+
+    fn judge(&self, at: &Surroundings) -> Result<Vec<Diagnostic>, Diagnostic> {
+        check_thickness(at, self.thickness)
+    }
+}
+
+/// Refuse faces that are thicker than they are wide.
+pub(super) fn check_thickness(at: &Surroundings, thickness: f64) -> Result<Vec<Diagnostic>, Diagnostic> {
+    if at.size > 0.0 && thickness > at.size {
+        return Err(at.too_long("thickness", thickness, "its triangles have sides of", at.size));
+    }
+    Ok(Vec::new())
+}
+
+/// Direction of the first axis of a face with this normal: as stated, else x, or z where the face is normal to x.
+fn direction(normal: &Vector3<f64>, along: Option<[f64; 3]>) -> Vector3<f64> {
+    let upright = normal.x.abs() > 0.999 * normal.norm();
+    along.map_or(if upright { Vector3::z() } else { Vector3::x() }, Vector3::from)
+}
+
+/// Geometry of the triangle of `nodes`, of a cell.
+pub(super) fn triangle(
+    cell: &PartCell,
+    nodes: [usize; 3],
+    along: Option<[f64; 3]>,
+) -> Result<MembranePoint<3>, Diagnostic> {
+    let corners = nodes.map(|n| cell.positions[n]);
+    let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
+    Membrane::geometry(&corners, &direction(&normal, along)).ok_or_else(|| {
+        cell.invalid(format!("the triangle of nodes {nodes:?} has no area, or `along` is normal to it"))
+    })
+}
+
+/// Poisson's ratio, 0.3 where it is not stated.
+pub(super) fn poisson(key: &Key, stated: Option<f64>) -> Result<f64, Diagnostic> {
+    let poisson = stated.unwrap_or(0.3);
+    if poisson > -1.0 && poisson < 0.5 + 1e-12 {
+        return Ok(poisson);
+    }
+    Err(key.invalid("poisson", format!("it is {poisson}, it must lie above -1 and not above 0.5")))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -314,8 +452,8 @@ mod tests {
 
     fn membrane(fabric: Fabric) -> Membrane {
         let corners = CORNERS.map(Vector3::from);
-        let (axes, slopes, area) = Membrane::geometry(&corners, &Vector3::x()).expect("has an area");
-        Membrane { nodes: [0, 1, 2], axes, slopes, area, thickness: 0.002, density: 900.0, fabric }
+        let point = Membrane::geometry(&corners, &Vector3::x()).expect("has an area");
+        Membrane::new([0, 1, 2], point, 0.002, 900.0, fabric)
     }
 
     fn fabrics() -> Vec<Fabric> {
@@ -338,7 +476,7 @@ mod tests {
             let membrane = membrane(fabric);
             for _ in 0..40 {
                 let u: Vec<f64> = (0..9).map(|_| 0.2 * noise()).collect();
-                Case::new(&membrane, &corners, &u).check_all();
+                Case::new(&membrane, &corners, &u).check_all(1.8 * membrane.points[0].area);
             }
         }
     }
@@ -351,15 +489,17 @@ mod tests {
         let corners = CORNERS.map(Vector3::from);
         let u: Vec<f64> = corners
             .iter()
-            .flat_map(|x| <[f64; 3]>::from(1e-6 * membrane.axes[0] * membrane.axes[0].dot(x)))
+            .flat_map(|x| {
+                <[f64; 3]>::from(1e-6 * membrane.points[0].axes[0] * membrane.points[0].axes[0].dot(x))
+            })
             .collect();
         let force = Case::new(&membrane, &[], &u).force();
         let (s1, s2) = (2e8 / 0.91 * 1e-6, 2e8 / 0.91 * 0.3 * 1e-6);
         for i in 0..3 {
-            let exact = membrane.area
+            let exact = membrane.points[0].area
                 * 0.002
-                * (s1 * membrane.slopes[i].x * membrane.axes[0]
-                    + s2 * membrane.slopes[i].y * membrane.axes[1]);
+                * (s1 * membrane.points[0].slopes[i].x * membrane.points[0].axes[0]
+                    + s2 * membrane.points[0].slopes[i].y * membrane.points[0].axes[1]);
             assert!((vector(&force, 3 * i) - exact).norm() < 1e-5 * exact.norm());
         }
     }

@@ -6,25 +6,22 @@
 //! through [`Element`].
 //!
 //! To add one: a file here with the element (`impl Element`) and what a scene states of it (`part!`, `impl PartSettings`); its
-//! `mod` line, and its line in `elements!` at the end of this file. What is forgotten does not compile.
+//! `mod` line, and its lines in `elements!` at the end of this file. What is forgotten does not compile.
 
 pub mod bar;
 pub mod beam;
 pub mod brake;
 pub mod cable;
-pub mod cable_part;
 pub mod cable_properties;
 mod capstan;
 pub mod ground_contact;
 pub mod material;
 pub mod membrane;
 pub mod membrane_quad;
-pub mod nothing;
 pub mod part;
 pub mod ring;
 pub mod segment;
 pub mod shell;
-pub mod slack;
 pub mod sliding_cable;
 #[cfg(test)]
 pub(crate) mod tests;
@@ -32,21 +29,19 @@ pub mod turn;
 
 pub use bar::Bar;
 pub use beam::Beam;
-pub use brake::Brake;
 pub use cable::Cable;
 pub use ground_contact::GroundContact;
 pub use membrane::Membrane;
 pub use membrane_quad::MembraneQuad;
 pub use ring::Ring;
 pub use shell::Shell;
-pub use slack::Slack;
 pub use sliding_cable::SlidingCable;
 
 use part::PartSettings;
 use std::fmt::Debug;
 use std::ops::Deref;
 
-/// Where an element writes its answer. Everything is overwritten but `tangent` where `None`.
+/// Where an element writes its answer. Everything is overwritten.
 ///
 /// Local degrees of freedom are node-major: x, y, z of the first node (and, where the element rotates,
 /// its rotations), then those of the next.
@@ -65,6 +60,18 @@ pub struct Answer<'a> {
     pub tension: f64,
 }
 
+/// What a slack cable adds to the tangent.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Slack {
+    /// Nothing: the exact tangent, for dynamics, where the masses hold the node.
+    Exact,
+    /// This share of its axial stiffness in every direction, for statics. Only the tangent knows of
+    /// it, so it alters the path of the iteration and not where it ends.
+    Regularised(f64),
+    /// Its axial stiffness as if it were just taut: an upper bound, for the critical step.
+    Taut,
+}
+
 /// Energies of an element [J].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Energy {
@@ -72,23 +79,6 @@ pub struct Energy {
     pub stored: f64,
     /// Dissipated by plastic flow, friction and rupture.
     pub dissipated: f64,
-}
-
-/// Moments in a beam [N m].
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Moments {
-    /// Bending in the plane of each cross axis, at start and end: positive where it bends the beam towards the axis.
-    pub bending: [[f64; 2]; 2],
-    /// Torsion, the same all along: positive where the end is turned right-handed about the way from the start.
-    pub torsion: f64,
-}
-
-impl Moments {
-    /// All in a row.
-    pub fn flat(&self) -> [f64; 5] {
-        let [[a, b], [c, d]] = self.bending;
-        [a, b, c, d, self.torsion]
-    }
 }
 
 /// A force on part of a structure.
@@ -110,7 +100,18 @@ pub trait Element: Debug {
     }
 
     /// Force, tangent and new history at the local displacements `u` [m, rad], from `history`.
-    fn respond(&self, u: &[f64], history: &[f64], answer: &mut Answer);
+    fn respond(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
+        answer.force.fill(0.0);
+        answer.history.copy_from_slice(history);
+        answer.tension = 0.0;
+        if let Some(k) = &mut answer.tangent {
+            k.fill(0.0);
+        }
+        self.add_to(u, history, answer);
+    }
+
+    /// The same, added to an answer of no force and an unchanged history.
+    fn add_to(&self, u: &[f64], history: &[f64], answer: &mut Answer);
 
     /// Energies at `u`, from `history`.
     fn energy(&self, u: &[f64], history: &[f64]) -> Energy;
@@ -135,17 +136,15 @@ pub trait Element: Debug {
     /// Add its lumped mass to that of each of its nodes [kg], and its rotary inertia [kg m2].
     fn lump(&self, mass: &mut [f64], inertia: &mut [f64]);
 
-    /// Consistent mass of one direction between its nodes, square, by rows [kg].
-    fn consistent_mass(&self, mass: &mut [f64]);
-
-    /// Lines that a contact sees, and that field files show.
-    fn lines(&self) -> Vec<[usize; 2]> {
-        Vec::new()
-    }
-
     /// Number of its lines.
     fn line_count(&self) -> usize {
-        self.lines().len()
+        0
+    }
+
+    /// Lines that a contact sees, and that field files show: from node to node, and back to the first.
+    fn lines(&self) -> Vec<[usize; 2]> {
+        let nodes = self.nodes();
+        (0..self.line_count()).map(|i| [nodes[i], nodes[(i + 1) % nodes.len()]]).collect()
     }
 
     /// Number of different axial forces in them, those of its first lines: 1 where all carry the same.
@@ -186,9 +185,11 @@ pub trait Element: Debug {
         false
     }
 
-    /// Moments in it; 0 where it is broken or no beam.
-    fn moments(&self, _u: &[f64], _history: &[f64]) -> Moments {
-        Moments::default()
+    /// Moments in it [N m]; 0 where it is broken or no beam. Bending in the plane of each cross axis, at start and end: positive
+    /// where it bends the beam towards the axis. Torsion, the same all along: positive where the end is turned right-handed about
+    /// the way from the start.
+    fn moments(&self, _u: &[f64], _history: &[f64]) -> [f64; 5] {
+        [0.0; 5]
     }
 
     /// Section of its lines [m2], which turns their forces into stresses; 0 where it has none.
@@ -243,41 +244,14 @@ pub trait Element: Debug {
     fn eased(&self, _range: f64) -> Option<AnyElement> {
         None
     }
-
-    /// Critical step of central differences [s] for this element alone with its lumped masses: a lower
-    /// bound by Gershgorin's circles, `w^2 <= max_a sum_b |K_ab| / m_a`. Infinite without stiffness.
-    fn critical_step(&self, u: &[f64], history: &[f64]) -> f64 {
-        let (n, per_node) = (u.len(), if self.rotates() { 6 } else { 3 });
-        let (mut force, mut tangent, mut after) = (vec![0.0; n], vec![0.0; n * n], history.to_vec());
-        self.respond(
-            u,
-            history,
-            &mut Answer {
-                force: &mut force,
-                tangent: Some(&mut tangent),
-                slack: Slack::Taut,
-                history: &mut after,
-                tension: 0.0,
-            },
-        );
-        let nodes = self.nodes().len();
-        let (mut mass, mut inertia) = (vec![0.0; nodes], vec![0.0; nodes]);
-        self.lump(&mut mass, &mut inertia);
-        let square = (0..n).map(|a| {
-            let row: f64 = tangent[a * n..][..n].iter().map(|k| k.abs()).sum();
-            row / if a % per_node < 3 { mass[a / per_node] } else { inertia[a / per_node] }
-        });
-        2.0 / square.filter(|w| !w.is_nan()).fold(0.0, f64::max).sqrt()
-    }
 }
 
-/// Declares the elements: what parts of a scene may name, with the settings and the elements of each.
+/// Declares what parts of a scene may name, with the settings of each, and the elements that these become.
 ///
 /// Two enums: [`PartConfig`] over the settings, which is a [`PartSettings`] by reference, and [`AnyElement`] over the elements,
-/// which is an [`Element`] by reference. Behind `besides` stand elements that belong to no part.
+/// which is an [`Element`] by reference.
 macro_rules! elements {
-    ($($name:literal => $settings:ident::$part:ident { $($module:ident::$element:ident),* },)*
-     besides { $($alone:ident::$other:ident),* }) => {
+    (parts { $($name:literal => $settings:ident::$part:ident,)* } elements { $($module:ident::$element:ident,)* }) => {
         toolkit::tagged! {
             /// A part; `element` says of what.
             #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
@@ -304,8 +278,7 @@ macro_rules! elements {
         #[derive(Debug, Clone)]
         #[allow(missing_docs)] // Each is what its own doc comment says.
         pub enum AnyElement {
-            $($($element($module::$element),)*)*
-            $($other($alone::$other),)*
+            $($element($module::$element),)*
         }
 
         impl Deref for AnyElement {
@@ -313,34 +286,38 @@ macro_rules! elements {
 
             fn deref(&self) -> &Self::Target {
                 match self {
-                    $($(Self::$element(element) => element,)*)*
-                    $(Self::$other(element) => element,)*
+                    $(Self::$element(element) => element,)*
                 }
             }
         }
 
-        $($(impl From<$module::$element> for AnyElement {
+        $(impl From<$module::$element> for AnyElement {
             fn from(element: $module::$element) -> Self {
                 Self::$element(element)
-            }
-        })*)*
-
-        $(impl From<$alone::$other> for AnyElement {
-            fn from(element: $alone::$other) -> Self {
-                Self::$other(element)
             }
         })*
     };
 }
 
 elements! {
-    "cable" => cable_part::CablePart { bar::Bar },
-    "sliding_cable" => sliding_cable::SlidingCablePart { sliding_cable::SlidingCable },
-    "brake" => brake::BrakePart { brake::Brake },
-    "beam" => beam::BeamPart { beam::Beam },
-    "ring" => ring::RingPart { ring::Ring },
-    "membrane" => membrane::MembranePart { membrane::Membrane, membrane_quad::MembraneQuad },
-    "shell" => shell::ShellPart { shell::Shell },
-    "none" => nothing::NoPart {},
-    besides { ground_contact::GroundContact }
+    parts {
+        "cable" => cable_properties::CablePart,
+        "sliding_cable" => sliding_cable::SlidingCablePart,
+        "brake" => brake::BrakePart,
+        "beam" => beam::BeamPart,
+        "ring" => ring::RingPart,
+        "membrane" => membrane::MembranePart,
+        "shell" => shell::ShellPart,
+        "none" => part::NoPart,
+    }
+    elements {
+        bar::Bar,
+        sliding_cable::SlidingCable,
+        beam::Beam,
+        ring::Ring,
+        membrane::Membrane,
+        membrane_quad::MembraneQuad,
+        shell::Shell,
+        ground_contact::GroundContact,
+    }
 }

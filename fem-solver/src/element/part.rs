@@ -170,14 +170,16 @@ pub struct Key<'a> {
 }
 
 impl Key<'_> {
-    /// `value` of the key `name` must lie above 0.
-    pub fn positive(&self, name: &str, value: f64, unit: &str) -> Result<(), Diagnostic> {
-        positive(self.scene, &format!("{}.{name}", self.key), value, unit)
+    /// Each of these numbers, by its key, must lie above 0; the last is its unit.
+    pub fn positive(&self, numbers: &[(&str, f64, &str)]) -> Result<(), Diagnostic> {
+        let path = |name: &str| format!("{}.{name}", self.key);
+        numbers.iter().try_for_each(|(name, value, unit)| positive(self.scene, &path(name), *value, unit))
     }
 
-    /// `value` of the key `name` must not lie below 0.
-    pub fn not_negative(&self, name: &str, value: f64, unit: &str) -> Result<(), Diagnostic> {
-        not_negative(self.scene, &format!("{}.{name}", self.key), value, unit)
+    /// None of these numbers may lie below 0, likewise.
+    pub fn not_negative(&self, numbers: &[(&str, f64, &str)]) -> Result<(), Diagnostic> {
+        let path = |name: &str| format!("{}.{name}", self.key);
+        numbers.iter().try_for_each(|(name, value, unit)| not_negative(self.scene, &path(name), *value, unit))
     }
 
     /// The key `name` is at fault.
@@ -187,12 +189,8 @@ impl Key<'_> {
 
     /// When elements break: force [N] and strain as stated, above 0.
     pub fn rupture(&self, force: Option<f64>, strain: Option<f64>) -> Result<Rupture, Diagnostic> {
-        if let Some(force) = force {
-            self.positive("rupture_force", force, "N")?;
-        }
-        if let Some(strain) = strain {
-            self.positive("rupture_strain", strain, "")?;
-        }
+        let or_one = |stated: Option<f64>| stated.unwrap_or(1.0);
+        self.positive(&[("rupture_force", or_one(force), "N"), ("rupture_strain", or_one(strain), "")])?;
         Ok(Rupture { force: force.unwrap_or(f64::INFINITY), strain: strain.unwrap_or(f64::INFINITY) })
     }
 
@@ -243,10 +241,8 @@ macro_rules! part {
             #[serde(default, skip_serializing_if = "Vec::is_empty")]
             pub cells: Vec<Vec<usize>>,
             /// Radius for contact [m]. Default 0, a mathematical line.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
             pub radius: Option<f64>,
             /// Axial force at which an element breaks [N]. Default: never.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
             pub rupture_force: Option<f64>,
             $($(#[$field_doc])* pub $field: $type,)*
         }
@@ -276,3 +272,47 @@ macro_rules! part {
     };
 }
 pub(crate) use part;
+
+/// Nothing: a group of a mesh that can still be held, loaded and gauged by its name.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NoPart {
+    /// Name of the group.
+    pub name: String,
+}
+
+impl PartHead for NoPart {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn cells(&self) -> &[Vec<usize>] {
+        &[]
+    }
+
+    fn plural(&self) -> &'static str {
+        "nothing"
+    }
+
+    fn nodes(&self) -> (usize, usize) {
+        (0, usize::MAX)
+    }
+
+    fn takes(&self, _kind: Kind) -> bool {
+        true
+    }
+}
+
+impl PartSettings for NoPart {
+    fn build(&self, _cell: &PartCell, _made: &mut NewElements) -> Result<(), Diagnostic> {
+        Ok(())
+    }
+
+    fn section(&self, _common: Option<&CableConfig>) -> Option<StatedSection> {
+        None
+    }
+
+    fn makes_nothing(&self) -> bool {
+        true
+    }
+}

@@ -100,10 +100,9 @@ pub fn add_pair(k: &mut [f64], n: usize, first: usize, second: usize, block: &Ma
     add_block(k, n, second, first, &-block);
 }
 
-/// Add the consistent mass `m/6 [2 1; 1 2]` of a piece of mass `m` between two of `n` nodes.
-pub fn add_consistent_mass(to: &mut [f64], n: usize, first: usize, second: usize, mass: f64) {
-    to[first * n + first] += mass / 3.0;
-    to[second * n + second] += mass / 3.0;
-    to[first * n + second] += mass / 6.0;
-    to[second * n + first] += mass / 6.0;
+/// Add `factor a b^T` to a square matrix, by rows.
+pub fn add_product<const N: usize>(k: &mut [f64], factor: f64, a: &[f64; N], b: &[f64; N]) {
+    for (row, x) in k.chunks_exact_mut(N).zip(a) {
+        row.iter_mut().zip(b).for_each(|(k, y)| *k += factor * x * y);
+    }
 }

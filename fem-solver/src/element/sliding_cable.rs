@@ -1,13 +1,13 @@
 //! A rope that slides over any number of nodes, without friction or with that of a capstan.
 
-mod part;
-
-pub use self::part::SlidingCablePart;
 use super::bar::Rupture;
+use super::cable_properties::CableConfig;
 use super::capstan::{self, Returned, RopeLaw};
-use super::segment::{Segment, add_block, add_consistent_mass, add_pair, add_vector};
+use super::part::{NewElements, PartCell, PartSettings, StatedSection, is_zero, part};
+use super::segment::{Segment, add_pair, add_vector};
 use super::{Answer, AnyElement, Element, Energy};
 use crate::element::Slack;
+use interface_defs::diagnostic::Diagnostic;
 use nalgebra::Vector3;
 use std::cell::{RefCell, RefMut};
 
@@ -216,7 +216,6 @@ impl SlidingCable {
 
     fn add_tangent(&self, shape: &mut Shape, slack: Slack, k: &mut [f64], broken: bool) {
         let n = 3 * self.nodes.len();
-        k.fill(0.0);
         if broken {
             return;
         }
@@ -246,10 +245,7 @@ impl SlidingCable {
             {
                 let soft =
                     nalgebra::Matrix3::from_diagonal_element(part * self.young * self.area / self.lengths[i]);
-                add_block(k, n, 3 * i, 3 * i, &soft);
-                add_block(k, n, 3 * i + 3, 3 * i + 3, &soft);
-                add_block(k, n, 3 * i, 3 * i + 3, &-soft);
-                add_block(k, n, 3 * i + 3, 3 * i, &-soft);
+                add_pair(k, n, 3 * i, 3 * i + 3, &soft);
             }
         }
     }
@@ -288,15 +284,13 @@ impl Element for SlidingCable {
         history
     }
 
-    fn respond(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
+    fn add_to(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
         let mut shape = self.shape(u, history);
-        answer.history.copy_from_slice(history);
         let slides = self.friction > 0.0 && history[BROKEN] == 0.0;
         if slides {
             answer.history[RESTS..].copy_from_slice(&shape.returned.rest);
             answer.history[FRICTION] += shape.returned.dissipated;
         }
-        answer.force.fill(0.0);
         answer.tension = shape.forces.iter().copied().fold(0.0, f64::max);
         for (i, (segment, force)) in shape.segments.iter().zip(&shape.forces).enumerate() {
             let pull = *force * segment.direction();
@@ -367,17 +361,6 @@ impl Element for SlidingCable {
         }
     }
 
-    fn consistent_mass(&self, mass: &mut [f64]) {
-        mass.fill(0.0);
-        for (i, length) in self.lengths.iter().enumerate() {
-            add_consistent_mass(mass, self.nodes.len(), i, i + 1, self.density * self.area * length);
-        }
-    }
-
-    fn lines(&self) -> Vec<[usize; 2]> {
-        self.nodes.windows(2).map(|pair| [pair[0], pair[1]]).collect()
-    }
-
     fn line_count(&self) -> usize {
         self.spans.len()
     }
@@ -413,6 +396,74 @@ impl Element for SlidingCable {
 
     fn elongation(&self, u: &[f64]) -> f64 {
         self.pieces(u).zip(&self.spans).map(|(piece, span)| piece.length - span.norm()).sum()
+    }
+}
+
+part! {
+    /// Ropes that slide over all of their nodes but the ends; lines of a mesh that follow each other are one rope.
+    SlidingCablePart: "sliding cables", (2, usize::MAX) nodes, Line2 | Row {
+        /// Young's modulus [Pa].
+        young: f64,
+        /// Section [m2].
+        area: f64,
+        /// Density [kg/m3].
+        density: f64,
+        /// Second Piola-Kirchhoff stress at the unstretched length [Pa]; below 0: slack. Default 0.
+        #[serde(default, skip_serializing_if = "is_zero")]
+        prestress: f64,
+        /// Unstretched length of each whole rope [m]. Default that of its polygon as modelled.
+        length: Option<f64>,
+        /// Coefficient of friction at inner nodes (capstan). Default 0.
+        #[serde(default, skip_serializing_if = "is_zero")]
+        friction: f64,
+        /// Green-Lagrange strain of the whole rope at which it breaks. Default: never.
+        rupture_strain: Option<f64>,
+    }
+}
+
+impl PartSettings for SlidingCablePart {
+    fn joins_lines(&self) -> bool {
+        true
+    }
+
+    fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), Diagnostic> {
+        let key = cell.key;
+        let (length, radius) = (self.length.unwrap_or(1.0), self.radius.unwrap_or(0.0));
+        key.positive(&[("young", self.young, "Pa"), ("area", self.area, "m2"), ("length", length, "m")])?;
+        key.not_negative(&[("density", self.density, "kg/m3"), ("radius", radius, "m")])?;
+        key.not_negative(&[("friction", self.friction, "")])?;
+        let spans = cell.spans();
+        let polygon: f64 = spans.iter().map(Vector3::norm).sum();
+        let share = self.length.unwrap_or(polygon) / polygon;
+        let rope = SlidingCable {
+            nodes: cell.nodes.to_vec(),
+            lengths: spans.iter().map(|s| share * s.norm()).collect(),
+            spans,
+            young: self.young,
+            area: self.area,
+            density: self.density,
+            prestress: self.prestress,
+            friction: self.friction,
+            radius,
+            rupture: key.rupture(self.rupture_force, self.rupture_strain)?,
+            memory: Memory::default(),
+        };
+        made.elements.push(rope.into());
+        Ok(())
+    }
+
+    fn section(&self, _common: Option<&CableConfig>) -> Option<StatedSection> {
+        Some(StatedSection {
+            young: Some(self.young),
+            density: Some(self.density),
+            area: Some(self.area),
+            radius: self.radius,
+            prestress: Some(self.prestress),
+            strained: Some(self.young),
+            rupture_force: self.rupture_force,
+            rupture_strain: self.rupture_strain,
+            ..StatedSection::default()
+        })
     }
 }
 

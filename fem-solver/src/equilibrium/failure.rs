@@ -2,7 +2,6 @@
 
 use crate::model::Model;
 use interface_defs::message::Fault;
-use std::fmt;
 
 /// Why there is no solution.
 #[derive(Debug, Clone)]
@@ -90,21 +89,6 @@ impl Failure {
                 model.node_name(*node)
             ),
             Self::Stopped(fault) => fault.to_string(),
-        }
-    }
-}
-
-impl fmt::Display for Failure {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self {
-            Self::NotConverged { iterations, residual, .. } => {
-                write!(f, "residual {residual:.2e} N after {iterations} iterations")
-            }
-            Self::Unstable { dof } => write!(f, "unstable in degree of freedom {dof}"),
-            Self::Turns { angle } => write!(f, "the path turns by {angle:.3} rad"),
-            Self::Broken { element, tension, .. } => write!(f, "element {element} breaks at {tension:.4e} N"),
-            Self::Moves(node, speed, _) => write!(f, "node {node} moves at {speed:.2e} m/s"),
-            Self::Stopped(fault) => fault.fmt(f),
         }
     }
 }

@@ -11,6 +11,7 @@ use crate::element::Slack;
 pub use crate::equilibrium::failure::Failure;
 use crate::internal_force::tangent::Tangent;
 use crate::internal_force::{Displacements, InternalForce};
+use crate::linear_algebra::lanes::{inner, norm};
 use crate::model::Model;
 use crate::model::pressure::press;
 use interface_defs::message::Fault;
@@ -101,7 +102,8 @@ pub struct Newton {
     /// Whether the last iteration must have moved little, too.
     pub limits_travel: bool,
     factored: Factored,
-    internal: InternalForce,
+    /// The internal force that is balanced.
+    pub internal: InternalForce,
     mass: Vec<f64>,
     residual: Vec<f64>,
     balance_at: Vec<f64>,
@@ -181,16 +183,10 @@ impl Newton {
         }
     }
 
-    /// The internal force that is balanced.
-    pub fn internal(&mut self) -> &mut InternalForce {
-        &mut self.internal
-    }
-
     /// From now on these degrees of freedom, and no others, are fixed beside those that are held.
     pub fn fix(&mut self, dofs: &[usize]) {
         if dofs != self.fixed {
-            self.fixed.clear();
-            self.fixed.extend_from_slice(dofs);
+            dofs.clone_into(&mut self.fixed);
             self.tangent.fix(dofs);
             self.factored.revision = 0;
         }
@@ -200,7 +196,7 @@ impl Newton {
     /// not positive once rounding is taken from the diagonal. Slack cables count as soft ones.
     pub fn not_held(&mut self, model: &Model, u: &[f64], history: &[f64]) -> Option<usize> {
         self.tangent.assemble(model, u, history, 1.0, Slack::Regularised(SLACK_SHARE));
-        self.tangent.weaken(NOTHING);
+        self.tangent.matrix.weaken(NOTHING);
         self.tangent.factorise().err()
     }
 
@@ -228,7 +224,7 @@ impl Newton {
                     iterations: info.iterations as u32,
                     residual: sizes.residual,
                     limit: limit.max(rounding),
-                    worst: self.worst(),
+                    worst: self.tangent.worst(&self.residual),
                     moving: (sizes.residual <= limit).then_some(moved),
                     unstable: info.unstable,
                 });
@@ -239,7 +235,7 @@ impl Newton {
             }
             last_residual = sizes.residual;
             self.aim();
-            let (length, before) = (largest(&self.direction), self.work());
+            let (length, before) = (largest(&self.direction), inner(&self.direction, &self.residual));
             self.accepted.copy_from_slice(u);
             let step = self.step(model, problem, u, before, settings.line_search, &mut sizes);
             rounding = self.rounding(u, &sizes);
@@ -251,43 +247,19 @@ impl Newton {
         }
     }
 
-    /// [`Newton::solve`] as one part of a search that has `done` so much, to a residual of the first of `limits` relative to the
-    /// forces in at most as many iterations as the second.
-    pub fn search(
-        &mut self,
-        model: &Model,
-        problem: &Problem,
-        limits: (f64, u32),
-        u: &mut [f64],
-        done: &mut Info,
-        on_iteration: OnIteration,
-    ) -> Result<Info, Failure> {
-        let settings =
-            NewtonConfig { tolerance: limits.0, max_iterations: Some(limits.1), line_search: true };
-        let (begun, mut count) = (done.iterations, 0);
-        let outcome = self.solve(model, problem, &settings, u, &mut |_, residual| {
-            count += 1;
-            on_iteration(begun + count, residual)
-        });
-        done.iterations += count;
-        done.factorisations += outcome.as_ref().map_or(0, |info| info.factorisations);
-        outcome
-    }
-
     /// Residual that rounding leaves at `u` [N]: of `u` itself, of the tensions that cancel at a node, and of what elements
     /// take differences of. Where there are no forces at all, what is below the rounding of positions, squared.
     fn rounding(&mut self, u: &[f64], sizes: &Sizes) -> f64 {
-        for (x, dof) in self.free.iter_mut().zip(self.tangent.dofs()) {
-            *x = u[*dof].abs();
-        }
-        let of_u = self.tangent.bound(&self.free);
+        self.tangent.gather(u, &mut self.free);
+        self.free.iter_mut().for_each(|x| *x = x.abs());
+        let of_u = self.tangent.matrix.bound(&self.free);
         let root = (self.tangent.len() as f64).sqrt();
         let noise = 2.0 * f64::EPSILON * (of_u + root * (sizes.tension + self.coarseness));
         // Without load, where all forces are what elements leave of differences, there is nothing to balance.
         if sizes.load == 0.0 && sizes.scale <= f64::EPSILON * root * self.coarseness {
             return sizes.scale;
         }
-        let least = f64::EPSILON * f64::EPSILON * self.tangent.largest_diagonal() * self.extent * root;
+        let least = f64::EPSILON * f64::EPSILON * self.tangent.matrix.largest_diagonal() * self.extent * root;
         noise.min(COARSEST * sizes.scale).max(least)
     }
 
@@ -316,7 +288,7 @@ impl Newton {
             *r += problem.load[i] - inert;
         }
         self.fixed.iter().for_each(|dof| self.residual[*dof] = 0.0);
-        let residual = self.tangent.dofs().iter().map(|dof| self.residual[*dof].powi(2)).sum::<f64>().sqrt();
+        let residual = self.tangent.norm(&self.residual);
         Sizes { residual, scale: internal.max(inertia.sqrt()).max(load.sqrt()), tension, load }
     }
 
@@ -346,9 +318,9 @@ impl Newton {
             self.tangent.add_pressures(&model.timed, problem.pressures, &self.balance_at, problem.share);
             self.tangent.add_mass(model, problem.inertia);
             self.tangent.add_diagonal(problem.viscosity.0, problem.viscosity.1);
-            let scale = self.tangent.largest_diagonal().max(f64::MIN_POSITIVE);
+            let scale = self.tangent.matrix.largest_diagonal().max(f64::MIN_POSITIVE);
             if *shift > 0.0 {
-                self.tangent.shift(*shift * scale);
+                self.tangent.matrix.shift(*shift * scale);
             }
             info.factorisations += 1;
             match self.tangent.factorise() {
@@ -365,10 +337,8 @@ impl Newton {
             info.unstable = None;
             self.factored.revision = self.tangent.revision();
             self.factored.at.copy_from_slice(&self.balance_at);
-            self.factored.history.clear();
-            self.factored.history.extend_from_slice(problem.history);
-            self.factored.pressures.clear();
-            self.factored.pressures.extend_from_slice(problem.pressures);
+            problem.history.clone_into(&mut self.factored.history);
+            problem.pressures.clone_into(&mut self.factored.pressures);
             self.factored.numbers = Factored::numbers(problem);
         }
         Ok(())
@@ -376,19 +346,9 @@ impl Newton {
 
     /// Newton's direction at the last evaluation, by the last factorisation.
     fn aim(&mut self) {
-        for (x, dof) in self.free.iter_mut().zip(self.tangent.dofs()) {
-            *x = self.residual[*dof];
-        }
-        self.tangent.solve(&mut self.free);
-        self.direction.fill(0.0);
-        for (x, dof) in self.free.iter().zip(self.tangent.dofs()) {
-            self.direction[*dof] = *x;
-        }
-    }
-
-    /// Work of the residual along the direction.
-    fn work(&self) -> f64 {
-        self.direction.iter().zip(&self.residual).map(|(d, r)| d * r).sum()
+        self.tangent.gather(&self.residual, &mut self.free);
+        self.tangent.matrix.cholesky.solve(&mut self.free);
+        self.tangent.scatter(&self.free, &mut self.direction);
     }
 
     /// Move along the direction, shortened where the whole of it overshoots. Returns the share.
@@ -411,7 +371,7 @@ impl Newton {
                 *u = a + s * d;
             }
             *sizes = self.evaluate(model, problem, u);
-            let work = self.work();
+            let work = inner(&self.direction, &self.residual);
             if !search || work.abs() <= ENOUGH * before.abs() || (work > 0.0 && s == 1.0) {
                 break;
             }
@@ -428,17 +388,6 @@ impl Newton {
         }
         s
     }
-
-    /// Degree of freedom with the largest residual.
-    fn worst(&self) -> usize {
-        let size = |dof: &&usize| self.residual[**dof].abs();
-        let dofs = self.tangent.dofs().iter();
-        dofs.max_by(|a, b| size(a).total_cmp(&size(b))).copied().unwrap_or(0)
-    }
-}
-
-fn norm(x: &[f64]) -> f64 {
-    x.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 fn largest(x: &[f64]) -> f64 {

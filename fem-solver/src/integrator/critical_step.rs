@@ -7,6 +7,7 @@
 use crate::element::Slack;
 use crate::internal_force::assembly::Assembly;
 use crate::internal_force::tangent::Tangent;
+use crate::linear_algebra::lanes::inner;
 use crate::model::Model;
 use nalgebra::Matrix3;
 
@@ -29,11 +30,11 @@ pub fn highest_frequency(model: &Model, tangent: &mut Tangent, u: &[f64], histor
     let (mut link, mut found) = (0.0, 0.0);
     for k in 1..=MOST.min(n) {
         scaled.iter_mut().zip(&now).zip(&root).for_each(|((s, x), r)| *s = x * r);
-        tangent.multiply(&scaled, &mut next);
+        tangent.matrix.multiply(&scaled, &mut next);
         next.iter_mut().zip(&root).for_each(|(y, r)| *y *= r);
-        let along = dot(&next, &now);
+        let along = inner(&next, &now);
         next.iter_mut().zip(&now).zip(&before).for_each(|((y, x), b)| *y -= along * x + link * b);
-        link = dot(&next, &next).sqrt();
+        link = inner(&next, &next).sqrt();
         diagonal.push(along);
         beside.push(link);
         let exhausted = link <= 1e-14 * along.abs() || k == MOST.min(n);
@@ -93,7 +94,7 @@ fn start_vector(n: usize) -> Vec<f64> {
             (seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
         })
         .collect();
-    let length = dot(&x, &x).sqrt();
+    let length = inner(&x, &x).sqrt();
     x.iter_mut().for_each(|x| *x /= length);
     x
 }
@@ -121,10 +122,6 @@ fn largest_eigenvalue(diagonal: &[f64], beside: &[f64]) -> f64 {
         if above_all(middle) { high = middle } else { low = middle }
     }
     high
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 #[cfg(test)]

@@ -21,7 +21,8 @@ use std::ops::Range;
 
 /// Memory and constants of the explicit step.
 pub struct Explicit {
-    internal: InternalForce,
+    /// The internal force.
+    pub internal: InternalForce,
     /// 1 / mass of each degree of freedom, 0 where held [1/kg].
     inverse_mass: Vec<f64>,
     /// Mass of each degree of freedom, 0 where held [kg].
@@ -120,7 +121,8 @@ impl Explicit {
             }
         }
         model.prescribe(time + h, (time, h), &mut state.displacement);
-        state.dissipated += self.internal.book_rupture(model, &state.displacement, &state.history);
+        state.dissipated +=
+            self.internal.elements.book_rupture(&model.elements, &state.displacement, &state.history);
         if !self.applied.is_empty() {
             state.load_work += work(&self.applied.force, &state.displacement, &self.before);
         }
@@ -132,12 +134,12 @@ impl Explicit {
         let nodes = model.node_count();
         let (mut largest, mut squares, mut begun) = (0.0, 0.0, 0);
         for tile in 0..tiles {
-            let (own, reach) = self.internal.tile(tile);
+            let (own, reach) = self.internal.cables.tile(tile);
             for c in 0..3 {
                 self.begin(c * nodes + begun..c * nodes + reach, state, kick.half);
             }
             begun = reach;
-            largest = f64::max(largest, self.internal.subtract_tile(tile, &self.middle, &mut self.force));
+            largest = f64::max(largest, self.internal.cables.pull_tile(tile, &self.middle, &mut self.force));
             for c in 0..3 {
                 let dofs = c * nodes + own.start..c * nodes + own.end;
                 squares += self.kick(dofs, state, kick, model.damping > 0.0);
@@ -153,7 +155,7 @@ impl Explicit {
         model.prescribe(time + 0.5 * h, (time, h), &mut self.middle);
         let (u, history) = ((&state.displacement[..], &self.middle[..]), &mut state.history);
         let largest = self.internal.subtract_and_advance(model, u, history, &mut self.force);
-        state.events.extend(self.internal.broken().iter().map(|broken| broken.event(time, h)));
+        state.events.extend(self.internal.elements.broken().iter().map(|broken| broken.event(time, h)));
         self.applied.press_on(model, &self.middle, &mut self.force);
         for ((dof, _), velocity) in model.moving.iter().zip(&mut self.support_velocity) {
             *velocity = state.velocity[*dof];
@@ -177,11 +179,6 @@ impl Explicit {
         }
         kick_and_drift(kick, v, u, middle, force, inverse_mass);
         0.0
-    }
-
-    /// The internal force.
-    pub fn internal(&mut self) -> &mut InternalForce {
-        &mut self.internal
     }
 
     /// What grounded dashpots take: `m (v_1 - v_0)/h + (c + a m)(v_0 + v_1)/2 = f` solved again where there is

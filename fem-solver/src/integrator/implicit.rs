@@ -15,7 +15,7 @@
 use crate::config::NewtonConfig;
 use crate::config::scheme::Scheme;
 use crate::equilibrium::newton::{Failure, Info, Newton, Problem};
-use crate::internal_force::{Displacements, InternalForce};
+use crate::internal_force::Displacements;
 use crate::linear_algebra::lanes::{add, add_to, sum_of, work};
 use crate::model::Model;
 use crate::model::applied::Applied;
@@ -33,7 +33,8 @@ pub struct StepLoad<'a> {
 pub struct Implicit {
     /// The scheme.
     pub scheme: Scheme,
-    newton: Newton,
+    /// The iteration of each step.
+    pub newton: Newton,
     settings: NewtonConfig,
     /// Viscosity of the dashpot at each degree of freedom [N s/m]; empty without any.
     viscosity: Vec<f64>,
@@ -88,7 +89,7 @@ impl Implicit {
     ) -> Result<(f64, Info), Failure> {
         let Scheme { alpha_m, alpha_f, beta, gamma, inertia } = self.scheme;
         let damping = model.damping;
-        let known = if inertia { self.known_inertia(damping, h) } else { Known::default() };
+        let known = if inertia { self.known_inertia(damping, h) } else { (0.0, 0.0) };
         self.before.copy_from_slice(&state.displacement);
         self.let_go(model, state, time, h);
         for ((dof, _), velocity) in model.moving.iter().zip(&mut self.support_velocity) {
@@ -96,7 +97,7 @@ impl Implicit {
         }
         for i in 0..self.load.len() {
             let (v0, a0) = (state.velocity[i], state.acceleration[i]);
-            let mut inert = self.mass[i] * (known.velocity * v0 + known.acceleration * a0);
+            let mut inert = self.mass[i] * (known.0 * v0 + known.1 * a0);
             if !self.viscosity.is_empty() && inertia {
                 let (velocity, acceleration) = self.known_rate(h);
                 inert += self.viscosity[i] * (velocity * v0 + acceleration * a0);
@@ -133,10 +134,10 @@ impl Implicit {
         self.advance_rates(damping, state, h);
         let largest = self.balance(model, state, load);
         self.end_applied(model, state, time + h);
-        let internal = self.newton.internal();
-        internal.advance(model, &state.displacement, &mut state.history);
-        state.events.extend(internal.broken().iter().map(|broken| broken.event(time, h)));
-        if !internal.broken().is_empty() && !self.scheme.takes_mean_only() {
+        let internal = &mut self.newton.internal;
+        internal.elements.advance(&model.elements, &state.displacement, &mut state.history);
+        state.events.extend(internal.elements.broken().iter().map(|broken| broken.event(time, h)));
+        if !internal.elements.broken().is_empty() && !self.scheme.takes_mean_only() {
             self.begin_torn(model, state, load);
         }
         self.book_supports(model, state, time, h);
@@ -145,7 +146,7 @@ impl Implicit {
 
     /// Largest share of its strength that anything used as it broke in the last step; 0 where nothing did.
     pub fn broke_under(&mut self) -> f64 {
-        self.newton.internal().broken().iter().map(|broken| broken.share).fold(0.0, f64::max)
+        self.newton.internal.elements.broken().iter().map(|broken| broken.share).fold(0.0, f64::max)
     }
 
     /// What supports hold in this step, of what they let go; the rest has its mass, and a balance of its own to start from.
@@ -207,11 +208,6 @@ impl Implicit {
         add_to(&mut state.force, &now.force);
     }
 
-    /// The internal force.
-    pub fn internal(&mut self) -> &mut InternalForce {
-        self.newton.internal()
-    }
-
     /// What of `v_(1-af)` is known before the step is solved, per unit of velocity and acceleration at its start.
     fn known_rate(&self, h: f64) -> (f64, f64) {
         let Scheme { alpha_f, beta, gamma, .. } = self.scheme;
@@ -220,16 +216,15 @@ impl Implicit {
 
     /// What of `M a_(1-am) + alpha M v_(1-af)` is known before the step is solved, per unit of
     /// velocity and acceleration at its start.
-    fn known_inertia(&self, damping: f64, h: f64) -> Known {
+    fn known_inertia(&self, damping: f64, h: f64) -> (f64, f64) {
         let Scheme { alpha_m, alpha_f, beta, gamma, .. } = self.scheme;
         // a_1 = du/(b h^2) - v_0/(b h) - (1/(2b) - 1) a_0;  v_1 = g du/(b h) + (1 - g/b) v_0 + h (1 - g/(2b)) a_0
         let velocity_rate = 1.0 - gamma / beta;
         let velocity_jump = h * (1.0 - 0.5 * gamma / beta);
-        Known {
-            velocity: -(1.0 - alpha_m) / (beta * h) + damping * ((1.0 - alpha_f) * velocity_rate + alpha_f),
-            acceleration: alpha_m - (1.0 - alpha_m) * (0.5 / beta - 1.0)
-                + damping * (1.0 - alpha_f) * velocity_jump,
-        }
+        let velocity = -(1.0 - alpha_m) / (beta * h) + damping * ((1.0 - alpha_f) * velocity_rate + alpha_f);
+        let acceleration =
+            alpha_m - (1.0 - alpha_m) * (0.5 / beta - 1.0) + damping * (1.0 - alpha_f) * velocity_jump;
+        (velocity, acceleration)
     }
 
     /// Velocity and acceleration at the end, from the displacement there; what damping took.
@@ -270,11 +265,11 @@ impl Implicit {
                 after: &state.displacement,
                 middle: &self.middle,
             };
-            return self.newton.internal().subtract(model, at, &state.history, &mut self.force);
+            return self.newton.internal.subtract(model, at, &state.history, &mut self.force);
         }
         add(&mut self.force, &model.dead_load, load.end);
         let at = Displacements::At(&state.displacement);
-        let largest = self.newton.internal().subtract(model, at, &state.history, &mut self.force);
+        let largest = self.newton.internal.subtract(model, at, &state.history, &mut self.force);
         for (mean, end) in self.force.iter_mut().zip(&mut state.force) {
             let now = *mean;
             *mean = 0.5 * (*end + now);
@@ -287,7 +282,7 @@ impl Implicit {
     fn begin_torn(&mut self, model: &Model, state: &mut State, load: &StepLoad) {
         add(&mut state.force, &model.dead_load, load.end);
         let at = Displacements::At(&state.displacement);
-        self.newton.internal().subtract(model, at, &state.history, &mut state.force);
+        self.newton.internal.subtract(model, at, &state.history, &mut state.force);
         if !self.applied[0].is_empty() {
             add_to(&mut state.force, &self.applied[0].force);
         }
@@ -312,11 +307,4 @@ impl Implicit {
             }
         }
     }
-}
-
-/// Factors of what is known of inertia and damping.
-#[derive(Debug, Clone, Copy, Default)]
-struct Known {
-    velocity: f64,
-    acceleration: f64,
 }

@@ -75,30 +75,15 @@ impl Loads {
         };
         let (means, ends) = (find(Sampling::Means), find(Sampling::AtEnds));
         let mut warnings = Vec::new();
-        let mut choose = |own: &Option<Source>, other: &Option<Source>, what: &str| match (own, other) {
-            (Some(own), _) => Some(own.clone()),
-            (None, Some(other)) => {
-                warnings.push(Diagnostic::warning(code::TRUST, what));
-                Some(other.clone())
-            }
-            (None, None) => None,
+        let mut choose = |own: &Option<Source>, other: &Option<Source>, what: &str| {
+            let other = || other.clone().inspect(|_| warnings.push(Diagnostic::warning(code::TRUST, what)));
+            own.clone().or_else(other)
         };
-        let mean = if needs.mean {
-            choose(
-                &means,
-                &ends,
-                "the force at a window's end is taken for its mean: impulse and work are not exact",
-            )
-        } else {
-            None
-        };
-        let end = if needs.end {
-            let what = "a window's mean force is applied as the force at its end: a lag of half a window, which adds \
-                        energy; exchange the force at the end, or use generalized_alpha with rho_inf = 1";
-            choose(&ends, &means, what)
-        } else {
-            None
-        };
+        let of_end = "the force at a window's end is taken for its mean: impulse and work are not exact";
+        let of_mean = "a window's mean force is applied as the force at its end: a lag of half a window, which adds energy; \
+                       exchange the force at the end, or use generalized_alpha with rho_inf = 1";
+        let mean = if needs.mean { choose(&means, &ends, of_end) } else { None };
+        let end = if needs.end { choose(&ends, &means, of_mean) } else { None };
         if let (Some(mean), Some(end)) = (&mean, &end)
             && mean.samples.len() != end.samples.len()
         {
@@ -164,12 +149,8 @@ impl Loads {
         &self.mean_now
     }
 
-    /// Load of step `step` of `steps` in the current part, for a scheme that balances at `1 - alpha_f`.
-    pub fn of_step(&mut self, scheme: &Scheme, step: usize, steps: usize) -> StepLoad<'_> {
-        self.between(scheme, |x| (step as f64 + x) / steps as f64)
-    }
-
-    /// The same of a step whose begin and end, at 0 and 1, lie `at` these shares of the part.
+    /// Load of a step whose begin and end, at 0 and 1, lie `at` these shares of the current part, for a scheme that balances at
+    /// `1 - alpha_f`.
     pub fn between(&mut self, scheme: &Scheme, at: impl Fn(f64) -> f64) -> StepLoad<'_> {
         if scheme.takes_mean_only() {
             return StepLoad { balance: &self.mean_now, end: &self.mean_now };
@@ -223,6 +204,10 @@ mod tests {
         assert_eq!(takes(Some(scheme(0.5))), [Sampling::Means, Sampling::AtEnds]);
     }
 
+    fn of_step<'a>(loads: &'a mut Loads, scheme: &Scheme, step: usize, steps: usize) -> StepLoad<'a> {
+        loads.between(scheme, |x| (step as f64 + x) / steps as f64)
+    }
+
     #[test]
     fn a_force_that_grows_straight_reaches_every_step_as_it_is_there() {
         // F(t) = 8 t over a window of length 1: mean 4, end 8; the scheme balances at 1 - alpha_f.
@@ -234,7 +219,7 @@ mod tests {
         assert!(warnings.is_empty());
         loads.begin_part(&[4.0, 0.0, 0.0, 8.0, 0.0, 0.0], 0, &Shown::all(1), &[0.0; 3]);
         for step in 0..4 {
-            let load = loads.of_step(&scheme(0.5), step, 4);
+            let load = of_step(&mut loads, &scheme(0.5), step, 4);
             let balance = 8.0 * (step as f64 + 1.0 - scheme(0.5).alpha_f) / 4.0;
             assert!((load.balance[0] - balance).abs() < 1e-14);
             assert!((load.end[0] - 2.0 * (step as f64 + 1.0)).abs() < 1e-14);
@@ -249,10 +234,10 @@ mod tests {
         assert_eq!(loads.parts(), 2);
         let input = [6.0, 0.0, 0.0, 7.0, 0.0, 0.0];
         loads.begin_part(&input, 0, &Shown::all(1), &[2.0, 0.0, 0.0]);
-        assert_eq!(loads.of_step(&scheme(0.0), 0, 2).end[0], 4.0);
-        assert_eq!(loads.of_step(&scheme(0.0), 1, 2).end[0], 6.0);
+        assert_eq!(of_step(&mut loads, &scheme(0.0), 0, 2).end[0], 4.0);
+        assert_eq!(of_step(&mut loads, &scheme(0.0), 1, 2).end[0], 6.0);
         loads.begin_part(&input, 1, &Shown::all(1), &[6.0, 0.0, 0.0]);
-        assert_eq!(loads.of_step(&scheme(0.0), 0, 1).balance[0], 7.0);
+        assert_eq!(of_step(&mut loads, &scheme(0.0), 0, 1).balance[0], 7.0);
     }
 
     #[test]
@@ -263,7 +248,7 @@ mod tests {
             Loads::new(Needs::of(Some(scheme(0.0))), &plan, &mesh(), 3).expect("is fine");
         assert!(warnings[0].message.contains("lag of half a window"), "{warnings:?}");
         loads.begin_part(&[5.0, 0.0, 0.0], 0, &Shown::all(1), &[0.0; 3]);
-        assert_eq!(loads.of_step(&scheme(0.0), 0, 1).end[0], 5.0);
+        assert_eq!(of_step(&mut loads, &scheme(0.0), 0, 1).end[0], 5.0);
     }
 
     #[test]

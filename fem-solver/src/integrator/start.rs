@@ -33,10 +33,8 @@ const FALLEN: f64 = 30.0;
 
 /// A structure at t = 0.
 pub struct Start {
-    /// Displacement from the structure as modelled [m].
-    pub displacement: Vec<f64>,
-    /// History of the elements there.
-    pub history: Vec<f64>,
+    /// Its form.
+    pub form: Form,
     /// How it moves; `None`: not at all.
     pub motion: Option<StartMotion>,
     /// Whether something of it was torn before.
@@ -58,8 +56,6 @@ pub struct Start {
     pub time_step: f64,
     /// Largest axial force [N].
     pub cable_force: f64,
-    /// Whether friction of ropes was left out to find the form.
-    pub smoothed: bool,
     /// What form finding took.
     pub form_finding: Info,
     /// What the user should know.
@@ -71,29 +67,6 @@ pub struct Start {
 /// Called with what is being done.
 pub type OnProgress<'a> = &'a mut dyn FnMut(String) -> Result<(), Fault>;
 
-/// Why a run cannot start.
-pub enum NoStart {
-    /// The scene is at fault.
-    Input(Diagnostic),
-    /// Whoever listens has stopped it.
-    Stopped(Fault),
-}
-
-impl From<Diagnostic> for NoStart {
-    fn from(error: Diagnostic) -> Self {
-        Self::Input(error)
-    }
-}
-
-impl From<NoStart> for Fault {
-    fn from(reason: NoStart) -> Self {
-        match reason {
-            NoStart::Input(error) => error.into(),
-            NoStart::Stopped(fault) => fault,
-        }
-    }
-}
-
 impl Start {
     /// Find the form, the critical step and the time step of `model`; a form that was found before, and what that took, is `known`.
     pub fn new(
@@ -103,21 +76,20 @@ impl Start {
         inherited: Option<&Inherited>,
         known: Option<&(Form, Info)>,
         on_progress: OnProgress,
-    ) -> Result<Self, NoStart> {
+    ) -> Result<Self, Fault> {
         let (whole, at_start) = (model, model.at_start());
         let model = &*at_start;
         on_progress(format!(
             "{} nodes, {} elements: analysing",
             model.node_count(),
             model.cables.len() + model.elements.len()
-        ))
-        .map_err(NoStart::Stopped)?;
+        ))?;
         let mut newton = Newton::new(model);
         let moves = inherited.filter(|inherited| inherited.at == At::Motion);
         let basis = inherited
             .map(|Inherited { end, .. }| Basis { displacement: &end.displacement, history: &end.history });
         let way = if moves.is_some() { FormFinding::None } else { config.structure.form_finding };
-        let (Form { displacement, history, smoothed }, form_finding) = match (known, way) {
+        let (form, form_finding) = match (known, way) {
             (Some(known), _) => known.clone(),
             (None, FormFinding::None) => (as_it_is(model, basis), Info::default()),
             (None, way) => {
@@ -126,17 +98,18 @@ impl Start {
                 found.map_err(|failure| no_form(scene, model, way, failure))?
             }
         };
-        let mut force = model.load_at_start(&displacement);
-        let internal = newton.internal();
+        let Form { displacement, history, smoothed } = &form;
+        let mut force = model.load_at_start(displacement);
+        let internal = &mut newton.internal;
         let cable_force =
-            internal.subtract(model, Displacements::At(&displacement), &history, &mut force).sqrt();
+            internal.subtract(model, Displacements::At(displacement), history, &mut force).sqrt();
         let booked = match inherited {
             Some(Inherited { at: At::Motion, end, .. }) => end.booked,
             // The books begin anew: what the elements have dissipated by now is none of this run's.
-            Some(_) => [-internal.energy(model, &displacement, &history).dissipated, 0.0, 0.0, 0.0],
+            Some(_) => [-internal.energy(model, displacement, history).dissipated, 0.0, 0.0, 0.0],
             None => [0.0; 4],
         };
-        let residual = newton.tangent.dofs().iter().map(|dof| force[*dof].powi(2)).sum::<f64>().sqrt();
+        let residual = newton.tangent.norm(&force);
         let scale = force.iter().chain(&model.dead_load).map(|f| f * f).sum::<f64>().sqrt();
         // What is let go later moves in the steps to come, not in form finding.
         let mut of_run = (!whole.until.is_empty()).then(|| Newton::new(whole));
@@ -145,14 +118,14 @@ impl Start {
         let frequency = if statics || tangent.is_empty() {
             0.0
         } else {
-            highest_frequency(whole, tangent, &displacement, &history)
+            highest_frequency(whole, tangent, displacement, history)
         };
-        let mut warnings = notes(model, inherited, smoothed);
-        warnings.extend(fallen(model, &displacement));
+        let mut warnings = notes(model, inherited, *smoothed);
+        warnings.extend(fallen(model, displacement));
         log_shift(model, form_finding.shifted_at);
         if (statics || form_finding.unstable.is_some())
             && !newton.tangent.is_empty()
-            && let Some(dof) = newton.not_held(model, &displacement, &history)
+            && let Some(dof) = newton.not_held(model, displacement, history)
         {
             warnings.push(not_stiff(scene, model, dof, statics)?);
         }
@@ -160,8 +133,7 @@ impl Start {
         warnings.extend(unseen(scene, config, time_step)?);
         let at_rest = moves.is_none() && (residual <= AT_REST * scale || residual == 0.0);
         Ok(Self {
-            displacement,
-            history,
+            form,
             motion: moves.map(|from| from.motion(config.fem.integrator.name()).held(model)),
             torn: inherited.is_some_and(|from| !from.torn().is_empty()),
             booked,
@@ -172,19 +144,10 @@ impl Start {
             critical_step: 2.0 / frequency,
             time_step,
             cable_force,
-            smoothed,
             form_finding,
             warnings,
             newton: of_run.unwrap_or(newton),
         })
-    }
-}
-
-impl Start {
-    /// The form that was found, for a run that goes on.
-    pub fn form(&self) -> Form {
-        let (displacement, history) = (self.displacement.clone(), self.history.clone());
-        Form { displacement, history, smoothed: self.smoothed }
     }
 }
 
@@ -264,7 +227,7 @@ fn log_shift(model: &Model, shifted_at: Option<usize>) {
 }
 
 /// What is said of rows of a history that steps of `time_step` [s] do not see.
-fn unseen(scene: &Scene, config: &Config, time_step: f64) -> Result<Vec<Diagnostic>, NoStart> {
+fn unseen(scene: &Scene, config: &Config, time_step: f64) -> Result<Vec<Diagnostic>, Fault> {
     // A window is one step at least; that of a coupled run is chosen elsewhere.
     let rows = if scene.has("rock") { f64::INFINITY } else { Output::of(scene)?.interval };
     let longest = time_step.min(rows);
@@ -273,10 +236,10 @@ fn unseen(scene: &Scene, config: &Config, time_step: f64) -> Result<Vec<Diagnost
 
 /// What is said of a degree of freedom without stiffness at rest; in statics that is an error, unless something moves or loads
 /// the structure later: that may stiffen it on the way, as it does a flat net.
-fn not_stiff(scene: &Scene, model: &Model, dof: usize, statics: bool) -> Result<Diagnostic, NoStart> {
+fn not_stiff(scene: &Scene, model: &Model, dof: usize, statics: bool) -> Result<Diagnostic, Fault> {
     let steady = model.timed.iter().all(|load| load.factor.rests(0.0, f64::INFINITY));
     if statics && model.moving.is_empty() && steady {
-        return Err(NoStart::Input(mechanism(scene, model, dof)));
+        return Err(mechanism(scene, model, dof).into());
     }
     let held = if statics {
         "what moves or loads it must stiffen it first"
@@ -297,10 +260,10 @@ fn mechanism(scene: &Scene, model: &Model, dof: usize) -> Diagnostic {
     )
 }
 
-fn no_form(scene: &Scene, model: &Model, way: FormFinding, failure: Failure) -> NoStart {
+fn no_form(scene: &Scene, model: &Model, way: FormFinding, failure: Failure) -> Fault {
     match failure {
-        Failure::Stopped(fault) => NoStart::Stopped(fault),
-        failure => NoStart::Input(not_found(scene, model, way, &failure)),
+        Failure::Stopped(fault) => fault,
+        failure => not_found(scene, model, way, &failure).into(),
     }
 }
 

@@ -5,23 +5,19 @@
 //!
 //! - [`assembly`]: the elements one by one; what breaks within a step
 //! - [`kernel`]: all plain cables at once, fast
-//! - [`tangent`]: the sparse stiffness of all
-//! - [`mass_scaling`]: masses for longer steps
+//! - [`tangent`]: the sparse stiffness of all, and masses for longer steps
 //!
 //! Loads are not part of it: `force` holds them when [`InternalForce::subtract`] takes the internal force from it. What is left
 //! at a degree of freedom that a support holds is minus the support's reaction.
 
 pub mod assembly;
 pub mod kernel;
-pub mod mass_scaling;
 pub mod tangent;
 
 use crate::element::Energy;
 use crate::model::Model;
-use assembly::{Assembly, Broken};
+use assembly::Assembly;
 use kernel::Kernel;
-use nalgebra::Vector3;
-use std::ops::Range;
 
 /// Displacements at which the internal force is asked for.
 #[derive(Debug, Clone, Copy)]
@@ -44,8 +40,10 @@ pub enum Displacements<'a> {
 ///
 /// Vectors run over all degrees of freedom, component-major.
 pub struct InternalForce {
-    cables: Kernel,
-    elements: Assembly,
+    /// All plain cables.
+    pub cables: Kernel,
+    /// The other elements: their histories, and what of them breaks.
+    pub elements: Assembly,
     springs: Vec<(usize, f64)>,
 }
 
@@ -76,7 +74,7 @@ impl InternalForce {
     }
 
     /// The same over an explicit step from the displacements `start`, at those in its `middle`: `history` becomes that at the
-    /// middle, and what breaks within the step pulls until it does ([`InternalForce::broken`]).
+    /// middle, and what breaks within the step pulls until it does ([`Assembly::broken`]).
     pub fn subtract_and_advance(
         &mut self,
         model: &Model,
@@ -99,26 +97,6 @@ impl InternalForce {
         }
     }
 
-    /// `history` becomes that at `u`; what breaks there is in [`InternalForce::broken`].
-    pub fn advance(&mut self, model: &Model, u: &[f64], history: &mut [f64]) {
-        self.elements.advance(&model.elements, u, history);
-    }
-
-    /// `history` becomes that at `u` where nodes turn, and stays as it is elsewhere.
-    pub fn advance_rotations(&mut self, model: &Model, u: &[f64], history: &mut [f64]) {
-        self.elements.advance_rotations(&model.elements, u, history);
-    }
-
-    /// What broke as the history was last advanced.
-    pub fn broken(&self) -> &[Broken] {
-        self.elements.broken()
-    }
-
-    /// Energy [J] that the last explicit step took beyond what the histories say: see [`Assembly::book_rupture`].
-    pub fn book_rupture(&mut self, model: &Model, u: &[f64], history: &[f64]) -> f64 {
-        self.elements.book_rupture(&model.elements, u, history)
-    }
-
     /// Energies of cables, springs and elements at `u` [J].
     pub fn energy(&mut self, model: &Model, u: &[f64], history: &[f64]) -> Energy {
         let springs: f64 = self.springs.iter().map(|(dof, k)| 0.5 * k * u[*dof] * u[*dof]).sum();
@@ -127,28 +105,8 @@ impl InternalForce {
         Energy { stored: plain + others.stored, dissipated: others.dissipated }
     }
 
-    /// Sum of what the ground pushes and holds [N].
-    pub fn ground_force(&mut self, model: &Model, u: &[f64], history: &[f64]) -> Vector3<f64> {
-        self.elements.ground_force(model, u, history)
-    }
-
     /// Number of tiles of the plain cables, where they are all that the structure consists of: an explicit step sweeps over them.
     pub fn tile_count(&self) -> Option<usize> {
         (self.elements.is_empty() && self.springs.is_empty()).then_some(self.cables.tile_count())
-    }
-
-    /// Nodes of a tile, and the end of those that the tiles up to it pull on.
-    pub fn tile(&self, tile: usize) -> (Range<usize>, usize) {
-        self.cables.tile(tile)
-    }
-
-    /// The part of [`InternalForce::subtract`] that the cables with their lower nodes in one tile contribute.
-    pub fn subtract_tile(&mut self, tile: usize, u: &[f64], force: &mut [f64]) -> f64 {
-        self.cables.pull_tile(tile, u, force)
-    }
-
-    /// The plain cables.
-    pub fn cables(&self) -> &Kernel {
-        &self.cables
     }
 }

@@ -17,8 +17,9 @@ pub struct Tangent {
     free: Vec<usize>,
     /// Degree of freedom of each free one.
     dofs: Vec<usize>,
-    matrix: SymmetricMatrix,
-    /// Positions of each cable's blocks: (1,1) and (2,2) by their lower triangles, (1,2) in full.
+    /// Its numbers and its factor, over the free degrees of freedom.
+    pub matrix: SymmetricMatrix,
+    /// Positions of the lower triangle of each cable, by rows.
     cables: Vec<[u32; 21]>,
     /// The other elements.
     assembly: Assembly,
@@ -47,7 +48,9 @@ impl Tangent {
                 dofs.push(dof);
             }
         }
-        let places: Vec<_> = model.cables.iter().map(|c| block_dofs(model, &free, c)).collect();
+        let ends = |cable: &Cable| [0, 1, 2, 3, 4, 5].map(|i: usize| model.dof(cable.nodes[i / 3], i % 3));
+        let places: Vec<_> =
+            model.cables.iter().flat_map(|c| triangle(&free, &ends(c)).collect::<Vec<_>>()).collect();
         let assembly = Assembly::new(model);
         let others: Vec<_> =
             (0..model.elements.len()).flat_map(|i| triangle(&free, assembly.dofs(i))).collect();
@@ -61,9 +64,9 @@ impl Tangent {
                 count += row + 1;
             }
         }
-        let matrix = SymmetricMatrix::new(dofs.len(), || places.iter().flatten().chain(&others).flatten());
+        let matrix = SymmetricMatrix::new(dofs.len(), places.iter().chain(&others).flatten().copied());
         let place = |at: Option<(usize, usize)>| matrix.position(at);
-        let cables = places.iter().map(|p| p.map(place)).collect();
+        let cables = places.as_chunks::<21>().0.iter().map(|p| p.map(place)).collect();
         let elements = others.iter().map(|at| place(*at)).collect();
         // The nodes of a face are those of one element, whose entries the pattern has.
         let faces = model.timed.iter().chain(&model.live_pressures).flat_map(|load| &load.faces);
@@ -133,12 +136,12 @@ impl Tangent {
         self.matrix.clear();
         for (cable, at) in model.cables.iter().zip(&self.cables) {
             let k = share * block(cable);
-            for (i, (r, c)) in LOWER.into_iter().enumerate() {
-                self.matrix.add(at[i], k[(r, c)]);
-                self.matrix.add(at[6 + i], k[(r, c)]);
-            }
-            for i in 0..9 {
-                self.matrix.add(at[12 + i], -k[(i / 3, i % 3)]);
+            let entries = (0..6).flat_map(|row| (0..=row).map(move |column| (row, column)));
+            for ((row, column), at) in entries.zip(at) {
+                // Products are rounded in one order: the block beside the diagonal is that of the first node and the second.
+                let beside = row / 3 != column / 3;
+                let own = if beside { -k[(column % 3, row % 3)] } else { k[(row % 3, column % 3)] };
+                self.matrix.add(*at, own);
             }
         }
         for (node, stiffness) in &model.springs {
@@ -213,23 +216,8 @@ impl Tangent {
     pub fn row_sums(&mut self, model: &Model, u: &[f64], history: &[f64]) -> Vec<f64> {
         self.assemble(model, u, history, 1.0, Slack::Taut);
         let mut sums = vec![0.0; model.dof_count()];
-        self.matrix.magnitudes(|j, _, size| sums[self.dofs[j]] += size);
+        self.matrix.each(|row, _, value| sums[self.dofs[row]] += value.abs());
         sums
-    }
-
-    /// Add `amount` [N/m] to every diagonal entry.
-    pub fn shift(&mut self, amount: f64) {
-        self.matrix.shift(amount);
-    }
-
-    /// Take `part` of itself from every diagonal entry.
-    pub fn weaken(&mut self, part: f64) {
-        self.matrix.weaken(part);
-    }
-
-    /// Largest diagonal entry [N/m].
-    pub fn largest_diagonal(&self) -> f64 {
-        self.matrix.largest_diagonal()
     }
 
     /// From now on these degrees of freedom of the structure, and no others, are fixed beside those that are held.
@@ -238,6 +226,28 @@ impl Tangent {
         for free in dofs.iter().map(|dof| self.free[*dof]).filter(|free| *free != CONSTRAINED) {
             self.fixed[free] = true;
         }
+    }
+
+    /// The numbers of the free degrees of freedom, out of those of all.
+    pub fn gather(&self, all: &[f64], free: &mut [f64]) {
+        free.iter_mut().zip(&self.dofs).for_each(|(free, dof)| *free = all[*dof]);
+    }
+
+    /// The numbers of all degrees of freedom where those of the free ones are given and the others are 0.
+    pub fn scatter(&self, free: &[f64], all: &mut [f64]) {
+        all.fill(0.0);
+        free.iter().zip(&self.dofs).for_each(|(free, dof)| all[*dof] = *free);
+    }
+
+    /// Norm of a vector over all degrees of freedom, the free ones alone.
+    pub fn norm(&self, all: &[f64]) -> f64 {
+        self.dofs.iter().map(|dof| all[*dof].powi(2)).sum::<f64>().sqrt()
+    }
+
+    /// The free degree of freedom, as one of the structure, at which `all` is largest; 0 where none is free.
+    pub fn worst(&self, all: &[f64]) -> usize {
+        let size = |dof: &&usize| all[**dof].abs();
+        self.dofs.iter().max_by(|a, b| size(a).total_cmp(&size(b))).copied().unwrap_or(0)
     }
 
     /// Factorise what was assembled; the error is the degree of freedom of the structure whose pivot is the first that
@@ -256,32 +266,7 @@ impl Tangent {
 
     /// Degree of freedom of the structure of the first negative pivot of the last factorisation, if there is one.
     pub fn first_negative(&self) -> Option<usize> {
-        self.matrix.factor().first_negative().map(|unknown| self.dofs[unknown])
-    }
-
-    /// Logarithm of the magnitude of the determinant of what was factorised last.
-    pub fn log_determinant(&self) -> f64 {
-        self.matrix.factor().log_determinant()
-    }
-
-    /// Solve in place for the free degrees of freedom.
-    pub fn solve(&mut self, x: &mut [f64]) {
-        self.matrix.solve(x);
-    }
-
-    /// Numbers in the Cholesky factor.
-    pub fn factor_len(&self) -> usize {
-        self.matrix.factor().factor_len()
-    }
-
-    /// Norm of `|K| x` over the free degrees of freedom, entries by their magnitudes.
-    pub fn bound(&mut self, x: &[f64]) -> f64 {
-        self.matrix.bound(x)
-    }
-
-    /// `y = K x` over the free degrees of freedom.
-    pub fn multiply(&self, x: &[f64], y: &mut [f64]) {
-        self.matrix.multiply(x, y);
+        self.matrix.cholesky.first_negative().map(|unknown| self.dofs[unknown])
     }
 }
 
@@ -294,18 +279,19 @@ fn triangle<'a>(free: &'a [usize], dofs: &'a [usize]) -> impl Iterator<Item = Op
     })
 }
 
-/// Entries of the lower triangle of a 3 x 3 block.
-const LOWER: [(usize, usize); 6] = [(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2)];
-
-/// Row and column, in the lower triangle, of each entry of a cable's blocks; `None` where held.
-fn block_dofs(model: &Model, free: &[usize], cable: &Cable) -> [Option<(usize, usize)>; 21] {
-    let number = |end: usize, c: usize| free[model.dof(cable.nodes[end], c)];
-    let entry = |a: usize, b: usize| (a != CONSTRAINED && b != CONSTRAINED).then(|| (a.max(b), a.min(b)));
-    std::array::from_fn(|i| match i {
-        0..12 => {
-            let (r, c) = LOWER[i % 6];
-            entry(number(i / 6, r), number(i / 6, c))
-        }
-        _ => entry(number(0, (i - 12) / 3), number(1, (i - 12) % 3)),
-    })
+/// Add to the masses of nodes that move what they need for steps of `step` [s], by Gershgorin's bound of the highest
+/// frequency of the structure as modelled: `m_a >= (step / 2)^2 sum_b |K_ab|`. Weights stay.
+pub fn scale_masses(model: &mut Model, step: f64) {
+    let (u, history) = (vec![0.0; model.dof_count()], model.start_history());
+    let rows = Tangent::new(model).row_sums(model, &u, &history);
+    let need = |dof: usize| 0.25 * step * step * rows[dof];
+    for node in 0..model.nodes.len() {
+        let most = (0..3).map(|c| need(model.dof(node, c))).fold(model.mass[node], f64::max);
+        model.added_mass += most - model.mass[node];
+        model.mass[node] = most;
+    }
+    for (number, node) in model.turning.iter().enumerate() {
+        let needs = (0..3).filter_map(|c| model.rotation(*node, c)).map(need);
+        model.inertia[number] = needs.fold(model.inertia[number], f64::max);
+    }
 }

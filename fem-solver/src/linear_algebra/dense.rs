@@ -182,17 +182,7 @@ fn subtract_eliminated<A: Arithmetic>(panel: &mut [f64], pivots: usize, start: u
                 let mut t = own.max(height.start);
                 while t < height.end {
                     let two = A::WIDE && t + 1 < height.end;
-                    let mut sums = [[[0.0; ROWS]; ROWS]; 2];
-                    let other = &panel[factors(own)];
-                    if two {
-                        minus_products_twice::<A, ROWS>(
-                            &mut sums,
-                            [&panel[factors(t)], &panel[factors(t + 1)]],
-                            other,
-                        );
-                    } else {
-                        minus_products::<A, ROWS>(&mut sums[0], &panel[factors(t)], other);
-                    }
+                    let sums = products::<A>(|tile| &panel[factors(tile)], t, own, two);
                     for (i, sum) in sums.iter().enumerate().take(1 + usize::from(two)) {
                         let to = &mut panel[place(t + i)];
                         to.iter_mut().zip(sum.as_flattened()).for_each(|(to, sum)| *to += sum);
@@ -225,16 +215,7 @@ pub fn leave_over<A: Arithmetic>(rest: &mut [f64], panel: &[f64], pivots: usize,
                 let mut t = own.max(height.start);
                 while t < height.end {
                     let two = A::WIDE && t + 1 < height.end;
-                    let mut sums = [[[0.0; ROWS]; ROWS]; 2];
-                    if two {
-                        minus_products_twice::<A, ROWS>(
-                            &mut sums,
-                            [factors(t), factors(t + 1)],
-                            factors(own),
-                        );
-                    } else {
-                        minus_products::<A, ROWS>(&mut sums[0], factors(t), factors(own));
-                    }
+                    let sums = products::<A>(factors, t, own, two);
                     for (i, sum) in sums.iter().enumerate().take(1 + usize::from(two)) {
                         let (leading, row) = ((tiles - own) * ROWS, (t + i - own) * ROWS);
                         if columns.len() == ROWS {
@@ -254,6 +235,23 @@ pub fn leave_over<A: Arithmetic>(rest: &mut [f64], panel: &[f64], pivots: usize,
             }
         }
     }
+}
+
+/// Less the products of the tiles `t` and, with `two`, the one behind it with tile `own`.
+#[inline(always)]
+fn products<'a, A: Arithmetic>(
+    factors: impl Fn(usize) -> &'a [f64],
+    t: usize,
+    own: usize,
+    two: bool,
+) -> [DenseTile<ROWS>; 2] {
+    let mut sums = [[[0.0; ROWS]; ROWS]; 2];
+    if two {
+        minus_products_twice::<A, ROWS>(&mut sums, [factors(t), factors(t + 1)], factors(own));
+    } else {
+        minus_products::<A, ROWS>(&mut sums[0], factors(t), factors(own));
+    }
+    sums
 }
 
 /// Write a column of a tile, or add it to what is there.

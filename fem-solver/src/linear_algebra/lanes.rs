@@ -10,6 +10,16 @@ pub const LANES: usize = 8;
 
 pub(crate) use toolkit::wide;
 
+/// `sum a_i b_i`, one after the other.
+pub fn inner(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Length of a vector, likewise.
+pub fn norm(x: &[f64]) -> f64 {
+    inner(x, x).sqrt()
+}
+
 /// The parts of a sum and what is left over, added.
 #[inline(always)]
 pub fn total(lanes: [f64; LANES], rest: impl Iterator<Item = f64>) -> f64 {

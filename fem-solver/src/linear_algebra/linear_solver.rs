@@ -4,7 +4,7 @@
 //! into memory that is kept. One thread, fixed order: on one machine equal input gives equal bytes.
 
 use crate::linear_algebra::elimination::analyse;
-use crate::linear_algebra::multifrontal::Fronts;
+use crate::linear_algebra::multifrontal::{Fronts, factorise, factorise_signed};
 use crate::linear_algebra::signed::Signed;
 
 /// Cholesky factorisation of a sparse matrix whose lower triangle has a fixed pattern.
@@ -22,19 +22,12 @@ pub struct Cholesky {
     diagonal: Vec<usize>,
 }
 
-/// A pivot is not positive.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct NotPositive {
-    /// The unknown of the first such pivot in the order of elimination.
-    pub unknown: usize,
-}
-
 impl Cholesky {
     /// Analyse the lower triangle of an `n` x `n` matrix: the rows of column `j`, increasing and from
     /// the diagonal on, are `rows[starts[j]..starts[j + 1]]`.
     pub fn new(n: usize, starts: &[usize], rows: &[usize]) -> Self {
         let fronts = analyse(n, starts, rows);
-        let (factor, rest) = (vec![0.0; fronts.factor_len()], vec![0.0; fronts.rest_len()]);
+        let (factor, rest) = (vec![0.0; fronts.factor_len], vec![0.0; fronts.rest_len]);
         let work = vec![0.0; fronts.work_len()];
         let (signed, diagonal) = (Signed::default(), starts[..n].to_vec());
         Self { fronts, factor, rest, work, factorised: false, signed, indefinite: false, diagonal }
@@ -45,23 +38,23 @@ impl Cholesky {
         self.factor.len()
     }
 
-    /// Factorise the matrix with `values` in the order of the pattern.
-    pub fn factorise(&mut self, values: &[f64]) -> Result<(), NotPositive> {
-        let outcome = self.fronts.factorise(values, &mut self.factor, &mut self.rest);
+    /// Factorise the matrix with `values` in the order of the pattern. The error is the first unknown, in the order of
+    /// elimination, whose pivot is not positive.
+    pub fn factorise(&mut self, values: &[f64]) -> Result<(), usize> {
+        let outcome = factorise(&self.fronts, values, &mut self.factor, &mut self.rest);
         (self.factorised, self.indefinite) = (outcome.is_ok(), false);
-        outcome.map_err(|unknown| NotPositive { unknown })
+        outcome
     }
 
     /// Factorise the matrix with `values`, whatever the signs of its pivots; returns how many are negative. Pivots that are
     /// too small were replaced ([`Self::replaced`]): solutions are then to be refined. The error is a matrix of no numbers.
-    pub fn factorise_signed(&mut self, values: &[f64]) -> Result<usize, NotPositive> {
-        let unknowns = self.fronts.unknowns().iter();
+    pub fn factorise_signed(&mut self, values: &[f64]) -> Result<usize, usize> {
+        let unknowns = self.fronts.unknowns.iter();
         self.signed.begin(unknowns.map(|unknown| values[self.diagonal[*unknown]]));
         let outcome =
-            self.fronts.factorise_signed(values, &mut self.factor, &mut self.rest, &mut self.signed);
+            factorise_signed(&self.fronts, values, &mut self.factor, &mut self.rest, &mut self.signed);
         (self.factorised, self.indefinite) = (outcome.is_ok(), true);
-        outcome.map_err(|unknown| NotPositive { unknown })?;
-        Ok(self.signed.negative())
+        outcome.map(|()| self.signed.negative())
     }
 
     /// Pivots that the last [`Self::factorise_signed`] has replaced.
@@ -72,7 +65,7 @@ impl Cholesky {
     /// The unknown of the first negative pivot of the last factorisation, if there is one.
     pub fn first_negative(&self) -> Option<usize> {
         let column = self.signed.signs.iter().position(|s| *s < 0.0);
-        column.filter(|_| self.indefinite).map(|column| self.fronts.unknowns()[column])
+        column.filter(|_| self.indefinite).map(|column| self.fronts.unknowns[column])
     }
 
     /// Logarithm of the magnitude of the determinant of what was factorised.
@@ -314,7 +307,7 @@ mod tests {
         for bad in [0, 17, 39] {
             let mut diagonal = Cholesky::new(n, &(0..=n).collect::<Vec<_>>(), &(0..n).collect::<Vec<_>>());
             let numbers: Vec<f64> = (0..n).map(|i| if i == bad { 0.0 } else { 1.0 }).collect();
-            assert_eq!(diagonal.factorise(&numbers), Err(NotPositive { unknown: bad }));
+            assert_eq!(diagonal.factorise(&numbers), Err(bad));
             let starts: Vec<usize> = (0..=n).map(|j| j * n - j * j.saturating_sub(1) / 2).collect();
             let rows: Vec<usize> = (0..n).flat_map(|j| j..n).collect();
             let mut dense = Cholesky::new(n, &starts, &rows);
@@ -323,7 +316,7 @@ mod tests {
                     (j..n).map(move |i| if i == j { if j == bad { -1.0 } else { 2.0 } } else { 1e-3 })
                 })
                 .collect();
-            assert_eq!(dense.factorise(&numbers), Err(NotPositive { unknown: bad }));
+            assert_eq!(dense.factorise(&numbers), Err(bad));
         }
     }
 }

@@ -12,9 +12,8 @@
 //! factorisation fuses products with sums.
 
 use crate::linear_algebra::dense::{Apart, Fused, ROWS, rest_place};
-use crate::linear_algebra::free_memory::FreeMemory;
 use crate::linear_algebra::lanes::wide;
-use crate::linear_algebra::signed::{Pivoting, Positive, Signed};
+use crate::linear_algebra::signed::{Pivoting, Signed};
 use std::ops::Range;
 
 /// Columns of the factor with one pattern.
@@ -50,19 +49,13 @@ pub struct Fronts {
     entries: Vec<[u32; 2]>,
     /// Children of all supernodes.
     children: Vec<u32>,
-    /// Unknown of each column.
-    unknowns: Vec<usize>,
-    factor_len: usize,
-    rest_len: usize,
+    /// Unknown of each column, in the order of elimination.
+    pub unknowns: Vec<usize>,
+    /// Numbers in the factor, padding included.
+    pub factor_len: usize,
+    /// Numbers that wait for a parent, at most.
+    pub rest_len: usize,
     most_rows: usize,
-}
-
-/// A column pattern of supernodes, as an analysis gives it.
-pub struct Supernodes<'a> {
-    /// Unknown of each column in the order of elimination.
-    pub unknowns: &'a [usize],
-    /// Columns of each supernode and its rows below, increasing; each supernode right after its children.
-    pub supernodes: Vec<(Range<usize>, Vec<usize>)>,
 }
 
 impl Supernode {
@@ -95,25 +88,32 @@ impl Supernode {
 }
 
 impl Fronts {
-    /// For a lower triangle by columns, the rows of column `j` being `rows[starts[j]..starts[j + 1]]`.
-    pub fn new(shape: &Supernodes, starts: &[usize], rows: &[usize]) -> Self {
-        let n = shape.unknowns.len();
+    /// For a lower triangle by columns, the rows of column `j` being `rows[starts[j]..starts[j + 1]]`. `unknowns` are those of
+    /// each column in the order of elimination, `shape` the columns of each supernode and its rows below, increasing; each
+    /// supernode right after its children.
+    pub fn new(
+        unknowns: Vec<usize>,
+        shape: &[(Range<usize>, Vec<usize>)],
+        starts: &[usize],
+        rows: &[usize],
+    ) -> Self {
+        let n = unknowns.len();
         let mut column = vec![0; n];
-        shape.unknowns.iter().enumerate().for_each(|(i, unknown)| column[*unknown] = i);
+        unknowns.iter().enumerate().for_each(|(i, unknown)| column[*unknown] = i);
         let mut owner = vec![0; n];
-        for (s, (columns, _)) in shape.supernodes.iter().enumerate() {
+        for (s, (columns, _)) in shape.iter().enumerate() {
             owner[columns.clone()].fill(s);
         }
-        let count = shape.supernodes.len();
+        let count = shape.len();
         let mut children = vec![Vec::new(); count];
-        for (s, (_, below)) in shape.supernodes.iter().enumerate() {
+        for (s, (_, below)) in shape.iter().enumerate() {
             if let Some(row) = below.first() {
                 children[owner[*row]].push(s);
             }
         }
-        let mut fronts = Self { unknowns: shape.unknowns.to_vec(), ..Self::default() };
+        let mut fronts = Self { unknowns, ..Self::default() };
         let mut memory = FreeMemory::default();
-        for (supernode, children) in shape.supernodes.iter().zip(&children) {
+        for (supernode, children) in shape.iter().zip(&children) {
             fronts.push(supernode, &mut memory, children);
         }
         fronts.rest_len = memory.len;
@@ -190,41 +190,9 @@ impl Fronts {
         self.supernodes.push(supernode);
     }
 
-    /// Numbers in the factor, padding included.
-    pub fn factor_len(&self) -> usize {
-        self.factor_len
-    }
-
-    /// Numbers that wait for a parent, at most.
-    pub fn rest_len(&self) -> usize {
-        self.rest_len
-    }
-
     /// Numbers of work that [`Self::solve`] needs.
     pub fn work_len(&self) -> usize {
         self.unknowns.len() + leading(self.most_rows)
-    }
-
-    /// Factorise the matrix with `values`. `rest` holds [`Self::rest_len`] numbers. If a pivot is not
-    /// positive, its unknown is the error.
-    pub fn factorise(&self, values: &[f64], factor: &mut [f64], rest: &mut [f64]) -> Result<(), usize> {
-        factorise(self, values, factor, rest)
-    }
-
-    /// The same with pivots of either sign, which `signed` keeps. The unknown of a pivot that is no number is the error.
-    pub fn factorise_signed(
-        &self,
-        values: &[f64],
-        factor: &mut [f64],
-        rest: &mut [f64],
-        signed: &mut Signed,
-    ) -> Result<(), usize> {
-        factorise_signed(self, values, factor, rest, signed)
-    }
-
-    /// Unknown of each column, in the order of elimination.
-    pub fn unknowns(&self) -> &[usize] {
-        &self.unknowns
     }
 
     /// Logarithm of the magnitude of the determinant, of a factor.
@@ -270,8 +238,9 @@ fn local(supernode: &Supernode, below: &[u32], row: usize) -> usize {
     supernode.columns.len() + inside.expect("the front of a parent holds the rows of its children")
 }
 
-/// [`all_fronts`], compiled for the widest registers that this processor has.
-fn factorise(fronts: &Fronts, values: &[f64], factor: &mut [f64], rest: &mut [f64]) -> Result<(), usize> {
+/// Factorise the matrix with `values`, compiled for the widest registers that this processor has. `rest` holds
+/// [`Fronts::rest_len`] numbers. If a pivot is not positive, its unknown is the error.
+pub fn factorise(fronts: &Fronts, values: &[f64], factor: &mut [f64], rest: &mut [f64]) -> Result<(), usize> {
     #[cfg(target_arch = "x86_64")]
     {
         #[target_feature(enable = "avx512f")]
@@ -281,11 +250,11 @@ fn factorise(fronts: &Fronts, values: &[f64], factor: &mut [f64], rest: &mut [f6
             factor: &mut [f64],
             rest: &mut [f64],
         ) -> Result<(), usize> {
-            all_fronts(fronts, values, factor, rest, &mut Positive::<Fused<true>>::default())
+            all_fronts(fronts, values, factor, rest, &mut Fused::<true>)
         }
         #[target_feature(enable = "avx2,fma")]
         fn wide(fronts: &Fronts, values: &[f64], factor: &mut [f64], rest: &mut [f64]) -> Result<(), usize> {
-            all_fronts(fronts, values, factor, rest, &mut Positive::<Fused<false>>::default())
+            all_fronts(fronts, values, factor, rest, &mut Fused::<false>)
         }
         if std::arch::is_x86_feature_detected!("avx512f") {
             // SAFETY: the processor has what the function is compiled for; it was asked a line above.
@@ -296,12 +265,12 @@ fn factorise(fronts: &Fronts, values: &[f64], factor: &mut [f64], rest: &mut [f6
             return unsafe { wide(fronts, values, factor, rest) };
         }
     }
-    all_fronts(fronts, values, factor, rest, &mut Positive::<Apart>::default())
+    all_fronts(fronts, values, factor, rest, &mut Apart)
 }
 
 wide! {
-    /// [`all_fronts`] with pivots of either sign.
-    fn factorise_signed(
+    /// The same with pivots of either sign, which `signed` keeps. The unknown of a pivot that is no number is the error.
+    pub fn factorise_signed(
         fronts: &Fronts,
         values: &[f64],
         factor: &mut [f64],
@@ -474,4 +443,50 @@ fn back<const W: usize>(panel: &[[f64; ROWS]], pivots: usize, start: usize, work
 fn total(lanes: &[f64; ROWS]) -> f64 {
     let pairs = [lanes[0] + lanes[4], lanes[1] + lanes[5], lanes[2] + lanes[6], lanes[3] + lanes[7]];
     (pairs[0] + pairs[2]) + (pairs[1] + pairs[3])
+}
+
+/// Places in memory that is taken and given back, found once: the first gap that is wide enough.
+#[derive(Debug, Default)]
+struct FreeMemory {
+    /// Gaps below `len`, in order.
+    gaps: Vec<Range<usize>>,
+    /// Numbers in all, at most.
+    len: usize,
+}
+
+impl FreeMemory {
+    /// A place for `len` numbers.
+    fn take(&mut self, len: usize) -> usize {
+        if let Some(i) = self.gaps.iter().position(|gap| gap.len() >= len) {
+            let place = self.gaps[i].start;
+            self.gaps[i].start += len;
+            if self.gaps[i].is_empty() {
+                self.gaps.remove(i);
+            }
+            return place;
+        }
+        let place = match self.gaps.last() {
+            Some(gap) if gap.end == self.len => self.gaps.pop().map_or(self.len, |gap| gap.start),
+            _ => self.len,
+        };
+        self.len = place + len;
+        place
+    }
+
+    /// The place of `len` numbers is free again.
+    fn give_back(&mut self, place: usize, len: usize) {
+        if len == 0 {
+            return;
+        }
+        let mut gap = place..place + len;
+        let mut at = self.gaps.partition_point(|g| g.start < place);
+        if self.gaps.get(at).is_some_and(|g| g.start == gap.end) {
+            gap.end = self.gaps.remove(at).end;
+        }
+        if at > 0 && self.gaps[at - 1].end == gap.start {
+            at -= 1;
+            gap.start = self.gaps.remove(at).start;
+        }
+        self.gaps.insert(at, gap);
+    }
 }

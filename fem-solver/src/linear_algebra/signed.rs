@@ -11,7 +11,6 @@
 //! Source: Schenk and Gaertner (2006), Electronic Transactions on Numerical Analysis 23, 158 (small pivots replaced).
 
 use crate::linear_algebra::dense::{Arithmetic, ROWS, eliminate, leave_over, rest_place};
-use std::marker::PhantomData;
 use std::ops::Range;
 
 /// A pivot below this part of the matrix's own diagonal entry is replaced.
@@ -31,15 +30,7 @@ pub trait Pivoting {
 }
 
 /// All pivots must be positive.
-pub struct Positive<A>(PhantomData<A>);
-
-impl<A> Default for Positive<A> {
-    fn default() -> Self {
-        Self(PhantomData)
-    }
-}
-
-impl<A: Arithmetic> Pivoting for Positive<A> {
+impl<A: Arithmetic> Pivoting for A {
     #[inline(always)]
     fn eliminate(&mut self, panel: &mut [f64], columns: &Range<usize>) -> Result<(), usize> {
         eliminate::<A>(panel, columns.len())

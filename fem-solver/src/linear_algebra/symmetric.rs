@@ -12,15 +12,13 @@ pub struct SymmetricMatrix {
     values: Vec<f64>,
     /// Memory of [`SymmetricMatrix::bound`].
     sums: Vec<f64>,
-    cholesky: Cholesky,
+    /// Its factor.
+    pub cholesky: Cholesky,
 }
 
 impl SymmetricMatrix {
     /// Of order `n`, with a diagonal and these entries `(row, column)` of the lower triangle, which may repeat.
-    pub fn new<'a, I>(n: usize, entries: impl Fn() -> I) -> Self
-    where
-        I: Iterator<Item = &'a (usize, usize)>,
-    {
+    pub fn new(n: usize, entries: impl Iterator<Item = (usize, usize)>) -> Self {
         let (starts, rows) = pattern(n, entries);
         let cholesky = Cholesky::new(n, &starts, &rows);
         Self { values: vec![0.0; rows.len() + 1], sums: vec![0.0; n], starts, rows, cholesky }
@@ -28,7 +26,7 @@ impl SymmetricMatrix {
 
     /// Its order.
     pub fn order(&self) -> usize {
-        self.sums.len()
+        self.starts.len() - 1
     }
 
     /// Position of an entry of the pattern among the values; without one, of what belongs to no entry.
@@ -92,97 +90,52 @@ impl SymmetricMatrix {
 
     /// Factorise; the error is the unknown whose pivot is the first that is not positive.
     pub fn factorise(&mut self) -> Result<(), usize> {
-        let outcome = self.cholesky.factorise(&self.values[..self.rows.len()]);
-        outcome.map_err(|pivot| pivot.unknown)
+        self.cholesky.factorise(&self.values[..self.rows.len()])
     }
 
     /// The same with pivots of either sign; returns how many are negative. The error is an unknown where the matrix is no
     /// number.
     pub fn factorise_signed(&mut self) -> Result<usize, usize> {
-        let outcome = self.cholesky.factorise_signed(&self.values[..self.rows.len()]);
-        outcome.map_err(|pivot| pivot.unknown)
+        self.cholesky.factorise_signed(&self.values[..self.rows.len()])
     }
 
-    /// Its factor.
-    pub fn factor(&self) -> &Cholesky {
-        &self.cholesky
-    }
-
-    /// Solve in place with the last factor.
-    pub fn solve(&mut self, x: &mut [f64]) {
-        self.cholesky.solve(x);
-    }
-
-    /// Call `take` with two unknowns and the magnitude of the entry between them, for the whole matrix.
-    pub fn magnitudes(&self, mut take: impl FnMut(usize, usize, f64)) {
+    /// Call `take` with row, column and value of every entry of the whole matrix.
+    pub fn each(&self, mut take: impl FnMut(usize, usize, f64)) {
         for j in 0..self.order() {
-            for at in self.starts[j]..self.starts[j + 1] {
-                let (row, size) = (self.rows[at], self.values[at].abs());
-                take(j, row, size);
-                if row != j {
-                    take(row, j, size);
-                }
+            let (start, end) = (self.starts[j], self.starts[j + 1]);
+            take(j, j, self.values[start]);
+            for (row, value) in self.rows[start + 1..end].iter().zip(&self.values[start + 1..end]) {
+                take(*row, j, *value);
+                take(j, *row, *value);
             }
         }
     }
 
     /// Norm of `|K| x`, entries by their magnitudes.
     pub fn bound(&mut self, x: &[f64]) -> f64 {
-        self.sums.fill(0.0);
-        for j in 0..self.sums.len() {
-            let (start, end) = (self.starts[j], self.starts[j + 1]);
-            self.sums[j] += self.values[start].abs() * x[j];
-            for (row, value) in self.rows[start + 1..end].iter().zip(&self.values[start + 1..end]) {
-                self.sums[*row] += value.abs() * x[j];
-                self.sums[j] += value.abs() * x[*row];
-            }
-        }
+        let mut sums = std::mem::take(&mut self.sums);
+        sums.fill(0.0);
+        self.each(|row, column, value| sums[row] += value.abs() * x[column]);
+        self.sums = sums;
         self.sums.iter().map(|s| s * s).sum::<f64>().sqrt()
     }
 
     /// `y = K x`.
     pub fn multiply(&self, x: &[f64], y: &mut [f64]) {
         y.fill(0.0);
-        for j in 0..self.sums.len() {
-            let (start, end) = (self.starts[j], self.starts[j + 1]);
-            y[j] += self.values[start] * x[j];
-            for (row, value) in self.rows[start + 1..end].iter().zip(&self.values[start + 1..end]) {
-                y[*row] += value * x[j];
-                y[j] += value * x[*row];
-            }
-        }
+        self.each(|row, column, value| y[row] += value * x[column]);
     }
 }
 
-/// Columns of the lower triangle of order `n` that has a diagonal and the given entries `(row, column)`, which may repeat.
-fn pattern<'a, I>(n: usize, entries: impl Fn() -> I) -> (Vec<usize>, Vec<usize>)
-where
-    I: Iterator<Item = &'a (usize, usize)>,
-{
-    let mut next = vec![1_usize; n + 1];
-    next[n] = 0;
-    entries().for_each(|(_, column)| next[*column] += 1);
-    let mut sum = 0;
-    next.iter_mut().for_each(|count| (*count, sum) = (sum, sum + *count));
-    let begins = next.clone();
-    let mut all = vec![0_usize; sum];
-    let mut put = |row: usize, column: usize| {
-        all[next[column]] = row;
-        next[column] += 1;
-    };
-    (0..n).for_each(|j| put(j, j));
-    entries().for_each(|(row, column)| put(*row, *column));
-    let (mut starts, mut rows) = (vec![0], Vec::new());
-    for j in 0..n {
-        let column = &mut all[begins[j]..begins[j + 1]];
-        column.sort_unstable();
-        let first = rows.len();
-        for row in column {
-            if rows.len() == first || rows[rows.len() - 1] != *row {
-                rows.push(*row);
-            }
-        }
-        starts.push(rows.len());
-    }
-    (starts, rows)
+/// Columns of the lower triangle of order `n` that has a diagonal and the given entries `(row, column)`, which may repeat: where
+/// each begins, and one more at the end, and their rows.
+pub fn pattern(n: usize, entries: impl Iterator<Item = (usize, usize)>) -> (Vec<usize>, Vec<usize>) {
+    let entries = entries.map(|(row, column)| (column, row));
+    let mut all: Vec<(usize, usize)> = (0..n).map(|j| (j, j)).chain(entries).collect();
+    all.sort_unstable();
+    all.dedup();
+    let mut starts = vec![0; n + 1];
+    all.iter().for_each(|(column, _)| starts[column + 1] += 1);
+    (0..n).for_each(|j| starts[j + 1] += starts[j]);
+    (starts, all.into_iter().map(|(_, row)| row).collect())
 }

@@ -246,7 +246,7 @@ impl Model {
 
     /// Lines and their radii: the cables, then those of the other elements.
     pub fn lines(&self) -> impl Iterator<Item = ([usize; 2], f64)> + '_ {
-        let cables = self.cables.iter().map(|c| (c.nodes, c.radius));
+        let cables = self.cables.iter().map(|c| (c.nodes, c.of.radius));
         let others = self.elements.iter().flat_map(|e| {
             let radius = e.radius();
             e.lines().into_iter().map(move |line| (line, radius))

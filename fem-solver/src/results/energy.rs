@@ -76,7 +76,7 @@ impl Energies {
             to.push(0.0 - state.load_work);
         }
         if !model.ground.is_empty() {
-            to.extend(internal.ground_force(model, u, &state.history).iter());
+            to.extend(internal.elements.ground_force(model, u, &state.history).iter());
         }
         if !model.live_load.is_empty() {
             to.extend([state.factor, state.along.negative as f64]);

@@ -55,7 +55,7 @@ pub struct KeptFields {
     faces: Option<KeptSeries>,
 }
 
-/// Names of the moments of beams, in the order of [`crate::element::Moments`].
+/// Names of the moments of beams, in the order of [`crate::element::Element::moments`].
 const MOMENTS: [&str; 5] = [
     "bending_moment_1_start",
     "bending_moment_1_end",
@@ -205,7 +205,7 @@ impl Fields {
                 *share = if force.is_nan() { 1.0 } else { element.utilisation(u, *force) };
             }
             if element.has_moments() {
-                self.moments[first..first + count].fill(element.moments(u, history).flat());
+                self.moments[first..first + count].fill(element.moments(u, history));
             }
             at += count;
         }
@@ -291,7 +291,7 @@ impl Fields {
 
 /// Section of each line [m2], 0 where it has none.
 fn sections(model: &Model) -> Vec<f64> {
-    let cables = model.cables.iter().map(|c| c.area);
+    let cables = model.cables.iter().map(|c| c.of.area);
     let others = model.elements.iter().flat_map(|e| std::iter::repeat_n(e.section(), e.line_count()));
     cables.chain(others).collect()
 }

@@ -269,8 +269,8 @@ impl Lines {
                     continue;
                 }
                 Quantity::BendingMoment => {
-                    let bending = element.moments(own, history).bending;
-                    let size = |end: usize| bending[0][end].hypot(bending[1][end]);
+                    let moments = element.moments(own, history);
+                    let size = |end: usize| moments[end].hypot(moments[2 + end]);
                     let ends = (0..2).filter(|end| self.ends[number][*end]);
                     take(ends.map(size).fold(0.0, f64::max));
                     continue;

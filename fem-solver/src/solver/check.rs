@@ -3,7 +3,7 @@
 use crate::config::generator::Generator;
 use crate::config::{Config, Integrator};
 use crate::integrator::critical_step::typical_stiffness;
-use crate::integrator::start::{LOADED, NoStart, Start};
+use crate::integrator::start::{LOADED, Start};
 use crate::internal_force::assembly::Assembly;
 use crate::model::{Model, Part};
 use crate::solver::FemSolver;
@@ -28,16 +28,13 @@ pub fn check(scene: &Scene) -> Result<CheckReport, Diagnostic> {
     let config = Config::of(scene)?;
     let mut solver = FemSolver::new(scene, &Options::default())?;
     let start = Start::new(scene, &config, solver.model(), solver.inherited(), None, &mut |_| Ok(()))
-        .map_err(|reason| match reason {
-            NoStart::Input(error) => error,
-            NoStart::Stopped(fault) => *fault.diagnostic,
-        })?;
+        .map_err(|fault| *fault.diagnostic)?;
     let model = solver.model();
-    let mut interface = model.interface_mesh(&start.displacement);
+    let mut interface = model.interface_mesh(&start.form.displacement);
     // Masses are for contact alone, and JSON has no infinity for those that are held.
     let masses = std::mem::take(&mut interface.masses);
     let least = masses.iter().copied().filter(|m| m.is_finite()).fold(f64::INFINITY, f64::min);
-    let sag = model.sag(&start.displacement);
+    let sag = model.sag(&start.form.displacement);
     let mut numbers: BTreeMap<String, f64> = BTreeMap::new();
     let mut state = |name: &str, value: f64| {
         numbers.insert(name.to_owned(), value);
@@ -56,7 +53,7 @@ pub fn check(scene: &Scene) -> Result<CheckReport, Diagnostic> {
     if let Some(extent) = narrower_extent(&interface.coordinates) {
         state("interface_extent_m", extent);
     }
-    if let Some((stiffness, mass)) = typical_stiffness(model, &start.displacement, &start.history) {
+    if let Some((stiffness, mass)) = typical_stiffness(model, &start.form.displacement, &start.form.history) {
         state("interface_stiffness_n_per_m", stiffness);
         state("interface_stiffness_mass_kg", mass);
     }
@@ -138,8 +135,8 @@ fn on_ground(model: &Model, start: &Start) -> Option<String> {
     let (least, most) = all().fold((f64::INFINITY, 0.0_f64), |(l, m), k| (l.min(k), m.max(k)));
     let mut assembly = Assembly::new(model);
     let forces = model.ground.clone().zip(model.ground_contacts()).map(|(number, contact)| {
-        let history = assembly.history(number, &start.history).to_vec();
-        contact.force(assembly.gather(number, &start.displacement), &history)
+        let history = assembly.history(number, &start.form.history).to_vec();
+        contact.force(assembly.gather(number, &start.form.displacement), &history)
     });
     let forces: Vec<_> = forces.filter(|force| force.norm() > 0.0).collect();
     let total = forces.iter().sum::<nalgebra::Vector3<f64>>().norm();

@@ -15,7 +15,7 @@ use crate::integrator::local;
 use crate::integrator::start::Start;
 use crate::integrator::window::{Exchange, WindowSolver};
 use crate::internal_force::assembly::Event;
-use crate::internal_force::mass_scaling::scale_masses;
+use crate::internal_force::tangent::scale_masses;
 use crate::model::Model;
 use crate::results::energy::Energies;
 use crate::results::fields::Fields;
@@ -142,7 +142,7 @@ impl FemSolver {
 
     /// Make ready for windows from `start`, under a plan that has been checked.
     pub(crate) fn begin(&mut self, mut start: Start, plan: &Plan) -> Result<Ready, Fault> {
-        let mesh = self.model.interface_mesh(&start.displacement);
+        let mesh = self.model.interface_mesh(&start.form.displacement);
         let (loads, load_warnings) =
             Loads::new(Needs::of(Scheme::of(&self.config.fem)), plan, &mesh, self.model.dof_count())?;
         if self.probes.has_groups() {
@@ -153,11 +153,12 @@ impl FemSolver {
         }
         let shortest = start.time_step.min(plan.window) / HALVINGS;
         let samples = ((1e-3 + plan.window) / shortest).min(MOST_REMEMBERED) as usize + 16;
-        let recorder = Recorder::new(&self.model, &self.probes, &start.displacement, &start.force, samples);
+        let recorder =
+            Recorder::new(&self.model, &self.probes, &start.form.displacement, &start.force, samples);
         let mut warnings = start.warnings.clone();
         warnings.extend(load_warnings);
-        let sag = self.model.sag(&start.displacement);
-        let form = (start.form(), start.form_finding);
+        let sag = self.model.sag(&start.form.displacement);
+        let form = (start.form.clone(), start.form_finding);
         let resume = self.resume.take();
         start.newton.keeps_factor = self.options.shortcuts;
         let exchange = Exchange { recorder, loads, plan, mesh: &mesh, shortcuts: self.options.shortcuts };

@@ -157,8 +157,8 @@ fn parts_say_what_a_group_becomes_and_give_its_properties() {
         model.cables.iter().map(|c| c.nodes).collect::<Vec<_>>(),
         [[0, 1], [1, 2], [0, 1], [1, 3], [3, 0]]
     );
-    assert_eq!(model.cables.iter().map(|c| c.area).collect::<Vec<_>>(), [2e-4, 2e-4, 1e-4, 1e-4, 1e-4]);
-    assert_eq!(model.cables.iter().map(|c| c.prestress).collect::<Vec<_>>(), [0.0, 0.0, 1e6, 1e6, 1e6]);
+    assert_eq!(model.cables.iter().map(|c| c.of.area).collect::<Vec<_>>(), [2e-4, 2e-4, 1e-4, 1e-4, 1e-4]);
+    assert_eq!(model.cables.iter().map(|c| c.of.prestress).collect::<Vec<_>>(), [0.0, 0.0, 1e6, 1e6, 1e6]);
     let group = |name: &str| model.parts.iter().find(|g| g.name == name).unwrap().cables.clone();
     assert_eq!((group("rope"), group("skin")), (vec![0, 1], vec![2, 3, 4]));
     assert_eq!(model.node_name(3), "40 at (1, 1, 0)", "nodes are called as in the file");

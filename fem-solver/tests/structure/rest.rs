@@ -237,7 +237,7 @@ fn form_finding_obeys_max_iterations() {
                 ends.push(n);
                 Ok(())
             })
-            .unwrap_or_else(|e| panic!("{e}"));
+            .unwrap_or_else(|e| panic!("{e:?}"));
         assert!(ends.iter().enumerate().all(|(i, n)| *n == i as u64 + 1), "{ends:?}");
         assert_eq!(info.iterations, ends.len() as u64);
         (form.displacement, info.iterations)

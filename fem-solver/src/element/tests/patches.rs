@@ -5,7 +5,7 @@ use crate::element::bar::Rupture;
 use crate::element::material::Law;
 use crate::element::membrane::{Fabric, Membrane};
 use crate::element::sliding_cable::Memory;
-use crate::element::{Bar, Beam, Brake, Element, Shell, SlidingCable};
+use crate::element::{Bar, Beam, Element, Shell, SlidingCable};
 use nalgebra::{Matrix3, UnitQuaternion, Vector2, Vector3};
 
 /// Along this line, at these places.
@@ -32,8 +32,8 @@ fn bars_and_brakes_of_unlike_length_in_a_row_pass_on_one_force() {
             nodes: [i, i + 1],
             span: along() * (PLACES[i + 1] - PLACES[i]),
             length: (PLACES[i + 1] - PLACES[i]) / 1.01,
-            area: 1e-4,
-            density: 1.0,
+            section: Some(1e-4),
+            mass: 1.0,
             radius: 0.0,
             law: law(f64::INFINITY),
             rupture: Rupture::NEVER,
@@ -42,7 +42,7 @@ fn bars_and_brakes_of_unlike_length_in_a_row_pass_on_one_force() {
     let all: Vec<&dyn Element> = bars.iter().map(|bar| bar as &dyn Element).collect();
     assert!(patch(&all, &stretched(), &[], &[1, 2]) < ROUNDING);
     // The law of a brake is one of elongations: the longer one has as much less stiffness, force and hardening alike.
-    let brakes: Vec<Brake> = (0..3)
+    let brakes: Vec<Bar> = (0..3)
         .map(|i| {
             let length = PLACES[i + 1] - PLACES[i];
             let law = Law {
@@ -51,7 +51,7 @@ fn bars_and_brakes_of_unlike_length_in_a_row_pass_on_one_force() {
                 ..Law::elastic(5e6 / length, 0.0, true)
             };
             let (span, nodes) = (along() * length, [i, i + 1]);
-            Brake { nodes, span, length, mass: 1.0, radius: 0.0, law, rupture: Rupture::NEVER }
+            Bar { nodes, span, length, section: None, mass: 1.0, radius: 0.0, law, rupture: Rupture::NEVER }
         })
         .collect();
     let all: Vec<&dyn Element> = brakes.iter().map(|brake| brake as &dyn Element).collect();
@@ -142,8 +142,8 @@ fn membranes(fabric: &dyn Fn(usize) -> Fabric) -> Vec<Membrane> {
     let (points, cells, turn) = triangles();
     let along = turn * Vector3::x();
     let made = cells.iter().enumerate().map(|(i, cell)| {
-        let (axes, slopes, area) = Membrane::geometry(&cell.map(|n| points[n]), &along).expect("has an area");
-        Membrane { nodes: *cell, axes, slopes, area, thickness: 0.01, density: 900.0, fabric: fabric(i) }
+        let point = Membrane::geometry(&cell.map(|n| points[n]), &along).expect("has an area");
+        Membrane::new(*cell, point, 0.01, 900.0, fabric(i))
     });
     made.collect()
 }

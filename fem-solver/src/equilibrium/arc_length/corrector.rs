@@ -43,6 +43,8 @@ pub struct Corrector {
     /// Largest size of terms that elements other than cables take differences of [N].
     coarseness: f64,
     load_size: f64,
+    /// Iterations and factorisations of the step at hand.
+    pub info: Info,
 }
 
 impl Corrector {
@@ -64,6 +66,7 @@ impl Corrector {
             product: memory(),
             coarseness: model.elements.iter().map(|e| e.coarseness()).fold(0.0, f64::max),
             load_size: norm(&model.live_load),
+            info: Info::default(),
             tangent,
         }
     }
@@ -81,14 +84,12 @@ impl Corrector {
         state: &mut State,
         (before, control): (&[f64], usize),
         most: u32,
-        info: &mut Info,
     ) -> Result<f64, Failure> {
         let (mut moved, mut moved_before) = (f64::INFINITY, f64::INFINITY);
         let (mut iterations, mut rounding) = (0, 0.0);
         loop {
             let tension = self.evaluate(model, state);
-            let free = self.tangent.dofs().iter();
-            let residual = free.map(|dof| self.force[*dof].powi(2)).sum::<f64>().sqrt();
+            let residual = self.tangent.norm(&self.force);
             let scale = norm(&self.force).max(state.factor.abs() * self.load_size).max(tension.sqrt());
             let limit = self.settings.tolerance * scale;
             let way = state.displacement.iter().zip(before).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
@@ -98,18 +99,16 @@ impl Corrector {
                 return Ok(tension);
             }
             if iterations >= most || !residual.is_finite() {
-                let size = |dof: &&usize| self.force[**dof].abs();
-                let worst = self.tangent.dofs().iter().max_by(|a, b| size(a).total_cmp(&size(b)));
                 return Err(Failure::NotConverged {
                     iterations,
                     residual,
                     limit,
-                    worst: worst.copied().unwrap_or(0),
+                    worst: self.tangent.worst(&self.force),
                     moving: (residual <= limit).then_some(moved),
                     unstable: self.unstable(),
                 });
             }
-            self.factorise(model, state, info)?;
+            self.factorise(model, state)?;
             rounding = self.rounding(state, tension.sqrt(), scale);
             let factor = self.close(control);
             (moved_before, moved) = (moved, 0.0);
@@ -119,21 +118,15 @@ impl Corrector {
             }
             state.factor += factor;
             iterations += 1;
-            info.iterations += 1;
+            self.info.iterations += 1;
         }
     }
 
     /// The direction of the path at `state` into `direction`, its largest displacement 1; returns the change of the load
     /// factor [1/m]. Either sign.
-    pub fn direction(
-        &mut self,
-        model: &Model,
-        state: &State,
-        direction: &mut [f64],
-        info: &mut Info,
-    ) -> Result<f64, Failure> {
+    pub fn direction(&mut self, model: &Model, state: &State, direction: &mut [f64]) -> Result<f64, Failure> {
         self.evaluate(model, state);
-        self.factorise(model, state, info)?;
+        self.factorise(model, state)?;
         let Some(control) = self.moves_most(model) else {
             // Nothing moves under these loads.
             return Err(Failure::Unstable { dof: self.tangent.dofs().first().copied().unwrap_or(0) });
@@ -143,7 +136,7 @@ impl Corrector {
         along.iter_mut().zip(&self.of_load).for_each(|(a, x)| *a = rate * x);
         let mut last = f64::INFINITY;
         for _ in 0..ROUNDS {
-            self.tangent.multiply(along, &mut self.product);
+            self.tangent.matrix.multiply(along, &mut self.product);
             for ((rest, product), q) in self.rest.iter_mut().zip(&self.product).zip(&self.load) {
                 *rest = rate * q - product;
             }
@@ -152,17 +145,14 @@ impl Corrector {
                 break;
             }
             last = size;
-            self.tangent.solve(&mut self.rest);
+            self.tangent.matrix.cholesky.solve(&mut self.rest);
             let change = -self.rest[control] / self.of_load[control];
             for ((a, y), x) in along.iter_mut().zip(&self.rest).zip(&self.of_load) {
                 *a += y + change * x;
             }
             rate += change;
         }
-        direction.fill(0.0);
-        for (a, dof) in self.of_rest.iter().zip(self.tangent.dofs()) {
-            direction[*dof] = *a;
-        }
+        self.tangent.scatter(&self.of_rest, direction);
         Ok(rate)
     }
 
@@ -172,15 +162,12 @@ impl Corrector {
         // By inverse iteration from what has a share of every direction.
         self.of_load.iter_mut().enumerate().for_each(|(i, x)| *x = (1.7 * i as f64 + 1.0).sin());
         for _ in 0..SOFTEST {
-            self.tangent.solve(&mut self.of_load);
+            self.tangent.matrix.cholesky.solve(&mut self.of_load);
             let Some(most) = self.moves_most(model) else { return };
             let size = 1.0 / self.of_load[most];
             self.of_load.iter_mut().for_each(|x| *x *= size);
         }
-        direction.fill(0.0);
-        for (x, dof) in self.of_load.iter().zip(self.tangent.dofs()) {
-            direction[*dof] = *x;
-        }
+        self.tangent.scatter(&self.of_load, direction);
     }
 
     /// The free displacement that moves most under the loads.
@@ -216,38 +203,33 @@ impl Corrector {
         press(&model.live_pressures, &self.pressures, u, &mut self.live);
         self.pressures.iter_mut().for_each(|pressure| *pressure *= factor);
         self.load_size = norm(&self.live);
-        for (q, dof) in self.load.iter_mut().zip(self.tangent.dofs()) {
-            *q = self.live[*dof];
-        }
+        self.tangent.gather(&self.live, &mut self.load);
     }
 
     /// Residual that rounding leaves [N], as [`crate::equilibrium::newton`] has it.
     fn rounding(&mut self, state: &State, tension: f64, scale: f64) -> f64 {
-        for (x, dof) in self.rest.iter_mut().zip(self.tangent.dofs()) {
-            *x = state.displacement[*dof].abs();
-        }
+        self.tangent.gather(&state.displacement, &mut self.rest);
+        self.rest.iter_mut().for_each(|x| *x = x.abs());
         let root = (self.tangent.len() as f64).sqrt();
         let noise =
-            2.0 * f64::EPSILON * (self.tangent.bound(&self.rest) + root * (tension + self.coarseness));
+            2.0 * f64::EPSILON * (self.tangent.matrix.bound(&self.rest) + root * (tension + self.coarseness));
         noise.min(COARSEST * scale)
     }
 
     /// Factorise `K` at the state, and solve for the loads and for the residual that `force` holds.
-    fn factorise(&mut self, model: &Model, state: &State, info: &mut Info) -> Result<(), Failure> {
+    fn factorise(&mut self, model: &Model, state: &State) -> Result<(), Failure> {
         let slack = Slack::Regularised(SLACK_SHARE);
         self.tangent.assemble(model, &state.displacement, &state.history, 1.0, slack);
         self.tangent.add_pressures(&model.live_pressures, &self.pressures, &state.displacement, 1.0);
-        info.factorisations += 1;
+        self.info.factorisations += 1;
         // What was indefinite mostly stays so.
         if self.negative > 0 || self.tangent.factorise().is_err() {
             self.negative = self.tangent.factorise_signed().map_err(|dof| Failure::Unstable { dof })?;
         }
         self.of_load.copy_from_slice(&self.load);
-        for (rest, dof) in self.of_rest.iter_mut().zip(self.tangent.dofs()) {
-            *rest = self.force[*dof];
-        }
-        self.tangent.solve(&mut self.of_load);
-        self.tangent.solve(&mut self.of_rest);
+        self.tangent.gather(&self.force, &mut self.of_rest);
+        self.tangent.matrix.cholesky.solve(&mut self.of_load);
+        self.tangent.matrix.cholesky.solve(&mut self.of_rest);
         Ok(())
     }
 
@@ -261,10 +243,10 @@ impl Corrector {
         if self.negative == 0 {
             return factor;
         }
-        self.tangent.multiply(&self.of_rest, &mut self.product);
+        self.tangent.matrix.multiply(&self.of_rest, &mut self.product);
         let sums = self.rest.iter_mut().zip(self.tangent.dofs()).zip(self.product.iter().zip(&self.load));
         sums.for_each(|((rest, dof), (product, q))| *rest = self.force[*dof] - product + factor * q);
-        self.tangent.solve(&mut self.rest);
+        self.tangent.matrix.cholesky.solve(&mut self.rest);
         let change = -(self.rest[control] + self.of_rest[control]) / self.of_load[control];
         for ((step, y), x) in self.of_rest.iter_mut().zip(&self.rest).zip(&self.of_load) {
             *step += y + change * x;

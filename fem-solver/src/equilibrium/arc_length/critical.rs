@@ -26,12 +26,9 @@ pub struct PathPoint {
     pub log_determinant: f64,
 }
 
-/// Why a search ended without a point.
+/// The step has jumped from one path to another somewhere beyond this way [m].
 #[derive(Debug, PartialEq)]
-pub enum Lost {
-    /// The step has jumped from one path to another somewhere beyond this way [m].
-    Jump(f64),
-}
+pub struct Jump(pub f64);
 
 impl PathPoint {
     fn turns(&self, other: &Self) -> bool {
@@ -63,7 +60,7 @@ pub struct Search<'a> {
 
 impl Search<'_> {
     /// Find what changes between `low` and `high`.
-    pub fn between(&mut self, low: PathPoint, high: PathPoint) -> Result<(), Lost> {
+    pub fn between(&mut self, low: PathPoint, high: PathPoint) -> Result<(), Jump> {
         let change = low.negative.abs_diff(high.negative);
         if !low.differs(&high) {
             return Ok(());
@@ -87,12 +84,12 @@ impl Search<'_> {
                 self.between(low, middle)?;
                 self.between(middle, high)
             }
-            None => Err(Lost::Jump(low.way)),
+            None => Err(Jump(low.way)),
         }
     }
 
     /// One pivot changes its sign: by regula falsi with Illinois' halving, and halves in between.
-    fn root(&mut self, mut low: PathPoint, mut high: PathPoint) -> Result<(), Lost> {
+    fn root(&mut self, mut low: PathPoint, mut high: PathPoint) -> Result<(), Jump> {
         let kind = if low.turns(&high) { CriticalKind::Limit } else { CriticalKind::Branch };
         let scale = low.log_determinant.max(high.log_determinant);
         let value = |p: &PathPoint| if kind == CriticalKind::Limit { p.rate } else { p.determinant(scale) };
@@ -134,9 +131,9 @@ impl Search<'_> {
 }
 
 /// Whether one path leads from one place to another: the load changes as fast as it says at both.
-fn continuous(low: &PathPoint, high: &PathPoint) -> Result<(), Lost> {
+fn continuous(low: &PathPoint, high: &PathPoint) -> Result<(), Jump> {
     let allowed = 10.0 * low.rate.abs().max(high.rate.abs()) * (high.way - low.way);
     let rounding = 1e-6 * low.factor.abs().max(high.factor.abs());
     let jump = (high.factor - low.factor).abs() > allowed + rounding;
-    if jump { Err(Lost::Jump(low.way)) } else { Ok(()) }
+    if jump { Err(Jump(low.way)) } else { Ok(()) }
 }

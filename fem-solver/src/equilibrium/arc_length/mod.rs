@@ -23,17 +23,14 @@
 
 mod corrector;
 mod critical;
-mod heading;
 
 use crate::config::NewtonConfig;
 use crate::equilibrium::newton::{Failure, Info};
-use crate::internal_force::InternalForce;
-use crate::linear_algebra::lanes::work;
+use crate::linear_algebra::lanes::{inner, norm, work};
 use crate::model::Model;
 use crate::state::{Along, Critical, CriticalKind, State};
 use corrector::Corrector;
-use critical::{Lost, PathPoint, Search};
-use heading::{Heading, angle, inner, norm};
+use critical::{Jump, PathPoint, Search};
 
 /// Angle by which directions may turn in one step [rad].
 const TURN: f64 = 0.3;
@@ -61,13 +58,12 @@ pub struct Path {
     /// Whether it turns where it branches.
     turns: bool,
     extent: f64,
-    corrector: Corrector,
-    /// Displacement and direction at the start of the step, and at its end.
+    /// Forces, internal and all, at the end of the last step.
+    pub(crate) corrector: Corrector,
+    /// Displacement and direction at the start of the step, and the direction at its end.
     before: Vec<f64>,
     set_out: Vec<f64>,
     direction: Vec<f64>,
-    end: Vec<f64>,
-    end_direction: Vec<f64>,
     /// Memory of what would break; empty where nothing can.
     history: Vec<f64>,
 }
@@ -106,8 +102,6 @@ impl Path {
             before: memory(),
             set_out: memory(),
             direction: memory(),
-            end: memory(),
-            end_direction: memory(),
             history: if model.elements.iter().any(|e| e.can_break()) {
                 model.start_history()
             } else {
@@ -116,20 +110,9 @@ impl Path {
         }
     }
 
-    /// The internal force.
-    pub fn internal(&mut self) -> &mut InternalForce {
-        &mut self.corrector.internal
-    }
-
-    /// Force of load and elements on every degree of freedom at the end of the last step [N].
-    pub fn force(&self) -> &[f64] {
-        &self.corrector.force
-    }
-
     /// At the start of a path: its direction there, in which the loads grow, and its stability.
-    pub fn begin(&mut self, model: &Model, state: &mut State) -> Result<Info, Failure> {
-        let mut info = Info::default();
-        let rate = self.corrector.direction(model, state, &mut self.direction, &mut info)?;
+    pub fn begin(&mut self, model: &Model, state: &mut State) -> Result<(), Failure> {
+        let rate = self.corrector.direction(model, state, &mut self.direction)?;
         let sign = if rate < 0.0 { -1.0 } else { 1.0 };
         self.direction.iter_mut().for_each(|d| *d *= sign);
         state.along = Along {
@@ -140,7 +123,7 @@ impl Path {
             ..state.along
         };
         self.face(state);
-        Ok(info)
+        Ok(())
     }
 
     /// The direction as velocity of the state.
@@ -150,7 +133,10 @@ impl Path {
 
     /// One step along the path, of at most `h` [s] from `time`.
     pub fn step(&mut self, model: &Model, state: &mut State, time: f64, h: f64) -> Result<Taken, Failure> {
-        let mut info = if state.along.stride > 0.0 { Info::default() } else { self.begin(model, state)? };
+        self.corrector.info = Info::default();
+        if state.along.stride == 0.0 {
+            self.begin(model, state)?;
+        }
         // How the tangent is factorised first follows from the state, not from what was tried last: a run that goes on has no last.
         self.corrector.negative = state.along.negative;
         self.before.copy_from_slice(&state.displacement);
@@ -166,9 +152,9 @@ impl Path {
                 _ => stride,
             };
             let outcome = if stride < CORNER * self.extent {
-                self.leap(model, state, (time, remaining), &mut info)
+                self.leap(model, state, time, remaining)
             } else {
-                self.attempt(model, state, (time, way), &mut info)
+                self.attempt(model, state, time, way)
             };
             let outcome = outcome.and_then(|tried| {
                 let leapt = stride < CORNER * self.extent;
@@ -180,7 +166,7 @@ impl Path {
                     let way = tried.probe.way;
                     self.accept(model, state, time + way / self.speed, way, &tried);
                     let length = if way >= remaining { h } else { way / self.speed };
-                    return Ok(Taken { length, tension: tried.tension, info, refused });
+                    return Ok(Taken { length, tension: tried.tension, info: self.corrector.info, refused });
                 }
                 Err(failure) => {
                     self.go_back(state);
@@ -204,8 +190,8 @@ impl Path {
             return false;
         }
         self.history.copy_from_slice(&state.history);
-        self.corrector.internal.advance(model, &state.displacement, &mut self.history);
-        !self.corrector.internal.broken().is_empty()
+        self.corrector.internal.elements.advance(&model.elements, &state.displacement, &mut self.history);
+        !self.corrector.internal.elements.broken().is_empty()
     }
 
     fn go_back(&self, state: &mut State) {
@@ -220,15 +206,15 @@ impl Path {
         &mut self,
         model: &Model,
         state: &mut State,
-        (time, remaining): (f64, f64),
-        info: &mut Info,
+        time: f64,
+        remaining: f64,
     ) -> Result<Tried, Failure> {
         let n = 3 * model.node_count();
         let mut last = Failure::Turns { angle: LEAP_TURN };
         for share in LEAPS {
             let way = (share * self.extent).min(remaining);
             self.go_back(state);
-            let mut tried = match self.go(model, state, way, u32::MAX, info) {
+            let mut tried = match self.go(model, state, way, u32::MAX) {
                 Ok(tried) => tried,
                 Err(failure) => {
                     last = failure;
@@ -259,14 +245,8 @@ impl Path {
     }
 
     /// Try a step of `way`. What is found critical in it is appended to the state.
-    fn attempt(
-        &mut self,
-        model: &Model,
-        state: &mut State,
-        (time, way): (f64, f64),
-        info: &mut Info,
-    ) -> Result<Tried, Failure> {
-        let tried = self.go(model, state, way, FEW, info)?;
+    fn attempt(&mut self, model: &Model, state: &mut State, time: f64, way: f64) -> Result<Tried, Failure> {
+        let tried = self.go(model, state, way, FEW)?;
         if tried.turn > TURN && !state.along.anew {
             return Err(Failure::Turns { angle: tried.turn });
         }
@@ -279,28 +259,22 @@ impl Path {
         };
         if low.differs(&tried.probe) && !state.along.anew {
             let known = state.critical.len();
-            self.look_for_critical(model, state, (time, way), (low, tried.probe), info)?;
+            self.look_for_critical(model, state, (time, way), (low, tried.probe))?;
             let branch = |p: &Critical| p.kind == CriticalKind::Branch && p.negative > low.negative;
             if self.turns
                 && let Some(at) = state.critical[known..].iter().position(branch)
             {
                 state.critical.truncate(known + at + 1);
-                return self.turn(model, state, time, info);
+                return self.turn(model, state, time);
             }
         }
         Ok(tried)
     }
 
     /// Go to the branch point found last, and set out along the path that crosses there.
-    fn turn(
-        &mut self,
-        model: &Model,
-        state: &mut State,
-        time: f64,
-        info: &mut Info,
-    ) -> Result<Tried, Failure> {
+    fn turn(&mut self, model: &Model, state: &mut State, time: f64) -> Result<Tried, Failure> {
         let point = state.critical[state.critical.len() - 1];
-        let mut tried = self.go(model, state, (point.time - time) * self.speed, FEW, info)?;
+        let mut tried = self.go(model, state, (point.time - time) * self.speed, FEW)?;
         self.corrector.softest(model, &mut self.direction);
         // The load of a path that crosses stands still, or nearly so; how stable that path is, its first step finds.
         (tried.probe.rate, tried.probe.negative, tried.turn) = (0.0, state.along.negative, 0.0);
@@ -310,14 +284,7 @@ impl Path {
     }
 
     /// To the place `way` from the start of the step.
-    fn go(
-        &mut self,
-        model: &Model,
-        state: &mut State,
-        way: f64,
-        most: u32,
-        info: &mut Info,
-    ) -> Result<Tried, Failure> {
+    fn go(&mut self, model: &Model, state: &mut State, way: f64, most: u32) -> Result<Tried, Failure> {
         let n = 3 * model.node_count();
         let dofs = self.corrector.tangent.dofs();
         let size = |i: &usize| if dofs[*i] < n { self.set_out[dofs[*i]].abs() } else { 0.0 };
@@ -327,9 +294,9 @@ impl Path {
             *u = u0 + way * d;
         }
         state.factor = state.factor_before + way * state.along.rate;
-        let (most, last) = (most.min(self.corrector.most_iterations()), info.iterations);
-        let tension = self.corrector.correct(model, state, (&self.before, control), most, info)?;
-        let mut rate = self.corrector.direction(model, state, &mut self.direction, info)?;
+        let (most, last) = (most.min(self.corrector.most_iterations()), self.corrector.info.iterations);
+        let tension = self.corrector.correct(model, state, (&self.before, control), most)?;
+        let mut rate = self.corrector.direction(model, state, &mut self.direction)?;
         let (old, new) = (&self.set_out[..n], &self.direction[..n]);
         let along = &state.along;
         let before = Heading::new(old, along.rate, along.steepest);
@@ -348,9 +315,9 @@ impl Path {
             factor: state.factor,
             rate,
             negative: self.corrector.negative,
-            log_determinant: self.corrector.tangent.log_determinant(),
+            log_determinant: self.corrector.tangent.matrix.cholesky.log_determinant(),
         };
-        Ok(Tried { probe, tension, turn, iterations: info.iterations - last })
+        Ok(Tried { probe, tension, turn, iterations: self.corrector.info.iterations - last })
     }
 
     /// Angle of the chord of the step with a direction, of their first `n` degrees of freedom: displacements.
@@ -378,26 +345,23 @@ impl Path {
         state: &mut State,
         (time, way): (f64, f64),
         (mut low, high): (PathPoint, PathPoint),
-        info: &mut Info,
     ) -> Result<(), Failure> {
-        self.end.copy_from_slice(&state.displacement);
-        self.end_direction.copy_from_slice(&self.direction);
+        let (end, end_direction) = (state.displacement.clone(), self.direction.clone());
         let (known, speed) = (state.critical.len(), self.speed);
         let mut found = std::mem::take(&mut state.critical);
-        let mut probe = |way: f64| self.go(model, state, way, FEW, info).ok().map(|tried| tried.probe);
+        let mut probe = |way: f64| self.go(model, state, way, FEW).ok().map(|tried| tried.probe);
         // The start again, for the sake of its determinant.
         low.log_determinant = probe(0.0).map_or(high.log_determinant, |p| p.log_determinant);
         let mut search = Search { probe: &mut probe, length: way, time, speed, found: &mut found };
         let outcome = search.between(low, high);
         state.critical = found;
-        if let Err(Lost::Jump(at)) = outcome
+        if let Err(Jump(at)) = outcome
             && at < way
         {
             state.critical.truncate(known);
             return Err(Failure::Turns { angle: std::f64::consts::PI });
         }
-        state.displacement.copy_from_slice(&self.end);
-        self.direction.copy_from_slice(&self.end_direction);
+        (state.displacement, self.direction) = (end, end_direction);
         state.factor = high.factor;
         self.corrector.evaluate(model, state);
         self.corrector.negative = high.negative;
@@ -457,10 +421,46 @@ impl Path {
         state.received += self.work(model, state);
         self.face(state);
         let internal = &mut self.corrector.internal;
-        internal.advance(model, &state.displacement, &mut state.history);
-        if !internal.broken().is_empty() {
+        internal.elements.advance(&model.elements, &state.displacement, &mut state.history);
+        if !internal.elements.broken().is_empty() {
             (state.along.anew, state.along.stride) = (true, FIRST * self.extent);
         }
-        state.events.extend(internal.broken().iter().map(|broken| broken.event(time, 0.0)));
+        state.events.extend(internal.elements.broken().iter().map(|broken| broken.event(time, 0.0)));
     }
+}
+
+/// The direction of a path: its displacements, and its load in units of the steepest that there was.
+#[derive(Clone, Copy)]
+struct Heading {
+    size: f64,
+    load: f64,
+}
+
+impl Heading {
+    /// Of displacements per way, and of the load per way [1/m]; `steepest` is its largest per norm of all displacements.
+    fn new(displacement: &[f64], rate: f64, steepest: f64) -> Self {
+        let size = norm(displacement);
+        let load = if steepest > 0.0 { rate / (size * steepest) } else { 0.0 };
+        Self { size, load }
+    }
+
+    /// Product of two directions, `inner` being that of their displacements.
+    fn dot(&self, other: &Self, inner: f64) -> f64 {
+        inner / (self.size * other.size) + self.load * other.load
+    }
+
+    /// Of the angle between two directions.
+    fn cosine(&self, other: &Self, inner: f64) -> f64 {
+        self.dot(other, inner) / (1.0 + self.load * self.load).sqrt() / (1.0 + other.load * other.load).sqrt()
+    }
+
+    /// Of the displacements alone.
+    fn cosine_of_shapes(&self, other: &Self, inner: f64) -> f64 {
+        inner / (self.size * other.size)
+    }
+}
+
+/// Whose cosine it is, as far as rounding lets it be one [rad].
+fn angle(cosine: f64) -> f64 {
+    cosine.clamp(-1.0, 1.0).acos()
 }

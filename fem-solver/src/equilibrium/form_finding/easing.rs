@@ -7,7 +7,8 @@
 //! It is the search alone that knows of it: the last iterations are those of the structure itself, and what elements
 //! remember stays that of the start but for rotations, so that no brake and no ring yields by being eased.
 
-use crate::equilibrium::newton::{Failure, Info, Newton, OnIteration, Problem};
+use crate::equilibrium::form_finding::Search;
+use crate::equilibrium::newton::{Failure, Problem};
 use crate::model::Model;
 
 /// Widest range of forces, relative to the sum of the dead load; each next one is [`NARROWER`] times as wide, down to [`LAST`].
@@ -39,18 +40,16 @@ impl<'a> Easing<'a> {
     /// narrowest range.
     pub fn approach(
         &mut self,
-        newton: &mut Newton,
+        search: &mut Search,
         u: &mut [f64],
         history: &mut [f64],
-        done: &mut Info,
-        on_iteration: OnIteration,
     ) -> Result<bool, Failure> {
         let load: f64 = self.model.load_at_start(u).iter().map(|p| p.abs()).sum();
         let (mut range, mut at_rest) = (FIRST * load, false);
         while range > LAST * load {
             self.ease(range);
-            at_rest = self.solve(newton, u, history, done, on_iteration)?;
-            newton.internal().advance_rotations(self.model, u, history);
+            at_rest = self.solve(search, u, history)?;
+            search.newton.internal.elements.advance_rotations(&self.model.elements, u, history);
             range *= NARROWER;
         }
         Ok(at_rest)
@@ -66,23 +65,13 @@ impl<'a> Easing<'a> {
     }
 
     /// Newton from `u`; returns whether it comes to rest. `u` is where it ends, at rest or not: each of its steps goes downhill.
-    fn solve(
-        &self,
-        newton: &mut Newton,
-        u: &mut [f64],
-        history: &[f64],
-        done: &mut Info,
-        on_iteration: OnIteration,
-    ) -> Result<bool, Failure> {
+    fn solve(&self, search: &mut Search, u: &mut [f64], history: &[f64]) -> Result<bool, Failure> {
         let most = self.most.unwrap_or(MOST_OF_RANGE);
         let zero = vec![0.0; u.len()];
         let problem = Problem::of_rest(self.model, &zero, history, &self.pressures);
-        newton.limits_travel = false;
-        let outcome = newton.search(&self.soft, &problem, (TOLERANCE, most), u, done, on_iteration);
-        newton.limits_travel = true;
-        match outcome {
+        match search.solve_stage(&self.soft, &problem, (TOLERANCE, most), u) {
             Ok(info) => {
-                done.unstable = info.unstable;
+                search.done.unstable = info.unstable;
                 Ok(true)
             }
             Err(failure @ Failure::Stopped(_)) => Err(failure),

@@ -11,7 +11,8 @@
 //! Source: Barnes (1999), Form finding and analysis of tension structures by dynamic relaxation, Int. J. Space Structures
 //! 14(2), 89 (kinetic damping); handbook 2.8.
 
-use crate::equilibrium::newton::{Failure, Info, Newton, OnIteration, Problem};
+use crate::equilibrium::form_finding::{Form, Search};
+use crate::equilibrium::newton::{Failure, Problem};
 use crate::model::Model;
 
 /// Most steps.
@@ -83,20 +84,18 @@ impl<'a> Swing<'a> {
 
     /// Let `u` [m] swing until `rest`, called with `u` and the history at every peak of the kinetic energy, returns a form
     /// in which it rests.
-    pub fn to_rest<T>(
+    pub fn to_rest(
         &mut self,
-        newton: &mut Newton,
+        search: &mut Search,
         u: &mut [f64],
         history: &mut [f64],
-        done: &mut Info,
-        on_iteration: OnIteration,
-        mut rest: impl FnMut(&mut Newton, &[f64], &[f64], &mut Info, OnIteration) -> Result<Option<T>, Failure>,
-    ) -> Result<T, Failure> {
+        mut rest: impl FnMut(&mut Search, &[f64], &[f64]) -> Result<Option<Form>, Failure>,
+    ) -> Result<Form, Failure> {
         for _ in 0..MOST_STEPS {
-            if !self.advance(newton, u, history, done, on_iteration)? {
+            if !self.advance(search, u, history)? {
                 continue;
             }
-            if let Some(form) = rest(newton, u, history, done, on_iteration)? {
+            if let Some(form) = rest(search, u, history)? {
                 return Ok(form);
             }
             self.velocity.fill(0.0);
@@ -107,14 +106,7 @@ impl<'a> Swing<'a> {
     }
 
     /// One step; whether the kinetic energy was largest before it, or nothing moves.
-    fn advance(
-        &mut self,
-        newton: &mut Newton,
-        u: &mut [f64],
-        history: &mut [f64],
-        done: &mut Info,
-        on_iteration: OnIteration,
-    ) -> Result<bool, Failure> {
+    fn advance(&mut self, search: &mut Search, u: &mut [f64], history: &mut [f64]) -> Result<bool, Failure> {
         self.before.copy_from_slice(u);
         for ((target, u), v) in self.target.iter_mut().zip(&*u).zip(&self.velocity) {
             *target = u + self.step * v;
@@ -126,11 +118,8 @@ impl<'a> Swing<'a> {
             viscosity: (&self.lent, rate),
             ..Problem::of_rest(self.model, &self.target, history, &self.pressures)
         };
-        newton.limits_travel = false;
         let limits = (self.tolerance, MOST_ITERATIONS);
-        let outcome = newton.search(self.model, &problem, limits, u, done, on_iteration);
-        newton.limits_travel = true;
-        let count = match outcome {
+        let count = match search.solve_stage(self.model, &problem, limits, u) {
             Ok(info) => info.iterations,
             Err(failure @ Failure::Stopped(_)) => return Err(failure),
             Err(failure) => {
@@ -145,7 +134,7 @@ impl<'a> Swing<'a> {
                 return Ok(false);
             }
         };
-        newton.internal().advance_rotations(self.model, u, history);
+        search.newton.internal.elements.advance_rotations(&self.model.elements, u, history);
         let energy = self.speed_up(u);
         let still = count == 0;
         if still {

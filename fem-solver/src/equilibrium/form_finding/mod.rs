@@ -8,9 +8,9 @@
 pub mod easing;
 pub mod kinetic;
 
+use crate::config::NewtonConfig;
 use crate::config::structure::FormFinding;
-use crate::element::Cable;
-use crate::element::Slack;
+use crate::element::{Cable, Slack};
 use crate::equilibrium::form_finding::easing::Easing;
 use crate::equilibrium::form_finding::kinetic::Swing;
 use crate::equilibrium::newton::{Failure, Info, Newton, OnIteration, Problem};
@@ -57,6 +57,83 @@ pub struct Basis<'a> {
     pub history: &'a [f64],
 }
 
+/// A search for a rest shape: Newton's iteration, and what was done so far.
+pub struct Search<'a> {
+    /// The iteration.
+    pub newton: &'a mut Newton,
+    /// What it took.
+    pub done: Info,
+    on_iteration: OnIteration<'a>,
+}
+
+impl Search<'_> {
+    /// [`Newton::solve`] as one part of the search, to a residual of the first of `limits` relative to the forces in at most as
+    /// many iterations as the second.
+    pub fn solve(
+        &mut self,
+        model: &Model,
+        problem: &Problem,
+        limits: (f64, u32),
+        u: &mut [f64],
+    ) -> Result<Info, Failure> {
+        let settings =
+            NewtonConfig { tolerance: limits.0, max_iterations: Some(limits.1), line_search: true };
+        let done = &mut self.done.iterations;
+        let outcome = self.newton.solve(model, problem, &settings, u, &mut |_, residual| {
+            *done += 1;
+            (self.on_iteration)(*done, residual)
+        });
+        self.done.factorisations += outcome.as_ref().map_or(0, |info| info.factorisations);
+        outcome
+    }
+
+    /// The same where the last iteration may still move, as in what is only a stage of the search; none where it fails.
+    pub fn solve_stage(
+        &mut self,
+        model: &Model,
+        problem: &Problem,
+        limits: (f64, u32),
+        u: &mut [f64],
+    ) -> Result<Info, Failure> {
+        self.newton.limits_travel = false;
+        let outcome = self.solve(model, problem, limits, u);
+        self.newton.limits_travel = true;
+        outcome
+    }
+
+    /// Equilibrium under the dead load by Newton from `u`, and the history there.
+    fn balanced(&mut self, model: &Model, u: &[f64], history: &[f64], most: u32) -> Result<Form, Failure> {
+        let zero = vec![0.0; u.len()];
+        let pressures = model.pressures_at_start();
+        let mut form = Form { displacement: u.to_vec(), history: history.to_vec(), smoothed: false };
+        let problem = Problem::of_rest(model, &zero, history, &pressures);
+        let info = self.solve(model, &problem, (TOLERANCE, most), &mut form.displacement)?;
+        let elements = &mut self.newton.internal.elements;
+        elements.advance(&model.elements, &form.displacement, &mut form.history);
+        if let Some(broken) = elements.broken().first() {
+            let (element, tension) = (broken.element as usize, broken.tension);
+            return Err(Failure::Broken { element, tension, part: 1.0 });
+        }
+        self.done.unstable = info.unstable;
+        self.done.shifted_at = self.done.shifted_at.or(info.shifted_at);
+        Ok(form)
+    }
+
+    /// The same; none where Newton does not come to it.
+    fn tried(
+        &mut self,
+        model: &Model,
+        u: &[f64],
+        history: &[f64],
+        most: u32,
+    ) -> Result<Option<Form>, Failure> {
+        match self.balanced(model, u, history, most) {
+            Err(Failure::NotConverged { .. } | Failure::Unstable { .. }) => Ok(None),
+            outcome => outcome.map(Some),
+        }
+    }
+}
+
 /// Displacements [m] of static equilibrium under the dead load, moving supports at their place at
 /// t = 0, and what it took. `most` bounds the Newton iterations of each approach; by default as many as it makes sense.
 ///
@@ -75,10 +152,9 @@ pub fn find_form(
     if !model.elements.iter().any(|element| element.smooth().is_some()) {
         return find(model, newton, method, most, basis, on_iteration);
     }
-    let mut start = Approach::new(model, newton, method, basis);
-    match start.by_newton(model, newton, most.unwrap_or(MOST.2), on_iteration) {
-        Err(Failure::NotConverged { .. } | Failure::Unstable { .. }) => {}
-        done => return done.map(|form| (form, start.done)),
+    let mut start = Approach::new(model, newton, method, basis, on_iteration);
+    if let Some(form) = start.by_newton(most.unwrap_or(MOST.2))? {
+        return Ok((form, start.search.done));
     }
     let mut smooth = model.clone();
     for element in &mut smooth.elements {
@@ -116,151 +192,90 @@ fn find(
     basis: Option<Basis>,
     on_iteration: OnIteration,
 ) -> Result<(Form, Info), Failure> {
-    let mut start = Approach::new(model, newton, method, basis);
-    let form = match start.by_newton(model, newton, most.unwrap_or(MOST.0), on_iteration) {
-        Err(Failure::NotConverged { .. } | Failure::Unstable { .. }) => {
-            // A net as modelled falls far, and is no nearer to its rest shape so: that would cost it half as many iterations again.
-            let eased = match basis {
-                Some(_) => start.eased(model, newton, most, on_iteration)?,
-                None => None,
-            };
-            match eased {
-                Some(form) => Ok(form),
-                None => start.swinging(model, newton, most.unwrap_or(MOST.1), on_iteration),
-            }
-        }
-        done => done,
-    };
-    Ok((form?, start.done))
+    let mut start = Approach::new(model, newton, method, basis, on_iteration);
+    let mut form = start.by_newton(most.unwrap_or(MOST.0))?;
+    // A net as modelled falls far, and is no nearer to its rest shape so: that would cost it half as many iterations again.
+    if form.is_none() && basis.is_some() {
+        form = start.eased(most)?;
+    }
+    let form = form.map_or_else(|| start.swinging(most.unwrap_or(MOST.1)), Ok)?;
+    Ok((form, start.search.done))
 }
 
 /// Where an approach begins.
-struct Approach {
+struct Approach<'a> {
+    model: &'a Model,
+    search: Search<'a>,
     u: Vec<f64>,
     /// The same where Newton begins, which needs stiffness in every direction.
     sagged: Vec<f64>,
     history: Vec<f64>,
-    done: Info,
 }
 
-impl Approach {
-    fn new(model: &Model, newton: &mut Newton, method: FormFinding, basis: Option<Basis>) -> Self {
+impl<'a> Approach<'a> {
+    fn new(
+        model: &'a Model,
+        newton: &'a mut Newton,
+        method: FormFinding,
+        basis: Option<Basis>,
+        on_iteration: OnIteration<'a>,
+    ) -> Self {
         let (mut u, mut history) = match basis {
             Some(basis) => (basis.displacement.to_vec(), basis.history.to_vec()),
             None => (vec![0.0; model.dof_count()], model.start_history()),
         };
         model.prescribe_first(&mut u);
-        let mut done = Info::default();
-        if newton.tangent.is_empty() {
-            return Self { sagged: u.clone(), u, history, done };
-        }
-        match method {
-            // Its force densities as modelled are not those of a structure that has been through something.
-            FormFinding::ForceDensity if basis.is_none() => keep_force_densities(model, newton, &mut u),
-            FormFinding::DynamicRelaxation => relax(model, newton, &mut history, &mut u),
-            _ => {}
-        }
-        newton.tangent.assemble(model, &u, &history, 1.0, Slack::Exact);
-        done.factorisations += 1;
-        let mut sagged = u.clone();
-        if newton.tangent.factorise().is_err() {
-            sag(model, newton, &mut sagged);
+        let (mut done, mut sagged) = (Info::default(), Vec::new());
+        if !newton.tangent.is_empty() {
+            match method {
+                // Its force densities as modelled are not those of a structure that has been through something.
+                FormFinding::ForceDensity if basis.is_none() => keep_force_densities(model, newton, &mut u),
+                FormFinding::DynamicRelaxation => relax(model, newton, &mut history, &mut u),
+                _ => {}
+            }
+            newton.tangent.assemble(model, &u, &history, 1.0, Slack::Exact);
             done.factorisations += 1;
+            sagged.clone_from(&u);
+            if newton.tangent.factorise().is_err() {
+                sag(model, newton, &mut sagged);
+                done.factorisations += 1;
+            }
         }
-        Self { u, sagged, history, done }
+        Self { model, search: Search { newton, done, on_iteration }, u, sagged, history }
     }
 
-    /// By Newton alone.
-    fn by_newton(
-        &mut self,
-        model: &Model,
-        newton: &mut Newton,
-        most: u32,
-        on_iteration: OnIteration,
-    ) -> Result<Form, Failure> {
-        if newton.tangent.is_empty() {
-            return Ok(Form { displacement: self.u.clone(), history: self.history.clone(), smoothed: false });
+    /// By Newton alone; none where it does not come to a rest shape.
+    fn by_newton(&mut self, most: u32) -> Result<Option<Form>, Failure> {
+        if self.search.newton.tangent.is_empty() {
+            let (displacement, history) = (self.u.clone(), self.history.clone());
+            return Ok(Some(Form { displacement, history, smoothed: false }));
         }
-        balanced(model, newton, &self.sagged, &self.history, most, &mut self.done, on_iteration)
+        self.search.tried(self.model, &self.sagged, &self.history, most)
     }
 
     /// By Newton with rings that go slack gradually; none where there are no rings, or where that does not end in a stable rest shape.
-    fn eased(
-        &mut self,
-        model: &Model,
-        newton: &mut Newton,
-        most: Option<u32>,
-        on_iteration: OnIteration,
-    ) -> Result<Option<Form>, Failure> {
-        let Some(mut easing) = Easing::of(model, most) else { return Ok(None) };
+    fn eased(&mut self, most: Option<u32>) -> Result<Option<Form>, Failure> {
+        let Some(mut easing) = Easing::of(self.model, most) else { return Ok(None) };
         let (mut u, mut history) = (self.u.clone(), self.history.clone());
-        if !easing.approach(newton, &mut u, &mut history, &mut self.done, on_iteration)? {
+        if !easing.approach(&mut self.search, &mut u, &mut history)? {
             return Ok(None);
         }
-        let most = most.unwrap_or(MOST.1);
-        match balanced(model, newton, &u, &history, most, &mut self.done, on_iteration) {
-            Ok(form) => Ok(self.done.unstable.is_none().then_some(form)),
-            Err(Failure::NotConverged { .. } | Failure::Unstable { .. }) => Ok(None),
-            Err(failure) => Err(failure),
-        }
+        let form = self.search.tried(self.model, &u, &history, most.unwrap_or(MOST.1))?;
+        Ok(form.filter(|_| self.search.done.unstable.is_none()))
     }
 
     /// Falling and swinging, by Newton from each peak of the kinetic energy.
-    fn swinging(
-        &mut self,
-        model: &Model,
-        newton: &mut Newton,
-        most: u32,
-        on_iteration: OnIteration,
-    ) -> Result<Form, Failure> {
-        let Self { u, history, done, .. } = self;
+    fn swinging(&mut self, most: u32) -> Result<Form, Failure> {
+        let Self { model, search, u, history, .. } = self;
         let mut unstable = 0;
-        Swing::new(model).to_rest(
-            newton,
-            u,
-            history,
-            done,
-            on_iteration,
-            |newton, u, history, done, on_iteration| {
-                match balanced(model, newton, u, history, most, done, on_iteration) {
-                    // A post on its tip is in balance, too: it falls on.
-                    Ok(_) if done.unstable.is_some() && unstable < PATIENCE => {
-                        unstable += 1;
-                        Ok(None)
-                    }
-                    Ok(form) => Ok(Some(form)),
-                    Err(Failure::NotConverged { .. } | Failure::Unstable { .. }) => Ok(None),
-                    Err(failure) => Err(failure),
-                }
-            },
-        )
+        Swing::new(model).to_rest(search, u, history, |search, u, history| {
+            let form = search.tried(model, u, history, most)?;
+            // A post on its tip is in balance, too: it falls on.
+            let falls = form.is_some() && search.done.unstable.is_some() && unstable < PATIENCE;
+            unstable += usize::from(falls);
+            Ok(form.filter(|_| !falls))
+        })
     }
-}
-
-/// Equilibrium under the dead load by Newton from `u`, and the history there.
-fn balanced(
-    model: &Model,
-    newton: &mut Newton,
-    u: &[f64],
-    history: &[f64],
-    most: u32,
-    done: &mut Info,
-    on_iteration: OnIteration,
-) -> Result<Form, Failure> {
-    let zero = vec![0.0; u.len()];
-    let pressures = model.pressures_at_start();
-    let mut form = Form { displacement: u.to_vec(), history: history.to_vec(), smoothed: false };
-    let problem = Problem::of_rest(model, &zero, history, &pressures);
-    let info =
-        newton.search(model, &problem, (TOLERANCE, most), &mut form.displacement, done, on_iteration)?;
-    let internal = newton.internal();
-    internal.advance(model, &form.displacement, &mut form.history);
-    if let Some(broken) = internal.broken().first() {
-        return Err(Failure::Broken { element: broken.element as usize, tension: broken.tension, part: 1.0 });
-    }
-    done.unstable = info.unstable;
-    done.shifted_at = done.shifted_at.or(info.shifted_at);
-    Ok(form)
 }
 
 /// Move `u` to where every cable keeps its force per length `q_0` as modelled: `sum q_0 (x_j - x_i) = -p`, one linear
@@ -269,11 +284,6 @@ fn balanced(
 /// Source: Schek (1974), CMAME 3, 115.
 fn keep_force_densities(model: &Model, newton: &mut Newton, u: &mut [f64]) {
     let density = |cable: &Cable| cable.initial_pull_per_length().max(0.0);
-    newton.tangent.assemble_blocks(model, 1.0, |cable| Matrix3::from_diagonal_element(density(cable)));
-    newton.tangent.add_film(model, u, &model.start_history(), START_SAG);
-    if newton.tangent.factorise().is_err() {
-        return;
-    }
     let mut force = model.load_at_start(u);
     for cable in &model.cables {
         let pull = density(cable) * (cable.span + model.relative(u, cable));
@@ -282,10 +292,28 @@ fn keep_force_densities(model: &Model, newton: &mut Newton, u: &mut [f64]) {
             force[model.dof(cable.nodes[1], c)] -= pull[c];
         }
     }
-    let dofs = newton.tangent.dofs().to_vec();
-    let mut shape: Vec<f64> = dofs.iter().map(|dof| force[*dof]).collect();
-    newton.tangent.solve(&mut shape);
-    dofs.iter().zip(&shape).for_each(|(dof, w)| u[*dof] += w);
+    if let Some(shape) = film(model, newton, u, density, &force) {
+        newton.tangent.dofs().iter().zip(&shape).for_each(|(dof, w)| u[*dof] += w);
+    }
+}
+
+/// Displacements of the free degrees of freedom under `force` [N] where cables are as stiff as that [N/m] in every direction, and
+/// the other elements soap films; none where nothing holds some of them.
+fn film(
+    model: &Model,
+    newton: &mut Newton,
+    u: &[f64],
+    stiffness: impl Fn(&Cable) -> f64,
+    force: &[f64],
+) -> Option<Vec<f64>> {
+    let tangent = &mut newton.tangent;
+    tangent.assemble_blocks(model, 1.0, |cable| Matrix3::from_diagonal_element(stiffness(cable)));
+    tangent.add_film(model, u, &model.start_history(), START_SAG);
+    tangent.factorise().ok()?;
+    let mut shape = vec![0.0; tangent.len()];
+    tangent.gather(force, &mut shape);
+    tangent.matrix.cholesky.solve(&mut shape);
+    Some(shape)
 }
 
 /// Let `u` swing towards equilibrium with masses of one's own choosing, stopped at every peak of the kinetic energy.
@@ -304,7 +332,7 @@ fn relax(model: &Model, newton: &mut Newton, history: &mut [f64], u: &mut [f64])
     for _ in 0..MOST_RELAXING {
         force.copy_from_slice(&model.dead_load);
         press(&model.timed, &pressures, u, &mut force);
-        newton.internal().subtract(model, Displacements::At(u), history, &mut force);
+        newton.internal.subtract(model, Displacements::At(u), history, &mut force);
         let norm = |x: &mut dyn Iterator<Item = f64>| x.map(|x| x * x).sum::<f64>().sqrt();
         let residual = norm(&mut (0..n).filter(|i| free[*i]).map(|i| force[i]));
         let held = norm(&mut (0..n).filter(|i| !free[*i]).map(|i| force[i]));
@@ -328,7 +356,7 @@ fn relax(model: &Model, newton: &mut Newton, history: &mut [f64], u: &mut [f64])
             continue;
         }
         u.iter_mut().zip(&velocity).for_each(|(u, v)| *u += v);
-        newton.internal().advance_rotations(model, u, history);
+        newton.internal.elements.advance_rotations(&model.elements, u, history);
     }
 }
 
@@ -346,21 +374,12 @@ fn fictitious_masses(model: &Model, newton: &mut Newton, history: &[f64], u: &[f
 
 /// Add the shape of a soap film under the dead load, [`START_SAG`] deep.
 fn sag(model: &Model, newton: &mut Newton, u: &mut [f64]) {
-    newton.tangent.assemble_blocks(model, 1.0, |cable| {
-        Matrix3::from_diagonal_element(START_SAG * cable.axial_stiffness())
-    });
-    newton.tangent.add_film(model, u, &model.start_history(), START_SAG);
-    if newton.tangent.factorise().is_err() {
-        // Something is connected to no support: Newton says what, with a shifted tangent.
-        return;
-    }
-    let dofs = newton.tangent.dofs().to_vec();
-    let load = model.load_at_start(u);
-    let mut shape: Vec<f64> = dofs.iter().map(|dof| load[*dof]).collect();
-    newton.tangent.solve(&mut shape);
+    let stiffness = |cable: &Cable| START_SAG * cable.axial_stiffness();
+    // Else something is connected to no support: Newton says what, with a shifted tangent.
+    let Some(shape) = film(model, newton, u, stiffness, &model.load_at_start(u)) else { return };
     let depth = shape.iter().fold(0.0, |a, b| f64::max(a, b.abs()));
     if depth > 0.0 {
         let factor = START_SAG * model.extent() / depth;
-        dofs.iter().zip(&shape).for_each(|(dof, w)| u[*dof] += factor * w);
+        newton.tangent.dofs().iter().zip(&shape).for_each(|(dof, w)| u[*dof] += factor * w);
     }
 }

@@ -1,40 +1,18 @@
 //! Which nodes of a selection the tangents of which elements couple.
 
-use super::wire::{NearWire, Wire};
+use super::Sums;
+use crate::element::Cable;
 use crate::internal_force::assembly::{Assembly, Heading};
 use crate::model::Model;
 
 /// Marks a node that is not selected.
 const OUT: u32 = u32::MAX;
 
-/// Numbers that belong to each node.
-#[derive(Debug, Clone)]
-struct AtNodes {
-    first: Vec<u32>,
-    numbers: Vec<u32>,
-}
-
-impl AtNodes {
-    /// Of `nodes` nodes, from the nodes of each number.
-    fn new<'a>(nodes: usize, of: impl Iterator<Item = &'a [usize]> + Clone) -> Self {
-        let mut first = vec![0_u32; nodes + 1];
-        of.clone().flatten().for_each(|node| first[node + 1] += 1);
-        (0..nodes).for_each(|node| first[node + 1] += first[node]);
-        let mut next = first.clone();
-        let mut numbers = vec![0; first[nodes] as usize];
-        for (number, own) in of.enumerate() {
-            for node in own {
-                numbers[next[*node] as usize] = number as u32;
-                next[*node] += 1;
-            }
-        }
-        Self { first, numbers }
-    }
-
-    fn of(&self, node: u32) -> &[u32] {
-        let node = node as usize;
-        &self.numbers[self.first[node] as usize..self.first[node + 1] as usize]
-    }
+/// For each of so many nodes the numbers of what it belongs to, from the nodes of each number.
+fn at_nodes<'a>(nodes: usize, of: impl Iterator<Item = &'a [usize]>) -> Vec<Vec<u32>> {
+    let mut at = vec![Vec::new(); nodes];
+    of.enumerate().for_each(|(number, own)| own.iter().for_each(|node| at[*node].push(number as u32)));
+    at
 }
 
 /// Block of the tangent of an element: its nodes of row and column, and where it belongs.
@@ -56,11 +34,11 @@ pub(super) struct NearElement {
 }
 
 /// The elements at selected nodes, and the pairs of these that they couple.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Coupled {
     wires: Vec<Wire>,
-    wires_at: AtNodes,
-    elements_at: AtNodes,
+    wires_at: Vec<Vec<u32>>,
+    elements_at: Vec<Vec<u32>>,
     /// Nodes of each element.
     nodes_of: Vec<Vec<u32>>,
     /// Place of each node of the structure among the selected ones, or [`OUT`].
@@ -90,21 +68,13 @@ impl Coupled {
         let n = model.node_count();
         let mut coupled = Self {
             wires: model.cables.iter().map(Wire::of).collect(),
-            wires_at: AtNodes::new(n, model.cables.iter().map(|c| &c.nodes[..])),
-            elements_at: AtNodes::new(n, model.elements.iter().map(|e| e.nodes())),
+            wires_at: at_nodes(n, model.cables.iter().map(|c| &c.nodes[..])),
+            elements_at: at_nodes(n, model.elements.iter().map(|e| e.nodes())),
             nodes_of: model.elements.iter().map(|e| e.nodes().iter().map(|n| *n as u32).collect()).collect(),
             place: vec![OUT; n],
             node_seen: vec![0; n],
             element_seen: vec![0; model.elements.len()],
-            mark: 0,
-            found: Vec::new(),
-            first: Vec::new(),
-            nodes: Vec::new(),
-            pairs: Vec::new(),
-            near_wires: Vec::new(),
-            near_elements: Vec::new(),
-            blocks: Vec::new(),
-            places: Vec::new(),
+            ..Self::default()
         };
         coupled.select(0..n as u32, true);
         coupled
@@ -133,8 +103,9 @@ impl Coupled {
             self.mark = self.mark.wrapping_add(1);
             self.node_seen[node as usize] = self.mark;
             self.pairs.push([own, own]);
-            let by_wires = self.wires_at.of(node).iter().flat_map(|w| &self.wires[*w as usize].nodes);
-            let by_elements = self.elements_at.of(node).iter().flat_map(|e| &self.nodes_of[*e as usize]);
+            let by_wires = self.wires_at[node as usize].iter().flat_map(|w| &self.wires[*w as usize].nodes);
+            let by_elements =
+                self.elements_at[node as usize].iter().flat_map(|e| &self.nodes_of[*e as usize]);
             for other in by_wires.chain(by_elements).map(|other| *other as usize) {
                 let place = self.place[other];
                 if place != OUT && place > own && self.node_seen[other] != self.mark {
@@ -171,7 +142,7 @@ impl Coupled {
                 let ends = self.wires[**number as usize].nodes;
                 ends.iter().all(|end| self.place[*end as usize] as usize >= own)
             };
-            self.found.extend(self.wires_at.of(*node).iter().filter(here));
+            self.found.extend(self.wires_at[*node as usize].iter().filter(here));
         }
         self.found.sort_unstable();
         self.near_wires.clear();
@@ -191,7 +162,7 @@ impl Coupled {
         self.found.clear();
         self.mark = self.mark.wrapping_add(1);
         for node in &self.nodes {
-            for number in self.elements_at.of(*node) {
+            for number in &self.elements_at[*node as usize] {
                 if std::mem::replace(&mut self.element_seen[*number as usize], self.mark) != self.mark {
                     self.found.push(*number);
                 }
@@ -228,7 +199,7 @@ impl Coupled {
         assembly: &mut Assembly,
         heading: Heading,
         history: &[f64],
-        to: &mut super::Sums,
+        to: &mut Sums,
     ) {
         let (mut block, mut place) = (0, 0);
         for near in &self.near_elements {
@@ -258,5 +229,75 @@ impl Coupled {
             }
             (block, place) = (near.blocks_end as usize, near.places_end as usize);
         }
+    }
+}
+
+/// Constants of a cable.
+#[derive(Debug, Clone, Copy)]
+struct Wire {
+    nodes: [u32; 2],
+    span: [f64; 3],
+    q0: f64,
+    slope: f64,
+    floor: f64,
+}
+
+impl Wire {
+    fn of(cable: &Cable) -> Self {
+        Self {
+            nodes: cable.nodes.map(|node| node as u32),
+            span: cable.span.into(),
+            q0: cable.initial_pull_per_length(),
+            slope: cable.slope(),
+            floor: cable.floor(),
+        }
+    }
+}
+
+/// A cable with a selected node.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct NearWire {
+    wire: Wire,
+    /// Places of its nodes; that behind the last for a node that is not selected.
+    places: [u32; 2],
+    /// Pairs of its first node with itself, of its second, of both; that behind the last where there is none.
+    pairs: [u32; 3],
+}
+
+/// Add what the cables do at the displacements `u` and velocities `v`, component-major over so many `nodes`.
+pub(super) fn add_wires(near: &[NearWire], (u, v): (&[f64], &[f64]), nodes: usize, to: &mut Sums) {
+    let (ux, uy, uz) = (&u[..nodes], &u[nodes..2 * nodes], &u[2 * nodes..3 * nodes]);
+    let (vx, vy, vz) = (&v[..nodes], &v[nodes..2 * nodes], &v[2 * nodes..3 * nodes]);
+    for NearWire { wire, places, pairs } in near {
+        let [a, b] = wire.nodes.map(|node| node as usize);
+        let w = [ux[b] - ux[a], uy[b] - uy[a], uz[b] - uz[a]];
+        let away = [vx[b] - vx[a], vy[b] - vy[a], vz[b] - vz[a]];
+        let d = [0, 1, 2].map(|c: usize| wire.span[c] + w[c]);
+        let s = (0..3).map(|c| w[c] * (wire.span[c] + d[c])).sum::<f64>();
+        let elastic = wire.q0 + wire.slope * s;
+        if elastic < wire.floor {
+            continue;
+        }
+        let twice = 2.0 * wire.slope;
+        let along = twice * (d[0] * away[0] + d[1] * away[1] + d[2] * away[2]);
+        let [first, second] = places.map(|place| place as usize);
+        for c in 0..3 {
+            let (pull, change) = (elastic * d[c], along * d[c] + elastic * away[c]);
+            to.force[first][c] += pull;
+            to.force[second][c] -= pull;
+            to.rate[first][c] += change;
+            to.rate[second][c] -= change;
+        }
+        let mut k = [0.0; 9];
+        for r in 0..3 {
+            for c in 0..3 {
+                k[3 * r + c] = twice * d[r] * d[c];
+            }
+            k[4 * r] += elastic;
+        }
+        let [own, other, beside] = pairs.map(|pair| pair as usize);
+        (0..9).for_each(|i| to.tangent[own][i] += k[i]);
+        (0..9).for_each(|i| to.tangent[other][i] += k[i]);
+        (0..9).for_each(|i| to.tangent[beside][i] -= k[i]);
     }
 }

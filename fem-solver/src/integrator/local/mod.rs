@@ -10,7 +10,6 @@
 //! its way there is prescribed: force, rate, rows and columns are 0.
 
 mod coupled;
-mod wire;
 
 use crate::config::FemConfig;
 use crate::config::scheme::Scheme;
@@ -225,7 +224,7 @@ impl Local {
                 force.iter_mut().zip(dofs_of(node)).for_each(|(f, dof)| *f += self.applied.force[dof]);
             }
         }
-        wire::add_wires(&coupled.near_wires, (u, v), nodes, sums);
+        coupled::add_wires(&coupled.near_wires, (u, v), nodes, sums);
         let heading = Heading { u, v, ahead: self.ahead };
         coupled.add_elements(model, &mut self.assembly, heading, &state.history, sums);
         for AtDof { place, component, dof, amount } in self.springs.iter().copied() {

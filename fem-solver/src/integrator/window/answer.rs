@@ -11,13 +11,15 @@ use std::ops::Range;
 
 /// The fields of an answer, for the whole interface mesh or for what is selected of it.
 pub(super) struct Answer {
-    layout: Layout,
-    whole: Items,
+    pub(super) layout: Layout,
+    /// How many items the fields are laid out for, of the whole mesh.
+    pub(super) whole: Items,
     /// The nodes that fields are laid out for.
     pub(super) shown: Shown,
     displacement: Vec<Range<usize>>,
     velocity: Vec<Range<usize>>,
-    travel: Option<Range<usize>>,
+    /// Where it says how far nodes have moved, if it does.
+    pub(super) travel: Option<Range<usize>>,
 }
 
 impl Answer {
@@ -58,16 +60,6 @@ impl Answer {
         self.travel = self.layout.sample(name::TRAVEL, Sampling::Once, 0);
     }
 
-    /// How many items the fields are laid out for, of the whole mesh.
-    pub(super) fn whole(&self) -> Items {
-        self.whole
-    }
-
-    /// Where the numbers of the gauges begin.
-    pub(super) fn gauges_from(&self) -> usize {
-        self.layout.len()
-    }
-
     /// Where a field with one value for the window lies.
     pub(super) fn place(&self, field: &str) -> Option<Range<usize>> {
         self.layout.sample(field, Sampling::Once, 0)
@@ -81,20 +73,14 @@ impl Answer {
         origin: &[f64],
         output: &mut [f64],
     ) {
-        let sample_at = |count: usize| (step * count).is_multiple_of(steps).then(|| step * count / steps - 1);
-        if !self.displacement.is_empty()
-            && let Some(sample) = sample_at(self.displacement.len())
-        {
-            self.shown.difference(
-                &state.displacement,
-                origin,
-                &mut output[self.displacement[sample].clone()],
-            );
+        let sample_at = |count: usize| {
+            (count > 0 && (step * count).is_multiple_of(steps)).then(|| step * count / steps - 1)
+        };
+        if let Some(at) = sample_at(self.displacement.len()).map(|sample| self.displacement[sample].clone()) {
+            self.shown.difference(&state.displacement, origin, &mut output[at]);
         }
-        if !self.velocity.is_empty()
-            && let Some(sample) = sample_at(self.velocity.len())
-        {
-            self.shown.take(&state.velocity, &mut output[self.velocity[sample].clone()]);
+        if let Some(at) = sample_at(self.velocity.len()).map(|sample| self.velocity[sample].clone()) {
+            self.shown.take(&state.velocity, &mut output[at]);
         }
     }
 
@@ -106,16 +92,6 @@ impl Answer {
         for at in &self.velocity {
             self.shown.take(&state.velocity, &mut output[at.clone()]);
         }
-    }
-
-    /// The nodes that are selected; none if all are shown.
-    pub(super) fn selected(&self) -> &[u32] {
-        self.shown.selected()
-    }
-
-    /// Whether the answer says how far nodes have moved.
-    pub(super) fn tells_travel(&self) -> bool {
-        self.travel.is_some()
     }
 
     /// Write how far any interface node has moved in the window [m].

@@ -1,7 +1,6 @@
 //! A prepared structure: one window after the other.
 
 mod answer;
-mod control;
 mod counts;
 mod kept;
 mod load_steps;
@@ -26,11 +25,11 @@ use crate::results::energy::Energies;
 use crate::results::record::{Largest, Recorder, Step};
 use crate::state::{Peak, Peaks, State};
 use answer::Answer;
-use control::Control;
 use interface_defs::ipc::interrupt;
 use interface_defs::mesh::InterfaceMesh;
 use interface_defs::message::{Fault, Plan};
 use interface_defs::solver::Window;
+use load_steps::Control;
 use report::Booked;
 
 /// Explicit steps are no longer than this part of the critical step in windows from the first on in which something broke.
@@ -137,7 +136,7 @@ impl WindowSolver {
             trial: State { events: Vec::with_capacity(model.elements.len()), ..committed.clone() },
             nodes: model.node_count(),
             committed,
-            origin: start.displacement,
+            origin: start.form.displacement,
             rest_force: start.force,
             time_step: if start.torn { torn_step } else { start.time_step },
             torn_step,
@@ -164,9 +163,9 @@ impl WindowSolver {
     pub fn initial(&mut self, model: &Model, output: &mut [f64]) {
         // Where a path does not begin at all, its first step says so.
         if let Engine::Path(path) = &mut self.engine
-            && let Ok(info) = path.begin(model, &mut self.trial)
+            && path.begin(model, &mut self.trial).is_ok()
         {
-            self.counts.factorisations += info.factorisations;
+            self.counts.factorisations += path.corrector.info.factorisations;
             self.committed.copy_from(&self.trial);
         }
         self.rest(model, 0.0, 1.0);
@@ -236,11 +235,13 @@ impl WindowSolver {
         let steps = own * self.parts * finer;
         let h = window.length / steps as f64;
         let per_load = steps / self.loads.parts();
+        let fault =
+            |what| Fault::window(format!("window {} from {:.6e} s{what}", window.number, window.start));
         for step in 0..steps {
             if interrupt::requested() {
                 return Err(Fault::interrupted());
             }
-            let time = window.start + step as f64 * h;
+            let (time, end) = (window.start + step as f64 * h, window.start + (step + 1) as f64 * h);
             if step % per_load == 0 {
                 self.loads.begin_part(input, step / per_load, &self.answer.shown, &self.trial.load);
                 if step > 0 && matches!(self.engine, Engine::Explicit(_)) {
@@ -253,35 +254,24 @@ impl WindowSolver {
                 }
             }
             if matches!(self.engine, Engine::Path(_)) {
-                let end = window.start + (step + 1) as f64 * h;
-                self.along_path(model, time, end).map_err(|what| {
-                    Fault::window(format!("window {} from {:.6e} s: {what}", window.number, window.start))
-                })?;
+                self.along_path(model, time, end).map_err(|what| fault(format!(": {what}")))?;
                 self.answer.write((step + 1, steps), &self.trial, &self.origin, output);
                 continue;
             }
             if self.load_steps.is_some() {
                 let place = (step % per_load, per_load);
-                self.by_load_steps(model, (time, window.start + (step + 1) as f64 * h), place).map_err(
-                    |what| {
-                        Fault::window(format!("window {} from {:.6e} s: {what}", window.number, window.start))
-                    },
-                )?;
+                self.by_load_steps(model, (time, end), place).map_err(|what| fault(format!(": {what}")))?;
                 self.answer.write((step + 1, steps), &self.trial, &self.origin, output);
                 continue;
             }
             let tension = self.step(model, time, h, step % per_load, per_load).map_err(|what| {
-                Fault::window(format!(
-                    "window {} from {:.6e} s, step {} of {steps}: {what}; a shorter window or fem.time_step may do",
-                    window.number,
-                    window.start,
-                    step + 1
-                ))
+                let step = step + 1;
+                fault(format!(", step {step} of {steps}: {what}; a shorter window or fem.time_step may do"))
             })?;
             if (step + 1) % per_load == 0 && matches!(self.engine, Engine::Explicit(_)) {
                 self.book_mean_work(step < per_load);
             }
-            self.record(model, window.start + (step + 1) as f64 * h, h, tension);
+            self.record(model, end, h, tension);
             self.answer.write((step + 1, steps), &self.trial, &self.origin, output);
         }
         if !matches!(self.engine, Engine::Path(_)) && self.load_steps.is_none() {
@@ -387,7 +377,7 @@ impl WindowSolver {
                 (&self.trial.force[..], &self.trial.displacement[..], end)
             }
             Engine::Implicit(i) => (&i.force[..], &i.middle[..], middle_of_step),
-            Engine::Path(p) => (p.force(), &self.trial.displacement[..], end),
+            Engine::Path(p) => (&p.corrector.force[..], &self.trial.displacement[..], end),
         };
         let step = Step { end, length: h, force, middle, at, tension };
         let largest = &mut Largest { peaks: &mut peaks, groups: &mut groups };
@@ -418,13 +408,13 @@ fn first_state(model: &Model, config: &Config, start: &Start, recorder: &Recorde
     velocity.resize(n, 0.0);
     start.motion.iter().for_each(|motion| motion.add_to(&mut velocity));
     let mut state = State {
-        displacement: start.displacement.clone(),
+        displacement: start.form.displacement.clone(),
         velocity,
         acceleration: vec![0.0; if scheme.is_some() { n } else { 0 }],
         force: if balances_at_end { start.force.clone() } else { Vec::new() },
         load: vec![0.0; ends],
         at_rest: start.at_rest && !thrown && config.fem.path_speed.is_none(),
-        history: start.history.clone(),
+        history: start.form.history.clone(),
         groups: recorder.groups(),
         events: Vec::with_capacity(model.elements.len()),
         ..State::default()
@@ -441,7 +431,7 @@ fn first_state(model: &Model, config: &Config, start: &Start, recorder: &Recorde
     }
     start.motion.iter().filter(|_| !thrown).for_each(|motion| motion.keep(&mut state.acceleration));
     state.open_books(start.booked);
-    let reaction = recorder.total_reaction(&start.force, &start.displacement);
+    let reaction = recorder.total_reaction(&start.force, &start.form.displacement);
     let at_start = |value| Peak { value, time: 0.0 };
     let size = at_start(reaction.iter().map(|r| r * r).sum::<f64>().sqrt());
     state.peaks = Peaks { reaction: size, reaction_1ms: size, cable_force: at_start(start.cable_force) };

@@ -20,12 +20,12 @@ impl WindowSolver {
     /// Energies at the window's end, reactions and scene gauges over the window.
     pub(super) fn write_gauges(&mut self, model: &Model, output: &mut [f64]) {
         let internal = match &mut self.engine {
-            Engine::Explicit(e) => e.internal(),
-            Engine::Implicit(i) => i.internal(),
-            Engine::Path(p) => p.internal(),
+            Engine::Explicit(e) => &mut e.internal,
+            Engine::Implicit(i) => &mut i.newton.internal,
+            Engine::Path(p) => &mut p.corrector.internal,
         };
         self.energies.of(model, internal, &self.trial, &mut self.energy_now);
-        let gauges = &mut output[self.answer.gauges_from()..];
+        let gauges = &mut output[self.answer.layout.len()..];
         let (triples, _) = gauges.as_chunks_mut::<3>();
         for (triple, energy) in triples.iter_mut().zip(&self.energy_now) {
             *triple = [*energy; 3];
@@ -48,7 +48,7 @@ impl WindowSolver {
             (None, None) => (),
         }
         let selected = selection.map(|s| (&s.nodes[..], s.items()));
-        self.loads.select(&selected.map_or(self.answer.whole(), |(_, items)| items));
+        self.loads.select(&selected.map_or(self.answer.whole, |(_, items)| items));
         self.answer.select(selected);
         self.loaded = false;
         if let Some(local) = &mut self.local {
@@ -61,7 +61,7 @@ impl WindowSolver {
         self.answer.write_all(&self.committed, &self.origin, output);
         let Booked { travel, gauges } = &self.booked[1];
         self.answer.write_travel(*travel, output);
-        output[self.answer.gauges_from()..].copy_from_slice(gauges);
+        output[self.answer.layout.len()..].copy_from_slice(gauges);
         if let Some(local) = &mut self.local {
             local.write(model, &self.committed, (time, false), output);
         }
@@ -75,9 +75,9 @@ impl WindowSolver {
     /// Write how far the interface nodes have moved in the window that ends at `time` [s], and what a contact solver needs to
     /// move them itself from there, where the answer says so.
     pub(super) fn write_travel_and_local(&mut self, model: &Model, time: f64, output: &mut [f64]) {
-        if self.answer.tells_travel() {
+        if self.answer.travel.is_some() {
             let (from, to) = (&self.committed.displacement, &self.trial.displacement);
-            self.booked[0].travel = travel(from, to, self.nodes, self.answer.selected());
+            self.booked[0].travel = travel(from, to, self.nodes, self.answer.shown.selected());
             self.answer.write_travel(self.booked[0].travel, output);
         }
         if let Some(local) = &mut self.local {

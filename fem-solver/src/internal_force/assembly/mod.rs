@@ -1,14 +1,12 @@
 //! All elements that are not in the fast kernel, one by one: their forces, histories, tangents, energies.
 
-mod event;
 mod rupture;
 #[cfg(test)]
 mod tests;
 
-pub use self::event::{Broken, Event};
-use self::event::{Release, Stretch};
-use crate::element::Slack;
-use crate::element::{Answer, AnyElement, Energy};
+pub use self::rupture::{Broken, Event};
+use self::rupture::{Release, Stretch};
+use crate::element::{Answer, AnyElement, Energy, Slack};
 use crate::internal_force::kernel::rings::{Rings, WIDTH};
 use crate::model::Model;
 use nalgebra::Vector3;
@@ -127,10 +125,7 @@ impl Assembly {
         let mut largest = 0.0;
         for (i, element) in elements.iter().enumerate() {
             let tension = self.respond(i, element, u, history, None);
-            let dofs = &self.dofs[self.places[i].dofs.clone()];
-            for (dof, f) in dofs.iter().zip(&self.force) {
-                force[*dof] -= f;
-            }
+            self.take_force(i, force);
             // Of cables, ropes, rings and brakes: a post is none of them.
             if !element.has_moments() {
                 largest = f64::max(largest, tension);
@@ -184,13 +179,21 @@ impl Assembly {
             None => self.respond(of.number, of.element, of.middle, history, None),
         };
         self.broken.extend(broken);
-        let place = &self.places[of.number];
-        for (dof, f) in self.dofs[place.dofs.clone()].iter().zip(&self.force) {
-            force[*dof] -= f;
-        }
-        let own = &mut history[place.history.clone()];
-        own.copy_from_slice(&self.history[..own.len()]);
+        self.take_force(of.number, force);
+        self.take_history(of.number, history);
         tension
+    }
+
+    /// Take the force of the answer at hand, that of element number `element`, from `force`.
+    fn take_force(&self, element: usize, force: &mut [f64]) {
+        self.dofs(element).iter().zip(&self.force).for_each(|(dof, f)| force[*dof] -= f);
+    }
+
+    /// Its history becomes that of the answer.
+    fn take_history<'a>(&self, element: usize, history: &'a mut [f64]) -> &'a mut [f64] {
+        let own = &mut history[self.places[element].history.clone()];
+        own.copy_from_slice(&self.history[..own.len()]);
+        own
     }
 
     /// `history` becomes that at `u`.
@@ -198,7 +201,12 @@ impl Assembly {
         self.broken.clear();
         for (i, element) in elements.iter().enumerate() {
             let tension = self.respond(i, element, u, history, None);
-            self.keep(i, element, history, tension);
+            let own = self.take_history(i, history);
+            let u = &self.u[..self.places[i].dofs.len()];
+            if element.breaks(u, own) {
+                let share = element.utilisation(u, tension);
+                self.broken.push(Broken { element: i as u32, tension, part: 1.0, share });
+            }
         }
     }
 
@@ -206,25 +214,13 @@ impl Assembly {
     pub fn advance_rotations(&mut self, elements: &[AnyElement], u: &[f64], history: &mut [f64]) {
         for (i, element) in elements.iter().enumerate().filter(|(_, element)| element.rotates()) {
             self.respond(i, element, u, history, None);
-            let own = &mut history[self.places[i].history.clone()];
-            own.copy_from_slice(&self.history[..own.len()]);
+            self.take_history(i, history);
         }
     }
 
     /// Elements that broke as the history was last advanced, and what they carried [N].
     pub fn broken(&self) -> &[Broken] {
         &self.broken
-    }
-
-    fn keep(&mut self, i: usize, element: &AnyElement, history: &mut [f64], tension: f64) {
-        let place = &self.places[i];
-        let own = &mut history[place.history.clone()];
-        own.copy_from_slice(&self.history[..own.len()]);
-        let u = &self.u[..place.dofs.len()];
-        if element.breaks(u, own) {
-            let share = element.utilisation(u, tension);
-            self.broken.push(Broken { element: i as u32, tension, part: 1.0, share });
-        }
     }
 
     /// Answer of one element into the memory of this; returns its largest axial force.

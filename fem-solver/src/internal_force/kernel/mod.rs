@@ -13,7 +13,7 @@ mod pull;
 pub mod rings;
 mod scattered;
 
-use self::pull::{Pull, WIDEST};
+use self::pull::{Constants, Pull, WIDEST};
 use self::scattered::Scattered;
 use crate::element::Cable;
 use crate::linear_algebra::lanes::{add_to, subtract_from, sum_of, wide};
@@ -56,18 +56,10 @@ pub struct Kernel {
     node_count: usize,
     tiles: Vec<Tile>,
     runs: Vec<Run>,
-    /// `2 D` of each cable, by component [m].
-    span2: [Vec<f64>; 3],
-    /// `D . D` [m2].
-    square: Vec<f64>,
-    /// `q_0` [N/m].
-    q0: Vec<f64>,
-    /// `c` [N/m3].
-    slope: Vec<f64>,
-    /// `max(q_0, floor)` [N/m], from which the energy counts.
-    base: Vec<f64>,
-    /// `1 / (4 c)` [m3/N].
-    inverse: Vec<f64>,
+    /// Of each cable `2 D` by component [m], `D . D` [m2], `q_0` [N/m], `c` [N/m3].
+    constants: [Vec<f64>; 6],
+    /// `max(q_0, floor)` [N/m], from which the energy counts, and `1 / (4 c)` [m3/N].
+    stored: [Vec<f64>; 2],
     /// Pulls of one run, by component.
     pull: [Vec<f64>; 3],
     /// Energy of each cable of one run.
@@ -85,9 +77,7 @@ struct Slices<'a> {
     first: [&'a [f64]; 3],
     /// Displacements of the second nodes.
     second: [&'a [f64]; 3],
-    span2: [&'a [f64]; 3],
-    q0: &'a [f64],
-    slope: &'a [f64],
+    constants: Constants<'a>,
 }
 
 impl Kernel {
@@ -101,7 +91,7 @@ impl Kernel {
         };
         order.sort_by_key(|i| {
             let (a, b) = ends(&cables[*i]);
-            (a / TILE, cables[*i].tension_only, b - a, a, *i)
+            (a / TILE, cables[*i].of.tension_only, b - a, a, *i)
         });
         let mut rest = &order[..];
         let mut reach = 0;
@@ -120,9 +110,7 @@ impl Kernel {
         let longest = kernel.runs.iter().map(|r| r.cables.len()).max().unwrap_or(0);
         // Room for what the widest registers write beyond the end of a run.
         kernel.pull = [0, 1, 2].map(|_| vec![0.0; longest + WIDEST]);
-        for constants in
-            kernel.span2.iter_mut().chain([&mut kernel.square, &mut kernel.q0, &mut kernel.slope])
-        {
+        for constants in &mut kernel.constants {
             constants.resize(constants.len() + WIDEST, 0.0);
         }
         kernel.scalar = vec![0.0; longest];
@@ -144,47 +132,28 @@ impl Kernel {
             (fits && gap <= LARGEST_GAP).then_some(gap)
         });
         match joins {
-            Some(gap) => (0..gap).for_each(|_| self.push_nothing()),
+            Some(gap) => (0..gap).for_each(|_| self.push([0.0; 6], [0.0; 2])),
             None => {
-                let next = self.q0.len();
+                let next = self.stored[0].len();
                 self.runs.push(Run { cables: next..next, nodes: [a, b], floor: cable.floor(), alike: false });
             }
         }
-        self.push(cable);
+        let forward = if cable.nodes[0] < cable.nodes[1] { 2.0 } else { -2.0 };
+        let [x, y, z]: [f64; 3] = (forward * cable.span).into();
+        let (q0, slope) = (cable.initial_pull_per_length(), cable.slope());
+        let stored = [q0.max(cable.floor()), 1.0 / (4.0 * slope)];
+        self.push([x, y, z, cable.span.norm_squared(), q0, slope], stored);
     }
 
     /// Whether these cables have the same constants.
     fn alike(&self, cables: &Range<usize>) -> bool {
-        let [x, y, z] = &self.span2;
-        let constants = [x, y, z, &self.square, &self.q0, &self.slope];
-        constants.iter().all(|of| of[cables.clone()].windows(2).all(|two| two[0] == two[1]))
+        self.constants.iter().all(|of| of[cables.clone()].windows(2).all(|two| two[0] == two[1]))
     }
 
-    /// Append a cable to the last run.
-    fn push(&mut self, cable: &Cable) {
-        let forward = if cable.nodes[0] < cable.nodes[1] { 2.0 } else { -2.0 };
-        for (c, span) in self.span2.iter_mut().enumerate() {
-            span.push(forward * cable.span[c]);
-        }
-        self.square.push(cable.span.norm_squared());
-        self.q0.push(cable.initial_pull_per_length());
-        self.slope.push(cable.slope());
-        self.base.push(cable.initial_pull_per_length().max(cable.floor()));
-        self.inverse.push(1.0 / (4.0 * cable.slope()));
-        self.lengthen();
-    }
-
-    /// Append a cable that pulls on nothing and stores nothing to the last run.
-    fn push_nothing(&mut self) {
-        self.span2.iter_mut().for_each(|span| span.push(0.0));
-        for constants in [&mut self.square, &mut self.q0, &mut self.slope, &mut self.base, &mut self.inverse]
-        {
-            constants.push(0.0);
-        }
-        self.lengthen();
-    }
-
-    fn lengthen(&mut self) {
+    /// Append a cable with these constants to the last run; one of zeros pulls on nothing and stores nothing.
+    fn push(&mut self, constants: [f64; 6], stored: [f64; 2]) {
+        let to = self.constants.iter_mut().chain(&mut self.stored);
+        to.zip(constants.into_iter().chain(stored)).for_each(|(to, number)| to.push(number));
         if let Some(run) = self.runs.last_mut() {
             run.cables.end += 1;
         }
@@ -217,8 +186,7 @@ impl Kernel {
             return scattered.pull(u, force);
         }
         let runs = &self.runs[self.tiles[tile].runs.clone()];
-        let [x, y, z] = &self.span2;
-        let constants = [x, y, z, &self.square, &self.q0, &self.slope].map(|of| &of[..]);
+        let constants = self.constants.each_ref().map(|of| &of[..]);
         let (nodes, spare) = (self.node_count, &mut self.pull);
         pulp::Arch::new().dispatch(Pull { runs, constants, u, force, nodes, spare })
     }
@@ -234,19 +202,19 @@ impl Kernel {
         let n = self.node_count;
         let mut largest = 0.0;
         for run in &self.runs {
-            let start = slices(before, n, run, &self.span2, &self.q0, &self.slope);
-            let end = slices(after, n, run, &self.span2, &self.q0, &self.slope);
+            let start = slices(before, n, run, &self.constants);
+            let end = slices(after, n, run, &self.constants);
             let len = run.cables.len();
             for k in 0..len {
                 let (w0, s0, q0) = start.stretch(k);
                 let (w1, s1, q1) = end.stretch(k);
                 let q = mean_above(q0, q1, run.floor);
-                let middle = [0, 1, 2].map(|c: usize| 0.5 * (start.span2[c][k] + w0[c] + w1[c]));
+                let middle = [0, 1, 2].map(|c: usize| 0.5 * (start.constants[c][k] + w0[c] + w1[c]));
                 let turn: f64 = (0..3).map(|c| (w1[c] - w0[c]) * (w1[c] - w0[c])).sum();
                 for (pull, middle) in self.pull.iter_mut().zip(middle) {
                     pull[k] = q * middle;
                 }
-                let square = self.square[run.cables.start + k] + 0.5 * (s0 + s1) - 0.25 * turn;
+                let square = start.constants[3][k] + 0.5 * (s0 + s1) - 0.25 * turn;
                 largest = f64::max(largest, q * q * square);
             }
             for (c, p) in self.pull.iter().enumerate() {
@@ -266,9 +234,9 @@ impl Kernel {
         let n = self.node_count;
         let mut sum = 0.0;
         for run in &self.runs {
-            let slices = slices(u, n, run, &self.span2, &self.q0, &self.slope);
+            let slices = slices(u, n, run, &self.constants);
             let energies = &mut self.scalar[..run.cables.len()];
-            let (base, inverse) = (&self.base[run.cables.clone()], &self.inverse[run.cables.clone()]);
+            let [base, inverse] = self.stored.each_ref().map(|of| &of[run.cables.clone()]);
             store_energies(&slices, run.floor, base, inverse, energies);
             sum += sum_of(energies);
         }
@@ -280,8 +248,8 @@ impl Slices<'_> {
     /// Relative displacement, `s` with `l^2 = D . D + s`, and pull per length before any cut-off.
     fn stretch(&self, k: usize) -> ([f64; 3], f64, f64) {
         let w = [0, 1, 2].map(|c: usize| self.second[c][k] - self.first[c][k]);
-        let s = (0..3).map(|c| w[c] * (self.span2[c][k] + w[c])).sum::<f64>();
-        (w, s, self.q0[k] + self.slope[k] * s)
+        let s = (0..3).map(|c| w[c] * (self.constants[c][k] + w[c])).sum::<f64>();
+        (w, s, self.constants[4][k] + self.constants[5][k] * s)
     }
 }
 
@@ -299,34 +267,19 @@ fn mean_above(a: f64, b: f64, floor: f64) -> f64 {
 }
 
 /// The slices of `run`.
-fn slices<'a>(
-    u: &'a [f64],
-    n: usize,
-    run: &Run,
-    span2: &'a [Vec<f64>; 3],
-    q0: &'a [f64],
-    slope: &'a [f64],
-) -> Slices<'a> {
+fn slices<'a>(u: &'a [f64], n: usize, run: &Run, constants: &'a [Vec<f64>; 6]) -> Slices<'a> {
     let len = run.cables.len();
     let nodes = |first: usize| [0, 1, 2].map(|c: usize| &u[c * n + first..][..len]);
-    Slices {
-        first: nodes(run.nodes[0]),
-        second: nodes(run.nodes[1]),
-        span2: [0, 1, 2].map(|c: usize| &span2[c][run.cables.clone()]),
-        q0: &q0[run.cables.clone()],
-        slope: &slope[run.cables.clone()],
-    }
+    let constants = constants.each_ref().map(|of| &of[run.cables.clone()]);
+    Slices { first: nodes(run.nodes[0]), second: nodes(run.nodes[1]), constants }
 }
 
 wide! {
     /// Energies of the cables of one run.
     fn store_energies(run: &Slices, floor: f64, base: &[f64], inverse: &[f64], energies: &mut [f64]) {
         let len = energies.len();
-        let ([x1, y1, z1], [x2, y2, z2], [sx, sy, sz]) = (run.first, run.second, run.span2);
-        let (x1, y1, z1) = (&x1[..len], &y1[..len], &z1[..len]);
-        let (x2, y2, z2) = (&x2[..len], &y2[..len], &z2[..len]);
-        let (sx, sy, sz) = (&sx[..len], &sy[..len], &sz[..len]);
-        let (q0, slope) = (&run.q0[..len], &run.slope[..len]);
+        let ([x1, y1, z1], [x2, y2, z2]) = (run.first.map(|of| &of[..len]), run.second.map(|of| &of[..len]));
+        let [sx, sy, sz, _, q0, slope] = run.constants.map(|of| &of[..len]);
         let (base, inverse) = (&base[..len], &inverse[..len]);
         for k in 0..len {
             let (wx, wy, wz) = (x2[k] - x1[k], y2[k] - y1[k], z2[k] - z1[k]);
@@ -364,12 +317,14 @@ mod tests {
                         nodes,
                         span: position(nodes[1]) - position(nodes[0]),
                         length: 1.0 + 0.1 * random(),
-                        young: 2e7,
-                        area: 1e-3,
-                        density: 1.0,
-                        prestress: 1e6 * random(),
-                        tension_only: j < 3,
-                        radius: 0.0,
+                        of: crate::element::cable_properties::CableConfig {
+                            young: 2e7,
+                            area: 1e-3,
+                            density: 1.0,
+                            prestress: 1e6 * random(),
+                            tension_only: j < 3,
+                            radius: 0.0,
+                        },
                     });
                 }
             }

@@ -68,38 +68,22 @@ impl Pull<'_> {
     fn piece<S: Simd>(&mut self, simd: S, run: &Run, at: usize, len: usize, largest: f64) -> f64 {
         let up = len.next_multiple_of(size_of::<S::f64s>() / size_of::<f64>());
         let ([a, b], cable) = (run.nodes.map(|node| node + at), run.cables.start + at);
-        let (x, rest) = self.u.split_at(self.nodes);
-        let (y, z) = rest.split_at(self.nodes);
+        let nodes = |first: usize| [0, 1, 2].map(|c: usize| &self.u[c * self.nodes + first..][..up]);
+        let constants = self.constants.map(|of| &of[cable..cable + up]);
+        let piece = Piece { first: nodes(a), second: nodes(b), constants, floor: run.floor, len };
         let (fx, rest) = self.force.split_at_mut(self.nodes);
         let (fy, fz) = rest.split_at_mut(self.nodes);
-        let [sx, sy, sz, square, q0, slope] = self.constants;
-        let own = cable..cable + up;
-        let piece = Piece {
-            first: [&x[a..a + up], &y[a..a + up], &z[a..a + up]],
-            second: [&x[b..b + up], &y[b..b + up], &z[b..b + up]],
-            constants: [
-                &sx[own.clone()],
-                &sy[own.clone()],
-                &sz[own.clone()],
-                &square[own.clone()],
-                &q0[own.clone()],
-                &slope[own],
-            ],
-            floor: run.floor,
-            len,
-        };
-        let [px, py, pz] = &mut *self.spare;
         let first = [&mut fx[a..a + up], &mut fy[a..a + up], &mut fz[a..a + up]];
-        let pulls = [&mut px[..up], &mut py[..up], &mut pz[..up]];
+        let pulls = self.spare.each_mut().map(|spare| &mut spare[..up]);
         let largest = if run.alike {
             piece.pull::<S, true>(simd, first, pulls, largest)
         } else {
             piece.pull::<S, false>(simd, first, pulls, largest)
         };
         // Later, in a loop of its own: first and second nodes of a run are often the same.
-        subtract(simd, &mut fx[b..b + len], &px[..len]);
-        subtract(simd, &mut fy[b..b + len], &py[..len]);
-        subtract(simd, &mut fz[b..b + len], &pz[..len]);
+        for (c, pulls) in self.spare.iter().enumerate() {
+            subtract(simd, &mut self.force[c * self.nodes + b..][..len], &pulls[..len]);
+        }
         largest
     }
 }
@@ -125,14 +109,11 @@ impl Piece<'_> {
         let (fy, py) = (&mut S::as_mut_simd_f64s(fy).0[..n], &mut S::as_mut_simd_f64s(py).0[..n]);
         let (fz, pz) = (&mut S::as_mut_simd_f64s(fz).0[..n], &mut S::as_mut_simd_f64s(pz).0[..n]);
         let [sx, sy, sz, square, q0, slope] = self.constants;
-        let alike = [
-            simd.splat_f64s(sx[0]),
-            simd.splat_f64s(sy[0]),
-            simd.splat_f64s(sz[0]),
-            simd.splat_f64s(square[0]),
-            simd.splat_f64s(q0[0]),
-            simd.splat_f64s(slope[0]),
-        ];
+        let alike = [sx[0], sy[0], sz[0], square[0], q0[0], slope[0]];
+        let alike = [0, 1, 2, 3, 4, 5].map(
+            #[inline(always)]
+            |i: usize| simd.splat_f64s(alike[i]),
+        );
         let (sx, sy) = (&S::as_simd_f64s(sx).0[..n], &S::as_simd_f64s(sy).0[..n]);
         let (sz, square) = (&S::as_simd_f64s(sz).0[..n], &S::as_simd_f64s(square).0[..n]);
         let (q0, slope) = (&S::as_simd_f64s(q0).0[..n], &S::as_simd_f64s(slope).0[..n]);

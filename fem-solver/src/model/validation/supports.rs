@@ -192,7 +192,7 @@ fn norm(vector: &[f64; 3]) -> f64 {
 
 /// Largest product of modulus and section of all cables [N].
 fn stiffest(model: &Model) -> f64 {
-    model.cables.iter().map(|c| c.young * c.area).fold(0.0, f64::max)
+    model.cables.iter().map(|c| c.of.young * c.of.area).fold(0.0, f64::max)
 }
 
 /// The histories of all loads, with their keys.

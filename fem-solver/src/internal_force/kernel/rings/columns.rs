@@ -7,7 +7,7 @@
 
 use super::{Lanes, WIDTH};
 use crate::element::ring::formula::{RingConstants, RingPull, Stiffnesses, Vector};
-use crate::linear_algebra::lanes::wide;
+use pulp::Arch;
 
 /// A vector at each of `N` nodes.
 pub type NodeLanes<const N: usize> = [[Lanes; 3]; N];
@@ -128,107 +128,79 @@ impl<const N: usize, const W: usize> BlockInputs<N, W> {
     }
 }
 
-/// The formulas of all rings of a block.
-pub trait BlockFormulas<const N: usize, const W: usize> {
+/// The formulas of all rings of a block, in wide registers: products are never fused with sums.
+impl<const N: usize, const W: usize> BlockAnswers<N, W> {
     /// Force, history and tension.
-    fn pull(&mut self, constants: &BlockConstants<N>, inputs: &BlockInputs<N, W>);
-    /// What each perimeter would carry at the end of the step.
-    fn ahead(&mut self, constants: &BlockConstants<N>, inputs: &BlockInputs<N, W>);
-    /// What each perimeter carries.
-    fn carry(&mut self, constants: &BlockConstants<N>, inputs: &BlockInputs<N, W>);
-    /// Energies.
-    fn measure(&mut self, constants: &BlockConstants<N>, inputs: &BlockInputs<N, W>);
-}
-
-#[inline(always)]
-fn pull_each<const N: usize, const W: usize>(
-    constants: &BlockConstants<N>,
-    inputs: &BlockInputs<N, W>,
-    answers: &mut BlockAnswers<N, W>,
-) {
-    for l in 0..WIDTH {
-        let (u, most) = (lane(&inputs.u, l), inputs.most(l));
-        let RingPull { force, tension, most: now } = constants.ring(l).pull::<W>(&u, &most);
-        let broken = inputs.broken[l] > 0.0;
-        answers.tension[l] = if broken { 0.0 } else { tension };
-        for a in 0..N {
-            for c in 0..3 {
-                answers.force[a][c][l] = if broken { 0.0 } else { force[a][c] };
-            }
-        }
-        answers.most_perimeter[l] = if broken { most.0 } else { now.0 };
-        for j in 0..W {
-            answers.most[j][l] = if broken { most.1[j] } else { now.1[j] };
-        }
-    }
-}
-
-#[inline(always)]
-fn ahead_each<const N: usize, const W: usize>(
-    constants: &BlockConstants<N>,
-    inputs: &BlockInputs<N, W>,
-    answers: &mut BlockAnswers<N, W>,
-) {
-    for l in 0..WIDTH {
-        let (start, mut u) = (lane(&inputs.start, l), lane(&inputs.u, l));
-        for a in 0..N {
-            for c in 0..3 {
-                u[a][c] = start[a][c] + 2.0 * (u[a][c] - start[a][c]);
-            }
-        }
-        let ring = constants.ring(l);
-        let (tension, _) = ring.perimeter.force(ring.sides(&u).perimeter, inputs.most_perimeter[l]);
-        answers.ahead[l] = if inputs.broken[l] > 0.0 { 0.0 } else { tension };
-    }
-}
-
-#[inline(always)]
-fn measure_each<const N: usize, const W: usize>(
-    constants: &BlockConstants<N>,
-    inputs: &BlockInputs<N, W>,
-    answers: &mut BlockAnswers<N, W>,
-) {
-    for l in 0..WIDTH {
-        let (u, most) = (lane(&inputs.u, l), inputs.most(l));
-        let ring = constants.ring(l);
-        (answers.stored[l], answers.dissipated[l]) = ring.energy::<W>(&u, &most);
-    }
-}
-
-#[inline(always)]
-fn carry_each<const N: usize, const W: usize>(
-    constants: &BlockConstants<N>,
-    inputs: &BlockInputs<N, W>,
-    answers: &mut BlockAnswers<N, W>,
-) {
-    for l in 0..WIDTH {
-        let (ring, u) = (constants.ring(l), lane(&inputs.u, l));
-        let (tension, _) = ring.perimeter.force(ring.sides(&u).perimeter, inputs.most_perimeter[l]);
-        answers.tension[l] = if inputs.broken[l] > 0.0 { 0.0 } else { tension };
-    }
-}
-
-/// Declares [`BlockFormulas`] for one number of nodes and widths, with each function in wide registers.
-macro_rules! formulas {
-    ($nodes:literal, $widths:literal) => {
-        impl BlockFormulas<$nodes, $widths> for BlockAnswers<$nodes, $widths> {
-            formulas!($nodes, $widths, pull, pull_each);
-            formulas!($nodes, $widths, ahead, ahead_each);
-            formulas!($nodes, $widths, carry, carry_each);
-            formulas!($nodes, $widths, measure, measure_each);
-        }
-    };
-    ($nodes:literal, $widths:literal, $name:ident, $each:ident) => {
-        fn $name(&mut self, constants: &BlockConstants<$nodes>, inputs: &BlockInputs<$nodes, $widths>) {
-            wide! {
-                fn all(constants: &BlockConstants<$nodes>, inputs: &BlockInputs<$nodes, $widths>, answers: &mut BlockAnswers<$nodes, $widths>) {
-                    $each(constants, inputs, answers)
+    pub fn pull(&mut self, constants: &BlockConstants<N>, inputs: &BlockInputs<N, W>) {
+        Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                for l in 0..WIDTH {
+                    let (u, most) = (lane(&inputs.u, l), inputs.most(l));
+                    let RingPull { force, tension, most: now } = constants.ring(l).pull::<W>(&u, &most);
+                    let broken = inputs.broken[l] > 0.0;
+                    self.tension[l] = if broken { 0.0 } else { tension };
+                    for a in 0..N {
+                        for c in 0..3 {
+                            self.force[a][c][l] = if broken { 0.0 } else { force[a][c] };
+                        }
+                    }
+                    self.most_perimeter[l] = if broken { most.0 } else { now.0 };
+                    for j in 0..W {
+                        self.most[j][l] = if broken { most.1[j] } else { now.1[j] };
+                    }
                 }
-            }
-            all(constants, inputs, self);
-        }
-    };
-}
+            },
+        );
+    }
 
-formulas!(3, 3);
-formulas!(4, 2);
+    /// What each perimeter would carry at the end of the step.
+    pub fn ahead(&mut self, constants: &BlockConstants<N>, inputs: &BlockInputs<N, W>) {
+        Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                for l in 0..WIDTH {
+                    let (start, mut u) = (lane(&inputs.start, l), lane(&inputs.u, l));
+                    for a in 0..N {
+                        for c in 0..3 {
+                            u[a][c] = start[a][c] + 2.0 * (u[a][c] - start[a][c]);
+                        }
+                    }
+                    let ring = constants.ring(l);
+                    let (tension, _) =
+                        ring.perimeter.force(ring.sides(&u).perimeter, inputs.most_perimeter[l]);
+                    self.ahead[l] = if inputs.broken[l] > 0.0 { 0.0 } else { tension };
+                }
+            },
+        );
+    }
+
+    /// What each perimeter carries.
+    pub fn carry(&mut self, constants: &BlockConstants<N>, inputs: &BlockInputs<N, W>) {
+        Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                for l in 0..WIDTH {
+                    let (ring, u) = (constants.ring(l), lane(&inputs.u, l));
+                    let (tension, _) =
+                        ring.perimeter.force(ring.sides(&u).perimeter, inputs.most_perimeter[l]);
+                    self.tension[l] = if inputs.broken[l] > 0.0 { 0.0 } else { tension };
+                }
+            },
+        );
+    }
+
+    /// Energies.
+    pub fn measure(&mut self, constants: &BlockConstants<N>, inputs: &BlockInputs<N, W>) {
+        Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                for l in 0..WIDTH {
+                    let (u, most) = (lane(&inputs.u, l), inputs.most(l));
+                    let ring = constants.ring(l);
+                    (self.stored[l], self.dissipated[l]) = ring.energy::<W>(&u, &most);
+                }
+            },
+        );
+    }
+}

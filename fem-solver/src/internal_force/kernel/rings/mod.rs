@@ -8,7 +8,7 @@
 
 mod columns;
 
-use self::columns::{BlockAnswers, BlockConstants, BlockFormulas, BlockInputs, NodeLanes};
+use self::columns::{BlockAnswers, BlockConstants, BlockInputs, NodeLanes};
 use crate::element::ring::{BROKEN, PERIMETER, WIDTHS};
 use crate::element::{AnyElement, Element, Energy, Ring};
 use std::ops::Range;
