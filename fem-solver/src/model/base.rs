@@ -9,7 +9,7 @@ use super::ropes::join;
 use crate::config::structure::StructureConfig;
 use crate::element::PartConfig;
 use crate::read::mesh::{ElementGroup, Kind, Mesh, MeshElement};
-use crate::read::{named, read};
+use crate::read::{named, read, refuse};
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::mesh::Group;
 use nalgebra::Vector3;
@@ -55,18 +55,14 @@ impl Base {
     fn in_own_axes(scene: &Scene, table: &StructureConfig) -> Result<Self, Diagnostic> {
         let generated = match (&table.mesh, &table.generator) {
             (Some(_), Some(_)) => {
-                return Err(scene
-                    .invalid("structure.mesh", "state either a mesh file or a generator")
-                    .try_instead("keep either `mesh` or `generator`"));
+                let hint = "keep either `mesh` or `generator`";
+                return refuse(scene, "structure.mesh", "state either a mesh file or a generator", hint);
             }
             (Some(path), None) => {
                 let path = named(scene, "structure.mesh", "mesh file", path)?;
                 if let Some(key) = counts_nodes(table) {
-                    return Err(scene
-                        .invalid(&key, "a mesh file is bound by names, not by node numbers")
-                        .try_instead(
-                            "name the nodes in the mesh and write group = \"name\", or at = [x, y, z]",
-                        ));
+                    let hint = "name the nodes in the mesh and write group = \"name\", or at = [x, y, z]";
+                    return refuse(scene, &key, "a mesh file is bound by names, not by node numbers", hint);
                 }
                 Generated { mesh: read(&path)?, held: Vec::new(), parts: Vec::new() }
             }
@@ -239,17 +235,14 @@ fn owners(
             (Some(_), false) => {
                 let what =
                     format!("the part `{name}` has cells, and the mesh has a group of elements of that name");
-                return Err(scene
-                    .invalid(&key, what)
-                    .try_instead("leave out `cells`, or choose another name"));
+                return refuse(scene, &key, what, "leave out `cells`, or choose another name");
             }
             (None, true) => {
                 let names: Vec<_> = mesh.element_groups.iter().map(|g| g.name.as_str()).collect();
                 let known = suggestion(name, &names).unwrap_or_default();
                 let none = "the mesh has no groups of elements: name them in the program that made it".into();
-                return Err(scene
-                    .invalid(&key, format!("there is no group of elements `{name}`"))
-                    .try_instead(if names.is_empty() { none } else { known }));
+                let hint = if names.is_empty() { none } else { known };
+                return refuse(scene, &key, format!("there is no group of elements `{name}`"), hint);
             }
         };
         for element in &group.elements {
@@ -325,9 +318,8 @@ fn cell(
     if part.is_none() && table.cable.is_none() {
         let what =
             format!("{} is in no part, and there is no table [structure.cable]", describe(mesh, position));
-        return Err(scene.invalid(&key, what).try_instead(
-            "write parts for the groups of the mesh, or [structure.cable] for all of its lines",
-        ));
+        let hint = "write parts for the groups of the mesh, or [structure.cable] for all of its lines";
+        return refuse(scene, &key, what, hint);
     }
     let mut nodes: Vec<usize> = mesh.nodes_of(element).iter().map(|n| *n as usize).collect();
     if part.is_some_and(|part| part.closes(element.kind)) {

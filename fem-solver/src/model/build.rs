@@ -5,7 +5,7 @@ use super::base::Base;
 use super::cell::{Cell, Made};
 use crate::config::Config;
 use crate::config::structure::{StructureConfig, Where};
-use crate::read::{not_negative, positive};
+use crate::read::{not_negative, positive, refuse};
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::mesh::Group;
 use nalgebra::Vector3;
@@ -92,9 +92,8 @@ impl Model {
             return Err(scene.invalid("fem.path_speed", "a path under loads takes no supports that let go"));
         }
         if self.live_load.iter().all(|p| *p == 0.0) && self.live_pressures.is_empty() {
-            return Err(scene.invalid("fem.path_speed", "there are no loads that could grow").try_instead(
-                "write [[structure.loads]] or [[structure.pressures]] as they are at the factor 1",
-            ));
+            let hint = "write [[structure.loads]] or [[structure.pressures]] as they are at the factor 1";
+            return refuse(scene, "fem.path_speed", "there are no loads that could grow", hint);
         }
         Ok(())
     }
@@ -220,9 +219,8 @@ impl Model {
         let lonely = |node: &usize| !(used[*node] || framed && self.held_at_first(*node));
         if let Some(node) = (0..self.nodes.len()).find(lonely) {
             let what = format!("node {} is held by no element", self.node_name(node));
-            return Err(scene
-                .invalid(&format!("structure.nodes.{node}"), what)
-                .try_instead("connect it with a cable, give it a mass or a spring, or remove it"));
+            let hint = "connect it with a cable, give it a mass or a spring, or remove it";
+            return refuse(scene, &format!("structure.nodes.{node}"), what, hint);
         }
         if config.fem.integrator == crate::config::Integrator::Static {
             return Ok(());
@@ -235,9 +233,8 @@ impl Model {
                 part.plural(),
                 part.name()
             );
-            return Err(scene
-                .invalid(&key, what)
-                .try_instead("write density, for steel 7850; or choose integrator = \"static\""));
+            let hint = "write density, for steel 7850; or choose integrator = \"static\"";
+            return refuse(scene, &key, what, hint);
         }
         match (0..self.nodes.len()).find(|n| self.mass[*n] <= 0.0 && !self.fully_held(*n)) {
             Some(node) => Err(scene

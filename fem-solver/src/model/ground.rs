@@ -10,7 +10,7 @@ use crate::config::structure::{FormFinding, StructureConfig, Where};
 use crate::element::{AnyElement, GroundContact};
 use crate::ground::Surface;
 use crate::read::heights::Heights;
-use crate::read::{not_negative, positive};
+use crate::read::{not_negative, positive, refuse};
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::Vector3;
 use std::path::PathBuf;
@@ -54,9 +54,7 @@ impl Model {
                         "node {} has no mass, of which its stiffness in the ground would follow",
                         self.node_name(node)
                     );
-                    return Err(scene
-                        .invalid("structure.ground", what)
-                        .try_instead("write stiffness in N/m, as 1e5"));
+                    return refuse(scene, "structure.ground", what, "write stiffness in N/m, as 1e5");
                 }
             };
             let contact = GroundContact {
@@ -217,9 +215,8 @@ fn check(scene: &Scene, ground: &GroundConfig) -> Result<(), Diagnostic> {
     not_negative(scene, &key("friction"), ground.friction, "")?;
     if ground.friction > ROUGHEST {
         let what = format!("friction = {}: it is a coefficient, of soils 0.3 to 1", ground.friction);
-        return Err(scene
-            .invalid(&key("friction"), what)
-            .try_instead("the tangent of the angle of friction: 30 degrees is 0.58"));
+        let hint = "the tangent of the angle of friction: 30 degrees is 0.58";
+        return refuse(scene, &key("friction"), what, hint);
     }
     if !(ground.restitution > 0.0 && ground.restitution <= 1.0) {
         let what = format!("restitution = {}: it must lie above 0, and not above 1", ground.restitution);

@@ -3,6 +3,7 @@
 use crate::config::place::PlaceConfig;
 use crate::config::structure::StructureConfig;
 use crate::read::heights::Heights;
+use crate::read::refuse;
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::Vector3;
 use toolkit::scene::Scene;
@@ -71,9 +72,7 @@ fn check(scene: &Scene, table: &StructureConfig, place: &PlaceConfig) -> Result<
     }
     if !matches!(place.origin.len(), 2 | 3) {
         let what = format!("a point of {} numbers: two or three are required", place.origin.len());
-        return Err(scene
-            .invalid("structure.place.origin", what)
-            .try_instead("[x, y] on the ground, or [x, y, z]"));
+        return refuse(scene, "structure.place.origin", what, "[x, y] on the ground, or [x, y, z]");
     }
     if !(-360.0..=360.0).contains(&place.azimuth) {
         let what = format!("azimuth = {}: it must lie between -360 and 360 degrees", place.azimuth);

@@ -3,6 +3,7 @@
 use crate::config::{GaugeConfig, Quantity};
 use crate::internal_force::assembly::Assembly;
 use crate::model::Model;
+use crate::read::refuse;
 use crate::results::height::Height;
 use crate::results::moving_mean::{MovingMean, Sample};
 use crate::results::probe::Probe;
@@ -111,9 +112,8 @@ impl Recorder {
                 || gauges[..i].iter().any(|g| g.name == gauge.name && g.quantity == gauge.quantity)
             {
                 let what = format!("the gauge `{}` needs a name of its own", gauge.name);
-                return Err(scene
-                    .invalid(&format!("{key}.name"), what)
-                    .try_instead("its columns in history.csv begin with it, as name = \"middle_2\""));
+                let hint = "its columns in history.csv begin with it, as name = \"middle_2\"";
+                return refuse(scene, &format!("{key}.name"), what, hint);
             }
             let of_heights = [
                 ("above", gauge.above.is_some()),
@@ -136,9 +136,7 @@ impl Recorder {
             for (own, slot) in probe.declared(&gauge.name) {
                 if declared.iter().any(|d| d.name == own.name) {
                     let what = format!("two gauges give the column `{}`", own.name);
-                    return Err(scene
-                        .invalid(&format!("{key}.name"), what)
-                        .try_instead("give this gauge another name"));
+                    return refuse(scene, &format!("{key}.name"), what, "give this gauge another name");
                 }
                 declared.push(own);
                 probes.slots.push(probes.count + slot);

@@ -6,6 +6,7 @@
 use crate::config::Integrator;
 use crate::internal_force::assembly::Event;
 use crate::model::Model;
+use crate::read::refuse;
 use crate::state::State;
 use crate::state::motion::StartMotion;
 use interface_defs::diagnostic::{Diagnostic, code};
@@ -211,9 +212,8 @@ impl Inherited {
         let Some(origin) = Origin::of(scene)? else { return Ok(None) };
         if origin.at == At::Motion && integrator == Integrator::Static {
             let what = "at = \"motion\" goes on with the velocities of that run, and statics has none";
-            return Err(scene
-                .invalid("start_from.at", what)
-                .try_instead("at = \"rest\", or an integrator with inertia in [fem]"));
+            let hint = "at = \"rest\", or an integrator with inertia in [fem]";
+            return refuse(scene, "start_from.at", what, hint);
         }
         let (file, warning) = origin.state(scene)?;
         let shown = file.display();

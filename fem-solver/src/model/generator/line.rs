@@ -1,7 +1,7 @@
 //! The line of a barrier on the terrain: where its posts stand as seen from above, and what speaks against it.
 
 use crate::config::generator::Barrier;
-use crate::read::positive;
+use crate::read::{positive, refuse};
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::{Vector2, Vector3};
 use toolkit::coordinates::{Coordinates, Form};
@@ -47,9 +47,7 @@ impl Line {
         for (name, stated) in [("azimuth", table.azimuth), ("length", table.length)] {
             if stated.is_some() {
                 let what = format!("`{name}` belongs to position: the line has its own");
-                return Err(scene
-                    .invalid(&format!("structure.generator.{name}"), what)
-                    .try_instead("leave it out"));
+                return refuse(scene, &format!("structure.generator.{name}"), what, "leave it out");
             }
         }
         if line.len() < 2 {
@@ -60,9 +58,7 @@ impl Line {
         for (i, point) in line.iter().enumerate() {
             if !matches!(point.len(), 2 | 3) || point.len() != size {
                 let what = format!("a point of {} numbers: each has two, or each has three", point.len());
-                return Err(scene
-                    .invalid(&format!("{key}.{i}"), what)
-                    .try_instead("[x, y] on the ground, or [x, y, z]"));
+                return refuse(scene, &format!("{key}.{i}"), what, "[x, y] on the ground, or [x, y, z]");
             }
         }
         let points =
@@ -74,9 +70,7 @@ impl Line {
         let key = "structure.generator.position";
         let (Some(azimuth), Some(length)) = (table.azimuth, table.length) else {
             let what = "position is the middle of the line: azimuth and length are required with it";
-            return Err(scene
-                .invalid(key, what)
-                .try_instead("azimuth in degrees from y, clockwise; length in metres"));
+            return refuse(scene, key, what, "azimuth in degrees from y, clockwise; length in metres");
         };
         positive(scene, "structure.generator.length", length, "m")?;
         if !(-360.0..=360.0).contains(&azimuth) {
@@ -107,9 +101,7 @@ impl Line {
                 table.fields,
                 pieces.len()
             );
-            return Err(scene
-                .invalid("structure.generator.fields", what)
-                .try_instead(format!("fields = {}", pieces.len())));
+            return refuse(scene, "structure.generator.fields", what, format!("fields = {}", pieces.len()));
         }
         for (i, (piece, fields)) in pieces.iter().zip(&fields).enumerate() {
             let field = piece.norm() / *fields as f64;

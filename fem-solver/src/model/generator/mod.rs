@@ -11,7 +11,7 @@ pub use self::generated::{Generated, MadeFor};
 use self::line::Line;
 use self::site::Site;
 use crate::config::generator::{Barrier, Generator, Held};
-use crate::read::{not_negative, positive};
+use crate::read::{not_negative, positive, refuse};
 use interface_defs::diagnostic::Diagnostic;
 use toolkit::ground::Area;
 use toolkit::scene::Scene;
@@ -31,9 +31,8 @@ pub fn generate(scene: &Scene, generator: &Generator) -> Result<Generated, Diagn
             check_place(scene, net.origin, net.center)?;
             if net.held == Held::Corners {
                 let what = "a ring net has no nodes at its corners";
-                return Err(scene
-                    .invalid("structure.generator.held", what)
-                    .try_instead("`edges`, or `none` and supports of your own"));
+                let hint = "`edges`, or `none` and supports of your own";
+                return refuse(scene, "structure.generator.held", what, hint);
             }
             Ok(ring_net::ring_net(net))
         }
@@ -141,9 +140,7 @@ fn check_barrier(scene: &Scene, table: &Barrier) -> Result<(), Diagnostic> {
                 "a {name} of {value} m: posts of barriers are {} to {} m long, and stand up to {} m apart",
                 POSTS[0], POSTS[1], FIELDS[1]
             );
-            return Err(scene
-                .invalid(&key(name), what)
-                .try_instead("it is written in metres: 400 cm is 4.0"));
+            return refuse(scene, &key(name), what, "it is written in metres: 400 cm is 4.0");
         }
     }
     if table.lean().abs() >= table.height {

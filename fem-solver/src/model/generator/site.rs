@@ -6,6 +6,7 @@
 use super::line::Line;
 use crate::config::generator::{Barrier, Side};
 use crate::read::heights::Heights;
+use crate::read::refuse;
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::{Vector2, Vector3};
 use toolkit::scene::Scene;
@@ -71,9 +72,7 @@ fn ground(scene: &Scene, table: &Barrier, line: &Line) -> Result<Option<Heights>
     };
     if line.has_heights {
         let what = "the line has heights of its own: nothing will use the ground";
-        return Err(scene
-            .invalid(key, what)
-            .try_instead("leave out the third number of each point, or ground"));
+        return refuse(scene, key, what, "leave out the third number of each point, or ground");
     }
     Heights::read(scene, key, path).map(Some)
 }
@@ -129,10 +128,8 @@ impl Place<'_> {
         }
         let Some(ground) = self.ground else {
             let what = "without ground it is not known on which side of the line the slope rises";
-            return Err(self
-                .scene
-                .invalid(self.line.key, what)
-                .try_instead("uphill = \"left\" or \"right\", seen from its first point"));
+            let hint = "uphill = \"left\" or \"right\", seen from its first point";
+            return refuse(self.scene, self.line.key, what, hint);
         };
         let away = self.table.anchor_distance;
         let mean = self.fall(ground, feet);
@@ -141,10 +138,8 @@ impl Place<'_> {
                 "{away} m to its left the ground lies {:.2} m higher than to its right: no slope says where rocks come from",
                 mean
             );
-            return Err(self
-                .scene
-                .invalid(self.line.key, what)
-                .try_instead("uphill = \"left\" or \"right\", seen from its first point"));
+            let hint = "uphill = \"left\" or \"right\", seen from its first point";
+            return refuse(self.scene, self.line.key, what, hint);
         }
         Ok(if mean > 0.0 { Side::Left } else { Side::Right })
     }

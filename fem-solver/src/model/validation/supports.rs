@@ -5,6 +5,7 @@ use crate::config::Config;
 use crate::config::scheme::Scheme;
 use crate::config::structure::SupportEntry;
 use crate::model::Model;
+use crate::read::refuse;
 use interface_defs::diagnostic::{Diagnostic, code};
 use std::f64::consts::TAU;
 use toolkit::ranges::{Band, Gate};
@@ -122,9 +123,7 @@ fn judge_motions(at: &mut Judge) -> Result<(), Diagnostic> {
             let what = format!(
                 "a support moves by {most} m, and the whole structure has an extent of {extent:.4} m"
             );
-            return Err(scene
-                .invalid(&key, what)
-                .try_instead("rows are [t, ux, uy, uz] in s and m: 100 mm is 0.1"));
+            return refuse(scene, &key, what, "rows are [t, ux, uy, uz] in s and m: 100 mm is 0.1");
         }
         if let Some(last) = entry.motion.last().map(|row| row[0]).filter(|last| *last > LATER * end_time) {
             let what = format!("it goes on until {last} s, and the run ends at end_time = {end_time} s");
