@@ -1,18 +1,18 @@
 //! Nodes, groups and cells from a mesh: that of a file, or a generated one. The parts of the scene say
 //! what the elements of a group become.
 
-use super::cell::Cell;
 use super::generator::{Generated, MadeFor, generate};
 use super::numbering::neighbours_together;
-use super::place;
-use super::ropes::join;
-use crate::config::structure::StructureConfig;
+use crate::config::structure::{PlaceConfig, StructureConfig};
 use crate::element::PartConfig;
+use crate::read::heights::Heights;
 use crate::read::mesh::{ElementGroup, Kind, Mesh, MeshElement};
 use crate::read::{named, read, refuse};
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::mesh::Group;
 use nalgebra::Vector3;
+use std::collections::HashMap;
+use std::ops::Range;
 use toolkit::explain::suggestion;
 use toolkit::scene::Scene;
 
@@ -48,7 +48,7 @@ impl Base {
     /// The nodes of the scene, of its mesh file or of its generator, in their place.
     pub fn new(scene: &Scene, table: &StructureConfig) -> Result<Self, Diagnostic> {
         let mut base = Self::in_own_axes(scene, table)?;
-        place::put(scene, table, &mut base.nodes)?;
+        put(scene, table, &mut base.nodes)?;
         Ok(base)
     }
 
@@ -344,5 +344,267 @@ fn describe(mesh: &Mesh, position: usize) -> String {
         0 => format!("element {number} (in no group)"),
         1 => format!("element {number} of the group {}", names[0]),
         _ => format!("element {number} of the groups {}", names.join(", ")),
+    }
+}
+
+/// A cell of a mesh, of which elements are made.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Cell {
+    /// Its nodes.
+    pub nodes: Vec<usize>,
+    /// The elements of the mesh that it is, by position.
+    pub from: Vec<u32>,
+}
+
+/// What became of an element of a mesh, by numbers in [`Model::elements`] and [`Model::cables`].
+#[derive(Debug, Clone, Default)]
+pub struct Made {
+    /// Elements.
+    pub elements: Range<usize>,
+    /// Cables.
+    pub cables: Range<usize>,
+}
+
+/// Why lines make no ropes; nodes by position.
+#[derive(Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// More than two lines end at this node.
+    Branch(usize),
+    /// The rope through this node has no ends.
+    Closed(usize),
+}
+
+impl Fault {
+    /// In words.
+    pub fn words(&self, mesh: &Mesh) -> String {
+        let number = |n: usize| mesh.numbers.get(n).copied().unwrap_or(n as u64);
+        match self {
+            Self::Branch(node) => format!("more than two of them end at node {}", number(*node)),
+            Self::Closed(node) => format!("that through node {} has no ends", number(*node)),
+        }
+    }
+}
+
+/// Join the lines that share an end: one cell for each rope, in the order and direction of its first line.
+pub fn join(lines: Vec<Cell>) -> Result<Vec<Cell>, Fault> {
+    let mut at: HashMap<usize, Vec<usize>> = HashMap::new();
+    for (i, line) in lines.iter().enumerate() {
+        for end in [line.nodes[0], line.nodes[line.nodes.len() - 1]] {
+            let there = at.entry(end).or_default();
+            there.push(i);
+            if there.len() > 2 {
+                return Err(Fault::Branch(end));
+            }
+        }
+    }
+    let mut used = vec![false; lines.len()];
+    let mut ropes = Vec::new();
+    for (first, line) in lines.iter().enumerate() {
+        if std::mem::replace(&mut used[first], true) {
+            continue;
+        }
+        let mut rope = line.clone();
+        // Onwards from its last node; then the same from its first.
+        for _ in 0..2 {
+            loop {
+                let end = rope.nodes[rope.nodes.len() - 1];
+                let Some(next) = at[&end].iter().copied().find(|i| !used[*i]) else { break };
+                used[next] = true;
+                let mut nodes = lines[next].nodes.clone();
+                if nodes[0] != end {
+                    nodes.reverse();
+                }
+                rope.nodes.extend(&nodes[1..]);
+                rope.from.extend(&lines[next].from);
+            }
+            rope.nodes.reverse();
+        }
+        if rope.nodes[0] == rope.nodes[rope.nodes.len() - 1] {
+            return Err(Fault::Closed(rope.nodes[0]));
+        }
+        ropes.push(rope);
+    }
+    Ok(ropes)
+}
+
+/// Turn and move `nodes` [m] to the place of `table`, if it names one.
+pub(super) fn put(
+    scene: &Scene,
+    table: &StructureConfig,
+    nodes: &mut [Vector3<f64>],
+) -> Result<(), Diagnostic> {
+    let Some(place) = &table.place else { return Ok(()) };
+    check(scene, table, place)?;
+    let (sine, cosine) = place.azimuth.to_radians().sin_cos();
+    let origin = Vector3::new(place.origin[0], place.origin[1], 0.0);
+    for node in nodes.iter_mut() {
+        // Along the azimuth, and to its left.
+        let (x, y) = (node.x * sine - node.y * cosine, node.x * cosine + node.y * sine);
+        *node = origin + Vector3::new(x, y, node.z);
+    }
+    if let Some(z) = place.origin.get(2) {
+        nodes.iter_mut().for_each(|node| node.z += z);
+        return Ok(());
+    }
+    let ground = ground(scene, table, place)?;
+    let height = |at: &Vector3<f64>, what: &str| {
+        ground.at(at.x, at.y).ok_or_else(|| {
+            let what = format!(
+                "{what} stands at x = {:.2}, y = {:.2} m, where there is no ground: its heights are known for {}, and may have holes",
+                at.x, at.y, ground.extent()
+            );
+            scene.invalid("structure.place.origin", what).try_instead(
+                "origin is in the coordinates of the terrain, azimuth in degrees from y, clockwise",
+            )
+        })
+    };
+    if place.draped {
+        for (number, node) in nodes.iter_mut().enumerate() {
+            node.z += height(node, &format!("node {number}"))?;
+        }
+    } else {
+        let below = height(&origin, "the origin")?;
+        nodes.iter_mut().for_each(|node| node.z += below);
+    }
+    Ok(())
+}
+
+/// The same table with heights that need no ground, for who asks where it stands as seen from above.
+pub(super) fn flat(table: &StructureConfig) -> StructureConfig {
+    let mut flat = table.clone();
+    if let Some(place) = &mut flat.place {
+        place.origin.resize(3, 0.0);
+        place.draped = false;
+    }
+    flat
+}
+
+/// Whether the heights of a raster are asked for.
+pub(super) fn needs_ground(table: &StructureConfig) -> bool {
+    table.place.as_ref().is_some_and(|place| place.origin.len() == 2)
+}
+
+fn check(scene: &Scene, table: &StructureConfig, place: &PlaceConfig) -> Result<(), Diagnostic> {
+    if table.generator.as_ref().is_some_and(|generator| generator.is_placed()) {
+        let what = "the line or position of the barrier says where it stands, and place says it again";
+        return Err(scene.invalid("structure.place", what).try_instead("leave out [structure.place]"));
+    }
+    if !matches!(place.origin.len(), 2 | 3) {
+        let what = format!("a point of {} numbers: two or three are required", place.origin.len());
+        return refuse(scene, "structure.place.origin", what, "[x, y] on the ground, or [x, y, z]");
+    }
+    if !(-360.0..=360.0).contains(&place.azimuth) {
+        let what = format!("azimuth = {}: it must lie between -360 and 360 degrees", place.azimuth);
+        return Err(scene.invalid("structure.place.azimuth", what));
+    }
+    let idle = |key: &str| {
+        let what = format!("`{key}`: origin has a height of its own, and nothing will use the ground");
+        scene
+            .invalid(&format!("structure.place.{key}"), what)
+            .try_instead(format!("leave out the third number of origin, or `{key}`"))
+    };
+    match place.origin.len() {
+        3 if place.draped => Err(idle("draped")),
+        3 if place.ground.is_some() => Err(idle("ground")),
+        _ => Ok(()),
+    }
+}
+
+fn ground(scene: &Scene, table: &StructureConfig, place: &PlaceConfig) -> Result<Heights, Diagnostic> {
+    let of_contact = table.ground.as_ref().and_then(|ground| ground.file.as_ref());
+    let Some(path) = place.ground.as_ref().or(of_contact) else {
+        let what = "an origin of two numbers is on the ground, and its heights are not known here";
+        return Err(scene.invalid("structure.place.origin", what).try_instead(
+            "name a raster with ground = \"FILE.asc\", or write [x, y, z]; in a scene with [terrain], `rockfall run` and `rockfall \
+             check` make the raster",
+        ));
+    };
+    Heights::read(scene, "structure.place.ground", path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lines(nodes: &[[usize; 2]]) -> Vec<Cell> {
+        let cell = |(i, n): (usize, &[usize; 2])| Cell { nodes: n.to_vec(), from: vec![i as u32] };
+        nodes.iter().enumerate().map(cell).collect()
+    }
+
+    #[test]
+    fn lines_in_any_order_and_direction_are_one_rope_for_each_chain() {
+        let ropes = join(lines(&[[2, 3], [1, 2], [7, 8], [4, 3], [9, 8]])).unwrap();
+        assert_eq!(ropes.iter().map(|r| &r.nodes[..]).collect::<Vec<_>>(), [&[1, 2, 3, 4][..], &[7, 8, 9]]);
+        assert_eq!(ropes[0].from, [0, 3, 1]);
+    }
+
+    #[test]
+    fn branches_and_loops_are_no_ropes() {
+        assert_eq!(join(lines(&[[0, 1], [1, 2], [1, 3]])), Err(Fault::Branch(1)));
+        assert_eq!(join(lines(&[[0, 1], [1, 2], [2, 0]])), Err(Fault::Closed(0)));
+    }
+}
+
+#[cfg(test)]
+mod place_tests {
+    use super::*;
+
+    fn put_at(place: &str, mut nodes: Vec<Vector3<f64>>) -> Result<Vec<Vector3<f64>>, String> {
+        let table: StructureConfig = toml::from_str(place).map_err(|e| e.to_string())?;
+        let scene = Scene::from_text("s.toml", "title = \"x\"").expect("valid");
+        put(&scene, &table, &mut nodes).map_err(|e| e.to_string())?;
+        Ok(nodes)
+    }
+
+    #[test]
+    fn x_points_along_the_azimuth_and_y_to_its_left() {
+        let axes = vec![Vector3::zeros(), Vector3::x(), Vector3::y(), Vector3::z()];
+        for (azimuth, x, y) in [
+            (90.0, Vector3::x(), Vector3::y()),
+            (0.0, Vector3::y(), -Vector3::x()),
+            (225.0, Vector3::new(-1.0, -1.0, 0.0).normalize(), Vector3::new(1.0, -1.0, 0.0).normalize()),
+        ] {
+            let origin = Vector3::new(2.6e6, 1.2e6, 1500.0);
+            let text = format!("place = {{ origin = [2.6e6, 1.2e6, 1500.0], azimuth = {azimuth:?} }}");
+            let put = put_at(&text, axes.clone()).expect("valid");
+            for (is, exact) in put.iter().zip([Vector3::zeros(), x, y, Vector3::z()]) {
+                assert!((is - origin - exact).norm() < 1e-9, "{azimuth}: {is}");
+            }
+        }
+    }
+
+    #[test]
+    fn heights_count_from_the_ground_below_the_origin_or_below_each_node() {
+        let dir = tempfile::tempdir().expect("a directory");
+        let file = dir.path().join("g.asc");
+        // z = 100 + 2 x + y from 0 to 20.
+        let text = "ncols 2\nnrows 2\nxllcenter 0\nyllcenter 0\ncellsize 20\n120 160\n100 140\n";
+        std::fs::write(&file, text).expect("written");
+        let nodes = vec![Vector3::zeros(), Vector3::new(3.0, 0.0, 0.5)];
+        let place =
+            |more: &str| format!("place = {{ origin = [10, 5], azimuth = 0.0, ground = {file:?}, {more} }}");
+        let put = put_at(&place(""), nodes.clone()).expect("valid");
+        assert!((put[1] - Vector3::new(10.0, 8.0, 125.5)).norm() < 1e-12, "{put:?}");
+        let draped = put_at(&place("draped = true"), nodes.clone()).expect("valid");
+        assert!((draped[1] - Vector3::new(10.0, 8.0, 128.5)).norm() < 1e-12, "{draped:?}");
+        let beside =
+            put_at(&place("draped = true"), vec![Vector3::new(-6.0, 0.0, 0.0)]).expect_err("refused");
+        assert!(
+            beside.contains("node 0 stands at x = 10.00, y = -1.00 m, where there is no ground"),
+            "{beside}"
+        );
+        for (text, words) in [
+            ("place = { origin = [1.0] }", "a point of 1 numbers"),
+            ("place = { origin = [1.0, 2.0] }", "its heights are not known here"),
+            ("place = { origin = [1.0, 2.0, 3.0], draped = true }", "origin has a height of its own"),
+            ("place = { origin = [1.0, 2.0, 3.0], azimuth = 400.0 }", "between -360 and 360"),
+            (
+                "place = { origin = [1.0, 2.0, 3.0] }\ngenerator = { type = \"barrier\", position = [0, 0], azimuth = 0.0, length = 9.0 }",
+                "says it again",
+            ),
+        ] {
+            let message = put_at(text, nodes.clone()).expect_err("refused");
+            assert!(message.contains(words), "{message}");
+        }
     }
 }

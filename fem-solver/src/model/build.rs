@@ -1,8 +1,7 @@
 //! From the table `[structure]` to a [`Model`], with every input error located.
 
 use super::Model;
-use super::base::Base;
-use super::cell::{Cell, Made};
+use super::base::{Base, Cell, Made};
 use crate::config::Config;
 use crate::config::structure::{StructureConfig, Where};
 use crate::read::{not_negative, positive, refuse};

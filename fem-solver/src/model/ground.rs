@@ -1,12 +1,10 @@
 //! From `[structure.ground]` to contacts of nodes with the ground, and what is certainly wrong there.
 
 use super::Model;
-use super::base::Base;
+use super::base::{Base, flat, needs_ground};
 use super::generator::CELL;
-use super::place;
 use crate::config::Config;
-use crate::config::ground::GroundConfig;
-use crate::config::structure::{FormFinding, StructureConfig, Where};
+use crate::config::structure::{FormFinding, GroundConfig, StructureConfig, Where};
 use crate::element::{AnyElement, GroundContact};
 use crate::ground::Surface;
 use crate::read::heights::Heights;
@@ -227,11 +225,11 @@ fn check(scene: &Scene, ground: &GroundConfig) -> Result<(), Diagnostic> {
 
 /// Where heights are needed for the ground of `table` or its place, whose raster is not named.
 pub fn area(scene: &Scene, table: &StructureConfig) -> Result<Option<Area>, Diagnostic> {
-    let stands = place::needs_ground(table);
+    let stands = needs_ground(table);
     if ground_file(table).is_some() || !(stands || table.ground.is_some()) {
         return Ok(None);
     }
-    let nodes = Base::new(scene, &place::flat(table))?.nodes;
+    let nodes = Base::new(scene, &flat(table))?.nodes;
     let (low, high) = around(&nodes);
     let middle = [0, 1].map(|a: usize| 0.5 * (low[a] + high[a]));
     let margin = (0..2).map(|a| 0.5 * (high[a] - low[a])).fold(0.0, f64::max) + 2.0 * CELL;

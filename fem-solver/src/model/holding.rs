@@ -1,7 +1,7 @@
 //! Supports: what holds, until when, and what moves.
 
 use super::Model;
-use super::support::Motion;
+use super::pressure::Motion;
 use crate::config::structure::{StructureConfig, SupportEntry, TurningConfig};
 use crate::read::refuse;
 use interface_defs::diagnostic::Diagnostic;

@@ -1,8 +1,7 @@
 //! What pulls and pushes: weight, nodal loads, pressure; and what moves at t = 0.
 
 use super::Model;
-use super::support::Motion;
-use super::timed::{Face, TimedLoad};
+use super::pressure::{Face, Motion, TimedLoad};
 use crate::config::{Config, Integrator};
 use crate::read::refuse;
 use interface_defs::diagnostic::Diagnostic;

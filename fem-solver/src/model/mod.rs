@@ -6,31 +6,23 @@
 //! At the interface they are node-major.
 
 pub mod applied;
-mod at_start;
 mod base;
 mod build;
-mod cell;
 pub(crate) mod generator;
 pub(crate) mod ground;
 mod holding;
 mod loading;
-mod names;
 pub mod numbering;
 mod parts;
-mod place;
 pub mod pressure;
-mod ropes;
-pub mod support;
-pub mod timed;
 pub mod validation;
 
 use crate::element::{AnyElement, Cable};
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::mesh::{Group, InterfaceMesh};
 use nalgebra::Vector3;
+use pressure::{Motion, TimedLoad};
 use std::ops::Range;
-use support::Motion;
-use timed::TimedLoad;
 
 /// A structure, ready to be computed.
 #[derive(Debug, Clone)]

@@ -1,8 +1,6 @@
 //! The structure as a [`Solver`]: the contract's verbs, and nothing else.
 
-mod broken;
 pub mod check;
-mod kept;
 pub mod reference;
 pub mod site;
 
@@ -13,16 +11,15 @@ use crate::equilibrium::newton::Info;
 use crate::integrator::interface_force::{Loads, MOST_SAMPLES, Needs};
 use crate::integrator::local;
 use crate::integrator::start::Start;
-use crate::integrator::window::{Exchange, WindowSolver};
+use crate::integrator::window::{Exchange, KeptWindows, WindowSolver, other_structure};
 use crate::internal_force::assembly::Event;
 use crate::internal_force::mass_scaling::scale_masses;
 use crate::model::Model;
 use crate::results::energy::Energies;
-use crate::results::fields::Fields;
+use crate::results::fields::{Fields, KeptFields};
 use crate::results::record::{Probes, Recorder};
 use crate::state::inherited::{End, Inherited};
 use crate::state::{Critical, CriticalKind, Peak, State};
-use broken::BrokenLines;
 use interface_defs::diagnostic::{Diagnostic, Place, Severity, code};
 use interface_defs::field::{self, FieldSpec, Sampling, name};
 use interface_defs::mesh::InterfaceMesh;
@@ -32,7 +29,10 @@ use interface_defs::message::{
 use interface_defs::selection::Selection;
 use interface_defs::solver::{OnProgress, Solver, Window};
 use interface_defs::verdict::Torn;
-use kept::Kept;
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
+
+use toolkit::checkpoint::{pack, unpack};
 use toolkit::output::Output;
 use toolkit::program::Options;
 use toolkit::run_dir;
@@ -485,4 +485,93 @@ impl Solver for FemSolver {
 /// The largest force of a run.
 fn peak(name: &str, peak: Peak, rank: u16) -> Measure {
     Measure::new(name, peak.value, "N").at(peak.time).ranked(rank, Worse::Larger)
+}
+
+/// The lines of each element, and where an answer speaks of them.
+pub(super) struct BrokenLines {
+    /// Lines of each element in the interface mesh, where those of the fast kernel come first.
+    of_elements: Vec<Range<usize>>,
+    /// Place of each line of the mesh in the field, [`Selection::OUT`] where it is not selected.
+    place: Vec<u32>,
+}
+
+impl BrokenLines {
+    /// Of all lines of `model`.
+    pub(super) fn new(model: &Model) -> Self {
+        let mut next = model.cables.len();
+        let lines = model.elements.iter().map(|element| {
+            let first = next;
+            next += element.line_count();
+            first..next
+        });
+        let of_elements = lines.collect();
+        Self { of_elements, place: (0..next as u32).collect() }
+    }
+
+    /// Speak of the selected lines alone, or of all.
+    pub(super) fn select(&mut self, selection: Option<&Selection>) {
+        let Some(selection) = selection else {
+            return self.place.iter_mut().enumerate().for_each(|(line, place)| *place = line as u32);
+        };
+        self.place.fill(Selection::OUT);
+        for (place, line) in selection.lines.iter().enumerate() {
+            self.place[*line as usize] = place as u32;
+        }
+    }
+
+    /// Write 1 for each line that broke in `events`, else 0.
+    pub(super) fn write<'a>(&self, events: impl Iterator<Item = &'a Event>, flags: &mut [f64]) {
+        flags.fill(0.0);
+        for line in events.flat_map(|event| self.of_elements[event.element as usize].clone()) {
+            if let Some(flag) = flags.get_mut(self.place[line] as usize) {
+                *flag = 1.0;
+            }
+        }
+    }
+}
+
+/// All that the next windows follow from.
+#[derive(Serialize, Deserialize)]
+pub(super) struct Kept {
+    /// The form at t = 0 and what it took, so that it is not looked for again.
+    pub(super) form: (Form, Info),
+    windows: KeptWindows,
+    /// End of the last window accepted [s].
+    accepted: f64,
+    fields: Option<KeptFields>,
+}
+
+impl Kept {
+    /// What was kept of `model`.
+    pub(super) fn read(bytes: &[u8], model: &Model) -> Result<Box<Self>, Fault> {
+        let kept: Self = unpack(bytes)?;
+        let Form { displacement, history, .. } = &kept.form.0;
+        if (displacement.len(), history.len()) != (model.dof_count(), model.start_history().len()) {
+            return Err(other_structure());
+        }
+        Ok(Box::new(kept))
+    }
+}
+
+impl Prepared {
+    /// What is committed, as bytes.
+    pub(super) fn keep(&mut self) -> Result<Vec<u8>, Fault> {
+        let fields = self.fields.as_mut().map(Fields::kept).transpose()?;
+        Ok(pack(&Kept {
+            form: self.form.clone(),
+            windows: self.windows.kept(),
+            accepted: self.accepted,
+            fields,
+        }))
+    }
+
+    /// Stand where `kept` was, with the files of results in `out` as they were then.
+    pub(super) fn go_on(&mut self, model: &Model, kept: Kept, out: Option<&std::path::Path>) -> Result<(), Fault> {
+        self.windows.go_on(model, kept.windows)?;
+        (self.time, self.accepted) = (kept.accepted, kept.accepted);
+        if let (Some(fields), Some(out), Some(kept)) = (self.fields.take(), out, kept.fields) {
+            self.fields = Some(fields.go_on(&out.join(run_dir::FIELDS), kept)?);
+        }
+        Ok(())
+    }
 }

@@ -1,7 +1,6 @@
 //! The state of a structure at one instant.
 
 pub mod inherited;
-pub mod motion;
 
 use crate::internal_force::assembly::Event;
 use serde::{Deserialize, Serialize};

@@ -1,14 +1,12 @@
 //! Generated structures: each a mesh with named parts, as a file would give it.
 
 mod barrier;
-mod generated;
 mod line;
-mod rectangular_net;
-mod ring_net;
+mod nets;
 mod site;
 
-pub use self::generated::{Generated, MadeFor};
 use self::line::Line;
+pub use self::nets::{Generated, MadeFor};
 use self::site::Site;
 use crate::config::generator::{Barrier, Generator, Held};
 use crate::read::{not_negative, positive, refuse};
@@ -23,7 +21,7 @@ pub fn generate(scene: &Scene, generator: &Generator) -> Result<Generated, Diagn
             check_counts(scene, "cells", net.cells)?;
             positive(scene, "structure.generator.spacing", net.spacing, "m")?;
             check_place(scene, net.origin, net.center)?;
-            Ok(rectangular_net::rectangular_net(net))
+            Ok(nets::rectangular_net(net))
         }
         Generator::RingNet(net) => {
             check_counts(scene, "rings", net.rings)?;
@@ -34,7 +32,7 @@ pub fn generate(scene: &Scene, generator: &Generator) -> Result<Generated, Diagn
                 let hint = "`edges`, or `none` and supports of your own";
                 return refuse(scene, "structure.generator.held", what, hint);
             }
-            Ok(ring_net::ring_net(net))
+            Ok(nets::ring_net(net))
         }
         Generator::Barrier(table) => {
             check_barrier(scene, table)?;

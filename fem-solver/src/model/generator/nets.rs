@@ -1,9 +1,103 @@
-//! A net of rings, each in contact with four neighbours.
+//! Plain nets: of square cells, and of rings, each in contact with four neighbours.
 
-use super::generated::{Generated, named};
-use crate::config::generator::{Held, RingNet};
-use crate::read::mesh::{Kind, Mesh};
+use crate::config::generator::{Held, RectangularNet, RingNet};
+use crate::read::mesh::{ElementGroup, Kind, Mesh};
+use interface_defs::mesh::Group;
 use nalgebra::Vector3;
+
+/// A generated structure.
+#[derive(Debug, Clone)]
+pub struct Generated {
+    /// Nodes, elements, named groups.
+    pub mesh: Mesh,
+    /// Nodes that are held in all directions.
+    pub held: Vec<usize>,
+    /// What the elements of each group are made for.
+    pub parts: Vec<MadeFor>,
+}
+
+/// A named part of a generated structure.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MadeFor {
+    /// The group of its elements.
+    pub group: &'static str,
+    /// The element that they are made for, as `[[structure.parts]]` calls it.
+    pub element: &'static str,
+}
+
+impl Generated {
+    /// A structure whose elements are all one part.
+    pub(super) fn of_one_part(
+        mut mesh: Mesh,
+        group: &'static str,
+        element: &'static str,
+        held: Vec<usize>,
+    ) -> Self {
+        let elements = (0..mesh.elements.len() as u32).collect();
+        mesh.element_groups.push(ElementGroup { name: group.into(), elements });
+        mesh.name_nodes();
+        Self { mesh, held, parts: vec![MadeFor { group, element }] }
+    }
+}
+
+/// A named set of nodes.
+pub(super) fn named(name: &str, nodes: &[usize]) -> Group {
+    Group { name: name.into(), nodes: nodes.iter().map(|n| *n as u32).collect() }
+}
+
+/// A net of square cells in the plane of x and y.
+///
+/// Nodes run along x first. So do the cables of each row, along x and then towards the next row:
+/// neighbouring cables have neighbouring nodes, which is what the kernel is fast on.
+pub fn rectangular_net(generator: &RectangularNet) -> Generated {
+    let [cells_x, cells_y] = generator.cells;
+    let (columns, rows) = (cells_x + 1, cells_y + 1);
+    let half = Vector3::new(cells_x as f64, cells_y as f64, 0.0) * (0.5 * generator.spacing);
+    let origin = match generator.center {
+        Some(center) => Vector3::from(center) - half,
+        None => Vector3::from(generator.origin.unwrap_or_default()),
+    };
+    let number = |i: usize, j: usize| j * columns + i;
+    let mut mesh = Mesh::default();
+    for j in 0..rows {
+        for i in 0..columns {
+            mesh.nodes.push(origin + generator.spacing * Vector3::new(i as f64, j as f64, 0.0));
+        }
+        let along_frame = j == 0 || j == cells_y;
+        if !along_frame || generator.boundary_cables {
+            for i in 0..cells_x {
+                mesh.push(Kind::Line2, &[number(i, j), number(i + 1, j)]);
+            }
+        }
+        if j < cells_y {
+            for i in (0..columns).filter(|i| generator.boundary_cables || (*i != 0 && *i != cells_x)) {
+                mesh.push(Kind::Line2, &[number(i, j), number(i, j + 1)]);
+            }
+        }
+    }
+    let select = |chosen: &dyn Fn(usize, usize) -> bool| {
+        let all = (0..rows).flat_map(|j| (0..columns).map(move |i| (i, j)));
+        all.filter(|(i, j)| chosen(*i, *j)).map(|(i, j)| number(i, j)).collect::<Vec<_>>()
+    };
+    let (x_edge, y_edge) = (|i: usize| i == 0 || i == cells_x, |j: usize| j == 0 || j == cells_y);
+    let edges = select(&|i, j| x_edge(i) || y_edge(j));
+    let corners = select(&|i, j| x_edge(i) && y_edge(j));
+    mesh.node_groups = vec![
+        named("edges", &edges),
+        named("corners", &corners),
+        named("interior", &select(&|i, j| !x_edge(i) && !y_edge(j))),
+        named("x_min", &select(&|i, _| i == 0)),
+        named("x_max", &select(&|i, _| i == cells_x)),
+        named("y_min", &select(&|_, j| j == 0)),
+        named("y_max", &select(&|_, j| j == cells_y)),
+    ];
+    let held = match generator.held {
+        Held::Edges => edges,
+        Held::Corners => corners,
+        Held::None => Vec::new(),
+    };
+    Generated::of_one_part(mesh, "net", "cable", held)
+}
 
 /// Numbers of the contacts of `rings` rings in two directions: those between rows (`between`, where
 /// rings touch the row below) and those beside (`beside`, where they touch the ring before). A row
@@ -88,6 +182,39 @@ pub fn ring_net(generator: &RingNet) -> Generated {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
+
+    fn net(cells: [usize; 2], boundary_cables: bool) -> Generated {
+        rectangular_net(&RectangularNet {
+            cells,
+            spacing: 0.15,
+            origin: None,
+            center: Some([0.0, 0.0, 1.0]),
+            held: Held::Edges,
+            boundary_cables,
+        })
+    }
+
+    #[test]
+    fn the_walenstadt_net_has_729_nodes_and_1300_cables() {
+        let net = net([26, 26], false);
+        assert_eq!((net.mesh.nodes.len(), net.mesh.elements.len(), net.held.len()), (729, 1300, 104));
+        assert!((net.mesh.nodes[13 * 27 + 13] - Vector3::new(0.0, 0.0, 1.0)).norm() < 1e-15);
+    }
+
+    #[test]
+    fn every_cable_spans_one_cell() {
+        let mesh = net([3, 5], true).mesh;
+        assert_eq!(mesh.elements.len(), 3 * 6 + 4 * 5);
+        for element in &mesh.elements {
+            let [a, b] = mesh.nodes_of(element) else { panic!("a cable has two nodes") };
+            assert!(((mesh.nodes[*b as usize] - mesh.nodes[*a as usize]).norm() - 0.15).abs() < 1e-15);
+        }
+    }
+}
+
+#[cfg(test)]
+mod ring_tests {
     use super::*;
 
     fn net(rings: [usize; 2]) -> Generated {
