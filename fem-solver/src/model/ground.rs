@@ -4,7 +4,7 @@ use super::Model;
 use super::base::{Base, flat, needs_ground};
 use super::generator::CELL;
 use crate::config::Config;
-use crate::config::structure::{FormFinding, GroundConfig, StructureConfig, Where};
+use crate::config::structure::{FormFinding, GroundConfig, StructureConfig};
 use crate::element::{AnyElement, GroundContact};
 use crate::ground::Surface;
 use crate::read::heights::Heights;
@@ -97,8 +97,7 @@ impl Model {
             ground.groups.iter().flatten().enumerate().map(|(i, name)| (format!("groups.{i}"), name, true));
         let left = ground.except.iter().enumerate().map(|(i, name)| (format!("except.{i}"), name, false));
         for (key, name, part) in listed.chain(left) {
-            let place = Where { nodes: None, group: Some(name), at: None };
-            for node in self.place(scene, &format!("structure.ground.{key}"), place)? {
+            for node in self.group(scene, &format!("structure.ground.{key}.group"), name)? {
                 takes[node] = part;
             }
         }

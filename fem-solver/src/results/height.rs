@@ -6,7 +6,7 @@
 //! nothing else closes the gap, the rope is missing in that field, and the height of the field is 0.
 
 use crate::config::GaugeConfig;
-use crate::config::structure::Where;
+
 use crate::model::Model;
 use crate::read::refuse;
 use crate::state::State;
@@ -76,9 +76,7 @@ impl Height {
             let what = format!("the gauge `{}` does not say above what its height is taken", gauge.name);
             return refuse(scene, key, what, "add above = \"name of a group\"");
         };
-        let group =
-            |key: &str, name| model.place(scene, key, Where { nodes: None, group: Some(name), at: None });
-        let above = group(&format!("{key}.above"), below)?;
+        let above = model.group(scene, &format!("{key}.above.group"), below)?;
         let normal = normal(scene, key, model, gauge)?;
         let fields = match gauge.posts.as_deref() {
             None => None,
@@ -93,7 +91,7 @@ impl Height {
                 }
                 let ropes = [(gauge.group.as_deref(), &nodes), (Some(below), &above)]
                     .map(|(name, nodes)| lines(model, name, nodes));
-                let fields = BarrierFields::new(model, &group(&key, name)?, &normal, ropes);
+                let fields = BarrierFields::new(model, &model.group(scene, &format!("{key}.group"), name)?, &normal, ropes);
                 if fields.posts.len() < 2 {
                     let what = format!(
                         "the nodes of `{name}` stand at one place along the barrier: there is no field between them"

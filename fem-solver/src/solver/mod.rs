@@ -566,7 +566,12 @@ impl Prepared {
     }
 
     /// Stand where `kept` was, with the files of results in `out` as they were then.
-    pub(super) fn go_on(&mut self, model: &Model, kept: Kept, out: Option<&std::path::Path>) -> Result<(), Fault> {
+    pub(super) fn go_on(
+        &mut self,
+        model: &Model,
+        kept: Kept,
+        out: Option<&std::path::Path>,
+    ) -> Result<(), Fault> {
         self.windows.go_on(model, kept.windows)?;
         (self.time, self.accepted) = (kept.accepted, kept.accepted);
         if let (Some(fields), Some(out), Some(kept)) = (self.fields.take(), out, kept.fields) {

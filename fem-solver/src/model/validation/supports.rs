@@ -53,11 +53,7 @@ const GRAVITY: Gate = Gate {
 /// Supports that hold nothing, and structures that nothing holds.
 pub(super) fn judge(at: &mut Judge) -> Result<(), Diagnostic> {
     let Judge { scene, config, model, .. } = *at;
-    let mut used = vec![false; model.node_count()];
-    model.cables.iter().flat_map(|c| c.nodes).for_each(|n| used[n] = true);
-    model.elements.iter().flat_map(|e| e.nodes()).for_each(|n| used[*n] = true);
-    model.point_masses.iter().for_each(|m| used[m.0] = true);
-    model.springs.iter().for_each(|s| used[s.0] = true);
+    let used = model.used();
     for (i, entry) in config.structure.supports.iter().enumerate() {
         let key = format!("structure.supports.{i}");
         let nodes = model.place(scene, &key, entry.place())?;
