@@ -69,6 +69,19 @@ pub struct StructureConfig {
     pub form_finding: FormFinding,
 }
 
+impl StructureConfig {
+    /// Every entry that stands at nodes: name and position of its table, and where it stands.
+    pub fn places(&self) -> impl Iterator<Item = (&'static str, usize, Where<'_>)> {
+        macro_rules! places {
+            ($($name:ident)*) => {
+                [$(self.$name.iter().map(|e| (stringify!($name), e.place())).collect::<Vec<_>>(),)*]
+            };
+        }
+        let tables = places!(supports springs dampers masses loads velocities);
+        tables.into_iter().flat_map(|t| t.into_iter().enumerate().map(|(i, (name, place))| (name, i, place)))
+    }
+}
+
 fn yes() -> bool {
     true
 }

@@ -4,9 +4,8 @@
 use super::generator::{Generated, MadeFor, generate};
 use super::numbering::neighbours_together;
 use crate::config::structure::{PlaceConfig, StructureConfig};
-use crate::element::PartConfig;
 use crate::read::heights::Heights;
-use crate::read::mesh::{ElementGroup, Kind, Mesh, MeshElement};
+use crate::read::mesh::{ElementGroup, Kind, Mesh};
 use crate::read::{named, read, refuse};
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::mesh::Group;
@@ -71,9 +70,9 @@ impl Base {
         };
         if !table.nodes.is_empty() || !table.cables.is_empty() {
             let key = if table.nodes.is_empty() { "structure.cables" } else { "structure.nodes" };
-            let what =
+            let of =
                 if table.mesh.is_some() { "the structure of a mesh file" } else { "a generated structure" };
-            return Err(scene.invalid(key, format!("{what} takes no further nodes or cables")));
+            return Err(scene.invalid(key, format!("{of} takes no further nodes or cables")));
         }
         Self::bound(scene, table, generated)
     }
@@ -101,25 +100,18 @@ impl Base {
             cells: vec![Vec::new(); table.parts.len()],
             ..Self::default()
         };
-        for (position, element) in mesh.elements.iter().enumerate() {
-            let owner = table.parts.get(owners[position] as usize);
-            let Some(nodes) = cell(scene, table, &mesh, position, element, owner, owners[position])? else {
-                continue;
-            };
-            let list = match owner {
-                Some(_) => &mut base.cells[owners[position] as usize],
-                None => &mut base.lines,
-            };
+        for (position, owner) in owners.into_iter().enumerate() {
+            let Some(nodes) = cell(scene, table, &mesh, position, owner)? else { continue };
+            let list = base.cells.get_mut(owner as usize).unwrap_or(&mut base.lines);
             list.push(Cell { nodes, from: vec![position as u32] });
         }
         for (i, part) in table.parts.iter().enumerate() {
             if part.joins_lines() {
-                base.cells[i] = join(std::mem::take(&mut base.cells[i])).map_err(|fault| {
+                base.cells[i] = join(std::mem::take(&mut base.cells[i])).or_else(|fault| {
                     let what =
                         format!("the lines of `{}` make no ropes: {}", part.name(), fault.words(&mesh));
-                    scene
-                        .invalid(&format!("structure.parts.{i}.name"), what)
-                        .try_instead("put ropes that share nodes into groups of their own")
+                    let hint = "put ropes that share nodes into groups of their own";
+                    refuse(scene, &format!("structure.parts.{i}.name"), what, hint)
                 })?;
             }
         }
@@ -145,13 +137,8 @@ impl Base {
         let mut used = vec![false; self.nodes.len()];
         let cells = self.lines.iter().chain(self.cells.iter().flatten());
         cells.flat_map(|c| &c.nodes).chain(&self.held).for_each(|n| used[*n] = true);
-        let supports = table.supports.iter().map(|e| &e.group);
-        let entries = supports.chain(table.springs.iter().map(|e| &e.group));
-        let entries = entries.chain(table.masses.iter().map(|e| &e.group));
-        let entries = entries.chain(table.loads.iter().map(|e| &e.group));
-        let entries = entries.chain(table.velocities.iter().map(|e| &e.group));
-        for name in entries.chain(table.dampers.iter().map(|e| &e.group)).flatten() {
-            let group = self.groups.iter().find(|g| g.name == *name);
+        for name in table.places().filter_map(|(.., place)| place.group) {
+            let group = self.groups.iter().find(|g| g.name == name);
             group.into_iter().flat_map(|g| &g.nodes).for_each(|n| used[*n as usize] = true);
         }
         let unused = used.iter().filter(|u| !**u).count();
@@ -170,8 +157,7 @@ impl Base {
     /// memory from end to end. Messages call nodes by the numbers of the mesh.
     fn bring_neighbours_together(&mut self) {
         let cells = self.lines.iter().chain(self.cells.iter().flatten());
-        let pairs: Vec<[usize; 2]> =
-            cells.flat_map(|c| c.nodes.windows(2).map(|two| [two[0], two[1]])).collect();
+        let pairs: Vec<[usize; 2]> = cells.flat_map(|c| c.nodes.array_windows().copied()).collect();
         let order = neighbours_together(&pairs, self.nodes.len());
         let mut place = vec![0; order.len()];
         order.iter().enumerate().for_each(|(new, old)| place[*old] = new);
@@ -204,17 +190,11 @@ impl Base {
 
 /// The key of the first entry that counts nodes instead of naming them, if there is one.
 fn counts_nodes(table: &StructureConfig) -> Option<String> {
-    let by_number = [
-        ("supports", "nodes", table.supports.iter().position(|e| e.nodes.is_some())),
-        ("springs", "nodes", table.springs.iter().position(|e| e.nodes.is_some())),
-        ("dampers", "nodes", table.dampers.iter().position(|e| e.nodes.is_some())),
-        ("masses", "nodes", table.masses.iter().position(|e| e.nodes.is_some())),
-        ("loads", "nodes", table.loads.iter().position(|e| e.nodes.is_some())),
-        ("velocities", "nodes", table.velocities.iter().position(|e| e.nodes.is_some())),
-        ("groups", "nodes", (!table.groups.is_empty()).then_some(0)),
-        ("parts", "cells", table.parts.iter().position(|p| !p.cells().is_empty())),
-    ];
-    by_number.into_iter().find_map(|(name, key, at)| Some(format!("structure.{name}.{}.{key}", at?)))
+    let place = table.places().find(|(.., place)| place.nodes.is_some());
+    let entry = place.map(|(name, i, _)| format!("structure.{name}.{i}.nodes"));
+    let group = || (!table.groups.is_empty()).then(|| "structure.groups.0.nodes".into());
+    let part = || table.parts.iter().position(|p| !p.cells().is_empty());
+    entry.or_else(group).or_else(|| part().map(|i| format!("structure.parts.{i}.cells")))
 }
 
 /// For each element of the mesh the part of the scene that it is in, or `NONE`.
@@ -239,45 +219,39 @@ fn owners(
             }
             (None, true) => {
                 let names: Vec<_> = mesh.element_groups.iter().map(|g| g.name.as_str()).collect();
-                let known = suggestion(name, &names).unwrap_or_default();
-                let none = "the mesh has no groups of elements: name them in the program that made it".into();
-                let hint = if names.is_empty() { none } else { known };
+                let hint = match names.is_empty() {
+                    true => {
+                        "the mesh has no groups of elements: name them in the program that made it".into()
+                    }
+                    false => suggestion(name, &names).unwrap_or_default(),
+                };
                 return refuse(scene, &key, format!("there is no group of elements `{name}`"), hint);
             }
         };
         for element in &group.elements {
             let owner = &mut owners[*element as usize];
             if *owner != NONE {
-                let what = format!(
-                    "element {} is in the parts `{}` and `{name}`",
-                    mesh.elements[*element as usize].number,
-                    table.parts[*owner as usize].name(),
-                );
+                let (number, other) =
+                    (mesh.elements[*element as usize].number, table.parts[*owner as usize].name());
+                let what = format!("element {number} is in the parts `{other}` and `{name}`");
                 return Err(scene.invalid(&key, what));
             }
             *owner = i as u32;
         }
     }
-    for part in made.iter().filter(|p| p.element != "cable") {
-        let group = mesh.element_groups.iter().find(|g| g.name == part.group);
-        let elements = group.into_iter().flat_map(|g| &g.elements);
-        if elements.into_iter().any(|e| owners[*e as usize] == NONE) {
+    for MadeFor { group, element } in made.iter().filter(|p| p.element != "cable") {
+        let own = mesh.element_groups.iter().find(|g| g.name == *group);
+        if own.into_iter().flat_map(|g| &g.elements).any(|e| owners[*e as usize] == NONE) {
             let what = format!(
-                "the generated group `{}` is made for element = \"{}\", and no part says what becomes of it",
-                part.group, part.element
+                "the generated group `{group}` is made for element = \"{element}\", and no part says what becomes of it"
             );
-            return Err(scene.invalid("structure.generator", what).try_instead(format!(
-                "write [[structure.parts]] with name = \"{}\" and an element; \"none\" makes nothing of it",
-                part.group
-            )));
+            let hint = format!(
+                "write [[structure.parts]] with name = \"{group}\" and an element; \"none\" makes nothing of it"
+            );
+            return refuse(scene, "structure.generator", what, hint);
         }
     }
     Ok(owners)
-}
-
-/// Whether an element of the part can be made of that shape; lines in no part are cables.
-fn takes(part: Option<&PartConfig>, kind: Kind) -> bool {
-    part.map_or(matches!(kind, Kind::Line2 | Kind::Row), |part| part.takes(kind))
 }
 
 /// Nodes of the cell that an element of the mesh is; `None` where nothing becomes of it.
@@ -286,26 +260,20 @@ fn cell(
     table: &StructureConfig,
     mesh: &Mesh,
     position: usize,
-    element: &MeshElement,
-    part: Option<&PartConfig>,
-    number: u32,
+    owner: u32,
 ) -> Result<Option<Vec<usize>>, Diagnostic> {
-    let key = if part.is_some() { format!("structure.parts.{number}.name") } else { "structure".into() };
-    if part.is_some_and(|part| part.makes_nothing()) {
+    let (element, part) = (&mesh.elements[position], table.parts.get(owner as usize));
+    let key = if part.is_some() { format!("structure.parts.{owner}.name") } else { "structure".into() };
+    // Lines in no part are cables; a point says where something is, and is nothing.
+    let takes = part.map_or(matches!(element.kind, Kind::Line2 | Kind::Row), |part| part.takes(element.kind));
+    if part.map_or(element.kind == Kind::Point, |part| part.makes_nothing()) {
         return Ok(None);
     }
-    if !takes(part, element.kind) {
-        // A point says where something is, and is nothing.
-        if part.is_none() && element.kind == Kind::Point {
-            return Ok(None);
-        }
-        let what = format!(
-            "{} cannot be made of {}, and {} is one of them",
-            part.map_or("cables", |part| part.plural()),
-            element.kind.name(),
-            describe(mesh, position)
-        );
-        return Err(scene.invalid(&key, what).try_instead(match element.kind {
+    if !takes {
+        let of = part.map_or("cables", |part| part.plural());
+        let (kind, one) = (element.kind.name(), describe(mesh, position));
+        let what = format!("{of} cannot be made of {kind}, and {one} is one of them");
+        let hint = match element.kind {
             Kind::Line3 | Kind::Tri6 => {
                 "save the mesh with elements of first order, or write a part with element = \"none\" for the group"
             }
@@ -313,7 +281,8 @@ fn cell(
                 "write a part for the group: element = \"membrane\", \"shell\" or \"ring\", \"cable\" for a closed polygon of cables, \"none\" for nothing"
             }
             _ => "write a part with another element for the group; \"none\" makes nothing of it",
-        }));
+        };
+        return refuse(scene, &key, what, hint);
     }
     if part.is_none() && table.cable.is_none() {
         let what =
@@ -338,13 +307,13 @@ fn cell(
 /// An element in words, with its groups.
 fn describe(mesh: &Mesh, position: usize) -> String {
     let groups = mesh.element_groups.iter().filter(|g| g.elements.binary_search(&(position as u32)).is_ok());
-    let names: Vec<_> = groups.map(|g| format!("`{}`", g.name)).collect();
-    let number = mesh.elements[position].number;
-    match names.len() {
-        0 => format!("element {number} (in no group)"),
-        1 => format!("element {number} of the group {}", names[0]),
-        _ => format!("element {number} of the groups {}", names.join(", ")),
-    }
+    let names = groups.map(|g| format!("`{}`", g.name)).collect::<Vec<_>>();
+    let within = match names.len() {
+        0 => "(in no group)".into(),
+        1 => format!("of the group {}", names[0]),
+        _ => format!("of the groups {}", names.join(", ")),
+    };
+    format!("element {} {within}", mesh.elements[position].number)
 }
 
 /// A cell of a mesh, of which elements are made.

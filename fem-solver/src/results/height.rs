@@ -91,7 +91,12 @@ impl Height {
                 }
                 let ropes = [(gauge.group.as_deref(), &nodes), (Some(below), &above)]
                     .map(|(name, nodes)| lines(model, name, nodes));
-                let fields = BarrierFields::new(model, &model.group(scene, &format!("{key}.group"), name)?, &normal, ropes);
+                let fields = BarrierFields::new(
+                    model,
+                    &model.group(scene, &format!("{key}.group"), name)?,
+                    &normal,
+                    ropes,
+                );
                 if fields.posts.len() < 2 {
                     let what = format!(
                         "the nodes of `{name}` stand at one place along the barrier: there is no field between them"

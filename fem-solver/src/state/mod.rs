@@ -93,6 +93,16 @@ pub enum CriticalKind {
     Branch,
 }
 
+impl CriticalKind {
+    /// In a word.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Limit => "limit",
+            Self::Branch => "branch",
+        }
+    }
+}
+
 /// A value of one member of a group.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Extreme {
