@@ -1,7 +1,7 @@
 //! Nodes, groups and cells from a mesh: that of a file, or a generated one. The parts of the scene say
 //! what the elements of a group become.
 
-use super::generator::{Generated, MadeFor, generate};
+use super::generator::{Generated, MadeFor, check_point, generate};
 use super::numbering::neighbours_together;
 use crate::config::structure::{PlaceConfig, StructureConfig};
 use crate::read::heights::Heights;
@@ -417,15 +417,9 @@ pub(super) fn put(
     }
     let ground = ground(scene, table, place)?;
     let height = |at: &Vector3<f64>, what: &str| {
-        ground.at(at.x, at.y).ok_or_else(|| {
-            let what = format!(
-                "{what} stands at x = {:.2}, y = {:.2} m, where there is no ground: its heights are known for {}, and may have holes",
-                at.x, at.y, ground.extent()
-            );
-            scene.invalid("structure.place.origin", what).try_instead(
-                "origin is in the coordinates of the terrain, azimuth in degrees from y, clockwise",
-            )
-        })
+        let hint = "origin is in the coordinates of the terrain, azimuth in degrees from y, clockwise";
+        let below = ground.below(at.x, at.y, what);
+        below.or_else(|what| refuse(scene, "structure.place.origin", what, hint))
     };
     if place.draped {
         for (number, node) in nodes.iter_mut().enumerate() {
@@ -458,14 +452,7 @@ fn check(scene: &Scene, table: &StructureConfig, place: &PlaceConfig) -> Result<
         let what = "the line or position of the barrier says where it stands, and place says it again";
         return Err(scene.invalid("structure.place", what).try_instead("leave out [structure.place]"));
     }
-    if !matches!(place.origin.len(), 2 | 3) {
-        let what = format!("a point of {} numbers: two or three are required", place.origin.len());
-        return refuse(scene, "structure.place.origin", what, "[x, y] on the ground, or [x, y, z]");
-    }
-    if !(-360.0..=360.0).contains(&place.azimuth) {
-        let what = format!("azimuth = {}: it must lie between -360 and 360 degrees", place.azimuth);
-        return Err(scene.invalid("structure.place.azimuth", what));
-    }
+    check_point(scene, "structure.place", ("origin", &place.origin), place.azimuth)?;
     let idle = |key: &str| {
         let what = format!("`{key}`: origin has a height of its own, and nothing will use the ground");
         scene

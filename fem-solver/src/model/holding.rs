@@ -60,25 +60,21 @@ impl Model {
         entry: &SupportEntry,
     ) -> Result<bool, Diagnostic> {
         let supported = self.supported(node, entry);
-        let (name, motions) = match &entry.turning {
-            Some(turning) => ("turning", self.turns(node, turning)),
+        let (name, rows, motions) = match &entry.turning {
+            Some(turning) => ("turning", "turning.angles", self.turns(node, turning)),
             None if entry.motion.is_empty() => return Ok(false),
-            None => ("motion", self.moves(node, &entry.motion)),
+            None => ("motion", "motion", self.moves(node, &entry.motion)),
         };
+        let motions = motions.map_err(|what| scene.invalid(&format!("{key}.{rows}"), what))?;
         let key = format!("{key}.{name}");
-        let motions = motions.map_err(|what| {
-            let key = if name == "turning" { format!("{key}.angles") } else { key.clone() };
-            scene.invalid(&key, what)
-        })?;
         let mut moves = false;
         for (dof, motion) in motions {
+            let name = self.dof_name(dof);
             if !supported.contains(&dof) {
-                if name == "motion" && motion.size() > 0.0 {
+                if entry.turning.is_none() && motion.size() > 0.0 {
+                    let (size, directions) = (motion.size(), &entry.directions);
                     let what = format!(
-                        "{} is to move by up to {} m, and directions = \"{}\" does not hold it there",
-                        self.dof_name(dof),
-                        motion.size(),
-                        entry.directions
+                        "{name} is to move by up to {size} m, and directions = \"{directions}\" does not hold it there"
                     );
                     let hint = "name all directions of the motion, or write 0.0 for this one";
                     return refuse(scene, &key, what, hint);
@@ -86,7 +82,7 @@ impl Model {
                 continue;
             }
             if self.moving.iter().any(|(other, _)| *other == dof) {
-                return Err(scene.invalid(&key, format!("{} has two motions", self.dof_name(dof))));
+                return Err(scene.invalid(&key, format!("{name} has two motions")));
             }
             moves |= motion.size() > ROUNDING * self.extent();
             self.moving.push((dof, motion));

@@ -82,6 +82,17 @@ impl Heights {
         height.is_finite().then_some(height)
     }
 
+    /// The same, or that `what` stands where there is none.
+    pub fn below(&self, x: f64, y: f64, what: &str) -> Result<f64, String> {
+        self.at(x, y).ok_or_else(|| {
+            format!(
+                "{what} stands at x = {x:.2}, y = {y:.2} m, where there is no ground: its heights are known for {}, and may have \
+                 holes",
+                self.extent()
+            )
+        })
+    }
+
     /// Distance of its points [m], the shorter one.
     pub fn cell(&self) -> f64 {
         self.spacing[0].min(self.spacing[1])
@@ -108,7 +119,7 @@ impl Heights {
     }
 
     /// Where it lies, in words.
-    pub fn extent(&self) -> String {
+    fn extent(&self) -> String {
         let to = |axis: usize| self.corner[axis] + (self.counts[axis] - 1) as f64 * self.spacing[axis];
         format!("x {:.2} to {:.2}, y {:.2} to {:.2} m", self.corner[0], to(0), self.corner[1], to(1))
     }

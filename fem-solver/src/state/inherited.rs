@@ -136,33 +136,28 @@ impl Fingerprint {
                 model.node_name(farthest)
             ));
         }
-        let named = |part: &LeftPart, there: &str| {
-            let quoted = part.name.starts_with("the ");
-            if quoted { format!("{}{there}", part.name) } else { format!("the part `{}`{there}", part.name) }
+        let named = |part: &LeftPart| match part.name.starts_with("the ") {
+            true => part.name.clone(),
+            false => format!("the part `{}`", part.name),
         };
         for part in &self.parts {
-            let Some(other) = there.parts.iter().find(|p| p.name == part.name) else {
-                return Some(format!("it has no part `{}`", part.name));
+            let (own, name) = (named(part), &part.name);
+            let Some(other) = there.parts.iter().find(|p| p.name == *name) else {
+                return Some(format!("it has no part `{name}`"));
             };
-            if other.elements != part.elements {
-                let (there, here) = (other.elements, part.elements);
-                return Some(format!(
-                    "{} has {there} elements in it, and {here} in this one",
-                    named(part, "")
-                ));
+            let (theirs, here) = (other.elements, part.elements);
+            if theirs != here {
+                return Some(format!("{own} has {theirs} elements in it, and {here} in this one"));
             }
             if other.connectivity != part.connectivity {
-                return Some(format!("the elements of {} are at other nodes in it", named(part, "")));
+                return Some(format!("the elements of {own} are at other nodes in it"));
             }
             if other.properties != part.properties {
-                return Some(format!(
-                    "the material, section, length or strength of {} is another in it",
-                    named(part, "")
-                ));
+                return Some(format!("the material, section, length or strength of {own} is another in it"));
             }
         }
         if let Some(more) = there.parts.iter().find(|p| !self.parts.iter().any(|own| own.name == p.name)) {
-            return Some(format!("it has {} too, and this one has not", named(more, "")));
+            return Some(format!("it has {} too, and this one has not", named(more)));
         }
         (self.turning != there.turning).then(|| "other nodes of it have rotations".into())
     }

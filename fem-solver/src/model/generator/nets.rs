@@ -45,6 +45,13 @@ pub(super) fn named(name: &str, nodes: &[usize]) -> Group {
     Group { name: name.into(), nodes: nodes.iter().map(|n| *n as u32).collect() }
 }
 
+/// The first corner of a net of `counts` cells of `size` [m], stated by itself or by its middle.
+fn corner(origin: Option<[f64; 3]>, center: Option<[f64; 3]>, [x, y]: [usize; 2], size: f64) -> Vector3<f64> {
+    let half = Vector3::new(x as f64, y as f64, 0.0) * (0.5 * size);
+    let of_center = center.map(|center| Vector3::from(center) - half);
+    of_center.unwrap_or_else(|| Vector3::from(origin.unwrap_or_default()))
+}
+
 /// A net of square cells in the plane of x and y.
 ///
 /// Nodes run along x first. So do the cables of each row, along x and then towards the next row:
@@ -52,11 +59,7 @@ pub(super) fn named(name: &str, nodes: &[usize]) -> Group {
 pub fn rectangular_net(generator: &RectangularNet) -> Generated {
     let [cells_x, cells_y] = generator.cells;
     let (columns, rows) = (cells_x + 1, cells_y + 1);
-    let half = Vector3::new(cells_x as f64, cells_y as f64, 0.0) * (0.5 * generator.spacing);
-    let origin = match generator.center {
-        Some(center) => Vector3::from(center) - half,
-        None => Vector3::from(generator.origin.unwrap_or_default()),
-    };
+    let origin = corner(generator.origin, generator.center, generator.cells, generator.spacing);
     let number = |i: usize, j: usize| j * columns + i;
     let mut mesh = Mesh::default();
     for j in 0..rows {
@@ -148,11 +151,7 @@ impl Contacts {
 /// A net of rings in the plane of x and y; each ring is a quadrilateral of its four contacts.
 pub fn ring_net(generator: &RingNet) -> Generated {
     let [columns, rows] = generator.rings;
-    let half = Vector3::new(columns as f64, rows as f64, 0.0) * (0.5 * generator.diameter);
-    let origin = match generator.center {
-        Some(center) => Vector3::from(center) - half,
-        None => Vector3::from(generator.origin.unwrap_or_default()),
-    };
+    let origin = corner(generator.origin, generator.center, generator.rings, generator.diameter);
     let contacts = Contacts::new(generator.rings);
     let mut mesh = Mesh::default();
     mesh.nodes.extend(contacts.places().map(|[x, y]| origin + generator.diameter * Vector3::new(x, y, 0.0)));
