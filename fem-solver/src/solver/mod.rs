@@ -181,7 +181,7 @@ impl FemSolver {
         }
         let broken = windows.place(name::BROKEN).map(|_| BrokenLines::new(&self.model));
         let touched = !plan.takes.is_empty();
-        let torn = self.inherited.as_ref().map_or(Vec::new(), Inherited::torn);
+        let torn = self.inherited.as_ref().map_or(Vec::new(), |from| from.end.torn.clone());
         let mut prepared = Prepared {
             form,
             windows,
