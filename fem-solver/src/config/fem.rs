@@ -1,6 +1,6 @@
 //! `[fem]`: how the structure is advanced in time.
 
-use crate::read::positive;
+use crate::read::{positive, refuse};
 use interface_defs::diagnostic::Diagnostic;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -20,42 +20,33 @@ pub struct FemConfig {
     /// Longest step [s]: each window is cut into the fewest equal steps that are not longer. Default:
     /// half the critical step for `central_difference`, one step per window for the others. From the window on in which
     /// something breaks, steps of `central_difference` are an eighth of the critical step at most.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub time_step: Option<f64>,
     /// `generalized_alpha` only: spectral radius at infinite frequency, 0 to 1. Default 1, the implicit
     /// midpoint rule: it takes the mean force of a window and does exactly its work. Lower values
     /// damp what the step does not resolve, and cost energy.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub rho_inf: Option<f64>,
     /// `bossak` only: its alpha, -1/3 to 0. Default -0.3. Nearer to 0 damps less.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub alpha: Option<f64>,
     /// `newmark` only: beta, at least `gamma / 2`. Default 1/4, the trapezoidal rule.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub beta: Option<f64>,
     /// `newmark` only: gamma, at least 1/2. Default 1/2; above, it damps and is of first order only.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub gamma: Option<f64>,
     /// Iteration of the implicit schemes and of `static`.
     pub newton: NewtonConfig,
     /// `central_difference` only: nodes that would need shorter steps than this [s] get as much more mass as they
     /// need, without weight. A warning gives the added mass. Default: none.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub mass_scaling: Option<f64>,
     /// `static` only: follow the path of equilibrium under `[[structure.loads]]` and `[[structure.pressures]]` that grow and
     /// fall by one factor, from 0 on, beyond limit points and back (arc length). Time is the distance along it: the degree of freedom that moves most
     /// does so at this speed [m/s]. Steps adapt to the curvature of the path, whatever the output; none is longer than
     /// `time_step`. The columns `load_factor` and `negative_pivots` give the factor and in how many directions the
     /// equilibrium is unstable; the summary gives limit points and branch points. Default: the loads are constant.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub path_speed: Option<f64>,
     /// `static` only: load steps that adapt, within the windows and whatever their number. Default: one step per window, or
     /// of `time_step`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub load_steps: Option<LoadSteps>,
     /// With `path_speed`: where a path goes on from a branch point behind which more directions are unstable. Default
     /// `straight`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub path_at_branch: Option<AtBranch>,
     /// Accept a `time_step` above the critical one (`central_difference` only). Default false.
     pub allow_unstable: bool,
@@ -69,7 +60,6 @@ pub struct LoadSteps {
     /// Length of the first step [s].
     pub first: f64,
     /// Length [s] below which no step is tried: the run ends there, with a message. Default: 1e-4 of `first`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shortest: Option<f64>,
 }
 
@@ -77,35 +67,6 @@ impl LoadSteps {
     /// Shortest step [s].
     pub fn shortest(&self) -> f64 {
         self.shortest.unwrap_or(SHORTEST_STEP * self.first)
-    }
-
-    fn check(&self, scene: &Scene, fem: &FemConfig) -> Result<(), Diagnostic> {
-        let key = "fem.load_steps";
-        if fem.integrator != Integrator::Static {
-            let what = format!("load_steps are for static, not for {}", fem.integrator.name());
-            return Err(scene.invalid(key, what));
-        }
-        if fem.path_speed.is_some() {
-            let what = "a path of equilibrium has steps of its own: there are no load_steps along it";
-            return Err(scene.invalid(key, what).try_instead("leave out either load_steps or path_speed"));
-        }
-        positive(scene, "fem.load_steps.first", self.first, "s")?;
-        positive(scene, "fem.load_steps.shortest", self.shortest(), "s")?;
-        let end = scene.end_time()?;
-        if self.first > end {
-            let what =
-                format!("the first step of {} s is longer than the run, end_time = {end} s", self.first);
-            return Err(scene.invalid("fem.load_steps.first", what).try_instead("0.05 is 50 ms"));
-        }
-        if self.shortest() > self.first {
-            let what = format!(
-                "the shortest step of {} s is longer than the first, {} s",
-                self.shortest(),
-                self.first
-            );
-            return Err(scene.invalid("fem.load_steps.shortest", what));
-        }
-        Ok(())
     }
 }
 
@@ -167,71 +128,67 @@ impl NewtonConfig {
 impl FemConfig {
     /// Refuse numbers out of range, and parameters of an integrator that is not chosen.
     pub fn check(&self, scene: &Scene) -> Result<(), Diagnostic> {
-        if let Some(step) = self.time_step {
-            positive(scene, "fem.time_step", step, "s")?;
+        let (newton, own) = (&self.newton, self.integrator.name());
+        let first = self.load_steps.map(|steps| steps.first);
+        let shortest = self.load_steps.as_ref().map(LoadSteps::shortest);
+        for (name, value, unit) in [
+            ("time_step", self.time_step, "s"),
+            ("newton.tolerance", Some(newton.tolerance), ""),
+            ("mass_scaling", self.mass_scaling, "s"),
+            ("path_speed", self.path_speed, "m/s"),
+            ("load_steps.first", first, "s"),
+            ("load_steps.shortest", shortest, "s"),
+        ] {
+            value.map_or(Ok(()), |value| positive(scene, &format!("fem.{name}"), value, unit))?;
         }
-        positive(scene, "fem.newton.tolerance", self.newton.tolerance, "")?;
-        if self.newton.tolerance >= 1.0 {
-            let what = format!(
-                "a tolerance of {} accepts what is no equilibrium: 1 is the load",
-                self.newton.tolerance
-            );
-            return Err(scene.invalid("fem.newton.tolerance", what).try_instead("1e-10 is the default"));
+        if newton.tolerance >= 1.0 {
+            let what =
+                format!("a tolerance of {} accepts what is no equilibrium: 1 is the load", newton.tolerance);
+            return refuse(scene, "fem.newton.tolerance", what, "1e-10 is the default");
         }
-        if self.newton.max_iterations == Some(0) {
-            return Err(
-                scene.invalid("fem.newton.max_iterations", "no Newton iteration is allowed; write 1 or more")
-            );
-        }
-        if let Some(step) = self.mass_scaling {
-            positive(scene, "fem.mass_scaling", step, "s")?;
-            if self.integrator != Integrator::CentralDifference {
-                let what =
-                    format!("mass_scaling is for central_difference, not for {}", self.integrator.name());
-                return Err(scene.invalid("fem.mass_scaling", what));
-            }
-        }
-        if let Some(speed) = self.path_speed {
-            positive(scene, "fem.path_speed", speed, "m/s")?;
-            if self.integrator != Integrator::Static {
-                let what = format!("path_speed is for static, not for {}", self.integrator.name());
-                return Err(scene.invalid("fem.path_speed", what));
-            }
+        if newton.max_iterations == Some(0) {
+            let what = "no Newton iteration is allowed; write 1 or more";
+            return Err(scene.invalid("fem.newton.max_iterations", what));
         }
         if self.path_at_branch.is_some() && self.path_speed.is_none() {
-            return Err(scene
-                .invalid("fem.path_at_branch", "without path_speed there is no path that could branch")
-                .try_instead("write path_speed too, or leave out path_at_branch"));
+            let what = "without path_speed there is no path that could branch";
+            let hint = "write path_speed too, or leave out path_at_branch";
+            return refuse(scene, "fem.path_at_branch", what, hint);
         }
-        if let Some(steps) = &self.load_steps {
-            steps.check(scene, self)?;
+        let least_beta = 0.5 * self.gamma.unwrap_or(0.5);
+        for (name, of, value, range) in [
+            ("mass_scaling", Integrator::CentralDifference, self.mass_scaling, 0.0..=f64::MAX),
+            ("path_speed", Integrator::Static, self.path_speed, 0.0..=f64::MAX),
+            ("load_steps", Integrator::Static, first, 0.0..=f64::MAX),
+            ("rho_inf", Integrator::GeneralizedAlpha, self.rho_inf, 0.0..=1.0),
+            ("alpha", Integrator::Bossak, self.alpha, -1.0 / 3.0..=0.0),
+            ("gamma", Integrator::Newmark, self.gamma, 0.5..=1.0),
+            ("beta", Integrator::Newmark, self.beta, least_beta..=1.0),
+        ] {
+            let Some(value) = value else { continue };
+            let (of, from, to) = (of.name(), range.start(), range.end());
+            let what = if of != own {
+                format!("{name} belongs to the integrator {of}, not to {own}")
+            } else if !range.contains(&value) {
+                format!("{name} is {value}, it must lie between {from} and {to}")
+            } else {
+                continue;
+            };
+            return Err(scene.invalid(&format!("fem.{name}"), what));
         }
-        let gamma = self.gamma.unwrap_or(0.5);
-        self.parameter(scene, "rho_inf", self.rho_inf, Integrator::GeneralizedAlpha, 0.0..=1.0)?;
-        self.parameter(scene, "alpha", self.alpha, Integrator::Bossak, -1.0 / 3.0..=0.0)?;
-        self.parameter(scene, "gamma", self.gamma, Integrator::Newmark, 0.5..=1.0)?;
-        self.parameter(scene, "beta", self.beta, Integrator::Newmark, 0.5 * gamma..=1.0)
-    }
-
-    fn parameter(
-        &self,
-        scene: &Scene,
-        name: &str,
-        value: Option<f64>,
-        of: Integrator,
-        range: std::ops::RangeInclusive<f64>,
-    ) -> Result<(), Diagnostic> {
-        let Some(value) = value else { return Ok(()) };
-        let key = format!("fem.{name}");
-        if self.integrator != of {
-            let what =
-                format!("{name} belongs to the integrator {}, not to {}", of.name(), self.integrator.name());
-            return Err(scene.invalid(&key, what));
+        let Some((first, shortest)) = first.zip(shortest) else { return Ok(()) };
+        if self.path_speed.is_some() {
+            let what = "a path of equilibrium has steps of its own: there are no load_steps along it";
+            return refuse(scene, "fem.load_steps", what, "leave out either load_steps or path_speed");
         }
-        if !range.contains(&value) {
-            let what =
-                format!("{name} is {value}, it must lie between {} and {}", range.start(), range.end());
-            return Err(scene.invalid(&key, what));
+        let end = scene.end_time()?;
+        if first > end {
+            let what = format!("the first step of {first} s is longer than the run, end_time = {end} s");
+            return refuse(scene, "fem.load_steps.first", what, "0.05 is 50 ms");
+        }
+        if shortest > first {
+            let what = format!("the shortest step of {shortest} s is longer than the first, {first} s");
+            return Err(scene.invalid("fem.load_steps.shortest", what));
         }
         Ok(())
     }

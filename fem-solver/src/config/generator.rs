@@ -34,10 +34,8 @@ pub struct RectangularNet {
     /// Edge of a cell [m].
     pub spacing: f64,
     /// Corner with the smallest x and y [m]; default the scene's origin. Not together with `center`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<[f64; 3]>,
     /// Middle of the net [m], instead of `origin`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub center: Option<[f64; 3]>,
     /// Which nodes are supported. Default `edges`.
     #[serde(default)]
@@ -76,10 +74,8 @@ pub struct RingNet {
     /// Diameter of a ring, and distance of the middles of neighbours [m].
     pub diameter: f64,
     /// Corner with the smallest x and y [m]; default the scene's origin. Not together with `center`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<[f64; 3]>,
     /// Middle of the net [m], instead of `origin`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub center: Option<[f64; 3]>,
     /// Which nodes are supported: `edges` (default) or `none`.
     #[serde(default)]
@@ -119,13 +115,11 @@ pub struct Barrier {
     /// Fields between posts. Of a `line` of several pieces, each has as many as keep the longest field short.
     pub fields: usize,
     /// Distance of the posts [m]. Default 10; not with `line` or `position`, whose length says it.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub spacing: Option<f64>,
     /// Length of the posts [m].
     pub height: f64,
     /// How far the heads lie down the slope of the feet [m]; below 0: towards the slope. Default with `line` or `position`: posts stand
     /// at 75 degrees to the slope, steeper than its normal, and lean by 25 degrees from the vertical at least; in axes of its own 0.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub lean: Option<f64>,
     /// Cells (or rings) of the net in a field, and between the bearing ropes.
     pub cells: [usize; 2],
@@ -134,7 +128,6 @@ pub struct Barrier {
     /// How far the anchors of the upslope ropes lie up the slope of the feet [m], as seen from above.
     pub anchor_distance: f64,
     /// How far they lie above the feet [m]. Default 4; not with `ground`, on which they lie.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub anchor_rise: Option<f64>,
     /// How far the side anchors lie beyond the outer posts [m], as seen from above; those of the bottom rope at half of it.
     pub side_distance: f64,
@@ -142,24 +135,18 @@ pub struct Barrier {
     pub brake_length: f64,
     /// The line of the posts' feet: two points or more, `[x, y]` [m] on the ground or `[x, y, z]` [m], or a GeoJSON file. A post stands
     /// at each.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub line: Option<Coordinates<Vec<f64>>>,
     /// The middle of the line, `[x, y]` or `[x, y, z]` [m], in place of `line`; with `azimuth` and `length`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub position: Option<Vec<f64>>,
     /// Direction of the line [degrees from y (north), clockwise as seen from above: 90 is x (east)].
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub azimuth: Option<f64>,
     /// Length of the line as seen from above [m].
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub length: Option<f64>,
     /// Heights of the ground around the line: an ESRI grid (`.asc`), from the directory of the scene. Where points have two
     /// numbers and the scene has `[terrain]`, `rockfall` makes it of that by itself.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub ground: Option<PathBuf>,
     /// On which side of the line, seen from its first point, the slope rises. Default: as the ground does; without `ground` it
     /// is required.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub uphill: Option<Side>,
 }
 

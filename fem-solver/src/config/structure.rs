@@ -1,8 +1,6 @@
 //! `[structure]`: a mesh file, a generated structure, or nodes and elements one by one.
 
 use super::generator::Generator;
-use super::ground::GroundConfig;
-use super::place::PlaceConfig;
 use crate::element::PartConfig;
 use crate::element::cable_properties::{CableConfig, Stated};
 use schemars::JsonSchema;
@@ -17,19 +15,14 @@ pub struct StructureConfig {
     /// Abaqus) or `.mdpa` (Kratos), coordinates in metres. `parts` say what the elements of its groups
     /// become; lines in no part become cables. All else in the scene binds to the names of its groups.
     /// The path is relative to the scene file.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mesh: Option<PathBuf>,
     /// A generated structure, instead of `nodes` and `cables`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub generator: Option<Generator>,
     /// Where a structure in axes of its own stands. Default: where its coordinates say.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub place: Option<PlaceConfig>,
     /// The ground that nodes lie on. Without it the structure passes through the terrain.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ground: Option<GroundConfig>,
     /// Properties of every cable, also of a part, that does not state its own.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cable: Option<CableConfig>,
     /// Nodes [m].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -76,6 +69,19 @@ pub struct StructureConfig {
     pub form_finding: FormFinding,
 }
 
+impl StructureConfig {
+    /// Every entry that stands at nodes: name and position of its table, and where it stands.
+    pub fn places(&self) -> impl Iterator<Item = (&'static str, usize, Where<'_>)> {
+        macro_rules! places {
+            ($($name:ident)*) => {
+                [$(self.$name.iter().map(|e| (stringify!($name), e.place())).collect::<Vec<_>>(),)*]
+            };
+        }
+        let tables = places!(supports springs dampers masses loads velocities);
+        tables.into_iter().flat_map(|t| t.into_iter().enumerate().map(|(i, (name, place))| (name, i, place)))
+    }
+}
+
 fn yes() -> bool {
     true
 }
@@ -105,25 +111,18 @@ pub struct CableEntry {
     #[serde(deserialize_with = "two_nodes")]
     pub nodes: [usize; 2],
     /// Unstretched length [m]; default the distance of its nodes.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub length: Option<f64>,
     /// Young's modulus [Pa].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub young: Option<f64>,
     /// Section [m2].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub area: Option<f64>,
     /// Density [kg/m3].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub density: Option<f64>,
     /// Second Piola-Kirchhoff stress at the unstretched length [Pa].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prestress: Option<f64>,
     /// Whether it carries no compression.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tension_only: Option<bool>,
     /// Radius for contact [m].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub radius: Option<f64>,
 }
 
@@ -160,13 +159,10 @@ macro_rules! entry {
         #[serde(deny_unknown_fields)]
         pub struct $name {
             /// Nodes by number, counted from 0.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
             pub nodes: Option<Vec<usize>>,
             /// Nodes of a group.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
             pub group: Option<String>,
             /// The node at a point of the structure as modelled [m].
-            #[serde(default, skip_serializing_if = "Option::is_none")]
             pub at: Option<[f64; 3]>,
             $($(#[$field_doc])* pub $field: $type,)*
         }
@@ -260,10 +256,8 @@ entry! {
         motion: Vec<[f64; 4]>,
         /// Prescribed turn about an axis, in place of `motion`: the nodes run on circles, in the directions and rotations that
         /// are supported.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
         turning: Option<TurningConfig>,
         /// When they let go [s], at the end of the solver's step that is nearest. Default: never.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
         released_at: Option<f64>,
     }
 }
@@ -318,4 +312,68 @@ fn two_nodes<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<[usize
             nodes.len()
         ))
     })
+}
+
+/// The ground under the structure: nodes that move are pushed off by it and held back by friction. Without this table the
+/// structure passes through the terrain.
+///
+/// Each node is a sphere with the radius of the lines that end at it. The ground is a smooth surface through the heights of
+/// a raster; beyond the raster there is none. Nodes that supports hold in all directions take no part.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct GroundConfig {
+    /// Heights: an ESRI grid (`.asc`), from the directory of the scene. Default `structure.generator.ground`, or
+    /// `structure.place.ground`; in a scene with `[terrain]` `rockfall` makes it of that by itself.
+    pub file: Option<PathBuf>,
+    /// Stiffness of each node in the ground [N/m], along the normal as it goes down, and along the ground as long as it sticks. Default: its mass,
+    /// but not more than that of half of the nodes, times (1000/s)^2: steps of up to 1 ms follow its motion.
+    pub stiffness: Option<f64>,
+    /// Coefficient of friction (Coulomb). The rest shape at t = 0 is without friction, as after a net has been shaken down;
+    /// friction acts from there on.
+    pub friction: f64,
+    /// Speed of a node after a bounce over that before, above 0 and at most 1: it comes off with the stiffness over the
+    /// square of this.
+    pub restitution: f64,
+    /// Groups or parts whose nodes take part. Default: all nodes.
+    pub groups: Option<Vec<String>>,
+    /// Groups or parts whose nodes take no part.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub except: Vec<String>,
+}
+
+impl Default for GroundConfig {
+    fn default() -> Self {
+        Self {
+            file: None,
+            stiffness: None,
+            friction: 0.5,
+            restitution: 0.5,
+            groups: None,
+            except: Vec::new(),
+        }
+    }
+}
+
+/// Where a mesh file, a generated net or a barrier in axes of its own stands: it is turned about z, then moved.
+///
+/// Points of the scene (`at` of supports, loads and gauges) and directions count where it stands.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PlaceConfig {
+    /// Where the origin of its own axes comes to: `[x, y]` on the ground, or `[x, y, z]` [m], in the coordinates of the terrain.
+    pub origin: Vec<f64>,
+    /// Direction of its own x axis [degrees from y (north), clockwise as seen from above]. Default 90: along x (east).
+    #[serde(default = "east")]
+    pub azimuth: f64,
+    /// Heights of the ground: an ESRI grid (`.asc`), from the directory of the scene. Default `structure.ground.file`; in a
+    /// scene with `[terrain]` `rockfall` makes it of that by itself. With three numbers of `origin` nothing asks for it.
+    pub ground: Option<PathBuf>,
+    /// Whether z of each node counts from the ground below it, in place of from that below the origin: a flat net is draped
+    /// so. Default false.
+    #[serde(default)]
+    pub draped: bool,
+}
+
+fn east() -> f64 {
+    90.0
 }

@@ -9,14 +9,13 @@ use crate::integrator::critical_step::highest_frequency;
 use crate::internal_force::Displacements;
 use crate::model::Model;
 use crate::model::validation::supports::unseen_rows;
-use crate::state::inherited::Inherited;
-use crate::state::motion::StartMotion;
+use crate::state::inherited::{Inherited, StartMotion};
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::message::Fault;
 use std::time::{Duration, Instant};
 use toolkit::output::Output;
 use toolkit::scene::Scene;
-use toolkit::start_from::At;
+use toolkit::start_from::{At, Origin};
 
 /// Residual, relative to the largest of load and internal force, below which a structure is at rest.
 const AT_REST: f64 = 1e-10;
@@ -85,7 +84,7 @@ impl Start {
             model.cables.len() + model.elements.len()
         ))?;
         let mut newton = Newton::new(model);
-        let moves = inherited.filter(|inherited| inherited.at == At::Motion);
+        let moves = inherited.filter(|inherited| inherited.origin.at == At::Motion);
         let basis = inherited
             .map(|Inherited { end, .. }| Basis { displacement: &end.displacement, history: &end.history });
         let way = if moves.is_some() { FormFinding::None } else { config.structure.form_finding };
@@ -104,7 +103,7 @@ impl Start {
         let cable_force =
             internal.subtract(model, Displacements::At(displacement), history, &mut force).sqrt();
         let booked = match inherited {
-            Some(Inherited { at: At::Motion, end, .. }) => end.booked,
+            Some(Inherited { origin: Origin { at: At::Motion, .. }, end, .. }) => end.booked,
             // The books begin anew: what the elements have dissipated by now is none of this run's.
             Some(_) => [-internal.energy(model, displacement, history).dissipated, 0.0, 0.0, 0.0],
             None => [0.0; 4],
@@ -135,7 +134,7 @@ impl Start {
         Ok(Self {
             form,
             motion: moves.map(|from| from.motion(config.fem.integrator.name()).held(model)),
-            torn: inherited.is_some_and(|from| !from.torn().is_empty()),
+            torn: inherited.is_some_and(|from| !from.end.torn.is_empty()),
             booked,
             force,
             at_rest,

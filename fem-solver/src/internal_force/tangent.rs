@@ -4,8 +4,7 @@ use crate::element::{Cable, Slack};
 use crate::internal_force::assembly::Assembly;
 use crate::linear_algebra::symmetric::SymmetricMatrix;
 use crate::model::Model;
-use crate::model::pressure::{dofs_of_face, face_tangent};
-use crate::model::timed::TimedLoad;
+use crate::model::pressure::{TimedLoad, dofs_of_face, face_tangent};
 use nalgebra::Matrix3;
 
 /// Marks a degree of freedom that a support holds.

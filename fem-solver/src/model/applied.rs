@@ -2,7 +2,8 @@
 
 use crate::linear_algebra::lanes::add_to;
 use crate::model::Model;
-use crate::model::pressure::press;
+use crate::model::pressure::{Motion, press};
+use std::borrow::Cow;
 
 /// The loads of a structure that change in time or follow it. Empty where the scene has none.
 #[derive(Debug, Clone, Default)]
@@ -41,7 +42,7 @@ impl Applied {
         self.take(model, |load| load.mean(start, end));
     }
 
-    fn take(&mut self, model: &Model, factor: impl Fn(&crate::model::support::Motion) -> f64) {
+    fn take(&mut self, model: &Model, factor: impl Fn(&Motion) -> f64) {
         self.force.fill(0.0);
         for (i, load) in model.timed.iter().enumerate() {
             let factor = factor(&load.factor);
@@ -67,5 +68,43 @@ impl Applied {
             add_to(&mut self.force, &self.pressed);
             add_to(force, &self.pressed);
         }
+    }
+}
+
+impl Model {
+    /// The structure as form finding sees it: loads with a history are those of t = 0, and constant; supports let nothing go.
+    pub fn at_start(&self) -> Cow<'_, Self> {
+        if self.timed.is_empty() && self.until.is_empty() {
+            return Cow::Borrowed(self);
+        }
+        let mut start = self.clone();
+        self.released().into_iter().for_each(|dof| start.held[dof] = true);
+        start.until.clear();
+        for load in &mut start.timed {
+            let factor = load.factor.at(0.0);
+            for (dof, force) in load.forces.drain(..) {
+                start.dead_load[dof] += factor * force;
+            }
+        }
+        Cow::Owned(start)
+    }
+
+    /// Pressure of each load at t = 0 [Pa].
+    pub fn pressures_at_start(&self) -> Vec<f64> {
+        self.timed.iter().map(|load| load.pressure * load.factor.at(0.0)).collect()
+    }
+
+    /// Constant loads and the pressure at t = 0, on every degree of freedom [N].
+    pub fn load_at_start(&self, u: &[f64]) -> Vec<f64> {
+        let mut load = self.dead_load.clone();
+        press(&self.timed, &self.pressures_at_start(), u, &mut load);
+        load
+    }
+
+    /// Whether nothing that the scene prescribes changes from `start` to `end` [s].
+    pub fn rests(&self, start: f64, end: f64) -> bool {
+        self.moving.iter().all(|(_, m)| m.rests(start, end))
+            && self.timed.iter().all(|load| load.factor.rests(start, end))
+            && !self.until.iter().any(|time| time.is_finite() && *time < end)
     }
 }

@@ -1,18 +1,17 @@
 //! Nodes, groups and cells from a mesh: that of a file, or a generated one. The parts of the scene say
 //! what the elements of a group become.
 
-use super::cell::Cell;
-use super::generator::{Generated, MadeFor, generate};
+use super::generator::{Generated, MadeFor, check_point, generate};
 use super::numbering::neighbours_together;
-use super::place;
-use super::ropes::join;
-use crate::config::structure::StructureConfig;
-use crate::element::PartConfig;
-use crate::read::mesh::{ElementGroup, Kind, Mesh, MeshElement};
-use crate::read::{named, read};
+use crate::config::structure::{PlaceConfig, StructureConfig};
+use crate::read::heights::Heights;
+use crate::read::mesh::{ElementGroup, Kind, Mesh};
+use crate::read::{named, read, refuse};
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::mesh::Group;
 use nalgebra::Vector3;
+use std::collections::HashMap;
+use std::ops::Range;
 use toolkit::explain::suggestion;
 use toolkit::scene::Scene;
 
@@ -48,25 +47,21 @@ impl Base {
     /// The nodes of the scene, of its mesh file or of its generator, in their place.
     pub fn new(scene: &Scene, table: &StructureConfig) -> Result<Self, Diagnostic> {
         let mut base = Self::in_own_axes(scene, table)?;
-        place::put(scene, table, &mut base.nodes)?;
+        put(scene, table, &mut base.nodes)?;
         Ok(base)
     }
 
     fn in_own_axes(scene: &Scene, table: &StructureConfig) -> Result<Self, Diagnostic> {
         let generated = match (&table.mesh, &table.generator) {
             (Some(_), Some(_)) => {
-                return Err(scene
-                    .invalid("structure.mesh", "state either a mesh file or a generator")
-                    .try_instead("keep either `mesh` or `generator`"));
+                let hint = "keep either `mesh` or `generator`";
+                return refuse(scene, "structure.mesh", "state either a mesh file or a generator", hint);
             }
             (Some(path), None) => {
                 let path = named(scene, "structure.mesh", "mesh file", path)?;
                 if let Some(key) = counts_nodes(table) {
-                    return Err(scene
-                        .invalid(&key, "a mesh file is bound by names, not by node numbers")
-                        .try_instead(
-                            "name the nodes in the mesh and write group = \"name\", or at = [x, y, z]",
-                        ));
+                    let hint = "name the nodes in the mesh and write group = \"name\", or at = [x, y, z]";
+                    return refuse(scene, &key, "a mesh file is bound by names, not by node numbers", hint);
                 }
                 Generated { mesh: read(&path)?, held: Vec::new(), parts: Vec::new() }
             }
@@ -75,9 +70,9 @@ impl Base {
         };
         if !table.nodes.is_empty() || !table.cables.is_empty() {
             let key = if table.nodes.is_empty() { "structure.cables" } else { "structure.nodes" };
-            let what =
+            let of =
                 if table.mesh.is_some() { "the structure of a mesh file" } else { "a generated structure" };
-            return Err(scene.invalid(key, format!("{what} takes no further nodes or cables")));
+            return Err(scene.invalid(key, format!("{of} takes no further nodes or cables")));
         }
         Self::bound(scene, table, generated)
     }
@@ -105,25 +100,18 @@ impl Base {
             cells: vec![Vec::new(); table.parts.len()],
             ..Self::default()
         };
-        for (position, element) in mesh.elements.iter().enumerate() {
-            let owner = table.parts.get(owners[position] as usize);
-            let Some(nodes) = cell(scene, table, &mesh, position, element, owner, owners[position])? else {
-                continue;
-            };
-            let list = match owner {
-                Some(_) => &mut base.cells[owners[position] as usize],
-                None => &mut base.lines,
-            };
+        for (position, owner) in owners.into_iter().enumerate() {
+            let Some(nodes) = cell(scene, table, &mesh, position, owner)? else { continue };
+            let list = base.cells.get_mut(owner as usize).unwrap_or(&mut base.lines);
             list.push(Cell { nodes, from: vec![position as u32] });
         }
         for (i, part) in table.parts.iter().enumerate() {
             if part.joins_lines() {
-                base.cells[i] = join(std::mem::take(&mut base.cells[i])).map_err(|fault| {
+                base.cells[i] = join(std::mem::take(&mut base.cells[i])).or_else(|fault| {
                     let what =
                         format!("the lines of `{}` make no ropes: {}", part.name(), fault.words(&mesh));
-                    scene
-                        .invalid(&format!("structure.parts.{i}.name"), what)
-                        .try_instead("put ropes that share nodes into groups of their own")
+                    let hint = "put ropes that share nodes into groups of their own";
+                    refuse(scene, &format!("structure.parts.{i}.name"), what, hint)
                 })?;
             }
         }
@@ -149,13 +137,8 @@ impl Base {
         let mut used = vec![false; self.nodes.len()];
         let cells = self.lines.iter().chain(self.cells.iter().flatten());
         cells.flat_map(|c| &c.nodes).chain(&self.held).for_each(|n| used[*n] = true);
-        let supports = table.supports.iter().map(|e| &e.group);
-        let entries = supports.chain(table.springs.iter().map(|e| &e.group));
-        let entries = entries.chain(table.masses.iter().map(|e| &e.group));
-        let entries = entries.chain(table.loads.iter().map(|e| &e.group));
-        let entries = entries.chain(table.velocities.iter().map(|e| &e.group));
-        for name in entries.chain(table.dampers.iter().map(|e| &e.group)).flatten() {
-            let group = self.groups.iter().find(|g| g.name == *name);
+        for name in table.places().filter_map(|(.., place)| place.group) {
+            let group = self.groups.iter().find(|g| g.name == name);
             group.into_iter().flat_map(|g| &g.nodes).for_each(|n| used[*n as usize] = true);
         }
         let unused = used.iter().filter(|u| !**u).count();
@@ -174,8 +157,7 @@ impl Base {
     /// memory from end to end. Messages call nodes by the numbers of the mesh.
     fn bring_neighbours_together(&mut self) {
         let cells = self.lines.iter().chain(self.cells.iter().flatten());
-        let pairs: Vec<[usize; 2]> =
-            cells.flat_map(|c| c.nodes.windows(2).map(|two| [two[0], two[1]])).collect();
+        let pairs: Vec<[usize; 2]> = cells.flat_map(|c| c.nodes.array_windows().copied()).collect();
         let order = neighbours_together(&pairs, self.nodes.len());
         let mut place = vec![0; order.len()];
         order.iter().enumerate().for_each(|(new, old)| place[*old] = new);
@@ -208,17 +190,11 @@ impl Base {
 
 /// The key of the first entry that counts nodes instead of naming them, if there is one.
 fn counts_nodes(table: &StructureConfig) -> Option<String> {
-    let by_number = [
-        ("supports", "nodes", table.supports.iter().position(|e| e.nodes.is_some())),
-        ("springs", "nodes", table.springs.iter().position(|e| e.nodes.is_some())),
-        ("dampers", "nodes", table.dampers.iter().position(|e| e.nodes.is_some())),
-        ("masses", "nodes", table.masses.iter().position(|e| e.nodes.is_some())),
-        ("loads", "nodes", table.loads.iter().position(|e| e.nodes.is_some())),
-        ("velocities", "nodes", table.velocities.iter().position(|e| e.nodes.is_some())),
-        ("groups", "nodes", (!table.groups.is_empty()).then_some(0)),
-        ("parts", "cells", table.parts.iter().position(|p| !p.cells().is_empty())),
-    ];
-    by_number.into_iter().find_map(|(name, key, at)| Some(format!("structure.{name}.{}.{key}", at?)))
+    let place = table.places().find(|(.., place)| place.nodes.is_some());
+    let entry = place.map(|(name, i, _)| format!("structure.{name}.{i}.nodes"));
+    let group = || (!table.groups.is_empty()).then(|| "structure.groups.0.nodes".into());
+    let part = || table.parts.iter().position(|p| !p.cells().is_empty());
+    entry.or_else(group).or_else(|| part().map(|i| format!("structure.parts.{i}.cells")))
 }
 
 /// For each element of the mesh the part of the scene that it is in, or `NONE`.
@@ -239,52 +215,43 @@ fn owners(
             (Some(_), false) => {
                 let what =
                     format!("the part `{name}` has cells, and the mesh has a group of elements of that name");
-                return Err(scene
-                    .invalid(&key, what)
-                    .try_instead("leave out `cells`, or choose another name"));
+                return refuse(scene, &key, what, "leave out `cells`, or choose another name");
             }
             (None, true) => {
                 let names: Vec<_> = mesh.element_groups.iter().map(|g| g.name.as_str()).collect();
-                let known = suggestion(name, &names).unwrap_or_default();
-                let none = "the mesh has no groups of elements: name them in the program that made it".into();
-                return Err(scene
-                    .invalid(&key, format!("there is no group of elements `{name}`"))
-                    .try_instead(if names.is_empty() { none } else { known }));
+                let hint = match names.is_empty() {
+                    true => {
+                        "the mesh has no groups of elements: name them in the program that made it".into()
+                    }
+                    false => suggestion(name, &names).unwrap_or_default(),
+                };
+                return refuse(scene, &key, format!("there is no group of elements `{name}`"), hint);
             }
         };
         for element in &group.elements {
             let owner = &mut owners[*element as usize];
             if *owner != NONE {
-                let what = format!(
-                    "element {} is in the parts `{}` and `{name}`",
-                    mesh.elements[*element as usize].number,
-                    table.parts[*owner as usize].name(),
-                );
+                let (number, other) =
+                    (mesh.elements[*element as usize].number, table.parts[*owner as usize].name());
+                let what = format!("element {number} is in the parts `{other}` and `{name}`");
                 return Err(scene.invalid(&key, what));
             }
             *owner = i as u32;
         }
     }
-    for part in made.iter().filter(|p| p.element != "cable") {
-        let group = mesh.element_groups.iter().find(|g| g.name == part.group);
-        let elements = group.into_iter().flat_map(|g| &g.elements);
-        if elements.into_iter().any(|e| owners[*e as usize] == NONE) {
+    for MadeFor { group, element } in made.iter().filter(|p| p.element != "cable") {
+        let own = mesh.element_groups.iter().find(|g| g.name == *group);
+        if own.into_iter().flat_map(|g| &g.elements).any(|e| owners[*e as usize] == NONE) {
             let what = format!(
-                "the generated group `{}` is made for element = \"{}\", and no part says what becomes of it",
-                part.group, part.element
+                "the generated group `{group}` is made for element = \"{element}\", and no part says what becomes of it"
             );
-            return Err(scene.invalid("structure.generator", what).try_instead(format!(
-                "write [[structure.parts]] with name = \"{}\" and an element; \"none\" makes nothing of it",
-                part.group
-            )));
+            let hint = format!(
+                "write [[structure.parts]] with name = \"{group}\" and an element; \"none\" makes nothing of it"
+            );
+            return refuse(scene, "structure.generator", what, hint);
         }
     }
     Ok(owners)
-}
-
-/// Whether an element of the part can be made of that shape; lines in no part are cables.
-fn takes(part: Option<&PartConfig>, kind: Kind) -> bool {
-    part.map_or(matches!(kind, Kind::Line2 | Kind::Row), |part| part.takes(kind))
 }
 
 /// Nodes of the cell that an element of the mesh is; `None` where nothing becomes of it.
@@ -293,26 +260,20 @@ fn cell(
     table: &StructureConfig,
     mesh: &Mesh,
     position: usize,
-    element: &MeshElement,
-    part: Option<&PartConfig>,
-    number: u32,
+    owner: u32,
 ) -> Result<Option<Vec<usize>>, Diagnostic> {
-    let key = if part.is_some() { format!("structure.parts.{number}.name") } else { "structure".into() };
-    if part.is_some_and(|part| part.makes_nothing()) {
+    let (element, part) = (&mesh.elements[position], table.parts.get(owner as usize));
+    let key = if part.is_some() { format!("structure.parts.{owner}.name") } else { "structure".into() };
+    // Lines in no part are cables; a point says where something is, and is nothing.
+    let takes = part.map_or(matches!(element.kind, Kind::Line2 | Kind::Row), |part| part.takes(element.kind));
+    if part.map_or(element.kind == Kind::Point, |part| part.makes_nothing()) {
         return Ok(None);
     }
-    if !takes(part, element.kind) {
-        // A point says where something is, and is nothing.
-        if part.is_none() && element.kind == Kind::Point {
-            return Ok(None);
-        }
-        let what = format!(
-            "{} cannot be made of {}, and {} is one of them",
-            part.map_or("cables", |part| part.plural()),
-            element.kind.name(),
-            describe(mesh, position)
-        );
-        return Err(scene.invalid(&key, what).try_instead(match element.kind {
+    if !takes {
+        let of = part.map_or("cables", |part| part.plural());
+        let (kind, one) = (element.kind.name(), describe(mesh, position));
+        let what = format!("{of} cannot be made of {kind}, and {one} is one of them");
+        let hint = match element.kind {
             Kind::Line3 | Kind::Tri6 => {
                 "save the mesh with elements of first order, or write a part with element = \"none\" for the group"
             }
@@ -320,14 +281,14 @@ fn cell(
                 "write a part for the group: element = \"membrane\", \"shell\" or \"ring\", \"cable\" for a closed polygon of cables, \"none\" for nothing"
             }
             _ => "write a part with another element for the group; \"none\" makes nothing of it",
-        }));
+        };
+        return refuse(scene, &key, what, hint);
     }
     if part.is_none() && table.cable.is_none() {
         let what =
             format!("{} is in no part, and there is no table [structure.cable]", describe(mesh, position));
-        return Err(scene.invalid(&key, what).try_instead(
-            "write parts for the groups of the mesh, or [structure.cable] for all of its lines",
-        ));
+        let hint = "write parts for the groups of the mesh, or [structure.cable] for all of its lines";
+        return refuse(scene, &key, what, hint);
     }
     let mut nodes: Vec<usize> = mesh.nodes_of(element).iter().map(|n| *n as usize).collect();
     if part.is_some_and(|part| part.closes(element.kind)) {
@@ -346,11 +307,260 @@ fn cell(
 /// An element in words, with its groups.
 fn describe(mesh: &Mesh, position: usize) -> String {
     let groups = mesh.element_groups.iter().filter(|g| g.elements.binary_search(&(position as u32)).is_ok());
-    let names: Vec<_> = groups.map(|g| format!("`{}`", g.name)).collect();
-    let number = mesh.elements[position].number;
-    match names.len() {
-        0 => format!("element {number} (in no group)"),
-        1 => format!("element {number} of the group {}", names[0]),
-        _ => format!("element {number} of the groups {}", names.join(", ")),
+    let names = groups.map(|g| format!("`{}`", g.name)).collect::<Vec<_>>();
+    let within = match names.len() {
+        0 => "(in no group)".into(),
+        1 => format!("of the group {}", names[0]),
+        _ => format!("of the groups {}", names.join(", ")),
+    };
+    format!("element {} {within}", mesh.elements[position].number)
+}
+
+/// A cell of a mesh, of which elements are made.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Cell {
+    /// Its nodes.
+    pub nodes: Vec<usize>,
+    /// The elements of the mesh that it is, by position.
+    pub from: Vec<u32>,
+}
+
+/// What became of an element of a mesh, by numbers in [`Model::elements`] and [`Model::cables`].
+#[derive(Debug, Clone, Default)]
+pub struct Made {
+    /// Elements.
+    pub elements: Range<usize>,
+    /// Cables.
+    pub cables: Range<usize>,
+}
+
+/// Why lines make no ropes; nodes by position.
+#[derive(Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// More than two lines end at this node.
+    Branch(usize),
+    /// The rope through this node has no ends.
+    Closed(usize),
+}
+
+impl Fault {
+    /// In words.
+    pub fn words(&self, mesh: &Mesh) -> String {
+        let number = |n: usize| mesh.numbers.get(n).copied().unwrap_or(n as u64);
+        match self {
+            Self::Branch(node) => format!("more than two of them end at node {}", number(*node)),
+            Self::Closed(node) => format!("that through node {} has no ends", number(*node)),
+        }
+    }
+}
+
+/// Join the lines that share an end: one cell for each rope, in the order and direction of its first line.
+pub fn join(lines: Vec<Cell>) -> Result<Vec<Cell>, Fault> {
+    let mut at: HashMap<usize, Vec<usize>> = HashMap::new();
+    for (i, line) in lines.iter().enumerate() {
+        for end in [line.nodes[0], line.nodes[line.nodes.len() - 1]] {
+            let there = at.entry(end).or_default();
+            there.push(i);
+            if there.len() > 2 {
+                return Err(Fault::Branch(end));
+            }
+        }
+    }
+    let mut used = vec![false; lines.len()];
+    let mut ropes = Vec::new();
+    for (first, line) in lines.iter().enumerate() {
+        if std::mem::replace(&mut used[first], true) {
+            continue;
+        }
+        let mut rope = line.clone();
+        // Onwards from its last node; then the same from its first.
+        for _ in 0..2 {
+            loop {
+                let end = rope.nodes[rope.nodes.len() - 1];
+                let Some(next) = at[&end].iter().copied().find(|i| !used[*i]) else { break };
+                used[next] = true;
+                let mut nodes = lines[next].nodes.clone();
+                if nodes[0] != end {
+                    nodes.reverse();
+                }
+                rope.nodes.extend(&nodes[1..]);
+                rope.from.extend(&lines[next].from);
+            }
+            rope.nodes.reverse();
+        }
+        if rope.nodes[0] == rope.nodes[rope.nodes.len() - 1] {
+            return Err(Fault::Closed(rope.nodes[0]));
+        }
+        ropes.push(rope);
+    }
+    Ok(ropes)
+}
+
+/// Turn and move `nodes` [m] to the place of `table`, if it names one.
+pub(super) fn put(
+    scene: &Scene,
+    table: &StructureConfig,
+    nodes: &mut [Vector3<f64>],
+) -> Result<(), Diagnostic> {
+    let Some(place) = &table.place else { return Ok(()) };
+    check(scene, table, place)?;
+    let (sine, cosine) = place.azimuth.to_radians().sin_cos();
+    let origin = Vector3::new(place.origin[0], place.origin[1], 0.0);
+    for node in nodes.iter_mut() {
+        // Along the azimuth, and to its left.
+        let (x, y) = (node.x * sine - node.y * cosine, node.x * cosine + node.y * sine);
+        *node = origin + Vector3::new(x, y, node.z);
+    }
+    if let Some(z) = place.origin.get(2) {
+        nodes.iter_mut().for_each(|node| node.z += z);
+        return Ok(());
+    }
+    let ground = ground(scene, table, place)?;
+    let height = |at: &Vector3<f64>, what: &str| {
+        let hint = "origin is in the coordinates of the terrain, azimuth in degrees from y, clockwise";
+        let below = ground.below(at.x, at.y, what);
+        below.or_else(|what| refuse(scene, "structure.place.origin", what, hint))
+    };
+    if place.draped {
+        for (number, node) in nodes.iter_mut().enumerate() {
+            node.z += height(node, &format!("node {number}"))?;
+        }
+    } else {
+        let below = height(&origin, "the origin")?;
+        nodes.iter_mut().for_each(|node| node.z += below);
+    }
+    Ok(())
+}
+
+/// The same table with heights that need no ground, for who asks where it stands as seen from above.
+pub(super) fn flat(table: &StructureConfig) -> StructureConfig {
+    let mut flat = table.clone();
+    if let Some(place) = &mut flat.place {
+        place.origin.resize(3, 0.0);
+        place.draped = false;
+    }
+    flat
+}
+
+/// Whether the heights of a raster are asked for.
+pub(super) fn needs_ground(table: &StructureConfig) -> bool {
+    table.place.as_ref().is_some_and(|place| place.origin.len() == 2)
+}
+
+fn check(scene: &Scene, table: &StructureConfig, place: &PlaceConfig) -> Result<(), Diagnostic> {
+    if table.generator.as_ref().is_some_and(|generator| generator.is_placed()) {
+        let what = "the line or position of the barrier says where it stands, and place says it again";
+        return Err(scene.invalid("structure.place", what).try_instead("leave out [structure.place]"));
+    }
+    check_point(scene, "structure.place", ("origin", &place.origin), place.azimuth)?;
+    let idle = |key: &str| {
+        let what = format!("`{key}`: origin has a height of its own, and nothing will use the ground");
+        scene
+            .invalid(&format!("structure.place.{key}"), what)
+            .try_instead(format!("leave out the third number of origin, or `{key}`"))
+    };
+    match place.origin.len() {
+        3 if place.draped => Err(idle("draped")),
+        3 if place.ground.is_some() => Err(idle("ground")),
+        _ => Ok(()),
+    }
+}
+
+fn ground(scene: &Scene, table: &StructureConfig, place: &PlaceConfig) -> Result<Heights, Diagnostic> {
+    let of_contact = table.ground.as_ref().and_then(|ground| ground.file.as_ref());
+    let Some(path) = place.ground.as_ref().or(of_contact) else {
+        let what = "an origin of two numbers is on the ground, and its heights are not known here";
+        return Err(scene.invalid("structure.place.origin", what).try_instead(
+            "name a raster with ground = \"FILE.asc\", or write [x, y, z]; in a scene with [terrain], `rockfall run` and `rockfall \
+             check` make the raster",
+        ));
+    };
+    Heights::read(scene, "structure.place.ground", path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lines(nodes: &[[usize; 2]]) -> Vec<Cell> {
+        let cell = |(i, n): (usize, &[usize; 2])| Cell { nodes: n.to_vec(), from: vec![i as u32] };
+        nodes.iter().enumerate().map(cell).collect()
+    }
+
+    #[test]
+    fn lines_in_any_order_and_direction_are_one_rope_for_each_chain() {
+        let ropes = join(lines(&[[2, 3], [1, 2], [7, 8], [4, 3], [9, 8]])).unwrap();
+        assert_eq!(ropes.iter().map(|r| &r.nodes[..]).collect::<Vec<_>>(), [&[1, 2, 3, 4][..], &[7, 8, 9]]);
+        assert_eq!(ropes[0].from, [0, 3, 1]);
+    }
+
+    #[test]
+    fn branches_and_loops_are_no_ropes() {
+        assert_eq!(join(lines(&[[0, 1], [1, 2], [1, 3]])), Err(Fault::Branch(1)));
+        assert_eq!(join(lines(&[[0, 1], [1, 2], [2, 0]])), Err(Fault::Closed(0)));
+    }
+}
+
+#[cfg(test)]
+mod place_tests {
+    use super::*;
+
+    fn put_at(place: &str, mut nodes: Vec<Vector3<f64>>) -> Result<Vec<Vector3<f64>>, String> {
+        let table: StructureConfig = toml::from_str(place).map_err(|e| e.to_string())?;
+        let scene = Scene::from_text("s.toml", "title = \"x\"").expect("valid");
+        put(&scene, &table, &mut nodes).map_err(|e| e.to_string())?;
+        Ok(nodes)
+    }
+
+    #[test]
+    fn x_points_along_the_azimuth_and_y_to_its_left() {
+        let axes = vec![Vector3::zeros(), Vector3::x(), Vector3::y(), Vector3::z()];
+        for (azimuth, x, y) in [
+            (90.0, Vector3::x(), Vector3::y()),
+            (0.0, Vector3::y(), -Vector3::x()),
+            (225.0, Vector3::new(-1.0, -1.0, 0.0).normalize(), Vector3::new(1.0, -1.0, 0.0).normalize()),
+        ] {
+            let origin = Vector3::new(2.6e6, 1.2e6, 1500.0);
+            let text = format!("place = {{ origin = [2.6e6, 1.2e6, 1500.0], azimuth = {azimuth:?} }}");
+            let put = put_at(&text, axes.clone()).expect("valid");
+            for (is, exact) in put.iter().zip([Vector3::zeros(), x, y, Vector3::z()]) {
+                assert!((is - origin - exact).norm() < 1e-9, "{azimuth}: {is}");
+            }
+        }
+    }
+
+    #[test]
+    fn heights_count_from_the_ground_below_the_origin_or_below_each_node() {
+        let dir = tempfile::tempdir().expect("a directory");
+        let file = dir.path().join("g.asc");
+        // z = 100 + 2 x + y from 0 to 20.
+        let text = "ncols 2\nnrows 2\nxllcenter 0\nyllcenter 0\ncellsize 20\n120 160\n100 140\n";
+        std::fs::write(&file, text).expect("written");
+        let nodes = vec![Vector3::zeros(), Vector3::new(3.0, 0.0, 0.5)];
+        let place =
+            |more: &str| format!("place = {{ origin = [10, 5], azimuth = 0.0, ground = {file:?}, {more} }}");
+        let put = put_at(&place(""), nodes.clone()).expect("valid");
+        assert!((put[1] - Vector3::new(10.0, 8.0, 125.5)).norm() < 1e-12, "{put:?}");
+        let draped = put_at(&place("draped = true"), nodes.clone()).expect("valid");
+        assert!((draped[1] - Vector3::new(10.0, 8.0, 128.5)).norm() < 1e-12, "{draped:?}");
+        let beside =
+            put_at(&place("draped = true"), vec![Vector3::new(-6.0, 0.0, 0.0)]).expect_err("refused");
+        assert!(
+            beside.contains("node 0 stands at x = 10.00, y = -1.00 m, where there is no ground"),
+            "{beside}"
+        );
+        for (text, words) in [
+            ("place = { origin = [1.0] }", "a point of 1 numbers"),
+            ("place = { origin = [1.0, 2.0] }", "its heights are not known here"),
+            ("place = { origin = [1.0, 2.0, 3.0], draped = true }", "origin has a height of its own"),
+            ("place = { origin = [1.0, 2.0, 3.0], azimuth = 400.0 }", "between -360 and 360"),
+            (
+                "place = { origin = [1.0, 2.0, 3.0] }\ngenerator = { type = \"barrier\", position = [0, 0], azimuth = 0.0, length = 9.0 }",
+                "says it again",
+            ),
+        ] {
+            let message = put_at(text, nodes.clone()).expect_err("refused");
+            assert!(message.contains(words), "{message}");
+        }
     }
 }

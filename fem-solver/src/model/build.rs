@@ -1,15 +1,13 @@
 //! From the table `[structure]` to a [`Model`], with every input error located.
 
 use super::Model;
-use super::base::Base;
-use super::cell::{Cell, Made};
+use super::base::{Base, Cell, Made};
 use crate::config::Config;
 use crate::config::structure::{StructureConfig, Where};
-use crate::read::{not_negative, positive};
+use crate::read::{not_negative, positive, refuse};
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::mesh::Group;
 use nalgebra::Vector3;
-use toolkit::explain::suggestion;
 use toolkit::scene::Scene;
 
 /// A point is taken for the node that is not farther away than this, relative to the extent.
@@ -21,34 +19,16 @@ impl Model {
         let table = &config.structure;
         let base = Base::new(scene, table)?;
         let mut model = Self {
-            cables: Vec::new(),
-            elements: Vec::new(),
-            ground: 0..0,
-            parts: Vec::new(),
             part_count: table.parts.len(),
-            turning: Vec::new(),
-            turning_number: Vec::new(),
-            inertia: Vec::new(),
-            dashpots: Vec::new(),
-            springs: Vec::new(),
-            point_masses: Vec::new(),
             mass: vec![0.0; base.nodes.len()],
             held: vec![false; 3 * base.nodes.len()],
-            moving: Vec::new(),
-            until: Vec::new(),
             dead_load: vec![0.0; 3 * base.nodes.len()],
-            live_load: Vec::new(),
-            live_pressures: Vec::new(),
-            timed: Vec::new(),
-            start_velocity: Vec::new(),
-            down: None,
             damping: table.damping,
-            added_mass: 0.0,
             groups: base.groups,
             nodes: base.nodes,
             numbers: base.numbers,
-            element_numbers: Default::default(),
             warnings: base.warnings,
+            ..Self::default()
         };
         not_negative(scene, "structure.damping", table.damping, "1/s")?;
         model.add_groups(scene, table)?;
@@ -58,9 +38,8 @@ impl Model {
         model.number_elements(&base.element_numbers, &made);
         model.name_elements(base.elements.1, &made);
         model.number_rotations();
-        for dof in
-            base.held.iter().flat_map(|node| [0, 1, 2].map(|c| model.dof(*node, c))).collect::<Vec<_>>()
-        {
+        for (node, c) in base.held.iter().flat_map(|node| [0, 1, 2].map(|c| (*node, c))) {
+            let dof = model.dof(node, c);
             model.held[dof] = true;
         }
         model.add_elements(scene, table)?;
@@ -72,9 +51,9 @@ impl Model {
         model.check_held_together(scene, config, base.framed)?;
         // A mesh file may have a group of that name; then it is the user's.
         if model.groups.iter().all(|g| g.name != "supports") {
-            let held: Vec<u32> =
-                (0..model.nodes.len()).filter(|n| model.held_at_first(*n)).map(|n| n as u32).collect();
-            model.groups.push(Group { name: "supports".into(), nodes: held });
+            let held = (0..model.nodes.len()).filter(|n| model.held_at_first(*n)).map(|n| n as u32);
+            let nodes = held.collect();
+            model.groups.push(Group { name: "supports".into(), nodes });
         }
         crate::model::validation::judge(scene, config, &mut model)?;
         Ok(model)
@@ -82,19 +61,19 @@ impl Model {
 
     /// What grows along a path of equilibrium, and what a path takes not.
     fn check_path(&self, scene: &Scene, config: &Config) -> Result<(), Diagnostic> {
+        let key = "fem.path_speed";
         if config.fem.path_speed.is_none() {
             return Ok(());
         }
         if !self.moving.is_empty() {
-            return Err(scene.invalid("fem.path_speed", "a path under loads takes no supports that move"));
+            return Err(scene.invalid(key, "a path under loads takes no supports that move"));
         }
         if !self.until.is_empty() {
-            return Err(scene.invalid("fem.path_speed", "a path under loads takes no supports that let go"));
+            return Err(scene.invalid(key, "a path under loads takes no supports that let go"));
         }
         if self.live_load.iter().all(|p| *p == 0.0) && self.live_pressures.is_empty() {
-            return Err(scene.invalid("fem.path_speed", "there are no loads that could grow").try_instead(
-                "write [[structure.loads]] or [[structure.pressures]] as they are at the factor 1",
-            ));
+            let hint = "write [[structure.loads]] or [[structure.pressures]] as they are at the factor 1";
+            return refuse(scene, key, "there are no loads that could grow", hint);
         }
         Ok(())
     }
@@ -106,9 +85,7 @@ impl Model {
                 let what = format!("there is a group `{}` already", group.name);
                 return Err(scene.invalid(&format!("{key}.name"), what));
             }
-            for node in &group.nodes {
-                self.known(scene, &format!("{key}.nodes"), *node)?;
-            }
+            self.known(scene, &format!("{key}.nodes"), &group.nodes)?;
             let nodes = group.nodes.iter().map(|n| *n as u32).collect();
             self.groups.push(Group { name: group.name.clone(), nodes });
         }
@@ -136,20 +113,17 @@ impl Model {
         }
         for (i, entry) in table.cables.iter().enumerate() {
             let key = format!("structure.cables.{i}");
-            for node in entry.nodes {
-                self.known(scene, &format!("{key}.nodes"), node)?;
-            }
+            let nodes_key = format!("{key}.nodes");
+            self.known(scene, &nodes_key, &entry.nodes)?;
             if let Some(length) = entry.length {
                 positive(scene, &format!("{key}.length"), length, "m")?;
             }
             let own = entry.stated().complete(scene, &key, table.cable.as_ref())?;
             let built = own.cable(&self.nodes, entry.nodes, entry.length);
-            if built.length == 0.0 || entry.nodes[0] == entry.nodes[1] {
-                let what = format!(
-                    "the cable between nodes {} and {} has no length",
-                    entry.nodes[0], entry.nodes[1]
-                );
-                return Err(scene.invalid(&format!("{key}.nodes"), what));
+            let [a, b] = entry.nodes;
+            if built.length == 0.0 || a == b {
+                let what = format!("the cable between nodes {a} and {b} has no length");
+                return Err(scene.invalid(&nodes_key, what));
             }
             self.cables.push(built);
         }
@@ -159,30 +133,25 @@ impl Model {
     fn add_elements(&mut self, scene: &Scene, table: &StructureConfig) -> Result<(), Diagnostic> {
         for (i, entry) in table.springs.iter().enumerate() {
             let key = format!("structure.springs.{i}");
-            for stiffness in entry.stiffness {
-                not_negative(scene, &format!("{key}.stiffness"), stiffness, "N/m")?;
-            }
-            for node in self.place(scene, &key, entry.place())? {
-                self.springs.push((node, entry.stiffness));
-            }
+            let own = format!("{key}.stiffness");
+            entry.stiffness.iter().try_for_each(|k| not_negative(scene, &own, *k, "N/m"))?;
+            let nodes = self.place(scene, &key, entry.place())?;
+            self.springs.extend(nodes.into_iter().map(|node| (node, entry.stiffness)));
         }
         for (i, entry) in table.dampers.iter().enumerate() {
             let key = format!("structure.dampers.{i}");
-            for viscosity in entry.viscosity {
-                not_negative(scene, &format!("{key}.viscosity"), viscosity, "N s/m")?;
-            }
+            let own = format!("{key}.viscosity");
+            entry.viscosity.iter().try_for_each(|c| not_negative(scene, &own, *c, "N s/m"))?;
             for node in self.place(scene, &key, entry.place())? {
-                let own = (0..3).map(|c| (self.dof(node, c), entry.viscosity[c])).filter(|(_, c)| *c > 0.0);
-                let own: Vec<_> = own.collect();
-                self.dashpots.extend(own);
+                let own = [0, 1, 2].map(|c| (self.dof(node, c), entry.viscosity[c]));
+                self.dashpots.extend(own.into_iter().filter(|(_, c)| *c > 0.0));
             }
         }
         for (i, entry) in table.masses.iter().enumerate() {
             let key = format!("structure.masses.{i}");
             positive(scene, &format!("{key}.mass"), entry.mass, "kg")?;
-            for node in self.place(scene, &key, entry.place())? {
-                self.point_masses.push((node, entry.mass));
-            }
+            let nodes = self.place(scene, &key, entry.place())?;
+            self.point_masses.extend(nodes.into_iter().map(|node| (node, entry.mass)));
         }
         Ok(())
     }
@@ -212,94 +181,64 @@ impl Model {
     /// Every node must be part of an element, except those of a frame (`framed`) that are held; every
     /// one that moves must have a mass, unless only statics is asked for.
     fn check_held_together(&self, scene: &Scene, config: &Config, framed: bool) -> Result<(), Diagnostic> {
-        let mut used = vec![false; self.nodes.len()];
-        let ends = self.cables.iter().flat_map(|c| c.nodes);
-        let ends = ends.chain(self.elements.iter().flat_map(|e| e.nodes().to_vec()));
-        let others = self.springs.iter().map(|s| s.0).chain(self.point_masses.iter().map(|m| m.0));
-        ends.chain(others).for_each(|node| used[node] = true);
+        let used = self.used();
         let lonely = |node: &usize| !(used[*node] || framed && self.held_at_first(*node));
         if let Some(node) = (0..self.nodes.len()).find(lonely) {
             let what = format!("node {} is held by no element", self.node_name(node));
-            return Err(scene
-                .invalid(&format!("structure.nodes.{node}"), what)
-                .try_instead("connect it with a cable, give it a mass or a spring, or remove it"));
+            let hint = "connect it with a cable, give it a mass or a spring, or remove it";
+            return refuse(scene, &format!("structure.nodes.{node}"), what, hint);
         }
         if config.fem.integrator == crate::config::Integrator::Static {
             return Ok(());
         }
         let parts = &config.structure.parts;
         if let Some(i) = parts.iter().position(|part| part.turns_without_inertia()) {
-            let (key, part) = (format!("structure.parts.{i}"), &parts[i]);
-            let what = format!(
-                "the {} `{}` have no density: nothing resists their turning",
-                part.plural(),
-                part.name()
-            );
-            return Err(scene
-                .invalid(&key, what)
-                .try_instead("write density, for steel 7850; or choose integrator = \"static\""));
+            let (of, name) = (parts[i].plural(), parts[i].name());
+            let what = format!("the {of} `{name}` have no density: nothing resists their turning");
+            let hint = "write density, for steel 7850; or choose integrator = \"static\"";
+            return refuse(scene, &format!("structure.parts.{i}"), what, hint);
         }
-        match (0..self.nodes.len()).find(|n| self.mass[*n] <= 0.0 && !self.fully_held(*n)) {
-            Some(node) => Err(scene
-                .invalid(
-                    &format!("structure.nodes.{node}"),
-                    format!("node {} is free to move and has no mass", self.node_name(node)),
-                )
-                .try_instead("give its cables a density, or it a mass; or choose integrator = \"static\"")),
-            None => Ok(()),
-        }
+        let without_mass = |n: &usize| self.mass[*n] <= 0.0 && !self.fully_held(*n);
+        let Some(node) = (0..self.nodes.len()).find(without_mass) else { return Ok(()) };
+        let what = format!("node {} is free to move and has no mass", self.node_name(node));
+        let hint = "give its cables a density, or it a mass; or choose integrator = \"static\"";
+        refuse(scene, &format!("structure.nodes.{node}"), what, hint)
     }
 
-    fn known(&self, scene: &Scene, key: &str, node: usize) -> Result<(), Diagnostic> {
-        if node < self.nodes.len() {
-            return Ok(());
+    fn known(&self, scene: &Scene, key: &str, nodes: &[usize]) -> Result<(), Diagnostic> {
+        match nodes.iter().find(|node| **node >= self.nodes.len()) {
+            None => Ok(()),
+            Some(node) => {
+                let last = self.nodes.len() - 1;
+                Err(scene.invalid(key, format!("there is no node {node}; nodes are 0 to {last}")))
+            }
         }
-        Err(scene.invalid(key, format!("there is no node {node}; nodes are 0 to {}", self.nodes.len() - 1)))
     }
 
     /// The nodes that an entry names.
     pub(crate) fn place(&self, scene: &Scene, key: &str, place: Where) -> Result<Vec<usize>, Diagnostic> {
-        match place {
+        let point = match place {
             Where { nodes: Some(nodes), group: None, at: None } => {
-                for node in nodes {
-                    self.known(scene, &format!("{key}.nodes"), *node)?;
-                }
-                Ok(nodes.to_vec())
+                return self.known(scene, &format!("{key}.nodes"), nodes).map(|()| nodes.to_vec());
             }
             Where { nodes: None, group: Some(name), at: None } => {
-                let group = self.groups.iter().find(|g| g.name == name).ok_or_else(|| {
-                    let names: Vec<_> = self.groups.iter().map(|g| g.name.as_str()).collect();
-                    let known = suggestion(name, &names).unwrap_or_default();
-                    scene
-                        .invalid(&format!("{key}.group"), format!("there is no group `{name}`"))
-                        .try_instead(if names.is_empty() { "there are no groups here".into() } else { known })
-                })?;
-                Ok(group.nodes.iter().map(|n| *n as usize).collect())
+                return self.group(scene, &format!("{key}.group"), name);
             }
-            Where { nodes: None, group: None, at: Some(point) } => {
-                let point = Vector3::from(point);
-                let distance = |n: &usize| (self.nodes[*n] - point).norm();
-                let nearest = (0..self.nodes.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
-                match nearest {
-                    Some(node) if distance(&node) <= self.reach(node) => Ok(vec![node]),
-                    _ => {
-                        let near = nearest.map_or_else(String::new, |n| {
-                            format!(
-                                "; the nearest, node {}, is {:.4} m away",
-                                self.node_name(n),
-                                distance(&n)
-                            )
-                        });
-                        let [x, y, z] = [point.x, point.y, point.z];
-                        let what = format!("no node of the structure lies at ({x}, {y}, {z}){near}");
-                        Err(scene.invalid(&format!("{key}.at"), what).try_instead(
-                            "points count in the structure as modelled, before form finding; half a cable's length is tolerated",
-                        ))
-                    }
-                }
-            }
-            _ => Err(scene.invalid(key, "name the nodes by exactly one of nodes, group and at")),
+            Where { nodes: None, group: None, at: Some(point) } => Vector3::from(point),
+            _ => return Err(scene.invalid(key, "name the nodes by exactly one of nodes, group and at")),
+        };
+        let distance = |n: usize| (self.nodes[n] - point).norm();
+        let nearest = (0..self.nodes.len()).min_by(|a, b| distance(*a).total_cmp(&distance(*b)));
+        if let Some(node) = nearest.filter(|node| distance(*node) <= self.reach(*node)) {
+            return Ok(vec![node]);
         }
+        let near = nearest.map_or_else(String::new, |n| {
+            format!("; the nearest, node {}, is {:.4} m away", self.node_name(n), distance(n))
+        });
+        let [x, y, z] = point.into();
+        let what = format!("no node of the structure lies at ({x}, {y}, {z}){near}");
+        let hint = "points count in the structure as modelled, before form finding; half a cable's length is tolerated";
+        refuse(scene, &format!("{key}.at"), what, hint)
     }
 
     /// How far a point may lie from a node that it names [m]: half of its shortest cable.

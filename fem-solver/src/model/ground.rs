@@ -1,16 +1,14 @@
 //! From `[structure.ground]` to contacts of nodes with the ground, and what is certainly wrong there.
 
 use super::Model;
-use super::base::Base;
+use super::base::{Base, flat, needs_ground};
 use super::generator::CELL;
-use super::place;
 use crate::config::Config;
-use crate::config::ground::GroundConfig;
-use crate::config::structure::{FormFinding, StructureConfig, Where};
+use crate::config::structure::{FormFinding, GroundConfig, StructureConfig};
 use crate::element::{AnyElement, GroundContact};
 use crate::ground::Surface;
 use crate::read::heights::Heights;
-use crate::read::{not_negative, positive};
+use crate::read::{not_negative, positive, refuse};
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::Vector3;
 use std::path::PathBuf;
@@ -54,9 +52,7 @@ impl Model {
                         "node {} has no mass, of which its stiffness in the ground would follow",
                         self.node_name(node)
                     );
-                    return Err(scene
-                        .invalid("structure.ground", what)
-                        .try_instead("write stiffness in N/m, as 1e5"));
+                    return refuse(scene, "structure.ground", what, "write stiffness in N/m, as 1e5");
                 }
             };
             let contact = GroundContact {
@@ -101,8 +97,7 @@ impl Model {
             ground.groups.iter().flatten().enumerate().map(|(i, name)| (format!("groups.{i}"), name, true));
         let left = ground.except.iter().enumerate().map(|(i, name)| (format!("except.{i}"), name, false));
         for (key, name, part) in listed.chain(left) {
-            let place = Where { nodes: None, group: Some(name), at: None };
-            for node in self.place(scene, &format!("structure.ground.{key}"), place)? {
+            for node in self.group(scene, &format!("structure.ground.{key}.group"), name)? {
                 takes[node] = part;
             }
         }
@@ -217,9 +212,8 @@ fn check(scene: &Scene, ground: &GroundConfig) -> Result<(), Diagnostic> {
     not_negative(scene, &key("friction"), ground.friction, "")?;
     if ground.friction > ROUGHEST {
         let what = format!("friction = {}: it is a coefficient, of soils 0.3 to 1", ground.friction);
-        return Err(scene
-            .invalid(&key("friction"), what)
-            .try_instead("the tangent of the angle of friction: 30 degrees is 0.58"));
+        let hint = "the tangent of the angle of friction: 30 degrees is 0.58";
+        return refuse(scene, &key("friction"), what, hint);
     }
     if !(ground.restitution > 0.0 && ground.restitution <= 1.0) {
         let what = format!("restitution = {}: it must lie above 0, and not above 1", ground.restitution);
@@ -230,11 +224,11 @@ fn check(scene: &Scene, ground: &GroundConfig) -> Result<(), Diagnostic> {
 
 /// Where heights are needed for the ground of `table` or its place, whose raster is not named.
 pub fn area(scene: &Scene, table: &StructureConfig) -> Result<Option<Area>, Diagnostic> {
-    let stands = place::needs_ground(table);
+    let stands = needs_ground(table);
     if ground_file(table).is_some() || !(stands || table.ground.is_some()) {
         return Ok(None);
     }
-    let nodes = Base::new(scene, &place::flat(table))?.nodes;
+    let nodes = Base::new(scene, &flat(table))?.nodes;
     let (low, high) = around(&nodes);
     let middle = [0, 1].map(|a: usize| 0.5 * (low[a] + high[a]));
     let margin = (0..2).map(|a| 0.5 * (high[a] - low[a])).fold(0.0, f64::max) + 2.0 * CELL;

@@ -1,8 +1,9 @@
 //! Supports: what holds, until when, and what moves.
 
 use super::Model;
-use super::support::Motion;
+use super::pressure::Motion;
 use crate::config::structure::{StructureConfig, SupportEntry, TurningConfig};
+use crate::read::refuse;
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::Vector3;
 use toolkit::scene::Scene;
@@ -30,9 +31,8 @@ impl Model {
             let angles = entry.turning.iter().flat_map(|turning| &turning.angles);
             if !moves && angles.into_iter().any(|row| row[1] != 0.0) {
                 let what = "nothing turns: its nodes lie on the axis, or it holds them in no direction in which they would move";
-                return Err(scene
-                    .invalid(&format!("{key}.turning"), what)
-                    .try_instead("rotations = \"xyz\" turns the ends of beams at the nodes as well"));
+                let hint = "rotations = \"xyz\" turns the ends of beams at the nodes as well";
+                return refuse(scene, &format!("{key}.turning"), what, hint);
             }
         }
         // What another support holds for ever is not let go.
@@ -60,34 +60,29 @@ impl Model {
         entry: &SupportEntry,
     ) -> Result<bool, Diagnostic> {
         let supported = self.supported(node, entry);
-        let (name, motions) = match &entry.turning {
-            Some(turning) => ("turning", self.turns(node, turning)),
+        let (name, rows, motions) = match &entry.turning {
+            Some(turning) => ("turning", "turning.angles", self.turns(node, turning)),
             None if entry.motion.is_empty() => return Ok(false),
-            None => ("motion", self.moves(node, &entry.motion)),
+            None => ("motion", "motion", self.moves(node, &entry.motion)),
         };
+        let motions = motions.map_err(|what| scene.invalid(&format!("{key}.{rows}"), what))?;
         let key = format!("{key}.{name}");
-        let motions = motions.map_err(|what| {
-            let key = if name == "turning" { format!("{key}.angles") } else { key.clone() };
-            scene.invalid(&key, what)
-        })?;
         let mut moves = false;
         for (dof, motion) in motions {
+            let name = self.dof_name(dof);
             if !supported.contains(&dof) {
-                if name == "motion" && motion.size() > 0.0 {
+                if entry.turning.is_none() && motion.size() > 0.0 {
+                    let (size, directions) = (motion.size(), &entry.directions);
                     let what = format!(
-                        "{} is to move by up to {} m, and directions = \"{}\" does not hold it there",
-                        self.dof_name(dof),
-                        motion.size(),
-                        entry.directions
+                        "{name} is to move by up to {size} m, and directions = \"{directions}\" does not hold it there"
                     );
-                    return Err(scene
-                        .invalid(&key, what)
-                        .try_instead("name all directions of the motion, or write 0.0 for this one"));
+                    let hint = "name all directions of the motion, or write 0.0 for this one";
+                    return refuse(scene, &key, what, hint);
                 }
                 continue;
             }
             if self.moving.iter().any(|(other, _)| *other == dof) {
-                return Err(scene.invalid(&key, format!("{} has two motions", self.dof_name(dof))));
+                return Err(scene.invalid(&key, format!("{name} has two motions")));
             }
             moves |= motion.size() > ROUNDING * self.extent();
             self.moving.push((dof, motion));
@@ -153,9 +148,8 @@ fn check(scene: &Scene, key: &str, entry: &SupportEntry) -> Result<(), Diagnosti
     }
     if (entry.directions.is_empty() && entry.rotations.is_empty()) || no_axis(&entry.directions) {
         let what = format!("`{}` is no set of directions, write letters of xyz", entry.directions);
-        return Err(scene
-            .invalid(&format!("{key}.directions"), what)
-            .try_instead("directions = \"xyz\" holds all, which is the default; \"z\" holds z alone"));
+        let hint = "directions = \"xyz\" holds all, which is the default; \"z\" holds z alone";
+        return refuse(scene, &format!("{key}.directions"), what, hint);
     }
     if let Some(time) = entry.released_at.filter(|time| *time < 0.0) {
         let what = format!("a support lets go at {time} s, before the run begins");
@@ -171,9 +165,8 @@ fn check(scene: &Scene, key: &str, entry: &SupportEntry) -> Result<(), Diagnosti
     }
     if turning.angles.is_empty() {
         let what = "there are no angles: nothing turns";
-        return Err(scene
-            .invalid(&format!("{key}.turning.angles"), what)
-            .try_instead("rows are [t, angle] in s and rad, as [[0.0, 0.0], [1.0, 1.57]]"));
+        let hint = "rows are [t, angle] in s and rad, as [[0.0, 0.0], [1.0, 1.57]]";
+        return refuse(scene, &format!("{key}.turning.angles"), what, hint);
     }
     Ok(())
 }

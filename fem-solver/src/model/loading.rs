@@ -1,9 +1,9 @@
 //! What pulls and pushes: weight, nodal loads, pressure; and what moves at t = 0.
 
 use super::Model;
-use super::support::Motion;
-use super::timed::{Face, TimedLoad};
+use super::pressure::{Face, Motion, TimedLoad};
 use crate::config::{Config, Integrator};
+use crate::read::refuse;
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::Vector3;
 use std::collections::HashMap;
@@ -144,9 +144,7 @@ impl Model {
             let key = format!("structure.velocities.{i}");
             if config.fem.integrator == Integrator::Static {
                 let what = "statics has no inertia: a velocity at t = 0 changes nothing";
-                return Err(scene
-                    .invalid(&key, what)
-                    .try_instead("an integrator with inertia, as generalized_alpha"));
+                return refuse(scene, &key, what, "an integrator with inertia, as generalized_alpha");
             }
             set.resize(self.dof_count(), None);
             for node in self.place(scene, &key, entry.place())? {

@@ -6,34 +6,28 @@
 //! At the interface they are node-major.
 
 pub mod applied;
-mod at_start;
 mod base;
 mod build;
-mod cell;
 pub(crate) mod generator;
 pub(crate) mod ground;
 mod holding;
 mod loading;
-mod names;
 pub mod numbering;
 mod parts;
-mod place;
 pub mod pressure;
-mod ropes;
-pub mod support;
-pub mod timed;
 pub mod validation;
 
 use crate::element::{AnyElement, Cable};
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::mesh::{Group, InterfaceMesh};
 use nalgebra::Vector3;
+use pressure::{Motion, TimedLoad};
 use std::ops::Range;
-use support::Motion;
-use timed::TimedLoad;
+use toolkit::explain::suggestion;
+use toolkit::scene::Scene;
 
 /// A structure, ready to be computed.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Model {
     /// Nodes as modelled [m].
     pub nodes: Vec<Vector3<f64>>,
@@ -153,6 +147,28 @@ impl Model {
     /// History of all elements as modelled.
     pub fn start_history(&self) -> Vec<f64> {
         self.elements.iter().flat_map(|e| e.start_history()).collect()
+    }
+
+    /// For each node whether an element ends at it, a spring, or a point mass.
+    pub(crate) fn used(&self) -> Vec<bool> {
+        let mut used = vec![false; self.node_count()];
+        let ends = self.cables.iter().map(|c| &c.nodes[..]).chain(self.elements.iter().map(|e| e.nodes()));
+        let others = self.springs.iter().map(|s| &s.0).chain(self.point_masses.iter().map(|m| &m.0));
+        ends.flatten().chain(others).for_each(|node| used[*node] = true);
+        used
+    }
+
+    /// The group of nodes of this name, or where `key` of `scene` is wrong.
+    pub(crate) fn group(&self, scene: &Scene, key: &str, name: &str) -> Result<Vec<usize>, Diagnostic> {
+        let group = self.groups.iter().find(|g| g.name == name).ok_or_else(|| {
+            let names: Vec<_> = self.groups.iter().map(|g| g.name.as_str()).collect();
+            let hint = match names.is_empty() {
+                true => "there are no groups here".into(),
+                false => suggestion(name, &names).unwrap_or_default(),
+            };
+            scene.invalid(key, format!("there is no group `{name}`")).try_instead(hint)
+        })?;
+        Ok(group.nodes.iter().map(|n| *n as usize).collect())
     }
 
     /// Degree of freedom of a node in direction `component` (0, 1, 2).

@@ -5,6 +5,7 @@
 
 use super::{LONGEST, named};
 use interface_defs::diagnostic::Diagnostic;
+use std::collections::HashMap;
 use std::path::Path;
 use toolkit::input_file;
 use toolkit::scene::Scene;
@@ -27,15 +28,6 @@ pub struct Heights {
     heights: Vec<f64>,
 }
 
-#[derive(Default)]
-struct Header {
-    counts: [Option<usize>; 2],
-    /// Lower left, and whether the middle of the cell is meant.
-    corner: [Option<(f64, bool)>; 2],
-    spacing: [Option<f64>; 2],
-    nodata: Option<f64>,
-}
-
 impl Heights {
     /// Read the file that `key` of `scene` names as `path`.
     pub fn read(scene: &Scene, key: &str, path: &Path) -> Result<Self, Diagnostic> {
@@ -46,12 +38,12 @@ impl Heights {
 
     /// From the text of `file`.
     pub fn parse(file: &str, text: &str) -> Result<Self, Diagnostic> {
-        let mut header = Header::default();
+        let mut header = HashMap::new();
         let mut heights = Vec::new();
         for (line, number) in text.lines().zip(1..) {
             let fault = |what: String| Diagnostic::in_file(format!("{file}:{number}"), what);
             if heights.is_empty() && line.trim_start().starts_with(|c: char| c.is_alphabetic()) {
-                header.line(line).map_err(fault)?;
+                header.extend([header_line(line).map_err(fault)?]);
                 continue;
             }
             for word in line.split_whitespace() {
@@ -59,12 +51,11 @@ impl Heights {
                 heights.push(height.ok_or_else(|| fault(format!("`{word}` is no height")))?);
             }
             if heights.len() > MOST {
-                return Err(fault(format!(
-                    "more than {MOST} heights: cut the grid to what lies around the line"
-                )));
+                let what = format!("more than {MOST} heights: cut the grid to what lies around the line");
+                return Err(fault(what));
             }
         }
-        header.with(heights).map_err(|what| Diagnostic::in_file(file, what))
+        Self::of(&header, heights).map_err(|what| Diagnostic::in_file(file, what))
     }
 
     /// Height of the ground [m]; `None` outside, and where one of the four around has none.
@@ -89,6 +80,17 @@ impl Heights {
         let low = node(i, j, (1.0 - u) * (1.0 - v)) + node(i + 1, j, u * (1.0 - v));
         let height = low + node(i, j + 1, (1.0 - u) * v) + node(i + 1, j + 1, u * v);
         height.is_finite().then_some(height)
+    }
+
+    /// The same, or that `what` stands where there is none.
+    pub fn below(&self, x: f64, y: f64, what: &str) -> Result<f64, String> {
+        self.at(x, y).ok_or_else(|| {
+            format!(
+                "{what} stands at x = {x:.2}, y = {y:.2} m, where there is no ground: its heights are known for {}, and may have \
+                 holes",
+                self.extent()
+            )
+        })
     }
 
     /// Distance of its points [m], the shorter one.
@@ -117,64 +119,50 @@ impl Heights {
     }
 
     /// Where it lies, in words.
-    pub fn extent(&self) -> String {
+    fn extent(&self) -> String {
         let to = |axis: usize| self.corner[axis] + (self.counts[axis] - 1) as f64 * self.spacing[axis];
         format!("x {:.2} to {:.2}, y {:.2} to {:.2} m", self.corner[0], to(0), self.corner[1], to(1))
     }
+
+    fn of(header: &HashMap<String, f64>, mut heights: Vec<f64>) -> Result<Self, String> {
+        let get = |name: &str| header.get(name).copied();
+        let missing = |name: &str| format!("the header has no `{name}`; an ESRI grid (.asc) is required");
+        let counts = get("ncols").zip(get("nrows")).ok_or_else(|| missing("ncols` or `nrows"))?;
+        let size = |name: &str| get(name).or(get("cellsize")).ok_or_else(|| missing("cellsize"));
+        let middle = |axis: char, size: f64| {
+            let corner = get(&format!("{axis}llcorner")).map(|at| at + 0.5 * size);
+            let middle = get(&format!("{axis}llcenter")).or(corner);
+            middle.ok_or_else(|| missing("xllcorner` or `yllcorner"))
+        };
+        let (columns, rows) = (counts.0 as usize, counts.1 as usize);
+        let (dx, dy) = (size("dx")?, size("dy")?);
+        let found = heights.len();
+        if columns.saturating_mul(rows) != found {
+            return Err(format!("the header promises {columns} x {rows} heights, and the file has {found}"));
+        }
+        let nodata = get("nodata_value").unwrap_or(NODATA);
+        heights.iter_mut().filter(|z| **z == nodata).for_each(|z| *z = f64::NAN);
+        let corner = [middle('x', dx)?, middle('y', dy)?];
+        Ok(Self { corner, spacing: [dx, dy], counts: [columns, rows], heights })
+    }
 }
 
-impl Header {
-    fn line(&mut self, line: &str) -> Result<(), String> {
-        let mut words = line.split_whitespace();
-        let (name, value) = (words.next().unwrap_or_default().to_lowercase(), words.next());
-        let value = value.ok_or_else(|| format!("`{name}` has no value"))?;
-        let number: f64 = value
-            .parse()
-            .ok()
-            .filter(|v: &f64| v.is_finite())
-            .ok_or_else(|| format!("`{value}` is no number for `{name}`"))?;
-        let size =
-            (number > 0.0).then_some(number).ok_or_else(|| format!("{name} = {value}: it must lie above 0"));
-        let count = || {
-            let whole = number >= 2.0 && number.fract() == 0.0 && number <= MOST as f64;
-            whole
-                .then_some(number as usize)
-                .ok_or_else(|| format!("{name} = {value}: a whole number of 2 or more is required"))
-        };
-        match name.as_str() {
-            "ncols" => self.counts[0] = Some(count()?),
-            "nrows" => self.counts[1] = Some(count()?),
-            "xllcorner" | "xllcenter" => self.corner[0] = Some((number, name.ends_with("center"))),
-            "yllcorner" | "yllcenter" => self.corner[1] = Some((number, name.ends_with("center"))),
-            "cellsize" => self.spacing = [Some(size?); 2],
-            "dx" => self.spacing[0] = Some(size?),
-            "dy" => self.spacing[1] = Some(size?),
-            "nodata_value" => self.nodata = Some(number),
-            _ => return Err(format!("`{name}` is no line of the header of an ESRI grid")),
+/// Name and number of a line of the header.
+fn header_line(line: &str) -> Result<(String, f64), String> {
+    let mut words = line.split_whitespace();
+    let (name, value) = (words.next().unwrap_or_default().to_lowercase(), words.next());
+    let value = value.ok_or_else(|| format!("`{name}` has no value"))?;
+    let number = value.parse().ok().filter(|v: &f64| v.is_finite());
+    let number = number.ok_or_else(|| format!("`{value}` is no number for `{name}`"))?;
+    let whole = number >= 2.0 && number.fract() == 0.0 && number <= MOST as f64;
+    match name.as_str() {
+        "ncols" | "nrows" if !whole => {
+            Err(format!("{name} = {value}: a whole number of 2 or more is required"))
         }
-        Ok(())
-    }
-
-    fn with(self, mut heights: Vec<f64>) -> Result<Heights, String> {
-        let missing = |name: &str| format!("the header has no `{name}`; an ESRI grid (.asc) is required");
-        let [Some(columns), Some(rows)] = self.counts else { return Err(missing("ncols` or `nrows")) };
-        let [Some(west), Some(south)] = self.corner else { return Err(missing("xllcorner` or `yllcorner")) };
-        let [Some(dx), Some(dy)] = self.spacing else { return Err(missing("cellsize")) };
-        if columns.saturating_mul(rows) != heights.len() {
-            return Err(format!(
-                "the header promises {columns} x {rows} heights, and the file has {}",
-                heights.len()
-            ));
-        }
-        let nodata = self.nodata.unwrap_or(NODATA);
-        heights.iter_mut().filter(|z| **z == nodata).for_each(|z| *z = f64::NAN);
-        let middle = |(at, is_middle): (f64, bool), size: f64| if is_middle { at } else { at + 0.5 * size };
-        Ok(Heights {
-            corner: [middle(west, dx), middle(south, dy)],
-            spacing: [dx, dy],
-            counts: [columns, rows],
-            heights,
-        })
+        "cellsize" | "dx" | "dy" if number <= 0.0 => Err(format!("{name} = {value}: it must lie above 0")),
+        "ncols" | "nrows" | "cellsize" | "dx" | "dy" | "nodata_value" => Ok((name, number)),
+        "xllcorner" | "xllcenter" | "yllcorner" | "yllcenter" => Ok((name, number)),
+        _ => Err(format!("`{name}` is no line of the header of an ESRI grid")),
     }
 }
 

@@ -14,8 +14,6 @@ use super::mesh::{Builder, Kind, Mesh, Of};
 use super::tokens::{error, real, shown};
 use interface_defs::diagnostic::Diagnostic;
 
-/// Most keywords that a warning lists.
-const MOST_LISTED: usize = 20;
 /// Most nodes that an element has, of the shapes that are read.
 const MOST_NODES: usize = 6;
 
@@ -26,11 +24,11 @@ pub const PROGRAMS: &str = "CalculiX, Abaqus";
 pub fn parse(file: &str, text: &str) -> Result<Mesh, Diagnostic> {
     let mut reader = InpReader {
         file,
+        line: 0,
         builder: Builder::new(file, text.len()),
         block: Block::Skip,
         row: Vec::new(),
         row_line: 0,
-        passed: Vec::new(),
         parts: 0,
     };
     let mut card = String::new();
@@ -40,10 +38,11 @@ pub fn parse(file: &str, text: &str) -> Result<Mesh, Diagnostic> {
         if content.is_empty() || content.starts_with("**") {
             continue;
         }
+        reader.line = line;
         // A keyword goes on in the next line where it ends with a comma.
         let goes_on = card.ends_with(',');
         if !content.starts_with('*') && !goes_on {
-            reader.data(line, content)?;
+            reader.data(content)?;
             continue;
         }
         if !goes_on {
@@ -51,17 +50,16 @@ pub fn parse(file: &str, text: &str) -> Result<Mesh, Diagnostic> {
             card_line = line;
         }
         card.push_str(content);
+        reader.line = card_line;
         if !card.ends_with(',') {
-            reader.keyword(card_line, &card)?;
+            reader.keyword(&card)?;
         }
     }
     if card.ends_with(',') {
-        return Err(error(file, card_line, "this keyword ends with a comma, and nothing follows"));
+        return Err(reader.error("this keyword ends with a comma, and nothing follows"));
     }
     reader.complete()?;
-    let hint = "sections, supports and loads are those of the scene";
-    reader.builder.passed_over(&reader.passed, Some(hint));
-    reader.builder.finish()
+    reader.builder.finish(Some("sections, supports and loads are those of the scene"))
 }
 
 /// What the data lines at hand belong to.
@@ -81,20 +79,19 @@ enum Block {
 
 /// A keyword and its parameters.
 struct Card<'a> {
-    line: usize,
     name: String,
     parameters: Vec<(String, &'a str)>,
 }
 
 impl<'a> Card<'a> {
-    fn new(line: usize, text: &'a str) -> Self {
+    fn new(text: &'a str) -> Self {
         let mut fields = text.trim_start_matches('*').split(',').map(str::trim);
         let words: Vec<&str> = fields.next().unwrap_or_default().split_whitespace().collect();
         let parameters = fields.filter(|f| !f.is_empty()).map(|field| {
             let (key, value) = field.split_once('=').unwrap_or((field, ""));
             (key.trim().to_ascii_uppercase(), value.trim().trim_matches('"'))
         });
-        Self { line, name: words.join(" ").to_ascii_uppercase(), parameters: parameters.collect() }
+        Self { name: words.join(" ").to_ascii_uppercase(), parameters: parameters.collect() }
     }
 
     fn get(&self, key: &str) -> Option<&'a str> {
@@ -102,35 +99,46 @@ impl<'a> Card<'a> {
     }
 }
 
+/// What to write in place of what is refused.
+const FLAT: &str = "write a flat file with all nodes and elements in it";
+
 struct InpReader<'a> {
     file: &'a str,
+    /// That of the keyword, or of the data, at hand.
+    line: usize,
     builder: Builder<'a>,
     block: Block,
     /// Numbers of an element so far: its own, then its nodes.
     row: Vec<u64>,
     /// Where that element begins.
     row_line: usize,
-    passed: Vec<String>,
     parts: usize,
 }
 
 impl InpReader<'_> {
-    fn keyword(&mut self, line: usize, text: &str) -> Result<(), Diagnostic> {
+    fn keyword(&mut self, text: &str) -> Result<(), Diagnostic> {
         self.complete()?;
-        let card = Card::new(line, text);
-        self.block = match card.name.as_str() {
-            "NODE" => {
-                if card.get("SYSTEM").is_some_and(|s| !s.eq_ignore_ascii_case("R")) {
-                    return Err(self.refused(&card, "coordinates that are not rectangular are not read"));
-                }
-                Block::Nodes(self.group(&card, Of::Nodes)?)
+        let card = Card::new(text);
+        let refused = match card.name.as_str() {
+            "NODE" if card.get("SYSTEM").is_some_and(|s| !s.eq_ignore_ascii_case("R")) => {
+                Some("coordinates that are not rectangular are not read")
             }
+            "INCLUDE" => Some("other files are not followed; put its text here"),
+            "NGEN" | "NCOPY" | "NFILL" | "NMAP" | "ELGEN" | "ELCOPY" | "SYSTEM" | "SUBMODEL" => {
+                Some("nodes and elements are read only where they are written out")
+            }
+            "PART" if self.parts > 0 => Some("one part is read, this is the second"),
+            _ => None,
+        };
+        if let Some(why) = refused {
+            return Err(self.error(format!("*{} is refused: {why}", card.name)).try_instead(FLAT));
+        }
+        self.block = match card.name.as_str() {
+            "NODE" => Block::Nodes(self.group(&card, Of::Nodes)?),
             "ELEMENT" => {
-                let Some(name) = card.get("TYPE") else {
-                    return Err(error(self.file, line, "*ELEMENT has no TYPE"));
-                };
+                let name = card.get("TYPE").ok_or_else(|| self.error("*ELEMENT has no TYPE"))?;
                 let kind = shape(name).ok_or_else(|| {
-                    error(self.file, line, format!("elements of type {} are not read", shown(name))).try_instead(
+                    self.error(format!("elements of type {} are not read", shown(name))).try_instead(
                         "a structure is made of points (MASS), lines (T3D2, B31, ...), triangles (S3, M3D3, S6, ...) \
                          and quadrilaterals (S4, M3D4, ...)",
                     )
@@ -139,137 +147,112 @@ impl InpReader<'_> {
             }
             name @ ("NSET" | "ELSET") => {
                 let of = if name == "NSET" { Of::Nodes } else { Of::Elements };
-                let group = self
-                    .group(&card, of)?
-                    .ok_or_else(|| error(self.file, line, format!("*{name} has no name ({name}=...)")))?;
+                let group = self.group(&card, of)?;
+                let group = group.ok_or_else(|| self.error(format!("*{name} has no name ({name}=...)")))?;
                 match card.get("ELSET").filter(|_| of == Of::Nodes) {
                     Some(from) => {
-                        let from = self.builder.known_group(line, Of::Elements, &key(from))?;
-                        self.builder.add_nodes_of_elements(line, group, from)?;
+                        let from = self.builder.known_group(self.line, Of::Elements, &key(from))?;
+                        self.builder.add_nodes_of_elements(self.line, group, from)?;
                         Block::NoData("*NSET with ELSET")
                     }
                     None => Block::Set { of, group, generate: card.get("GENERATE").is_some() },
                 }
             }
-            "INCLUDE" => return Err(self.refused(&card, "other files are not followed; put its text here")),
-            "NGEN" | "NCOPY" | "NFILL" | "NMAP" | "ELGEN" | "ELCOPY" | "SYSTEM" | "SUBMODEL" => {
-                return Err(
-                    self.refused(&card, "nodes and elements are read only where they are written out")
-                );
-            }
             "PART" => {
                 self.parts += 1;
-                if self.parts > 1 {
-                    return Err(self.refused(&card, "one part is read, this is the second"));
-                }
                 Block::NoData("*PART")
             }
             // A moved instance has data lines; they are refused there.
             "INSTANCE" => Block::NoData("*INSTANCE"),
             "END PART" | "END INSTANCE" | "ASSEMBLY" | "END ASSEMBLY" | "HEADING" => Block::Skip,
             name => {
-                let name = format!("*{}", shown(name).trim_matches('`'));
-                if self.passed.len() < MOST_LISTED && !self.passed.contains(&name) {
-                    self.passed.push(name);
-                }
+                self.builder.pass_over(format!("*{}", shown(name).trim_matches('`')));
                 Block::Skip
             }
         };
         Ok(())
     }
 
-    fn refused(&self, card: &Card, why: &str) -> Diagnostic {
-        error(self.file, card.line, format!("*{} is refused: {why}", card.name))
-            .try_instead("write a flat file with all nodes and elements in it")
+    /// An error at the line at hand.
+    fn error(&self, what: impl Into<String>) -> Diagnostic {
+        error(self.file, self.line, what)
     }
 
     /// The set that a keyword names, if it names one.
     fn group(&mut self, card: &Card, of: Of) -> Result<Option<usize>, Diagnostic> {
         let parameter = if of == Of::Nodes { "NSET" } else { "ELSET" };
-        let Some(name) = card.get(parameter) else { return Ok(None) };
-        if name.is_empty() {
-            return Err(error(self.file, card.line, format!("{parameter} has no name")));
+        match card.get(parameter) {
+            Some("") => Err(self.error(format!("{parameter} has no name"))),
+            name => Ok(name.map(|name| self.builder.group(of, &key(name), name))),
         }
-        Ok(Some(self.builder.group(of, &key(name), name)))
     }
 
-    fn data(&mut self, line: usize, content: &str) -> Result<(), Diagnostic> {
+    fn data(&mut self, content: &str) -> Result<(), Diagnostic> {
         match self.block {
             Block::Skip => Ok(()),
-            Block::NoData(keyword) => Err(error(self.file, line, format!("{keyword} takes no data here"))
-                .try_instead("write a flat file with all nodes and elements in it")),
-            Block::Nodes(group) => self.node(line, content, group),
-            Block::Elements(kind, group) => self.element(line, content, kind, group),
+            Block::NoData(keyword) => {
+                Err(self.error(format!("{keyword} takes no data here")).try_instead(FLAT))
+            }
+            Block::Nodes(group) => self.node(content, group),
+            Block::Elements(kind, group) => self.element(content, kind, group),
             Block::Set { of, group, generate: true } => {
                 // The first number that is not known ends it, whatever the range claims.
-                self.range(line, content)?.try_for_each(|number| self.add(line, of, group, number))
+                let mut numbers = self.range(content)?;
+                numbers.try_for_each(|number| self.builder.put(self.line, of, group, number, "the set"))
             }
-            Block::Set { of, group, generate: false } => {
-                for field in fields(content) {
-                    if let Ok(number) = field.parse() {
-                        self.add(line, of, group, number)?;
-                        continue;
-                    }
-                    let from = self.builder.known_group(line, of, &key(field))?;
-                    self.builder.add_group(line, of, group, from)?;
+            Block::Set { of, group, generate: false } => fields(content).try_for_each(|field| {
+                if let Ok(number) = field.parse() {
+                    return self.builder.put(self.line, of, group, number, "the set");
                 }
-                Ok(())
-            }
+                let from = self.builder.known_group(self.line, of, &key(field))?;
+                self.builder.add_group(self.line, of, group, from)
+            }),
         }
     }
 
-    fn node(&mut self, line: usize, content: &str, group: Option<usize>) -> Result<(), Diagnostic> {
+    fn node(&mut self, content: &str, group: Option<usize>) -> Result<(), Diagnostic> {
         let mut fields = content.split(',').map(str::trim);
-        let number = self.whole(line, "the number of a node", fields.next().unwrap_or_default())?;
+        let number = self.whole("the number of a node", fields.next().unwrap_or_default())?;
         let mut point = [0.0; 3];
-        for (component, field) in point.iter_mut().zip(fields) {
-            // A field that is left empty is 0.
-            if !field.is_empty() {
-                *component = real(field).ok_or_else(|| {
-                    let what = format!(
-                        "a coordinate of node {number} should be a finite number, found {}",
-                        shown(field)
-                    );
-                    error(self.file, line, what)
-                })?;
-            }
+        // A field that is left empty is 0.
+        for (component, field) in point.iter_mut().zip(fields).filter(|(_, field)| !field.is_empty()) {
+            *component = real(field).ok_or_else(|| {
+                let what = format!("a coordinate of node {number} should be a finite number");
+                self.error(format!("{what}, found {}", shown(field)))
+            })?;
         }
-        let node = self.builder.node(line, number, point)?;
-        group.map_or(Ok(()), |group| self.builder.add(line, Of::Nodes, group, node))
+        let node = self.builder.node(self.line, number, point)?;
+        group.map_or(Ok(()), |group| self.builder.add(self.line, Of::Nodes, group, node))
     }
 
-    fn element(
-        &mut self,
-        line: usize,
-        content: &str,
-        kind: Kind,
-        group: Option<usize>,
-    ) -> Result<(), Diagnostic> {
-        let count = kind.node_count().unwrap_or(MOST_NODES);
+    fn element(&mut self, content: &str, kind: Kind, group: Option<usize>) -> Result<(), Diagnostic> {
+        let (line, count) = (self.line, kind.node_count().unwrap_or(MOST_NODES));
         if self.row.is_empty() {
             self.row_line = line;
         }
         for field in fields(content) {
             if self.row.len() > count {
-                let what = format!("element {} has more nodes than the {count} of its type", self.row[0]);
-                return Err(error(self.file, line, what));
+                let number = self.row[0];
+                let what = format!("element {number} has more nodes than the {count} of its type");
+                return Err(self.error(what));
             }
-            self.row.push(self.whole(line, "a number of an element", field)?);
+            self.row.push(self.whole("a number of an element", field)?);
         }
         if self.row.len() <= count {
             return Ok(());
         }
+        let number = self.row[0];
         let mut nodes = [0; MOST_NODES];
-        for (node, number) in nodes.iter_mut().zip(&self.row[1..]) {
-            *node = self.builder.at(line, Of::Nodes, *number, format_args!("element {}", self.row[0]))?;
+        for (node, named) in nodes.iter_mut().zip(&self.row[1..]) {
+            *node = self.builder.at(line, Of::Nodes, *named, format_args!("element {number}"))?;
         }
-        let element = self.builder.element(self.row_line, self.row[0], kind, &nodes[..count])?;
+        let element = self.builder.element(self.row_line, number, kind, &nodes[..count])?;
         self.row.clear();
         group.map_or(Ok(()), |group| self.builder.add(line, Of::Elements, group, element))
     }
 
     /// No element may be left half read.
-    fn complete(&mut self) -> Result<(), Diagnostic> {
+    fn complete(&self) -> Result<(), Diagnostic> {
         if let (Block::Elements(kind, _), Some(number)) = (&self.block, self.row.first()) {
             let (found, count) = (self.row.len() - 1, kind.node_count().unwrap_or(MOST_NODES));
             let what = format!("element {number} has {found} nodes, its type has {count}");
@@ -278,32 +261,27 @@ impl InpReader<'_> {
         Ok(())
     }
 
-    /// Put the node or element of this number into a set.
-    fn add(&mut self, line: usize, of: Of, group: usize, number: u64) -> Result<(), Diagnostic> {
-        let member = self.builder.at(line, of, number, format_args!("the set"))?;
-        self.builder.add(line, of, group, member)
-    }
-
     /// `first, last, step` of a set that is generated.
-    fn range(&self, line: usize, content: &str) -> Result<impl Iterator<Item = u64> + use<>, Diagnostic> {
-        let numbers: Vec<&str> = fields(content).collect();
-        let (Some(first), Some(last), true) = (numbers.first(), numbers.get(1), numbers.len() <= 3) else {
-            return Err(error(self.file, line, "GENERATE needs the first number, the last, and the step"));
+    fn range(&self, content: &str) -> Result<impl Iterator<Item = u64> + use<>, Diagnostic> {
+        let names = ["the first number", "the last number", "the step"];
+        let numbers = fields(content).zip(names.into_iter().chain(["a further number"]));
+        let numbers = numbers.map(|(field, what)| self.whole(what, field)).collect::<Result<Vec<_>, _>>()?;
+        let (first, last, step) = match numbers[..] {
+            [first, last] => (first, last, 1),
+            [first, last, step] => (first, last, step),
+            _ => return Err(self.error("GENERATE needs the first number, the last, and the step")),
         };
-        let first = self.whole(line, "the first number", first)?;
-        let last = self.whole(line, "the last number", last)?;
-        let step = numbers.get(2).map_or(Ok(1), |s| self.whole(line, "the step", s))?;
         let wide = usize::try_from(step).unwrap_or(usize::MAX);
         if wide == 0 || last < first {
-            return Err(error(self.file, line, format!("from {first} to {last} by {step} is no range")));
+            return Err(self.error(format!("from {first} to {last} by {step} is no range")));
         }
         Ok((first..=last).step_by(wide))
     }
 
-    fn whole(&self, line: usize, what: &str, field: &str) -> Result<u64, Diagnostic> {
-        field.parse().map_err(|_| {
-            error(self.file, line, format!("{what} should be a whole number, found {}", shown(field)))
-        })
+    fn whole(&self, what: &str, field: &str) -> Result<u64, Diagnostic> {
+        field
+            .parse()
+            .map_err(|_| self.error(format!("{what} should be a whole number, found {}", shown(field))))
     }
 }
 

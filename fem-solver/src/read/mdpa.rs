@@ -8,7 +8,7 @@
 //! Source: Kratos documentation, "Input files and IO".
 
 use super::mesh::{Builder, Kind, Mesh, Of};
-use super::tokens::{Tokens, shown};
+use super::tokens::{Tokens, error, shown, without_comments};
 use interface_defs::diagnostic::Diagnostic;
 use std::collections::HashMap;
 
@@ -16,26 +16,23 @@ use std::collections::HashMap;
 const DEEPEST: usize = 16;
 /// Blocks that say nothing about the mesh and that every file has.
 const EXPECTED: [&str; 2] = ["ModelPartData", "Properties"];
-/// Most kinds of blocks that a warning lists.
-const MOST_LISTED: usize = 20;
 
 /// Programs that write it.
 pub const PROGRAMS: &str = "Kratos";
 
 /// Read a mesh from its text.
 pub fn parse(file: &str, text: &str) -> Result<Mesh, Diagnostic> {
+    let text = without_comments(text);
     let mut reader = MdpaReader {
-        t: Tokens::without_comments(file, text),
+        file,
+        t: Tokens::new(file, &text),
         builder: Builder::new(file, text.len()),
         conditions: HashMap::new(),
-        condition_nodes: Vec::new(),
     };
-    let mut passed: Vec<&str> = Vec::new();
     while let Some(word) = reader.t.next_word() {
         if word != "Begin" {
-            return Err(reader
-                .t
-                .error(format!("a block should begin here (`Begin ...`), found {}", shown(word))));
+            let what = format!("a block should begin here (`Begin ...`), found {}", shown(word));
+            return Err(reader.t.error(what));
         }
         match reader.t.word("the kind of a block")? {
             "Nodes" => reader.nodes()?,
@@ -44,23 +41,21 @@ pub fn parse(file: &str, text: &str) -> Result<Mesh, Diagnostic> {
             "SubModelPart" => reader.part(&mut Vec::new())?,
             other => {
                 reader.skip(other)?;
-                if !EXPECTED.contains(&other) && !passed.contains(&other) && passed.len() < MOST_LISTED {
-                    passed.push(other);
+                if !EXPECTED.contains(&other) {
+                    reader.builder.pass_over(shown(other));
                 }
             }
         }
     }
-    let passed: Vec<String> = passed.iter().map(|p| shown(p)).collect();
-    reader.builder.passed_over(&passed, None);
-    reader.builder.finish()
+    reader.builder.finish(None)
 }
 
 struct MdpaReader<'a> {
+    file: &'a str,
     t: Tokens<'a>,
     builder: Builder<'a>,
-    /// Where the nodes of a condition stand, by its number.
-    conditions: HashMap<u64, (usize, usize)>,
-    condition_nodes: Vec<u32>,
+    /// Nodes of each condition, by its number.
+    conditions: HashMap<u64, Vec<u32>>,
 }
 
 impl<'a> MdpaReader<'a> {
@@ -94,15 +89,12 @@ impl<'a> MdpaReader<'a> {
             )
         })?;
         let count = kind.node_count().expect("shapes of files have a fixed number of nodes");
-        let mut nodes = [0; 6];
         while let Some(number) = self.number("Elements")? {
             let line = self.t.line();
             self.t.whole("the properties of an element")?;
-            for node in &mut nodes[..count] {
-                let named = self.t.whole("a node of an element")?;
-                *node = self.builder.at(self.t.line(), Of::Nodes, named, format_args!("element {number}"))?;
-            }
-            self.builder.element(line, number, kind, &nodes[..count])?;
+            let by = format_args!("element {number}");
+            let nodes = self.builder.nodes(&mut self.t, count, "a node of an element", by)?;
+            self.builder.element(line, number, kind, &nodes)?;
         }
         Ok(())
     }
@@ -115,19 +107,10 @@ impl<'a> MdpaReader<'a> {
         while let Some(number) = self.number("Conditions")? {
             let line = self.t.line();
             self.t.whole("the properties of a condition")?;
-            let start = self.condition_nodes.len();
-            for _ in 0..count {
-                let named = self.t.whole("a node of a condition")?;
-                let node =
-                    self.builder.at(self.t.line(), Of::Nodes, named, format_args!("condition {number}"))?;
-                self.condition_nodes.push(node);
-            }
-            if self.conditions.insert(number, (start, count)).is_some() {
-                return Err(super::tokens::error(
-                    self.t.file(),
-                    line,
-                    format!("there is a condition {number} already"),
-                ));
+            let by = format_args!("condition {number}");
+            let nodes = self.builder.nodes(&mut self.t, count, "a node of a condition", by)?;
+            if self.conditions.insert(number, nodes).is_some() {
+                return Err(error(self.file, line, format!("there is a condition {number} already")));
             }
         }
         Ok(())
@@ -141,50 +124,36 @@ impl<'a> MdpaReader<'a> {
         }
         let name = outer.join(".");
         let nodes = self.builder.group(Of::Nodes, &name, &name);
-        let mut elements = None;
         loop {
             match self.t.word("`End SubModelPart`")? {
                 "Begin" => {}
                 "End" => {
-                    self.t.expect("SubModelPart")?;
                     outer.pop();
-                    return Ok(());
+                    return self.t.expect("SubModelPart");
                 }
                 other => {
-                    return Err(self
-                        .t
-                        .error(format!("`Begin` or `End` is expected here, found {}", shown(other))));
+                    let what = format!("`Begin` or `End` is expected here, found {}", shown(other));
+                    return Err(self.t.error(what));
                 }
             }
             match self.t.word("the kind of a block")? {
                 "SubModelPart" => self.part(outer)?,
-                block @ "SubModelPartNodes" => {
+                block @ ("SubModelPartNodes" | "SubModelPartElements") => {
+                    let of = if block == "SubModelPartNodes" { Of::Nodes } else { Of::Elements };
                     while let Some(number) = self.number(block)? {
-                        let line = self.t.line();
-                        let node =
-                            self.builder.at(line, Of::Nodes, number, format_args!("the sub model part"))?;
-                        self.builder.add(line, Of::Nodes, nodes, node)?;
-                    }
-                }
-                block @ "SubModelPartElements" => {
-                    while let Some(number) = self.number(block)? {
-                        let (line, of) = (self.t.line(), Of::Elements);
-                        let element =
-                            self.builder.at(line, of, number, format_args!("the sub model part"))?;
-                        let group = *elements.get_or_insert_with(|| self.builder.group(of, &name, &name));
-                        self.builder.add(line, of, group, element)?;
+                        let group = self.builder.group(of, &name, &name);
+                        self.builder.put(self.t.line(), of, group, number, "the sub model part")?;
                     }
                 }
                 block @ "SubModelPartConditions" => {
                     while let Some(number) = self.number(block)? {
-                        let Some(&(start, count)) = self.conditions.get(&number) else {
-                            let what = format!(
-                                "the sub model part names condition {number}, which is not defined before"
-                            );
-                            return Err(self.t.error(what));
-                        };
-                        for at in start..start + count {
-                            self.builder.add(self.t.line(), Of::Nodes, nodes, self.condition_nodes[at])?;
+                        let nodes_of = self.conditions.get(&number).ok_or_else(|| {
+                            let by = "the sub model part";
+                            self.t
+                                .error(format!("{by} names condition {number}, which is not defined before"))
+                        })?;
+                        for node in nodes_of {
+                            self.builder.add(self.t.line(), Of::Nodes, nodes, *node)?;
                         }
                     }
                 }
@@ -210,9 +179,8 @@ impl<'a> MdpaReader<'a> {
                 }
                 Some(_) => {}
                 None => {
-                    return Err(
-                        begin.error(format!("the block {} that begins here has no end", shown(block)))
-                    );
+                    let what = format!("the block {} that begins here has no end", shown(block));
+                    return Err(begin.error(what));
                 }
             }
         }

@@ -1,11 +1,14 @@
 //! What a mesh file or a generator gives: nodes, elements, named groups of both; no properties.
 
-use super::tokens::{error, shown};
+use super::tokens::{Tokens, error, shown};
 use interface_defs::diagnostic::{Diagnostic, Place, code};
 use interface_defs::mesh::Group;
 use nalgebra::Vector3;
 use std::collections::{HashMap, HashSet};
 use std::fmt;
+
+/// Most parts of a file that a warning lists.
+const MOST_LISTED: usize = 20;
 
 /// Shape of an element. Nodes stand in the order of the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -29,26 +32,23 @@ pub enum Kind {
 impl Kind {
     /// Number of nodes; `None` where each element has its own.
     pub fn node_count(self) -> Option<usize> {
-        match self {
-            Self::Point => Some(1),
-            Self::Line2 => Some(2),
-            Self::Line3 | Self::Tri3 => Some(3),
-            Self::Quad4 => Some(4),
-            Self::Tri6 => Some(6),
-            Self::Row => None,
-        }
+        Some(self.about().0).filter(|count| *count > 0)
     }
 
     /// Its name, in the plural.
     pub fn name(self) -> &'static str {
+        self.about().1
+    }
+
+    fn about(self) -> (usize, &'static str) {
         match self {
-            Self::Point => "points",
-            Self::Line2 => "lines of 2 nodes",
-            Self::Line3 => "lines of 3 nodes",
-            Self::Tri3 => "triangles of 3 nodes",
-            Self::Tri6 => "triangles of 6 nodes",
-            Self::Quad4 => "quadrilaterals of 4 nodes",
-            Self::Row => "rows of nodes",
+            Self::Point => (1, "points"),
+            Self::Line2 => (2, "lines of 2 nodes"),
+            Self::Line3 => (3, "lines of 3 nodes"),
+            Self::Tri3 => (3, "triangles of 3 nodes"),
+            Self::Tri6 => (6, "triangles of 6 nodes"),
+            Self::Quad4 => (4, "quadrilaterals of 4 nodes"),
+            Self::Row => (0, "rows of nodes"),
         }
     }
 }
@@ -196,10 +196,7 @@ pub enum Of {
 
 impl Of {
     fn word(self) -> &'static str {
-        match self {
-            Self::Nodes => "node",
-            Self::Elements => "element",
-        }
+        ["node", "element"][self as usize]
     }
 }
 
@@ -211,6 +208,8 @@ pub struct Builder<'a> {
     numbers: [Numbering; 2],
     /// Of nodes and of elements.
     groups: [Names; 2],
+    /// What of the file is not read.
+    passed: Vec<String>,
     /// How many members all groups together may still take. A few lines can say that a hundred
     /// groups hold a million nodes each; memory stays proportional to the file.
     members_left: usize,
@@ -224,6 +223,7 @@ impl<'a> Builder<'a> {
             mesh: Mesh::default(),
             numbers: Default::default(),
             groups: Default::default(),
+            passed: Vec::new(),
             members_left: (1 << 20) + 8 * bytes,
         }
     }
@@ -265,11 +265,6 @@ impl<'a> Builder<'a> {
         })
     }
 
-    /// Nodes of the element at a position.
-    pub fn nodes_of(&self, position: u32) -> &[u32] {
-        self.mesh.nodes_of(&self.mesh.elements[position as usize])
-    }
-
     /// The group that `key` stands for, called `name` where it is new.
     pub fn group(&mut self, of: Of, key: &str, name: &str) -> usize {
         self.groups[of as usize].group(key, name)
@@ -288,6 +283,19 @@ impl<'a> Builder<'a> {
         self.take(line, 1)?;
         self.groups[of as usize].groups[group].1.push(member);
         Ok(())
+    }
+
+    /// Put the node or element `number`, named by `by`, into a group.
+    pub fn put(
+        &mut self,
+        line: usize,
+        of: Of,
+        group: usize,
+        number: u64,
+        by: &str,
+    ) -> Result<(), Diagnostic> {
+        let member = self.at(line, of, number, format_args!("{by}"))?;
+        self.add(line, of, group, member)
     }
 
     /// Put all of the group `from` into the group `to`.
@@ -309,39 +317,48 @@ impl<'a> Builder<'a> {
     }
 
     fn take(&mut self, line: usize, members: usize) -> Result<(), Diagnostic> {
-        match self.members_left.checked_sub(members) {
-            Some(left) => {
-                self.members_left = left;
-                Ok(())
-            }
-            None => Err(error(
-                self.file,
-                line,
-                "the groups of this file name far more members than it has nodes and elements",
-            )
-            .try_instead("remove groups that are not needed")),
+        let left = self.members_left.checked_sub(members).ok_or_else(|| {
+            let what = "the groups of this file name far more members than it has nodes and elements";
+            error(self.file, line, what).try_instead("remove groups that are not needed")
+        });
+        self.members_left = left?;
+        Ok(())
+    }
+
+    /// The nodes with the numbers that follow in `t`, so many; `what` each is, and who names them.
+    pub fn nodes(
+        &self,
+        t: &mut Tokens,
+        count: usize,
+        what: &str,
+        by: fmt::Arguments,
+    ) -> Result<Vec<u32>, Diagnostic> {
+        (0..count).map(|_| t.whole(what).and_then(|node| self.at(t.line(), Of::Nodes, node, by))).collect()
+    }
+
+    /// A part of the file that is not read: a warning says so.
+    pub fn pass_over(&mut self, what: impl Into<String>) {
+        let what = what.into();
+        if self.passed.len() < MOST_LISTED && !self.passed.contains(&what) {
+            self.passed.push(what);
         }
     }
 
-    /// What of the file is not read, if anything, and what to do about that.
-    pub fn passed_over(&mut self, list: &[String], hint: Option<&str>) {
-        if !list.is_empty() {
-            let what = format!("passed over: {}", list.join(", "));
-            let about = Diagnostic::warning(code::FILE_CONTENT, what).at(Place::file(self.file));
-            self.mesh.warnings.push(about.try_if(hint.map(str::to_owned)));
-        }
-    }
-
-    /// The mesh, or an error if there is no node in it.
-    pub fn finish(self) -> Result<Mesh, Diagnostic> {
+    /// The mesh, or an error if there is no node in it; `hint` says where else that is stated which is passed over.
+    pub fn finish(self, hint: Option<&str>) -> Result<Mesh, Diagnostic> {
         let mut mesh = self.mesh;
         if mesh.nodes.is_empty() {
             return Err(Diagnostic::in_file(self.file, "there is no node in this file"));
         }
+        if !self.passed.is_empty() {
+            let what = format!("passed over: {}", self.passed.join(", "));
+            let about = Diagnostic::warning(code::FILE_CONTENT, what).at(Place::file(self.file));
+            mesh.warnings.push(about.try_if(hint.map(str::to_owned)));
+        }
         let [nodes, elements] = self.groups;
         mesh.node_groups = nodes.finish().map(|(name, nodes)| Group { name, nodes }).collect();
-        mesh.element_groups =
-            elements.finish().map(|(name, elements)| ElementGroup { name, elements }).collect();
+        let elements = elements.finish().map(|(name, elements)| ElementGroup { name, elements });
+        mesh.element_groups = elements.collect();
         mesh.name_nodes();
         Ok(mesh)
     }

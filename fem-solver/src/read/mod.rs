@@ -114,6 +114,16 @@ pub fn parse(file: &str, format: Format, bytes: &[u8]) -> Result<Mesh, Diagnosti
     format.parse(file, &text)
 }
 
+/// An error about `key` of `scene`: what is wrong there, and what to try instead.
+pub(crate) fn refuse<T>(
+    scene: &Scene,
+    key: &str,
+    what: impl Into<String>,
+    hint: impl Into<String>,
+) -> Result<T, Diagnostic> {
+    Err(scene.invalid(key, what).try_instead(hint))
+}
+
 /// `value` must be finite and lie above 0.
 pub(crate) fn positive(scene: &Scene, key: &str, value: f64, unit: &str) -> Result<(), Diagnostic> {
     if value > 0.0 && value.is_finite() {

@@ -39,68 +39,54 @@ pub fn parse(file: &str, text: &str) -> Result<Mesh, Diagnostic> {
         entities: HashMap::new(),
         written: HashMap::new(),
     };
-    let mut passed: Vec<&str> = Vec::new();
     while let Some(section) = t.next_word() {
         match (section, version) {
             ("$PhysicalNames", _) => reader.physical_names(&mut t)?,
-            ("$Entities", Version::V41) => reader.entities(&mut t)?,
-            ("$Nodes", Version::V41) => reader.nodes_41(&mut t)?,
-            ("$Elements", Version::V41) => reader.elements_41(&mut t)?,
-            ("$Nodes", Version::V22) => reader.nodes_22(&mut t)?,
-            ("$Elements", Version::V22) => reader.elements_22(&mut t)?,
+            ("$Entities", V41) => reader.entities(&mut t)?,
+            ("$Nodes", V41) => reader.nodes_41(&mut t)?,
+            ("$Elements", V41) => reader.elements_41(&mut t)?,
+            ("$Nodes", _) => reader.nodes_22(&mut t)?,
+            ("$Elements", _) => reader.elements_22(&mut t)?,
             ("$PartitionedEntities", _) => {
-                return Err(t
-                    .error("this mesh is cut into partitions")
-                    .try_instead("save it without them (in Gmsh: Mesh > Unpartition)"));
+                let hint = "save it without them (in Gmsh: Mesh > Unpartition)";
+                return Err(t.error("this mesh is cut into partitions").try_instead(hint));
             }
             _ if !section.starts_with('$') || section.starts_with("$End") => {
-                return Err(
-                    t.error(format!("a section ($Nodes, ...) should begin here, found {}", shown(section)))
-                );
+                let what = format!("a section ($Nodes, ...) should begin here, found {}", shown(section));
+                return Err(t.error(what));
             }
             _ => {
                 skip(&mut t, file, section)?;
-                if section != "$Comments" && !passed.contains(&section) && passed.len() < 10 {
-                    passed.push(section);
+                if section != "$Comments" {
+                    reader.builder.pass_over(section);
                 }
             }
         }
     }
-    let passed: Vec<String> = passed.iter().map(ToString::to_string).collect();
-    reader.builder.passed_over(&passed, None);
-    reader.builder.finish()
+    reader.builder.finish(None)
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Version {
-    V22,
-    V41,
-}
+const V22: &str = "2.2";
+const V41: &str = "4.1";
 
-fn header(t: &mut Tokens) -> Result<Version, Diagnostic> {
-    match t.next_word() {
-        Some("$MeshFormat") => {}
-        Some("$NOD") => return Err(t.error("this is a mesh of version 1").try_instead(SAVE_AS)),
+/// The version, one of those two.
+fn header<'a>(t: &mut Tokens<'a>) -> Result<&'a str, Diagnostic> {
+    let what = match t.next_word() {
+        Some("$MeshFormat") => match t.word("the version")? {
+            version @ (V22 | V41) if t.whole("the file type")? == 0 => {
+                t.whole("the data size")?;
+                t.expect("$EndMeshFormat")?;
+                return Ok(version);
+            }
+            V22 | V41 => "only ASCII (file type 0) is read".into(),
+            other => format!("meshes of version 2.2 and 4.1 are read, this one says {}", shown(other)),
+        },
+        Some("$NOD") => "this is a mesh of version 1".into(),
         found => {
-            let what =
-                format!("a Gmsh mesh begins with $MeshFormat, this file with {}", shown(found.unwrap_or("")));
-            return Err(t.error(what).try_instead(SAVE_AS));
-        }
-    }
-    let version = match t.word("the version")? {
-        "2.2" => Version::V22,
-        "4.1" => Version::V41,
-        other => {
-            let what = format!("meshes of version 2.2 and 4.1 are read, this one says {}", shown(other));
-            return Err(t.error(what).try_instead(SAVE_AS));
+            format!("a Gmsh mesh begins with $MeshFormat, this file with {}", shown(found.unwrap_or("")))
         }
     };
-    if t.whole("the file type")? != 0 {
-        return Err(t.error("only ASCII (file type 0) is read").try_instead(SAVE_AS));
-    }
-    t.whole("the data size")?;
-    t.expect("$EndMeshFormat")?;
-    Ok(version)
+    Err(t.error(what).try_instead(SAVE_AS))
 }
 
 /// Pass over a section up to the line that ends it.
@@ -122,32 +108,25 @@ fn dimension(dim: u64) -> Option<&'static str> {
     ["point", "curve", "surface", "volume"].get(usize::try_from(dim).ok()?).copied()
 }
 
-/// A shape that is read, by its number in Gmsh, and its dimension.
-fn shape(number: u64) -> Option<(Kind, u64)> {
-    Some(match number {
-        15 => (Kind::Point, 0),
-        1 => (Kind::Line2, 1),
-        8 => (Kind::Line3, 1),
-        2 => (Kind::Tri3, 2),
-        9 => (Kind::Tri6, 2),
-        3 => (Kind::Quad4, 2),
-        _ => return None,
-    })
-}
-
-fn known_shape(t: &Tokens, number: u64) -> Result<(Kind, u64), Diagnostic> {
-    shape(number).ok_or_else(|| {
-        let name = match number {
-            4 | 11 => " (tetrahedron)",
-            5 | 12 | 17 => " (hexahedron)",
-            6 | 13 | 18 => " (prism)",
-            7 | 14 | 19 => " (pyramid)",
-            10 | 16 => " (quadrilateral of second order)",
-            _ => "",
-        };
-        t.error(format!("elements of type {number}{name} are not read"))
-            .try_instead("a structure is made of points, lines, triangles (both of order 1 and 2) and quadrilaterals of order 1; save only those, in physical groups")
-    })
+/// The shape with a number of Gmsh, and its dimension.
+fn shape(t: &Tokens, number: u64) -> Result<(Kind, u64), Diagnostic> {
+    let name = match number {
+        15 => return Ok((Kind::Point, 0)),
+        1 => return Ok((Kind::Line2, 1)),
+        8 => return Ok((Kind::Line3, 1)),
+        2 => return Ok((Kind::Tri3, 2)),
+        9 => return Ok((Kind::Tri6, 2)),
+        3 => return Ok((Kind::Quad4, 2)),
+        4 | 11 => " (tetrahedron)",
+        5 | 12 | 17 => " (hexahedron)",
+        6 | 13 | 18 => " (prism)",
+        7 | 14 | 19 => " (pyramid)",
+        10 | 16 => " (quadrilateral of second order)",
+        _ => "",
+    };
+    let hint = "a structure is made of points, lines, triangles (both of order 1 and 2) and quadrilaterals of order 1; \
+                save only those, in physical groups";
+    Err(t.error(format!("elements of type {number}{name} are not read")).try_instead(hint))
 }
 
 struct MshReader<'a> {
@@ -156,8 +135,9 @@ struct MshReader<'a> {
     names: HashMap<(u64, i64), String>,
     /// Physical groups of an entity (4.1), by dimension and number.
     entities: HashMap<(u64, i64), Vec<i64>>,
-    /// What version 2.2 says of entities, by shape and number.
-    written: HashMap<(Kind, i64), Written>,
+    /// Elements of version 2.2 by shape, entity and nodes, with the physical group that they were first written for: one that
+    /// is in two groups is written twice.
+    written: HashMap<(Kind, i64, Vec<u32>), (u32, i64)>,
 }
 
 impl MshReader<'_> {
@@ -249,21 +229,18 @@ impl MshReader<'_> {
         for _ in 0..3 {
             t.whole("a count of elements")?;
         }
-        let mut groups = Vec::new();
         for _ in 0..blocks {
             let dim = t.whole("the dimension of an element block")?;
             let tag = t.signed("the entity of an element block")?;
             let kind = t.whole("the type of an element block")?;
-            let (kind, _) = known_shape(t, kind)?;
-            groups.clear();
-            for physical in self.entities.get(&(dim, tag)).into_iter().flatten() {
-                groups.push(group(&mut self.builder, &self.names, dim, *physical));
-            }
+            let (kind, _) = shape(t, kind)?;
+            let physical = self.entities.get(&(dim, tag)).cloned().unwrap_or_default();
+            let groups: Vec<usize> = physical.into_iter().map(|number| self.group(dim, number)).collect();
             for _ in 0..t.whole("the number of elements of a block")? {
                 let number = t.whole("the number of an element")?;
                 let line = t.line();
-                let (nodes, count) = self.nodes_of(t, number, kind)?;
-                let element = self.builder.element(line, number, kind, &nodes[..count])?;
+                let nodes = self.nodes_of(t, number, kind)?;
+                let element = self.builder.element(line, number, kind, &nodes)?;
                 for group in &groups {
                     self.builder.add(line, Of::Elements, *group, element)?;
                 }
@@ -277,98 +254,43 @@ impl MshReader<'_> {
             let number = t.whole("the number of an element")?;
             let line = t.line();
             let kind = t.whole("the type of an element")?;
-            let (kind, dim) = known_shape(t, kind)?;
-            let (mut physical, mut entity) = (0, 0);
+            let (kind, dim) = shape(t, kind)?;
+            let mut tags = [0, 0];
             for tag in 0..t.whole("the number of tags of an element")? {
-                match (tag, t.signed("a tag of an element")?) {
-                    (0, value) => physical = value,
-                    (1, value) => entity = value,
-                    _ => {}
-                }
+                let value = t.signed("a tag of an element")?;
+                tags.iter_mut().skip(tag as usize).take(1).for_each(|own| *own = value);
             }
-            let (nodes, count) = self.nodes_of(t, number, kind)?;
-            let written = self.written.entry((kind, entity)).or_default();
-            let twin = if entity == 0 { None } else { written.twin(&self.builder, physical, &nodes) };
-            let element = match twin {
-                Some(element) => element,
-                None => {
-                    let element = self.builder.element(line, number, kind, &nodes[..count])?;
-                    written.push(element, &nodes);
+            let [physical, entity] = tags;
+            let nodes = self.nodes_of(t, number, kind)?;
+            let key = (kind, entity, nodes);
+            let element = match self.written.get(&key) {
+                Some((element, other)) if entity != 0 && *other != physical => *element,
+                _ => {
+                    let element = self.builder.element(line, number, kind, &key.2)?;
+                    self.written.insert(key, (element, physical));
                     element
                 }
             };
             if physical != 0 {
-                let group = group(&mut self.builder, &self.names, dim, physical);
+                let group = self.group(dim, physical);
                 self.builder.add(line, Of::Elements, group, element)?;
             }
         }
         t.expect("$EndElements")
     }
 
-    fn nodes_of(&self, t: &mut Tokens, number: u64, kind: Kind) -> Result<([u32; 6], usize), Diagnostic> {
-        let mut nodes = [u32::MAX; 6];
+    fn nodes_of(&self, t: &mut Tokens, number: u64, kind: Kind) -> Result<Vec<u32>, Diagnostic> {
         let count = kind.node_count().expect("shapes of Gmsh have a fixed number of nodes");
-        for node in &mut nodes[..count] {
-            let named = t.whole("a node of an element")?;
-            *node = self.builder.at(t.line(), Of::Nodes, named, format_args!("element {number}"))?;
-        }
-        Ok((nodes, count))
-    }
-}
-
-/// The group of a physical number; a negative one stands for the same, run through backwards.
-fn group(builder: &mut Builder, names: &HashMap<(u64, i64), String>, dim: u64, physical: i64) -> usize {
-    let number = physical.saturating_abs();
-    match names.get(&(dim, number)) {
-        Some(name) => builder.group(Of::Elements, name, name),
-        None => {
-            let name = format!("{} {number}", dimension(dim).unwrap_or("entity"));
-            builder.group(Of::Elements, &name, &name)
-        }
-    }
-}
-
-/// Elements of one entity and shape in version 2.2, which writes an element that is in two physical
-/// groups twice.
-#[derive(Default)]
-struct Written {
-    /// Physical group of the first.
-    physical: i64,
-    elements: Vec<u32>,
-    /// Elements by their nodes, from where a second physical group appears.
-    by_nodes: Option<HashMap<[u32; 6], u32>>,
-}
-
-impl Written {
-    /// The element with these nodes that was written for another physical group.
-    fn twin(&mut self, builder: &Builder, physical: i64, nodes: &[u32; 6]) -> Option<u32> {
-        if self.elements.is_empty() {
-            self.physical = physical;
-        }
-        if self.by_nodes.is_none() {
-            if self.physical == physical {
-                return None;
-            }
-            let key = |element: &u32| (padded(builder.nodes_of(*element)), *element);
-            self.by_nodes = Some(self.elements.iter().map(key).collect());
-        }
-        self.by_nodes.as_ref()?.get(nodes).copied()
+        self.builder.nodes(t, count, "a node of an element", format_args!("element {number}"))
     }
 
-    /// Append an element that has no twin.
-    fn push(&mut self, element: u32, nodes: &[u32; 6]) {
-        self.elements.push(element);
-        if let Some(by_nodes) = &mut self.by_nodes {
-            by_nodes.insert(*nodes, element);
-        }
+    /// The group of a physical number; a negative one stands for the same, run through backwards.
+    fn group(&mut self, dim: u64, physical: i64) -> usize {
+        let number = physical.saturating_abs();
+        let unnamed = || format!("{} {number}", dimension(dim).unwrap_or("entity"));
+        let name = self.names.get(&(dim, number)).cloned().unwrap_or_else(unnamed);
+        self.builder.group(Of::Elements, &name, &name)
     }
-}
-
-/// Nodes of an element as a key of one size.
-fn padded(nodes: &[u32]) -> [u32; 6] {
-    let mut all = [u32::MAX; 6];
-    all[..nodes.len()].copy_from_slice(nodes);
-    all
 }
 
 #[cfg(test)]

@@ -16,111 +16,99 @@ pub fn shown(word: &str) -> String {
 
 /// A finite number, also as Fortran writes it (`1.5D-3`).
 pub fn real(word: &str) -> Option<f64> {
-    let value = match word.parse::<f64>() {
-        Ok(value) => Ok(value),
-        Err(_) => word.replace(['d', 'D'], "e").parse(),
-    };
-    value.ok().filter(|v| v.is_finite())
+    let value = word.parse().or_else(|_| word.replace(['d', 'D'], "e").parse());
+    value.ok().filter(|v: &f64| v.is_finite())
+}
+
+/// A text with blanks in place of comments as C++ has them, `//` and `/* */`; lines stay where they are.
+pub fn without_comments(text: &str) -> String {
+    let (mut kept, mut rest) = (String::with_capacity(text.len()), text);
+    while let Some(begin) = rest.as_bytes().windows(2).position(|mark| matches!(mark, b"//" | b"/*")) {
+        let (before, comment) = rest.split_at(begin);
+        let end = match comment.starts_with("//") {
+            true => comment.find('\n'),
+            false => comment[2..].find("*/").map(|end| end + 4),
+        };
+        let (comment, behind) = comment.split_at(end.unwrap_or(comment.len()));
+        kept.push_str(before);
+        kept.extend(comment.chars().map(|c| if c == '\n' { c } else { ' ' }));
+        rest = behind;
+    }
+    kept + rest
+}
+
+fn lines(text: &str) -> usize {
+    text.bytes().filter(|b| *b == b'\n').count()
 }
 
 /// The words of a text, one after the other.
 #[derive(Debug, Clone)]
 pub struct Tokens<'a> {
     file: &'a str,
-    text: &'a str,
-    at: usize,
-    /// Line at `at`, from 1.
-    here: usize,
-    /// Line of the last word.
+    /// What is left.
+    rest: &'a str,
+    /// Line of the last word, from 1.
     line: usize,
-    /// Whether `//` and `/* */` are comments.
-    comments: bool,
 }
 
 impl<'a> Tokens<'a> {
     /// Words between white space.
     pub fn new(file: &'a str, text: &'a str) -> Self {
-        Self { file, text, at: 0, here: 1, line: 1, comments: false }
-    }
-
-    /// The same, without comments as C++ has them.
-    pub fn without_comments(file: &'a str, text: &'a str) -> Self {
-        Self { comments: true, ..Self::new(file, text) }
+        Self { file, rest: text, line: 1 }
     }
 
     /// The next word, or `None` at the end of the file.
     pub fn next_word(&mut self) -> Option<&'a str> {
-        let bytes = self.text.as_bytes();
-        loop {
-            match bytes.get(self.at)? {
-                b'\n' => {
-                    self.here += 1;
-                    self.at += 1;
-                }
-                b if b.is_ascii_whitespace() => self.at += 1,
-                b'/' if self.comments && self.comment_starts(self.at) => self.skip_comment(),
-                _ => break,
-            }
+        let found = self.rest.trim_ascii_start();
+        if found.is_empty() {
+            return None;
         }
-        let start = self.at;
-        while let Some(b) = bytes.get(self.at)
-            && !b.is_ascii_whitespace()
-            && !(self.comments && self.comment_starts(self.at))
-        {
-            self.at += 1;
-        }
-        self.line = self.here;
-        Some(&self.text[start..self.at])
-    }
-
-    fn comment_starts(&self, at: usize) -> bool {
-        let bytes = self.text.as_bytes();
-        bytes[at] == b'/' && matches!(bytes.get(at + 1), Some(b'/' | b'*'))
-    }
-
-    fn skip_comment(&mut self) {
-        let rest = &self.text[self.at..];
-        let length = if rest.starts_with("//") {
-            rest.find('\n').unwrap_or(rest.len())
-        } else {
-            rest[2..].find("*/").map_or(rest.len(), |end| end + 4)
-        };
-        self.here += rest.as_bytes()[..length].iter().filter(|b| **b == b'\n').count();
-        self.at += length;
+        self.line += lines(&self.rest[..self.rest.len() - found.len()]);
+        let end = found.bytes().position(|b| b.is_ascii_whitespace()).unwrap_or(found.len());
+        let (word, rest) = found.split_at(end);
+        self.rest = rest;
+        Some(word)
     }
 
     /// The rest of the line at hand; the next word is on a later one.
     pub fn rest_of_line(&mut self) -> &'a str {
-        let rest = &self.text[self.at..];
-        let end = rest.find('\n').unwrap_or(rest.len());
-        self.at += end;
-        rest[..end].trim()
+        let (line, rest) = self.rest.split_at(self.rest.find('\n').unwrap_or(self.rest.len()));
+        self.rest = rest;
+        line.trim()
     }
 
     /// The next word; at the end of the file an error that says `what` was expected.
     pub fn word(&mut self, what: &str) -> Result<&'a str, Diagnostic> {
         self.next_word().ok_or_else(|| {
-            error(self.file, self.here, format!("the file ends where {what} is expected"))
+            let end = self.line + lines(self.rest);
+            error(self.file, end, format!("the file ends where {what} is expected"))
                 .try_instead("it seems to be cut off: save it anew")
         })
     }
 
+    fn parsed<T>(
+        &mut self,
+        what: &str,
+        kind: &str,
+        parse: impl Fn(&str) -> Option<T>,
+    ) -> Result<T, Diagnostic> {
+        let word = self.word(what)?;
+        parse(word).ok_or_else(|| self.error(format!("{what} should be {kind}, found {}", shown(word))))
+    }
+
     /// The next word as a whole number, not negative.
     pub fn whole(&mut self, what: &str) -> Result<u64, Diagnostic> {
-        let word = self.word(what)?;
-        word.parse().map_err(|_| self.expected(what, "a whole number", word))
+        self.parsed(what, "a whole number", |word| word.parse().ok())
     }
 
     /// The next word as a whole number of either sign.
     pub fn signed(&mut self, what: &str) -> Result<i64, Diagnostic> {
-        let word = self.word(what)?;
-        word.parse().map_err(|_| self.expected(what, "a whole number", word))
+        self.parsed(what, "a whole number", |word| word.parse().ok())
     }
 
     /// The next word as a finite number.
     pub fn real(&mut self, what: &str) -> Result<f64, Diagnostic> {
-        let word = self.word(what)?;
-        real(word).ok_or_else(|| self.expected(what, "a finite number", word))
+        self.parsed(what, "a finite number", real)
     }
 
     /// The next three words as the place of a node [m].
@@ -138,18 +126,9 @@ impl<'a> Tokens<'a> {
         Err(self.error(format!("`{word}` is expected here, found {}", shown(found))))
     }
 
-    fn expected(&self, what: &str, kind: &str, found: &str) -> Diagnostic {
-        self.error(format!("{what} should be {kind}, found {}", shown(found)))
-    }
-
     /// An error at the last word.
     pub fn error(&self, what: impl Into<String>) -> Diagnostic {
         error(self.file, self.line, what)
-    }
-
-    /// Name of the file.
-    pub fn file(&self) -> &'a str {
-        self.file
     }
 
     /// Line of the last word.
@@ -164,7 +143,8 @@ mod tests {
 
     #[test]
     fn words_know_their_lines_across_comments() {
-        let mut t = Tokens::without_comments("f", "a// b\n /* c\nd */ e/f g//\nh");
+        let text = without_comments("a// b\n /* c\nd */ e/f g//\nh");
+        let mut t = Tokens::new("f", &text);
         let mut seen = Vec::new();
         while let Some(word) = t.next_word() {
             seen.push((word, t.line()));

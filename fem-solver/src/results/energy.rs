@@ -42,16 +42,12 @@ impl Energies {
             kinds.push(("energy_loads_fem", Role::Potential));
         }
         let energies = kinds.into_iter().map(|(name, role)| Gauge { role, ..Gauge::new(name, "J") });
-        let path: &[&str] =
-            if model.live_load.is_empty() { &[] } else { &["load_factor", "negative_pivots"] };
-        let ground: &[&str] = if model.ground.is_empty() {
-            &[]
-        } else {
-            &["ground_force_x", "ground_force_y", "ground_force_z"]
-        };
-        let energies =
-            energies.chain(ground.iter().map(|name| Gauge { extremes: true, ..Gauge::new(*name, "N") }));
-        energies.chain(path.iter().map(|name| Gauge { extremes: true, ..Gauge::new(*name, "1") })).collect()
+        let ground = ["ground_force_x", "ground_force_y", "ground_force_z"].map(|name| (name, "N"));
+        let path = [("load_factor", "1"), ("negative_pivots", "1")];
+        let ground = ground.into_iter().filter(|_| !model.ground.is_empty());
+        let others = ground.chain(path.into_iter().filter(|_| !model.live_load.is_empty()));
+        let others = others.map(|(name, unit)| Gauge { extremes: true, ..Gauge::new(name, unit) });
+        energies.chain(others).collect()
     }
 
     /// The energies of `state` [J]: kinetic, potential, stored, dissipated, received, and what moving
@@ -62,13 +58,8 @@ impl Energies {
         let potential = -dot(&model.dead_load, u);
         let elements = internal.energy(model, u, &state.history);
         to.clear();
-        to.extend([
-            kinetic,
-            potential,
-            elements.stored,
-            state.dissipated + elements.dissipated,
-            state.received,
-        ]);
+        let dissipated = state.dissipated + elements.dissipated;
+        to.extend([kinetic, potential, elements.stored, dissipated, state.received]);
         if self.moving_supports {
             to.push(-state.support_work);
         }

@@ -6,8 +6,9 @@
 //! nothing else closes the gap, the rope is missing in that field, and the height of the field is 0.
 
 use crate::config::GaugeConfig;
-use crate::config::structure::Where;
+
 use crate::model::Model;
+use crate::read::refuse;
 use crate::state::State;
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::{Matrix3, Vector3};
@@ -72,16 +73,10 @@ impl Height {
         gauge: &GaugeConfig,
     ) -> Result<Self, Diagnostic> {
         let Some(below) = gauge.above.as_deref() else {
-            return Err(scene
-                .invalid(
-                    key,
-                    format!("the gauge `{}` does not say above what its height is taken", gauge.name),
-                )
-                .try_instead("add above = \"name of a group\""));
+            let what = format!("the gauge `{}` does not say above what its height is taken", gauge.name);
+            return refuse(scene, key, what, "add above = \"name of a group\"");
         };
-        let group =
-            |key: &str, name| model.place(scene, key, Where { nodes: None, group: Some(name), at: None });
-        let above = group(&format!("{key}.above"), below)?;
+        let above = model.group(scene, &format!("{key}.above.group"), below)?;
         let normal = normal(scene, key, model, gauge)?;
         let fields = match gauge.posts.as_deref() {
             None => None,
@@ -91,20 +86,23 @@ impl Height {
                 if gauge.at.is_some() {
                     let what =
                         format!("the gauge `{}` is at a point: no rope is above the other", gauge.name);
-                    return Err(scene.invalid(&key, what).try_instead(
-                        "group = \"name of the upper rope\" in place of `at`, or leave out posts",
-                    ));
+                    let hint = "group = \"name of the upper rope\" in place of `at`, or leave out posts";
+                    return refuse(scene, &key, what, hint);
                 }
                 let ropes = [(gauge.group.as_deref(), &nodes), (Some(below), &above)]
                     .map(|(name, nodes)| lines(model, name, nodes));
-                let fields = BarrierFields::new(model, &group(&key, name)?, &normal, ropes);
+                let fields = BarrierFields::new(
+                    model,
+                    &model.group(scene, &format!("{key}.group"), name)?,
+                    &normal,
+                    ropes,
+                );
                 if fields.posts.len() < 2 {
                     let what = format!(
                         "the nodes of `{name}` stand at one place along the barrier: there is no field between them"
                     );
-                    return Err(scene.invalid(&key, what).try_instead(
-                        "a group with nodes of each post, as \"posts\" of the generated barrier",
-                    ));
+                    let hint = "a group with nodes of each post, as \"posts\" of the generated barrier";
+                    return refuse(scene, &key, what, hint);
                 }
                 fields.check(
                     scene,

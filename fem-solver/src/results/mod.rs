@@ -3,12 +3,11 @@
 //! - [`record`]: reactions and their largest values, of every step; [`moving_mean`]: the mean over 1 ms
 //! - [`probe`], [`height`]: gauges
 //! - [`energy`]: energies of a state
-//! - [`fields`], [`legend`]: the structure as VTU files, and what the numbers in them mean
+//! - [`fields`]: the structure as VTU files, and what the numbers in them mean
 
 pub mod energy;
 pub mod fields;
 pub mod height;
-pub mod legend;
 pub mod moving_mean;
 pub mod probe;
 pub mod record;

@@ -3,6 +3,7 @@
 use crate::config::{GaugeConfig, Quantity};
 use crate::internal_force::assembly::Assembly;
 use crate::model::Model;
+use crate::read::refuse;
 use crate::results::height::Height;
 use crate::results::moving_mean::{MovingMean, Sample};
 use crate::results::probe::Probe;
@@ -21,18 +22,14 @@ struct Supports {
 }
 
 impl Supports {
-    fn of(model: &Model, nodes: impl Fn(usize) -> bool) -> Self {
+    fn of(model: &Model) -> Self {
         let n = model.node_count();
         let springs = model.spring_dofs();
         let until = |dof: usize| model.until.get(dof).copied().filter(|t| t.is_finite()).map(|t| (dof, t));
         Self {
-            until: [0, 1, 2]
-                .map(|c| (0..n).filter(|i| nodes(*i)).filter_map(|i| until(model.dof(i, c))).collect()),
-            held: [0, 1, 2].map(|c| {
-                (0..n).filter(|i| nodes(*i)).map(|i| model.dof(i, c)).filter(|dof| model.held[*dof]).collect()
-            }),
-            springs: [0, 1, 2]
-                .map(|c| springs.iter().copied().filter(|(dof, _)| dof / n == c && nodes(dof % n)).collect()),
+            until: [0, 1, 2].map(|c| (0..n).filter_map(|i| until(model.dof(i, c))).collect()),
+            held: [0, 1, 2].map(|c| (0..n).map(|i| model.dof(i, c)).filter(|dof| model.held[*dof]).collect()),
+            springs: [0, 1, 2].map(|c| springs.iter().copied().filter(|(dof, _)| dof / n == c).collect()),
         }
     }
 
@@ -107,13 +104,12 @@ impl Recorder {
         let mut probes = Probes { probes: Vec::new(), slots: Vec::new(), count: 0 };
         for (i, gauge) in gauges.iter().enumerate() {
             let key = format!("gauge.{i}");
-            if gauge.name.is_empty()
-                || gauges[..i].iter().any(|g| g.name == gauge.name && g.quantity == gauge.quantity)
-            {
-                let what = format!("the gauge `{}` needs a name of its own", gauge.name);
-                return Err(scene
-                    .invalid(&format!("{key}.name"), what)
-                    .try_instead("its columns in history.csv begin with it, as name = \"middle_2\""));
+            let name = &gauge.name;
+            let taken = |g: &GaugeConfig| g.name == *name && g.quantity == gauge.quantity;
+            if name.is_empty() || gauges[..i].iter().any(taken) {
+                let what = format!("the gauge `{name}` needs a name of its own");
+                let hint = "its columns in history.csv begin with it, as name = \"middle_2\"";
+                return refuse(scene, &format!("{key}.name"), what, hint);
             }
             let of_heights = [
                 ("above", gauge.above.is_some()),
@@ -123,22 +119,18 @@ impl Recorder {
             if gauge.quantity != Quantity::Height
                 && let Some((word, _)) = of_heights.iter().find(|(_, stated)| *stated)
             {
-                let what =
-                    format!("`{word}` is for quantity = \"height\", not for the gauge `{}`", gauge.name);
+                let what = format!("`{word}` is for quantity = \"height\", not for the gauge `{name}`");
                 return Err(scene.invalid(&format!("{key}.{word}"), what));
             }
             if gauge.group.is_none() == gauge.at.is_none() {
-                return Err(
-                    scene.invalid(&key, "a gauge is at a point or of a group: write one of at, group")
-                );
+                let what = "a gauge is at a point or of a group: write one of at, group";
+                return Err(scene.invalid(&key, what));
             }
             let probe = Probe::of(scene, &key, model, gauge)?;
             for (own, slot) in probe.declared(&gauge.name) {
                 if declared.iter().any(|d| d.name == own.name) {
                     let what = format!("two gauges give the column `{}`", own.name);
-                    return Err(scene
-                        .invalid(&format!("{key}.name"), what)
-                        .try_instead("give this gauge another name"));
+                    return refuse(scene, &format!("{key}.name"), what, "give this gauge another name");
                 }
                 declared.push(own);
                 probes.slots.push(probes.count + slot);
@@ -152,7 +144,7 @@ impl Recorder {
     /// A recorder that starts at t = 0 with the displacements `origin`, where load and elements
     /// leave `force` to the supports; memory for `samples` steps within 1 ms and a window.
     pub fn new(model: &Model, probes: &Probes, origin: &[f64], force: &[f64], samples: usize) -> Self {
-        let total = Supports::of(model, |_| true);
+        let total = Supports::of(model);
         let at_rest = total.reaction(force, origin, f64::NEG_INFINITY);
         let impulses = |p: &Probe| if matches!(p, Probe::Force(_)) { 1 + p.members() } else { 0 };
         let impulses = 1 + probes.probes.iter().map(impulses).sum::<usize>();

@@ -1,8 +1,6 @@
 //! The structure as a [`Solver`]: the contract's verbs, and nothing else.
 
-mod broken;
 pub mod check;
-mod kept;
 pub mod reference;
 pub mod site;
 
@@ -13,16 +11,15 @@ use crate::equilibrium::newton::Info;
 use crate::integrator::interface_force::{Loads, MOST_SAMPLES, Needs};
 use crate::integrator::local;
 use crate::integrator::start::Start;
-use crate::integrator::window::{Exchange, WindowSolver};
+use crate::integrator::window::{Exchange, KeptWindows, WindowSolver, other_structure};
 use crate::internal_force::assembly::Event;
 use crate::internal_force::tangent::scale_masses;
 use crate::model::Model;
 use crate::results::energy::Energies;
-use crate::results::fields::Fields;
+use crate::results::fields::{Fields, KeptFields};
 use crate::results::record::{Probes, Recorder};
 use crate::state::inherited::{End, Inherited};
-use crate::state::{Critical, CriticalKind, Peak, State};
-use broken::BrokenLines;
+use crate::state::{Critical, Peak, State};
 use interface_defs::diagnostic::{Diagnostic, Place, Severity, code};
 use interface_defs::field::{self, FieldSpec, Sampling, name};
 use interface_defs::mesh::InterfaceMesh;
@@ -32,7 +29,10 @@ use interface_defs::message::{
 use interface_defs::selection::Selection;
 use interface_defs::solver::{OnProgress, Solver, Window};
 use interface_defs::verdict::Torn;
-use kept::Kept;
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
+
+use toolkit::checkpoint::{pack, unpack};
 use toolkit::output::Output;
 use toolkit::program::Options;
 use toolkit::run_dir;
@@ -171,16 +171,18 @@ impl FemSolver {
         windows.initial(&self.model, &mut initial);
         let mut fields = match (&self.options.out, self.field_interval) {
             (Some(out), Some(interval)) => {
-                Some(Fields::create(&out.join(run_dir::FIELDS), interval, &mesh, &self.model)?)
+                let fields = Fields::create(&out.join(run_dir::FIELDS), interval, &mesh, &self.model);
+                Some(fields.map_err(unwritten)?)
             }
             _ => None,
         };
         if let (Some(fields), None) = (&mut fields, &resume) {
-            fields.offer(&self.model, &mesh, &windows.origin, &windows.committed, 0.0)?;
+            let first = fields.offer(&self.model, &mesh, &windows.origin, &windows.committed, 0.0);
+            first.map_err(unwritten)?;
         }
         let broken = windows.place(name::BROKEN).map(|_| BrokenLines::new(&self.model));
         let touched = !plan.takes.is_empty();
-        let torn = self.inherited.as_ref().map_or(Vec::new(), Inherited::torn);
+        let torn = self.inherited.as_ref().map_or(Vec::new(), |from| from.end.torn.clone());
         let mut prepared = Prepared {
             form,
             windows,
@@ -219,31 +221,25 @@ impl FemSolver {
 
     /// Refuse a plan that asks for what this solver has not declared.
     fn check_plan(&self, plan: &Plan) -> Result<(), Fault> {
-        let known = |fields: &[FieldSpec], asked: &FieldSpec, force: bool| {
-            let fits = |f: &FieldSpec| {
-                (&f.name, f.components, f.place) == (&asked.name, asked.components, asked.place)
-            };
-            fields.iter().any(|f| fits(f) && (f.sampling == asked.sampling || force))
-                && (1..=MOST_SAMPLES).contains(&asked.samples)
+        let known = |fields: &[FieldSpec], asked: &FieldSpec, any_sampling: bool| {
+            let what = |f: &FieldSpec| (f.name.clone(), f.components, f.place);
+            let fits =
+                |f: &FieldSpec| what(f) == what(asked) && (any_sampling || f.sampling == asked.sampling);
+            fields.iter().any(fits) && (1..=MOST_SAMPLES).contains(&asked.samples)
         };
         let hello = self.hello();
-        for asked in &plan.gives {
-            if !known(&hello.gives, asked, false) {
-                return Err(Fault::input(format!("fem-solver cannot give the field {asked:?}")));
-            }
+        if let Some(asked) = plan.gives.iter().find(|asked| !known(&hello.gives, asked, false)) {
+            return Err(Fault::input(format!("fem-solver cannot give the field {asked:?}")));
         }
         if self.config.fem.path_speed.is_some() && !plan.takes.is_empty() {
-            return Err(Fault::input(
-                "fem.path_speed follows a path of equilibrium, which no force from outside acts on",
-            ));
+            let what = "fem.path_speed follows a path of equilibrium, which no force from outside acts on";
+            return Err(Fault::input(what));
         }
-        for asked in &plan.takes {
-            let kind = matches!(asked.sampling, Sampling::Means | Sampling::AtEnds);
-            if !known(&hello.takes, asked, kind) {
-                return Err(Fault::input(format!("fem-solver cannot take the field {asked:?}")));
-            }
+        let means = |asked: &FieldSpec| matches!(asked.sampling, Sampling::Means | Sampling::AtEnds);
+        match plan.takes.iter().find(|asked| !known(&hello.takes, asked, means(asked))) {
+            Some(asked) => Err(Fault::input(format!("fem-solver cannot take the field {asked:?}"))),
+            None => Ok(()),
         }
-        Ok(())
     }
 }
 
@@ -267,13 +263,9 @@ fn ruptures(model: &Model, events: &[Event]) -> Vec<Diagnostic> {
 
 /// That something was torn before the run.
 fn torn_before(count: usize) -> Option<Diagnostic> {
-    let were = match count {
-        0 => return None,
-        1 => "1 element was".to_owned(),
-        _ => format!("{count} elements were"),
-    };
+    let were = if count == 1 { "1 element was".to_owned() } else { format!("{count} elements were") };
     let what = format!("{were} torn before, in the run that this one starts from");
-    Some(Diagnostic::warning(code::RUPTURE, what))
+    (count > 0).then(|| Diagnostic::warning(code::RUPTURE, what))
 }
 
 /// What tore of each part, in the order of its first rupture; `None` where nothing can.
@@ -304,35 +296,26 @@ fn torn(model: &Model, events: &[Event]) -> Option<Vec<Torn>> {
 /// The limit points and branch points of a path, and the first of them.
 fn critical_loads(state: &State) -> Vec<Measure> {
     let measure = |name: String, point: &Critical| Measure::new(name, point.factor, "1").at(point.time);
+    let first = state.critical.first().map(|point| measure("critical_load_factor".into(), point));
     let mut counts = [0, 0];
-    let mut measures: Vec<_> =
-        state.critical.first().map(|p| measure("critical_load_factor".into(), p)).into_iter().collect();
-    for point in &state.critical {
-        let (kind, count) = match point.kind {
-            CriticalKind::Limit => ("limit", &mut counts[0]),
-            CriticalKind::Branch => ("branch", &mut counts[1]),
-        };
+    let all = state.critical.iter().map(|point| {
+        let count = &mut counts[point.kind as usize];
         *count += 1;
-        measures.push(measure(format!("{kind}_point_{count}"), point));
-    }
-    measures
+        measure(format!("{}_point_{count}", point.kind.name()), point)
+    });
+    first.into_iter().chain(all).collect()
 }
 
 /// That a path goes on unstable, and from where.
 fn unstable_path(state: &State) -> Option<Diagnostic> {
     let (time, factor) = state.along.unstable_from?;
-    let from = match state.critical.iter().find(|p| p.negative > 0) {
-        Some(point) => {
-            let kind = match point.kind {
-                CriticalKind::Limit => "the limit point",
-                CriticalKind::Branch => "the branch point",
-            };
-            format!("{kind} at t = {:.6} s, load factor {:.6e}", point.time, point.factor)
-        }
-        None => format!("t = {time:.6} s, load factor {factor:.6e}"),
+    let (at, time, factor) = match state.critical.iter().find(|p| p.negative > 0) {
+        Some(point) => (format!("the {} point at ", point.kind.name()), point.time, point.factor),
+        None => (String::new(), time, factor),
     };
     let what = format!(
-        "the path of equilibrium is unstable from {from}: under these loads alone the structure snaps or buckles there"
+        "the path of equilibrium is unstable from {at}t = {time:.6} s, load factor {factor:.6e}: under these loads alone the \
+         structure snaps or buckles there"
     );
     let hint = "the column negative_pivots says where it is stable again";
     Some(Diagnostic::warning(code::TRUST, what).try_instead(hint))
@@ -388,16 +371,8 @@ impl Solver for FemSolver {
         let (model, prepared) = self.prepared()?;
         prepared.windows.commit();
         prepared.accepted = prepared.time;
-        match &mut prepared.fields {
-            Some(fields) => fields.offer(
-                model,
-                &prepared.mesh,
-                &prepared.windows.origin,
-                &prepared.windows.committed,
-                prepared.time,
-            ),
-            None => Ok(()),
-        }
+        let Prepared { windows, mesh, fields: Some(fields), time, .. } = prepared else { return Ok(()) };
+        fields.offer(model, mesh, &windows.origin, &windows.committed, *time).map_err(unwritten)
     }
 
     fn select(&mut self, selection: Option<&mut Selection>) -> Result<(), Fault> {
@@ -427,8 +402,9 @@ impl Solver for FemSolver {
 
     fn finish(&mut self) -> Result<Statistics, Fault> {
         let fields = self.prepared.as_mut().and_then(|prepared| prepared.fields.as_mut());
-        let unwritten = fields.and_then(|fields| fields.finish().err()).map(|fault| {
-            Diagnostic { severity: Severity::Warning, ..*fault.diagnostic }.coded(code::NOT_WRITTEN)
+        let lost = fields.and_then(|fields| fields.finish().err()).map(|error| {
+            Diagnostic { severity: Severity::Warning, ..*unwritten(error).diagnostic }
+                .coded(code::NOT_WRITTEN)
         });
         let Some(prepared) = &self.prepared else {
             return Err(Fault::broken("asked for results before the preparation"));
@@ -477,13 +453,112 @@ impl Solver for FemSolver {
         warnings.extend(unstable_path(&prepared.windows.committed));
         let counts = &prepared.windows.counts;
         warnings.extend(counts.warnings(model, self.config.fem.load_steps.is_some()));
-        warnings.extend(unwritten);
+        warnings.extend(lost);
         let torn = torn(model, events);
         Ok(Statistics { measures, torn, counts: counts.named(), warnings, ..Statistics::default() })
     }
 }
 
+fn unwritten(error: std::io::Error) -> Fault {
+    Fault::broken(format!("the field files of the structure cannot be written: {error}"))
+}
+
 /// The largest force of a run.
 fn peak(name: &str, peak: Peak, rank: u16) -> Measure {
     Measure::new(name, peak.value, "N").at(peak.time).ranked(rank, Worse::Larger)
+}
+
+/// The lines of each element, and where an answer speaks of them.
+pub(super) struct BrokenLines {
+    /// Lines of each element in the interface mesh, where those of the fast kernel come first.
+    of_elements: Vec<Range<usize>>,
+    /// Place of each line of the mesh in the field, [`Selection::OUT`] where it is not selected.
+    place: Vec<u32>,
+}
+
+impl BrokenLines {
+    /// Of all lines of `model`.
+    pub(super) fn new(model: &Model) -> Self {
+        let mut next = model.cables.len();
+        let lines = model.elements.iter().map(|element| {
+            let first = next;
+            next += element.line_count();
+            first..next
+        });
+        let of_elements = lines.collect();
+        Self { of_elements, place: (0..next as u32).collect() }
+    }
+
+    /// Speak of the selected lines alone, or of all.
+    pub(super) fn select(&mut self, selection: Option<&Selection>) {
+        let Some(selection) = selection else {
+            return self.place.iter_mut().enumerate().for_each(|(line, place)| *place = line as u32);
+        };
+        self.place.fill(Selection::OUT);
+        for (place, line) in selection.lines.iter().enumerate() {
+            self.place[*line as usize] = place as u32;
+        }
+    }
+
+    /// Write 1 for each line that broke in `events`, else 0.
+    pub(super) fn write<'a>(&self, events: impl Iterator<Item = &'a Event>, flags: &mut [f64]) {
+        flags.fill(0.0);
+        for line in events.flat_map(|event| self.of_elements[event.element as usize].clone()) {
+            if let Some(flag) = flags.get_mut(self.place[line] as usize) {
+                *flag = 1.0;
+            }
+        }
+    }
+}
+
+/// All that the next windows follow from.
+#[derive(Serialize, Deserialize)]
+pub(super) struct Kept {
+    /// The form at t = 0 and what it took, so that it is not looked for again.
+    pub(super) form: (Form, Info),
+    windows: KeptWindows,
+    /// End of the last window accepted [s].
+    accepted: f64,
+    fields: Option<KeptFields>,
+}
+
+impl Kept {
+    /// What was kept of `model`.
+    pub(super) fn read(bytes: &[u8], model: &Model) -> Result<Box<Self>, Fault> {
+        let kept: Self = unpack(bytes)?;
+        let Form { displacement, history, .. } = &kept.form.0;
+        if (displacement.len(), history.len()) != (model.dof_count(), model.start_history().len()) {
+            return Err(other_structure());
+        }
+        Ok(Box::new(kept))
+    }
+}
+
+impl Prepared {
+    /// What is committed, as bytes.
+    pub(super) fn keep(&mut self) -> Result<Vec<u8>, Fault> {
+        let fields = self.fields.as_mut().map(Fields::kept).transpose().map_err(unwritten)?;
+        Ok(pack(&Kept {
+            form: self.form.clone(),
+            windows: self.windows.kept(),
+            accepted: self.accepted,
+            fields,
+        }))
+    }
+
+    /// Stand where `kept` was, with the files of results in `out` as they were then.
+    pub(super) fn go_on(
+        &mut self,
+        model: &Model,
+        kept: Kept,
+        out: Option<&std::path::Path>,
+    ) -> Result<(), Fault> {
+        self.windows.go_on(model, kept.windows)?;
+        (self.time, self.accepted) = (kept.accepted, kept.accepted);
+        if let (Some(fields), Some(out), Some(kept)) = (self.fields.take(), out, kept.fields) {
+            let fields = fields.go_on(&out.join(run_dir::FIELDS), kept).map_err(unwritten)?;
+            self.fields = Some(fields);
+        }
+        Ok(())
+    }
 }

@@ -6,8 +6,8 @@
 use crate::config::Integrator;
 use crate::internal_force::assembly::Event;
 use crate::model::Model;
+use crate::read::refuse;
 use crate::state::State;
-use crate::state::motion::StartMotion;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc::run_id::fnv1a;
 use nalgebra::Vector3;
@@ -48,8 +48,8 @@ pub struct End {
     pub acceleration: Vec<f64>,
     /// History of all elements.
     pub history: Vec<f64>,
-    /// What has torn so far: number of the element, when in its own run [s], largest axial force [N].
-    pub torn: Vec<(u32, f64, f64)>,
+    /// What has torn so far, each when in its own run.
+    pub torn: Vec<Event>,
     /// Energy dissipated by damping, work of the interface force, of moving supports, of loads with a history, since the first run began [J].
     pub booked: [f64; 4],
 }
@@ -136,33 +136,28 @@ impl Fingerprint {
                 model.node_name(farthest)
             ));
         }
-        let named = |part: &LeftPart, there: &str| {
-            let quoted = part.name.starts_with("the ");
-            if quoted { format!("{}{there}", part.name) } else { format!("the part `{}`{there}", part.name) }
+        let named = |part: &LeftPart| match part.name.starts_with("the ") {
+            true => part.name.clone(),
+            false => format!("the part `{}`", part.name),
         };
         for part in &self.parts {
-            let Some(other) = there.parts.iter().find(|p| p.name == part.name) else {
-                return Some(format!("it has no part `{}`", part.name));
+            let (own, name) = (named(part), &part.name);
+            let Some(other) = there.parts.iter().find(|p| p.name == *name) else {
+                return Some(format!("it has no part `{name}`"));
             };
-            if other.elements != part.elements {
-                let (there, here) = (other.elements, part.elements);
-                return Some(format!(
-                    "{} has {there} elements in it, and {here} in this one",
-                    named(part, "")
-                ));
+            let (theirs, here) = (other.elements, part.elements);
+            if theirs != here {
+                return Some(format!("{own} has {theirs} elements in it, and {here} in this one"));
             }
             if other.connectivity != part.connectivity {
-                return Some(format!("the elements of {} are at other nodes in it", named(part, "")));
+                return Some(format!("the elements of {own} are at other nodes in it"));
             }
             if other.properties != part.properties {
-                return Some(format!(
-                    "the material, section, length or strength of {} is another in it",
-                    named(part, "")
-                ));
+                return Some(format!("the material, section, length or strength of {own} is another in it"));
             }
         }
         if let Some(more) = there.parts.iter().find(|p| !self.parts.iter().any(|own| own.name == p.name)) {
-            return Some(format!("it has {} too, and this one has not", named(more, "")));
+            return Some(format!("it has {} too, and this one has not", named(more)));
         }
         (self.turning != there.turning).then(|| "other nodes of it have rotations".into())
     }
@@ -171,7 +166,6 @@ impl Fingerprint {
 impl End {
     /// Of `state` at `time` [s], computed by `integrator`; `before` had torn before the run.
     pub fn new(model: &Model, state: &State, time: f64, integrator: &str, before: &[Event]) -> Self {
-        let torn = before.iter().chain(&state.events).map(|e| (e.element, e.time, e.tension));
         Self {
             build: build_id().clone(),
             model: Fingerprint::of(model),
@@ -181,7 +175,7 @@ impl End {
             velocity: state.velocity.clone(),
             acceleration: state.acceleration.clone(),
             history: state.history.clone(),
-            torn: torn.collect(),
+            torn: [before, &state.events].concat(),
             booked: [state.dissipated, state.received, state.support_work, state.load_work],
         }
     }
@@ -197,11 +191,9 @@ impl End {
 pub struct Inherited {
     /// What that run has left.
     pub end: End,
-    /// How the structure starts.
-    pub at: At,
     /// What the user should know.
     pub warnings: Vec<Diagnostic>,
-    /// The scene's word, with the path as seen from anywhere.
+    /// How the structure starts, with the path as seen from anywhere.
     pub origin: Origin,
 }
 
@@ -211,91 +203,77 @@ impl Inherited {
         let Some(origin) = Origin::of(scene)? else { return Ok(None) };
         if origin.at == At::Motion && integrator == Integrator::Static {
             let what = "at = \"motion\" goes on with the velocities of that run, and statics has none";
-            return Err(scene
-                .invalid("start_from.at", what)
-                .try_instead("at = \"rest\", or an integrator with inertia in [fem]"));
+            let hint = "at = \"rest\", or an integrator with inertia in [fem]";
+            return refuse(scene, "start_from.at", what, hint);
         }
         let (file, warning) = origin.state(scene)?;
         let shown = file.display();
+        let refused = |code, what, hint: &str| scene.invalid(KEY, what).coded(code).try_instead(hint);
         let end: End = state_file::read(&file, VERSION).map_err(|why| {
             let what = format!("the state {shown} cannot be used: {why}");
-            let (code, hint) = match why {
-                Unreadable::Foreign(_) | Unreadable::Version(..) => (code::PROVENANCE, AGAIN),
-                Unreadable::File(_) => (code::FILE, AGAIN),
-                Unreadable::Damaged(_) => (code::FILE_CONTENT, COPIED),
-            };
-            scene.invalid(KEY, what).coded(code).try_instead(hint)
+            match why {
+                Unreadable::Foreign(_) | Unreadable::Version(..) => refused(code::PROVENANCE, what, AGAIN),
+                Unreadable::File(_) => refused(code::FILE, what, AGAIN),
+                Unreadable::Damaged(_) => refused(code::FILE_CONTENT, what, COPIED),
+            }
         })?;
-        if end.build != *build_id() {
-            let (theirs, own) = (&end.build, build_id());
+        let (theirs, own) = (&end.build, build_id());
+        if theirs != own {
             let what = format!(
                 "the state {shown} was written by fem-solver {theirs}, and this is {own}: histories may differ"
             );
-            return Err(scene.invalid(KEY, what).coded(code::PROVENANCE).try_instead(AGAIN));
+            return Err(refused(code::PROVENANCE, what, AGAIN));
         }
         if let Some(difference) = Fingerprint::of(model).difference(&end.model, model) {
             let what = format!("the structure of {} is another: {difference}", origin.run.display());
-            return Err(scene.invalid(KEY, what).coded(code::PROVENANCE).try_instead(
-                "mesh, parts and materials must be those of that run; loads, supports, gauges and [fem] may differ",
-            ));
+            let hint = "mesh, parts and materials must be those of that run; loads, supports, gauges and [fem] may differ";
+            return Err(refused(code::PROVENANCE, what, hint));
         }
         let run = std::path::absolute(&origin.run).unwrap_or_else(|_| origin.run.clone());
         let origin = Origin { run, at: origin.at };
         let warnings = warning.map(|what| Diagnostic::warning(code::TRUST, what)).into_iter().collect();
-        let inherited = Self { end, at: origin.at, warnings, origin };
+        let inherited = Self { end, warnings, origin };
         inherited.check(scene, model)?;
         Ok(Some(inherited))
     }
 
     /// Refuse a state that does not fit, and supports that would jump.
     fn check(&self, scene: &Scene, model: &Model) -> Result<(), Diagnostic> {
-        let (n, end) = (model.dof_count(), &self.end);
+        let (n, end, run) = (model.dof_count(), &self.end, self.origin.run.display());
+        let damaged = |what: String| scene.invalid(KEY, what).coded(code::FILE_CONTENT).try_instead(AGAIN);
         let histories = model.start_history().len();
         let found = [&end.displacement, &end.velocity, &end.acceleration, &end.history].map(Vec::len);
+        let expected = [n, n, n, histories];
         // Schemes without accelerations leave none.
-        if ![[n, n, n, histories], [n, n, 0, histories]].contains(&found) {
-            let what = format!(
-                "the state of {} has {found:?} displacements, velocities, accelerations and numbers of history, and this structure \
-                 has {:?}",
-                self.origin.run.display(),
-                [n, n, n, histories]
-            );
-            return Err(scene.invalid(KEY, what).coded(code::FILE_CONTENT).try_instead(AGAIN));
+        if ![expected, [n, n, 0, histories]].contains(&found) {
+            return Err(damaged(format!(
+                "the state of {run} has {found:?} displacements, velocities, accelerations and numbers of history, and this \
+                 structure has {expected:?}"
+            )));
         }
         let numbers = [&end.displacement[..], &end.velocity, &end.acceleration, &end.booked, &[end.time]];
-        let unknown = end.torn.iter().find(|torn| torn.0 as usize >= model.elements.len());
-        if unknown.is_some() || numbers.into_iter().flatten().any(|number| !number.is_finite()) {
-            let what = match unknown {
-                Some((element, ..)) => format!("element {element} has torn in it, and there is none"),
-                None => "not all of its displacements, velocities and energies are finite".into(),
-            };
-            let what = format!("the state of {} is damaged: {what}", self.origin.run.display());
-            return Err(scene.invalid(KEY, what).coded(code::FILE_CONTENT).try_instead(AGAIN));
+        if let Some(Event { element, .. }) =
+            end.torn.iter().find(|t| t.element as usize >= model.elements.len())
+        {
+            let what = format!("element {element} has torn in it, and there is none");
+            return Err(damaged(format!("the state of {run} is damaged: {what}")));
+        }
+        if numbers.into_iter().flatten().any(|number| !number.is_finite()) {
+            let what = "not all of its displacements, velocities and energies are finite";
+            return Err(damaged(format!("the state of {run} is damaged: {what}")));
         }
         let near = SAME_PLACE * model.extent();
         let mut start = end.displacement.clone();
         model.prescribe_first(&mut start);
         let jump = (0..n).find(|dof| (start[*dof] - end.displacement[*dof]).abs() > near);
         let Some(dof) = jump else { return Ok(()) };
+        let (name, left, begins) = (model.dof_name(dof), end.displacement[dof], start[dof]);
         let what = format!(
-            "the support of {} would jump: that run has left it at a displacement of {} m, and its motion begins at {} m here",
-            model.dof_name(dof),
-            end.displacement[dof],
-            start[dof]
+            "the support of {name} would jump: that run has left it at a displacement of {left} m, and its motion begins at \
+             {begins} m here"
         );
-        Err(scene
-            .invalid(KEY, what)
-            .try_instead("begin the rows of its motion with the displacement at which that run has left it"))
-    }
-
-    /// What had torn before.
-    pub fn torn(&self) -> Vec<Event> {
-        let event = |(element, time, tension): &(u32, f64, f64)| Event {
-            element: *element,
-            time: *time,
-            tension: *tension,
-        };
-        self.end.torn.iter().map(event).collect()
+        let hint = "begin the rows of its motion with the displacement at which that run has left it";
+        refuse(scene, KEY, what, hint)
     }
 
     /// The motion at the end, for the scheme `integrator`: another one finds its accelerations itself.
@@ -310,7 +288,7 @@ impl Inherited {
 
     /// In a sentence, for whoever checks a scene.
     pub fn describe(&self) -> String {
-        let how = match self.at {
+        let how = match self.origin.at {
             At::Rest => "at rest",
             At::Motion => "moving on",
         };
@@ -319,5 +297,39 @@ impl Inherited {
             count => format!("{count} elements torn"),
         };
         format!("starts from the end of {} ({} s), {how}: {torn}", self.origin.run.display(), self.end.time)
+    }
+}
+
+/// Motion with which a structure starts.
+#[derive(Debug, Clone)]
+pub struct StartMotion {
+    /// Velocity [m/s].
+    pub velocity: Vec<f64>,
+    /// Acceleration [m/s2]; empty where only a balance of forces gives it.
+    pub acceleration: Vec<f64>,
+}
+
+impl StartMotion {
+    /// Add it to velocities that the scene gives [m/s].
+    pub fn add_to(&self, velocity: &mut [f64]) {
+        velocity.iter_mut().zip(&self.velocity).for_each(|(v, own)| *v += own);
+    }
+
+    /// Keep its accelerations [m/s2], if they are known.
+    pub fn keep(&self, acceleration: &mut [f64]) {
+        if self.acceleration.len() == acceleration.len() {
+            acceleration.copy_from_slice(&self.acceleration);
+        }
+    }
+
+    /// Nothing moves where the supports of `model` hold it, whatever it did before; those that move go on.
+    pub fn held(mut self, model: &Model) -> Self {
+        for dof in (0..model.dof_count()).filter(|dof| model.held_first(*dof)) {
+            if model.moving.iter().all(|(moving, _)| *moving != dof) {
+                self.velocity.iter_mut().skip(dof).take(1).for_each(|v| *v = 0.0);
+                self.acceleration.iter_mut().skip(dof).take(1).for_each(|a| *a = 0.0);
+            }
+        }
+        self
     }
 }

@@ -1,7 +1,6 @@
 //! The state of a structure at one instant.
 
 pub mod inherited;
-pub mod motion;
 
 use crate::internal_force::assembly::Event;
 use serde::{Deserialize, Serialize};
@@ -92,6 +91,16 @@ pub enum CriticalKind {
     Limit,
     /// Another path crosses.
     Branch,
+}
+
+impl CriticalKind {
+    /// In a word.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Limit => "limit",
+            Self::Branch => "branch",
+        }
+    }
 }
 
 /// A value of one member of a group.

@@ -8,6 +8,7 @@ use fem_solver::config::structure::FormFinding;
 use fem_solver::equilibrium::form_finding::{Basis, find_form};
 use fem_solver::equilibrium::newton::Newton;
 use fem_solver::internal_force::assembly::Assembly;
+use fem_solver::internal_force::assembly::Event;
 use fem_solver::state::inherited::End;
 use interface_defs::Sampling;
 use interface_defs::diagnostic::code;
@@ -305,7 +306,9 @@ fn a_state_with_numbers_that_do_not_fit_is_refused_as_a_damaged_file() {
         ("numbers of history", |end| end.history.truncate(1)),
         ("displacements", |end| end.displacement.push(0.0)),
         ("accelerations", |end| end.acceleration = vec![0.0; 5]),
-        ("element 4294967295 has torn", |end| end.torn.push((u32::MAX, 0.1, 1e3))),
+        ("element 4294967295 has torn", |end| {
+            end.torn.push(Event { time: 0.1, element: u32::MAX, tension: 1e3 })
+        }),
         ("not all of its", |end| end.displacement[0] = f64::NAN),
         ("not all of its", |end| end.velocity[1] = f64::INFINITY),
         ("not all of its", |end| end.booked[0] = f64::NEG_INFINITY),

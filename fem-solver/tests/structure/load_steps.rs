@@ -92,7 +92,7 @@ fn load_steps_end_with_a_message_where_they_end() {
 fn load_steps_of_no_statics_are_refused() {
     let fem = "integrator = \"newmark\"\nload_steps = { first = 0.1 }";
     let message = refused(&cantilever(1.0, "").replace("integrator = \"static\"", fem));
-    assert!(message.contains("are for static, not for newmark"), "{message}");
+    assert!(message.contains("belongs to the integrator static, not to newmark"), "{message}");
     assert!(refused(&cantilever(1.0, "load_steps = { first = 0.0 }")).contains("must lie above 0"));
     let message = refused(&cantilever(1.0, "load_steps = { first = 0.1, shortest = 0.2 }"));
     assert!(message.contains("longer than the first"), "{message}");

@@ -2,8 +2,7 @@
 //!
 //! Geometry, names and sources are described at [`Barrier`].
 
-use super::generated::{Generated, MadeFor, named};
-use super::ring_net::Contacts;
+use super::nets::{Contacts, Generated, MadeFor, named};
 use super::site::Site;
 use crate::config::generator::{Barrier, BarrierNet};
 use crate::read::mesh::{ElementGroup, Kind, Mesh};

@@ -1,7 +1,7 @@
 //! The line of a barrier on the terrain: where its posts stand as seen from above, and what speaks against it.
 
 use crate::config::generator::Barrier;
-use crate::read::positive;
+use crate::read::{positive, refuse};
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::{Vector2, Vector3};
 use toolkit::coordinates::{Coordinates, Form};
@@ -11,6 +11,24 @@ use toolkit::scene::Scene;
 const FIELD: [f64; 2] = [0.1, 200.0];
 /// Largest turn of the line at a post [degrees].
 const TURN: f64 = 60.0;
+
+/// Refuse a point of `table` that is none, and an azimuth [degrees] that goes round more than once.
+pub fn check_point(
+    scene: &Scene,
+    table: &str,
+    (name, point): (&str, &[f64]),
+    azimuth: f64,
+) -> Result<(), Diagnostic> {
+    if !(-360.0..=360.0).contains(&azimuth) {
+        let what = format!("azimuth = {azimuth}: it must lie between -360 and 360 degrees");
+        return Err(scene.invalid(&format!("{table}.azimuth"), what));
+    }
+    if !matches!(point.len(), 2 | 3) {
+        let what = format!("a point of {} numbers: two or three are required", point.len());
+        return refuse(scene, &format!("{table}.{name}"), what, "[x, y] on the ground, or [x, y, z]");
+    }
+    Ok(())
+}
 
 /// The line as the scene states it.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,9 +65,7 @@ impl Line {
         for (name, stated) in [("azimuth", table.azimuth), ("length", table.length)] {
             if stated.is_some() {
                 let what = format!("`{name}` belongs to position: the line has its own");
-                return Err(scene
-                    .invalid(&format!("structure.generator.{name}"), what)
-                    .try_instead("leave it out"));
+                return refuse(scene, &format!("structure.generator.{name}"), what, "leave it out");
             }
         }
         if line.len() < 2 {
@@ -60,9 +76,7 @@ impl Line {
         for (i, point) in line.iter().enumerate() {
             if !matches!(point.len(), 2 | 3) || point.len() != size {
                 let what = format!("a point of {} numbers: each has two, or each has three", point.len());
-                return Err(scene
-                    .invalid(&format!("{key}.{i}"), what)
-                    .try_instead("[x, y] on the ground, or [x, y, z]"));
+                return refuse(scene, &format!("{key}.{i}"), what, "[x, y] on the ground, or [x, y, z]");
             }
         }
         let points =
@@ -74,19 +88,10 @@ impl Line {
         let key = "structure.generator.position";
         let (Some(azimuth), Some(length)) = (table.azimuth, table.length) else {
             let what = "position is the middle of the line: azimuth and length are required with it";
-            return Err(scene
-                .invalid(key, what)
-                .try_instead("azimuth in degrees from y, clockwise; length in metres"));
+            return refuse(scene, key, what, "azimuth in degrees from y, clockwise; length in metres");
         };
         positive(scene, "structure.generator.length", length, "m")?;
-        if !(-360.0..=360.0).contains(&azimuth) {
-            let what = format!("azimuth = {azimuth}: it must lie between -360 and 360 degrees");
-            return Err(scene.invalid("structure.generator.azimuth", what));
-        }
-        if !matches!(middle.len(), 2 | 3) {
-            let what = format!("a point of {} numbers: two or three are required", middle.len());
-            return Err(scene.invalid(key, what).try_instead("[x, y] on the ground, or [x, y, z]"));
-        }
+        check_point(scene, "structure.generator", ("position", middle), azimuth)?;
         let at = Vector3::new(middle[0], middle[1], middle.get(2).copied().unwrap_or(0.0));
         let (sine, cosine) = azimuth.to_radians().sin_cos();
         let half = Vector3::new(sine, cosine, 0.0) * (0.5 * length);
@@ -102,25 +107,20 @@ impl Line {
         let pieces: Vec<Vector2<f64>> = self.points.windows(2).map(|p| (p[1] - p[0]).xy()).collect();
         let fields = self.fields(table.fields);
         if table.fields < pieces.len() {
-            let what = format!(
-                "{} fields: the line has {} pieces, and a post stands at each of its points",
-                table.fields,
-                pieces.len()
-            );
-            return Err(scene
-                .invalid("structure.generator.fields", what)
-                .try_instead(format!("fields = {}", pieces.len())));
+            let (own, count) = (table.fields, pieces.len());
+            let what =
+                format!("{own} fields: the line has {count} pieces, and a post stands at each of its points");
+            return refuse(scene, "structure.generator.fields", what, format!("fields = {count}"));
         }
         for (i, (piece, fields)) in pieces.iter().zip(&fields).enumerate() {
             let field = piece.norm() / *fields as f64;
-            if !(FIELD[0]..=FIELD[1]).contains(&field) {
+            let [least, most] = FIELD;
+            if !(least..=most).contains(&field) {
                 let what = format!(
-                    "fields of {field:.3} m as seen from above: posts stand {} to {} m apart",
-                    FIELD[0], FIELD[1]
+                    "fields of {field:.3} m as seen from above: posts stand {least} to {most} m apart"
                 );
-                return Err(fault(i + 1, what).try_instead(
-                    "the line is in metres, in the coordinates of the terrain; or change `fields`",
-                ));
+                let hint = "the line is in metres, in the coordinates of the terrain; or change `fields`";
+                return Err(fault(i + 1, what).try_instead(hint));
             }
         }
         for (i, pair) in pieces.windows(2).enumerate() {

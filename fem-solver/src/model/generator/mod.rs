@@ -1,17 +1,16 @@
 //! Generated structures: each a mesh with named parts, as a file would give it.
 
 mod barrier;
-mod generated;
 mod line;
-mod rectangular_net;
-mod ring_net;
+mod nets;
 mod site;
 
-pub use self::generated::{Generated, MadeFor};
 use self::line::Line;
+pub(super) use self::line::check_point;
+pub use self::nets::{Generated, MadeFor};
 use self::site::Site;
 use crate::config::generator::{Barrier, Generator, Held};
-use crate::read::{not_negative, positive};
+use crate::read::{not_negative, positive, refuse};
 use interface_defs::diagnostic::Diagnostic;
 use toolkit::ground::Area;
 use toolkit::scene::Scene;
@@ -23,7 +22,7 @@ pub fn generate(scene: &Scene, generator: &Generator) -> Result<Generated, Diagn
             check_counts(scene, "cells", net.cells)?;
             positive(scene, "structure.generator.spacing", net.spacing, "m")?;
             check_place(scene, net.origin, net.center)?;
-            Ok(rectangular_net::rectangular_net(net))
+            Ok(nets::rectangular_net(net))
         }
         Generator::RingNet(net) => {
             check_counts(scene, "rings", net.rings)?;
@@ -31,11 +30,10 @@ pub fn generate(scene: &Scene, generator: &Generator) -> Result<Generated, Diagn
             check_place(scene, net.origin, net.center)?;
             if net.held == Held::Corners {
                 let what = "a ring net has no nodes at its corners";
-                return Err(scene
-                    .invalid("structure.generator.held", what)
-                    .try_instead("`edges`, or `none` and supports of your own"));
+                let hint = "`edges`, or `none` and supports of your own";
+                return refuse(scene, "structure.generator.held", what, hint);
             }
-            Ok(ring_net::ring_net(net))
+            Ok(nets::ring_net(net))
         }
         Generator::Barrier(table) => {
             check_barrier(scene, table)?;
@@ -95,30 +93,20 @@ const FIELDS: [f64; 2] = [0.1, 200.0];
 
 /// Refuse keys that leave each other without use.
 fn check_use(scene: &Scene, table: &Barrier) -> Result<(), Diagnostic> {
-    let placed = table.is_placed();
+    let (placed, on_ground) = (table.is_placed(), table.ground.is_some());
     let on_line = "there is neither line nor position: nothing will use it";
+    let apart = "the posts stand on a line, whose length and `fields` say how far apart";
     let idle = [
         ("azimuth", !placed && table.azimuth.is_some(), on_line),
         ("length", !placed && table.length.is_some(), on_line),
-        ("ground", !placed && table.ground.is_some(), on_line),
+        ("ground", !placed && on_ground, on_line),
         ("uphill", !placed && table.uphill.is_some(), on_line),
-        (
-            "spacing",
-            placed && table.spacing.is_some(),
-            "the posts stand on a line, whose length and `fields` say how far apart",
-        ),
-        (
-            "anchor_rise",
-            table.ground.is_some() && table.anchor_rise.is_some(),
-            "the anchors lie on the ground",
-        ),
+        ("spacing", placed && table.spacing.is_some(), apart),
+        ("anchor_rise", on_ground && table.anchor_rise.is_some(), "the anchors lie on the ground"),
     ];
-    match idle.into_iter().find(|(_, idle, _)| *idle) {
-        Some((key, _, why)) => Err(scene
-            .invalid(&format!("structure.generator.{key}"), format!("`{key}`: {why}"))
-            .try_instead(format!("leave `{key}` out"))),
-        None => Ok(()),
-    }
+    let Some((key, _, why)) = idle.into_iter().find(|(_, idle, _)| *idle) else { return Ok(()) };
+    let (what, hint) = (format!("`{key}`: {why}"), format!("leave `{key}` out"));
+    refuse(scene, &format!("structure.generator.{key}"), what, hint)
 }
 
 fn check_barrier(scene: &Scene, table: &Barrier) -> Result<(), Diagnostic> {
@@ -128,31 +116,32 @@ fn check_barrier(scene: &Scene, table: &Barrier) -> Result<(), Diagnostic> {
     }
     check_counts(scene, "cells", [table.cells[0].saturating_mul(table.fields), table.cells[1]])?;
     check_use(scene, table)?;
-    positive(scene, &key("spacing"), table.spacing(), "m")?;
-    positive(scene, &key("height"), table.height, "m")?;
-    positive(scene, &key("anchor_distance"), table.anchor_distance, "m")?;
+    let (height, spacing, lean, brake) = (table.height, table.spacing(), table.lean(), table.brake_length);
+    for (name, length) in [
+        ("spacing", spacing),
+        ("height", height),
+        ("anchor_distance", table.anchor_distance),
+        ("side_distance", table.side_distance),
+        ("brake_length", brake),
+    ] {
+        positive(scene, &key(name), length, "m")?;
+    }
     not_negative(scene, &key("anchor_rise"), table.anchor_rise(), "m")?;
-    positive(scene, &key("side_distance"), table.side_distance, "m")?;
-    positive(scene, &key("brake_length"), table.brake_length, "m")?;
-    for (name, value) in [("height", table.height), ("spacing", table.spacing())] {
-        let [least, most] = if name == "height" { POSTS } else { FIELDS };
+    for (name, value, [least, most]) in [("height", height, POSTS), ("spacing", spacing, FIELDS)] {
         if !(least..=most).contains(&value) {
             let what = format!(
                 "a {name} of {value} m: posts of barriers are {} to {} m long, and stand up to {} m apart",
                 POSTS[0], POSTS[1], FIELDS[1]
             );
-            return Err(scene
-                .invalid(&key(name), what)
-                .try_instead("it is written in metres: 400 cm is 4.0"));
+            return refuse(scene, &key(name), what, "it is written in metres: 400 cm is 4.0");
         }
     }
-    if table.lean().abs() >= table.height {
-        let what = format!("posts of {} m cannot lean by {} m", table.height, table.lean());
-        return Err(scene.invalid(&key("lean"), what));
+    if lean.abs() >= height {
+        return Err(scene.invalid(&key("lean"), format!("posts of {height} m cannot lean by {lean} m")));
     }
     let shortest = (0.5 * table.side_distance).min(table.anchor_distance);
-    if table.brake_length >= shortest {
-        let what = format!("a brake of {} m does not fit into {shortest} m of rope", table.brake_length);
+    if brake >= shortest {
+        let what = format!("a brake of {brake} m does not fit into {shortest} m of rope");
         return Err(scene.invalid(&key("brake_length"), what));
     }
     Ok(())

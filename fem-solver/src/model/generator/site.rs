@@ -6,6 +6,7 @@
 use super::line::Line;
 use crate::config::generator::{Barrier, Side};
 use crate::read::heights::Heights;
+use crate::read::refuse;
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::{Vector2, Vector3};
 use toolkit::scene::Scene;
@@ -71,9 +72,7 @@ fn ground(scene: &Scene, table: &Barrier, line: &Line) -> Result<Option<Heights>
     };
     if line.has_heights {
         let what = "the line has heights of its own: nothing will use the ground";
-        return Err(scene
-            .invalid(key, what)
-            .try_instead("leave out the third number of each point, or ground"));
+        return refuse(scene, key, what, "leave out the third number of each point, or ground");
     }
     Heights::read(scene, key, path).map(Some)
 }
@@ -109,16 +108,9 @@ impl Place<'_> {
 
     /// The point of the ground there.
     fn on(&self, ground: &Heights, at: Vector2<f64>, what: &str) -> Result<Vector3<f64>, Diagnostic> {
-        let height = ground.at(at.x, at.y).ok_or_else(|| {
-            let what = format!(
-                "{what} stands at x = {:.2}, y = {:.2} m, where there is no ground: its heights are known for {}, and may have \
-                 holes",
-                at.x, at.y, ground.extent()
-            );
-            self.scene
-                .invalid(self.line.key, what)
-                .try_instead("move the line to the terrain, with the anchors beside and above it")
-        })?;
+        let hint = "move the line to the terrain, with the anchors beside and above it";
+        let height = ground.below(at.x, at.y, what);
+        let height = height.or_else(|what| refuse(self.scene, self.line.key, what, hint))?;
         Ok(Vector3::new(at.x, at.y, height))
     }
 
@@ -127,24 +119,18 @@ impl Place<'_> {
         if let Some(side) = self.table.uphill {
             return Ok(side);
         }
+        let hint = "uphill = \"left\" or \"right\", seen from its first point";
         let Some(ground) = self.ground else {
             let what = "without ground it is not known on which side of the line the slope rises";
-            return Err(self
-                .scene
-                .invalid(self.line.key, what)
-                .try_instead("uphill = \"left\" or \"right\", seen from its first point"));
+            return refuse(self.scene, self.line.key, what, hint);
         };
         let away = self.table.anchor_distance;
         let mean = self.fall(ground, feet);
         if mean.abs() < 2.0 * SLOPE * away {
             let what = format!(
-                "{away} m to its left the ground lies {:.2} m higher than to its right: no slope says where rocks come from",
-                mean
+                "{away} m to its left the ground lies {mean:.2} m higher than to its right: no slope says where rocks come from"
             );
-            return Err(self
-                .scene
-                .invalid(self.line.key, what)
-                .try_instead("uphill = \"left\" or \"right\", seen from its first point"));
+            return refuse(self.scene, self.line.key, what, hint);
         }
         Ok(if mean > 0.0 { Side::Left } else { Side::Right })
     }
@@ -231,13 +217,9 @@ fn off_ground(ground: &Heights, feet: &[Vector3<f64>]) -> Vec<Diagnostic> {
         if let Some((over, at)) = most.filter(|(over, _)| over.abs() > OFF_GROUND) {
             let (where_to, so) =
                 if over > 0.0 { ("above", "the net hangs in it") } else { ("below", "rocks may pass there") };
+            let (a, b, over, x, y) = (k + 1, k + 2, over.abs(), at.x, at.y);
             let what = format!(
-                "between posts {} and {} the ground lies {:.2} m {where_to} the bottom rope, at x = {:.2}, y = {:.2} m: {so}",
-                k + 1,
-                k + 2,
-                over.abs(),
-                at.x,
-                at.y
+                "between posts {a} and {b} the ground lies {over:.2} m {where_to} the bottom rope, at x = {x:.2}, y = {y:.2} m: {so}"
             );
             warnings.push(Diagnostic::warning(code::PLACE, what).about("structure.generator.line"));
         }

@@ -1,13 +1,12 @@
 //! What can be known of a structure before it is computed: numbers in other units than SI, sections that do not fit their
 //! elements, strengths below what acts from the start. Error: certainly wrong. Warning: possible, but unusual.
 
-mod devices;
 pub mod supports;
 
 use crate::config::Config;
 use crate::element::cable_properties::Stated;
-use crate::element::part::StatedSection;
-use crate::model::Model;
+use crate::element::part::{Key, StatedSection, Surroundings};
+use crate::model::{Model, Part};
 use interface_defs::diagnostic::{Code, Diagnostic, code};
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -89,7 +88,7 @@ pub fn judge(scene: &Scene, config: &Config, model: &mut Model) -> Result<(), Di
         judge.shape()?;
         judge.strength()?;
     }
-    devices::judge(&mut at)?;
+    judge_parts(&mut at)?;
     supports::judge(&mut at)?;
     warnings.extend(twins(model));
     model.warnings.extend(warnings);
@@ -338,4 +337,38 @@ fn twins(model: &Model) -> Option<Diagnostic> {
 pub(super) fn warning(code: Code, key: impl Into<String>, what: impl Into<String>, hint: &str) -> Diagnostic {
     let about = Diagnostic::warning(code, what).about(key);
     if hint.is_empty() { about } else { about.try_instead(hint) }
+}
+
+/// Every part against the structure that it is in.
+fn judge_parts(at: &mut Judge) -> Result<(), Diagnostic> {
+    let Judge { scene, config, model, ref mut warnings } = *at;
+    let extent = model.extent();
+    for (i, (part, built)) in config.structure.parts.iter().zip(&model.parts).enumerate() {
+        let key = Key { scene, key: format!("structure.parts.{i}") };
+        let size = built.elements.iter().map(|e| {
+            let nodes = model.elements[*e].nodes();
+            nodes.iter().map(|n| (model.nodes[*n] - model.nodes[nodes[0]]).norm()).fold(0.0, f64::max)
+        });
+        let size = size.fold(0.0, f64::max);
+        let pulled = || pulled(config, model, i);
+        warnings.extend(part.judge(&Surroundings { key: &key, extent, size, pulled: &pulled })?);
+    }
+    Ok(())
+}
+
+/// The part with the largest prestress [N] that has a node in common with part number `of`, and that prestress.
+fn pulled<'a>(config: &'a Config, model: &Model, of: usize) -> Option<(&'a str, f64)> {
+    let nodes = |part: &Part| -> Vec<usize> {
+        let cables = part.cables.iter().flat_map(|c| model.cables[*c].nodes);
+        cables.chain(part.elements.iter().flat_map(|e| model.elements[*e].nodes().iter().copied())).collect()
+    };
+    let own = nodes(&model.parts[of]);
+    let common = config.structure.cable.as_ref();
+    let ropes = config.structure.parts.iter().zip(&model.parts).filter_map(|(part, built)| {
+        let section = part.section(common)?;
+        let (stress, area) = (section.prestress?, section.area?);
+        let touches = nodes(built).iter().any(|node| own.contains(node));
+        (touches && stress > 0.0).then(|| (part.name(), stress * area))
+    });
+    ropes.max_by(|a, b| a.1.total_cmp(&b.1))
 }

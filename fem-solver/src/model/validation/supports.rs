@@ -3,12 +3,10 @@
 use super::{Judge, warning};
 use crate::config::Config;
 use crate::config::scheme::Scheme;
-use crate::config::structure::SupportEntry;
-use crate::model::Model;
+use crate::read::refuse;
 use interface_defs::diagnostic::{Diagnostic, code};
 use std::f64::consts::TAU;
 use toolkit::ranges::{Band, Gate};
-use toolkit::scene::Scene;
 
 /// Motion of a support over the extent of the structure that is certainly wrong.
 const FARTHEST: f64 = 5.0;
@@ -52,11 +50,7 @@ const GRAVITY: Gate = Gate {
 /// Supports that hold nothing, and structures that nothing holds.
 pub(super) fn judge(at: &mut Judge) -> Result<(), Diagnostic> {
     let Judge { scene, config, model, .. } = *at;
-    let mut used = vec![false; model.node_count()];
-    model.cables.iter().flat_map(|c| c.nodes).for_each(|n| used[n] = true);
-    model.elements.iter().flat_map(|e| e.nodes()).for_each(|n| used[*n] = true);
-    model.point_masses.iter().for_each(|m| used[m.0] = true);
-    model.springs.iter().for_each(|s| used[s.0] = true);
+    let used = model.used();
     for (i, entry) in config.structure.supports.iter().enumerate() {
         let key = format!("structure.supports.{i}");
         let nodes = model.place(scene, &key, entry.place())?;
@@ -80,128 +74,110 @@ pub(super) fn judge(at: &mut Judge) -> Result<(), Diagnostic> {
     }
     judge_velocities(at)?;
     let all_held = (0..model.node_count()).filter(|n| used[*n]).all(|n| model.fully_held(n));
-    if all_held && model.moving.is_empty() && model.until.is_empty() && used.contains(&true) {
-        let what = format!(
-            "the supports hold all {} nodes of the structure: nothing of it can move",
-            model.node_count()
-        );
+    let for_ever = model.until.is_empty();
+    if all_held && model.moving.is_empty() && for_ever && used.contains(&true) {
+        let count = model.node_count();
+        let what = format!("the supports hold all {count} nodes of the structure: nothing of it can move");
         let key = if config.structure.supports.is_empty() { "structure" } else { "structure.supports" };
-        if !scene.has("rock") {
-            // Someone may want its reactions alone.
-            at.warnings.push(warning(code::GEOMETRY, key, what, "hold the frame alone"));
-            return Ok(());
+        if scene.has("rock") {
+            let hint = "hold the frame alone, as in supports = [{ group = \"frame\" }]";
+            return Err(scene.invalid(key, what).coded(code::GEOMETRY).try_instead(hint));
         }
-        return Err(scene
-            .invalid(key, what)
-            .coded(code::GEOMETRY)
-            .try_instead("hold the frame alone, as in supports = [{ group = \"frame\" }]"));
+        // Someone may want its reactions alone.
+        at.warnings.push(warning(code::GEOMETRY, key, what, "hold the frame alone"));
+        return Ok(());
     }
-    if !model.held.contains(&true)
-        && model.until.is_empty()
-        && model.springs.is_empty()
-        && model.ground.is_empty()
-        && model.down.is_some()
-    {
-        let (what, hint) =
-            ("nothing holds the structure: it falls", "supports = [{ group = \"name of a group\" }]");
+    let nothing_holds = !model.held.contains(&true) && for_ever && model.springs.is_empty();
+    if nothing_holds && model.ground.is_empty() && model.down.is_some() {
+        let what = "nothing holds the structure: it falls";
+        let hint = "supports = [{ group = \"name of a group\" }]";
         at.warnings.push(warning(code::GEOMETRY, "structure", what, hint));
     }
     Ok(())
 }
 
-/// Motions of supports that are longer than the structure, or take place after the end.
+/// Motions of supports that are longer than the structure, what takes place after the end, and angles in degrees.
 fn judge_motions(at: &mut Judge) -> Result<(), Diagnostic> {
     let Judge { scene, config, model, ref mut warnings } = *at;
     let (extent, Ok(end_time)) = (model.extent(), scene.end_time()) else { return Ok(()) };
     for (i, entry) in config.structure.supports.iter().enumerate() {
-        judge_release(scene, entry, i, end_time, warnings)?;
-        let key = format!("structure.supports.{i}.motion");
-        let furthest = |row: &[f64; 4]| row[1..].iter().map(|u| u * u).sum::<f64>().sqrt();
+        let key = format!("structure.supports.{i}");
+        if let Some(time) = entry.released_at.filter(|time| *time > end_time) {
+            let what = format!("it lets go at {time} s, and the run ends at end_time = {end_time} s");
+            warnings.push(warning(code::UNUSED_KEY, format!("{key}.released_at"), what, "100 ms is 0.1"));
+        }
+        let angles = entry.turning.iter().flat_map(|turning| &turning.angles);
+        ANGLE.pass(scene, &key, angles.map(|row| row[1].abs()).fold(0.0, f64::max), warnings)?;
+        let key = format!("{key}.motion");
+        let furthest = |row: &[f64; 4]| norm(&[row[1], row[2], row[3]]);
         let most = entry.motion.iter().map(furthest).fold(0.0, f64::max);
         if extent > 0.0 && most > FARTHEST * extent {
             let what = format!(
                 "a support moves by {most} m, and the whole structure has an extent of {extent:.4} m"
             );
-            return Err(scene
-                .invalid(&key, what)
-                .try_instead("rows are [t, ux, uy, uz] in s and m: 100 mm is 0.1"));
+            return refuse(scene, &key, what, "rows are [t, ux, uy, uz] in s and m: 100 mm is 0.1");
         }
-        if let Some(last) = entry.motion.last().map(|row| row[0]).filter(|last| *last > LATER * end_time) {
-            let what = format!("it goes on until {last} s, and the run ends at end_time = {end_time} s");
-            let hint = "rows are [t, ux, uy, uz] in s and m: 100 ms is 0.1";
-            warnings.push(warning(code::LIKELY_UNIT, key, what, hint));
-        }
+        let hint = "rows are [t, ux, uy, uz] in s and m: 100 ms is 0.1";
+        warnings.extend(late(key, entry.motion.last().map(|row| row[0]), end_time, hint));
     }
     Ok(())
 }
 
-/// Supports that let go after the end, and angles in degrees.
-fn judge_release(
-    scene: &Scene,
-    entry: &SupportEntry,
-    i: usize,
-    end_time: f64,
-    warnings: &mut Vec<Diagnostic>,
-) -> Result<(), Diagnostic> {
-    let key = format!("structure.supports.{i}");
-    if let Some(time) = entry.released_at.filter(|time| *time > end_time) {
-        let what = format!("it lets go at {time} s, and the run ends at end_time = {end_time} s");
-        warnings.push(warning(code::UNUSED_KEY, format!("{key}.released_at"), what, "100 ms is 0.1"));
-    }
-    let angles = entry.turning.iter().flat_map(|turning| &turning.angles);
-    let most = angles.map(|row| row[1].abs()).fold(0.0, f64::max);
-    ANGLE.pass(scene, &key, most, warnings)
+/// What is said of a table whose last row is far behind the end of the run.
+fn late(key: String, last: Option<f64>, end_time: f64, hint: &str) -> Option<Diagnostic> {
+    let last = last.filter(|last| *last > LATER * end_time)?;
+    let what = format!("it goes on until {last} s, and the run ends at end_time = {end_time} s");
+    Some(warning(code::LIKELY_UNIT, key, what, hint))
 }
 
 /// Loads that go straight into supports, or stretch cables as nothing is stretched.
 fn judge_loads(at: &mut Judge) -> Result<(), Diagnostic> {
     let Judge { scene, config, model, ref mut warnings } = *at;
+    let rigid = model.cables.iter().map(|c| c.of.young * c.of.area).fold(0.0, f64::max);
     for (i, entry) in config.structure.loads.iter().enumerate() {
         let key = format!("structure.loads.{i}");
         let nodes = model.place(scene, &key, entry.place())?;
-        let (force, rigid) = (norm(&entry.force), stiffest(model));
+        let force = norm(&entry.force);
         if model.elements.is_empty() && force > LONGER * rigid && rigid > 0.0 {
+            let times = 1.0 + force / rigid;
             let what = format!(
-                "{force:e} N would stretch the stiffest cable of the structure to {:.1} times its length",
-                1.0 + force / rigid
+                "{force:e} N would stretch the stiffest cable of the structure to {times:.1} times its length"
             );
-            let hint = "a load of 5 kN is 5e3";
-            warnings.push(warning(code::LIKELY_UNIT, format!("{key}.force"), what, hint));
+            warnings.push(warning(code::LIKELY_UNIT, format!("{key}.force"), what, "a load of 5 kN is 5e3"));
         }
-        let held = |node: &usize| (0..3).all(|c| entry.force[c] == 0.0 || model.held[model.dof(*node, c)]);
         if entry.moment != [0.0; 3] {
             continue;
         }
         if entry.force == [0.0; 3] {
             let what = "force and moment are 0, so it loads nothing";
             warnings.push(warning(code::UNUSED_KEY, key, what, ""));
-        } else if !nodes.is_empty() && nodes.iter().all(held) {
-            let what = format!(
-                "supports hold its {} nodes in the direction of the force, so it moves nothing",
-                nodes.len()
-            );
+        } else if all_held(&nodes, &entry.force, |node, c| model.held[model.dof(node, c)]) {
+            let count = nodes.len();
+            let what =
+                format!("supports hold its {count} nodes in the direction of the force, so it moves nothing");
             warnings.push(warning(code::UNUSED_KEY, key, what, "name nodes that are free"));
         }
     }
     Ok(())
 }
 
+/// Whether all `nodes` are held in each direction in which `vector` points; there are some.
+fn all_held(nodes: &[usize], vector: &[f64; 3], held: impl Fn(usize, usize) -> bool) -> bool {
+    let stays = |node: &usize| (0..3).all(|c| vector[c] == 0.0 || held(*node, c));
+    !nodes.is_empty() && nodes.iter().all(stays)
+}
+
 fn norm(vector: &[f64; 3]) -> f64 {
     vector.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
-/// Largest product of modulus and section of all cables [N].
-fn stiffest(model: &Model) -> f64 {
-    model.cables.iter().map(|c| c.of.young * c.of.area).fold(0.0, f64::max)
-}
-
 /// The histories of all loads, with their keys.
 fn histories(config: &Config) -> impl Iterator<Item = (String, &Vec<[f64; 2]>)> {
-    let of = |name: &'static str| move |i: usize| format!("structure.{name}.{i}.history");
-    let (load, pressure) = (of("loads"), of("pressures"));
-    let loads = config.structure.loads.iter().enumerate().map(move |(i, e)| (load(i), &e.history));
-    let pressures = config.structure.pressures.iter().enumerate();
-    loads.chain(pressures.map(move |(i, e)| (pressure(i), &e.history)))
+    let table = &config.structure;
+    let loads = table.loads.iter().enumerate().map(|(i, e)| ("loads", i, &e.history));
+    let pressures = table.pressures.iter().enumerate().map(|(i, e)| ("pressures", i, &e.history));
+    let all = loads.chain(pressures);
+    all.map(|(name, i, history)| (format!("structure.{name}.{i}.history"), history))
 }
 
 /// What is said of rows of a history between which no step of `step` [s] ends, of a scheme that takes loads as they are at the
@@ -231,20 +207,17 @@ fn judge_histories(at: &mut Judge) {
     let Ok(end_time) = scene.end_time() else { return };
     let hint = "rows are [t, factor] in s: 100 ms is 0.1";
     for (key, rows) in histories(config) {
-        let Some(last) = rows.last().map(|row| row[0]) else { continue };
+        let Some([begin, factor]) = rows.first() else { continue };
         // Before the first row the factor is that of the first row.
-        let begins_later = rows.first().is_some_and(|row| row[1] == 0.0 && row[0] >= end_time);
         if rows.iter().all(|row| row[1] == 0.0) {
             warnings.push(warning(code::UNUSED_KEY, key, "all factors are 0: it loads nothing", ""));
-        } else if begins_later {
+        } else if *factor == 0.0 && *begin >= end_time {
             let what = format!(
-                "it is 0 until {} s, and the run ends at end_time = {end_time} s, so it loads nothing",
-                rows[0][0]
+                "it is 0 until {begin} s, and the run ends at end_time = {end_time} s, so it loads nothing"
             );
             warnings.push(warning(code::LIKELY_UNIT, key, what, hint));
-        } else if last > LATER * end_time {
-            let what = format!("it goes on until {last} s, and the run ends at end_time = {end_time} s");
-            warnings.push(warning(code::LIKELY_UNIT, key, what, hint));
+        } else {
+            warnings.extend(late(key, rows.last().map(|row| row[0]), end_time, hint));
         }
     }
 }
@@ -257,12 +230,11 @@ fn judge_velocities(at: &mut Judge) -> Result<(), Diagnostic> {
         let speed = norm(&entry.velocity);
         SPEED.pass(scene, &key, speed, warnings)?;
         let nodes = model.place(scene, &key, entry.place())?;
-        let held =
-            |node: &usize| (0..3).all(|c| entry.velocity[c] == 0.0 || model.held_first(model.dof(*node, c)));
-        if speed > 0.0 && !nodes.is_empty() && nodes.iter().all(held) {
+        let held = |node, c| model.held_first(model.dof(node, c));
+        if speed > 0.0 && all_held(&nodes, &entry.velocity, held) {
+            let count = nodes.len();
             let what = format!(
-                "supports hold its {} nodes in the direction of the velocity, so they stay at rest",
-                nodes.len()
+                "supports hold its {count} nodes in the direction of the velocity, so they stay at rest"
             );
             warnings.push(warning(code::UNUSED_KEY, key, what, ""));
         }
@@ -281,10 +253,8 @@ fn judge_gravity(at: &mut Judge) {
     let table = &config.structure;
     let moved = !(table.loads.is_empty() && table.pressures.is_empty() && table.velocities.is_empty());
     if size == 0.0 && !scene.has("gravity") && !moved {
-        let (what, hint) = (
-            "there is no gravity: the structure has no weight",
-            "gravity = [0.0, 0.0, -9.81], or structure.dead_load = false",
-        );
+        let what = "there is no gravity: the structure has no weight";
+        let hint = "gravity = [0.0, 0.0, -9.81], or structure.dead_load = false";
         warnings.push(warning(code::UNUSUAL_VALUE, "structure", what, hint));
     }
     if size > 0.0 && z > 0.9 * size {

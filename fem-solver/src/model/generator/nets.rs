@@ -1,0 +1,257 @@
+//! Plain nets: of square cells, and of rings, each in contact with four neighbours.
+
+use crate::config::generator::{Held, RectangularNet, RingNet};
+use crate::read::mesh::{ElementGroup, Kind, Mesh};
+use interface_defs::mesh::Group;
+use nalgebra::Vector3;
+
+/// A generated structure.
+#[derive(Debug, Clone)]
+pub struct Generated {
+    /// Nodes, elements, named groups.
+    pub mesh: Mesh,
+    /// Nodes that are held in all directions.
+    pub held: Vec<usize>,
+    /// What the elements of each group are made for.
+    pub parts: Vec<MadeFor>,
+}
+
+/// A named part of a generated structure.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MadeFor {
+    /// The group of its elements.
+    pub group: &'static str,
+    /// The element that they are made for, as `[[structure.parts]]` calls it.
+    pub element: &'static str,
+}
+
+impl Generated {
+    /// A structure whose elements are all one part.
+    pub(super) fn of_one_part(
+        mut mesh: Mesh,
+        group: &'static str,
+        element: &'static str,
+        held: Vec<usize>,
+    ) -> Self {
+        let elements = (0..mesh.elements.len() as u32).collect();
+        mesh.element_groups.push(ElementGroup { name: group.into(), elements });
+        mesh.name_nodes();
+        Self { mesh, held, parts: vec![MadeFor { group, element }] }
+    }
+}
+
+/// A named set of nodes.
+pub(super) fn named(name: &str, nodes: &[usize]) -> Group {
+    Group { name: name.into(), nodes: nodes.iter().map(|n| *n as u32).collect() }
+}
+
+/// The first corner of a net of `counts` cells of `size` [m], stated by itself or by its middle.
+fn corner(origin: Option<[f64; 3]>, center: Option<[f64; 3]>, [x, y]: [usize; 2], size: f64) -> Vector3<f64> {
+    let half = Vector3::new(x as f64, y as f64, 0.0) * (0.5 * size);
+    let of_center = center.map(|center| Vector3::from(center) - half);
+    of_center.unwrap_or_else(|| Vector3::from(origin.unwrap_or_default()))
+}
+
+/// A net of square cells in the plane of x and y.
+///
+/// Nodes run along x first. So do the cables of each row, along x and then towards the next row:
+/// neighbouring cables have neighbouring nodes, which is what the kernel is fast on.
+pub fn rectangular_net(generator: &RectangularNet) -> Generated {
+    let [cells_x, cells_y] = generator.cells;
+    let (columns, rows) = (cells_x + 1, cells_y + 1);
+    let origin = corner(generator.origin, generator.center, generator.cells, generator.spacing);
+    let number = |i: usize, j: usize| j * columns + i;
+    let mut mesh = Mesh::default();
+    for j in 0..rows {
+        for i in 0..columns {
+            mesh.nodes.push(origin + generator.spacing * Vector3::new(i as f64, j as f64, 0.0));
+        }
+        let along_frame = j == 0 || j == cells_y;
+        if !along_frame || generator.boundary_cables {
+            for i in 0..cells_x {
+                mesh.push(Kind::Line2, &[number(i, j), number(i + 1, j)]);
+            }
+        }
+        if j < cells_y {
+            for i in (0..columns).filter(|i| generator.boundary_cables || (*i != 0 && *i != cells_x)) {
+                mesh.push(Kind::Line2, &[number(i, j), number(i, j + 1)]);
+            }
+        }
+    }
+    let select = |chosen: &dyn Fn(usize, usize) -> bool| {
+        let all = (0..rows).flat_map(|j| (0..columns).map(move |i| (i, j)));
+        all.filter(|(i, j)| chosen(*i, *j)).map(|(i, j)| number(i, j)).collect::<Vec<_>>()
+    };
+    let (x_edge, y_edge) = (|i: usize| i == 0 || i == cells_x, |j: usize| j == 0 || j == cells_y);
+    let edges = select(&|i, j| x_edge(i) || y_edge(j));
+    let corners = select(&|i, j| x_edge(i) && y_edge(j));
+    mesh.node_groups = vec![
+        named("edges", &edges),
+        named("corners", &corners),
+        named("interior", &select(&|i, j| !x_edge(i) && !y_edge(j))),
+        named("x_min", &select(&|i, _| i == 0)),
+        named("x_max", &select(&|i, _| i == cells_x)),
+        named("y_min", &select(&|_, j| j == 0)),
+        named("y_max", &select(&|_, j| j == cells_y)),
+    ];
+    let held = match generator.held {
+        Held::Edges => edges,
+        Held::Corners => corners,
+        Held::None => Vec::new(),
+    };
+    Generated::of_one_part(mesh, "net", "cable", held)
+}
+
+/// Numbers of the contacts of `rings` rings in two directions: those between rows (`between`, where
+/// rings touch the row below) and those beside (`beside`, where they touch the ring before). A row
+/// of the first kind and one of the second take turns, so that a ring's contacts are close by.
+#[derive(Debug, Clone, Copy)]
+pub struct Contacts {
+    rings: [usize; 2],
+}
+
+impl Contacts {
+    /// Contacts of a net of so many rings.
+    pub fn new(rings: [usize; 2]) -> Self {
+        Self { rings }
+    }
+
+    /// How many there are.
+    pub fn count(self) -> usize {
+        let [n, m] = self.rings;
+        m * (2 * n + 1) + n
+    }
+
+    /// Below the ring in column `i` and row `j`; `j = rows` is the upper edge.
+    pub fn between(self, i: usize, j: usize) -> usize {
+        j * (2 * self.rings[0] + 1) + i
+    }
+
+    /// Before the ring in column `i` and row `j`; `i = columns` is the far edge.
+    pub fn beside(self, i: usize, j: usize) -> usize {
+        j * (2 * self.rings[0] + 1) + self.rings[0] + i
+    }
+
+    /// The four contacts of a ring, around it.
+    pub fn of_ring(self, i: usize, j: usize) -> [usize; 4] {
+        [self.beside(i + 1, j), self.between(i, j + 1), self.beside(i, j), self.between(i, j)]
+    }
+
+    /// Places of all contacts in order, in cells from the first corner.
+    pub fn places(self) -> impl Iterator<Item = [f64; 2]> {
+        let [n, m] = self.rings;
+        (0..=m).flat_map(move |j| {
+            let between = (0..n).map(move |i| [i as f64 + 0.5, j as f64]);
+            let beside = (0..=n).filter(move |_| j < m).map(move |i| [i as f64, j as f64 + 0.5]);
+            between.chain(beside)
+        })
+    }
+}
+
+/// A net of rings in the plane of x and y; each ring is a quadrilateral of its four contacts.
+pub fn ring_net(generator: &RingNet) -> Generated {
+    let [columns, rows] = generator.rings;
+    let origin = corner(generator.origin, generator.center, generator.rings, generator.diameter);
+    let contacts = Contacts::new(generator.rings);
+    let mut mesh = Mesh::default();
+    mesh.nodes.extend(contacts.places().map(|[x, y]| origin + generator.diameter * Vector3::new(x, y, 0.0)));
+    for j in 0..rows {
+        for i in 0..columns {
+            mesh.push(Kind::Quad4, &contacts.of_ring(i, j));
+        }
+    }
+    let x_min: Vec<usize> = (0..rows).map(|j| contacts.beside(0, j)).collect();
+    let x_max: Vec<usize> = (0..rows).map(|j| contacts.beside(columns, j)).collect();
+    let y_min: Vec<usize> = (0..columns).map(|i| contacts.between(i, 0)).collect();
+    let y_max: Vec<usize> = (0..columns).map(|i| contacts.between(i, rows)).collect();
+    let mut edges = [&x_min[..], &x_max, &y_min, &y_max].concat();
+    edges.sort_unstable();
+    let interior: Vec<usize> = (0..contacts.count()).filter(|n| edges.binary_search(n).is_err()).collect();
+    mesh.node_groups = vec![
+        named("edges", &edges),
+        named("interior", &interior),
+        named("x_min", &x_min),
+        named("x_max", &x_max),
+        named("y_min", &y_min),
+        named("y_max", &y_max),
+    ];
+    let held = if generator.held == Held::Edges { edges } else { Vec::new() };
+    Generated::of_one_part(mesh, "net", "ring", held)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn net(cells: [usize; 2], boundary_cables: bool) -> Generated {
+        rectangular_net(&RectangularNet {
+            cells,
+            spacing: 0.15,
+            origin: None,
+            center: Some([0.0, 0.0, 1.0]),
+            held: Held::Edges,
+            boundary_cables,
+        })
+    }
+
+    #[test]
+    fn the_walenstadt_net_has_729_nodes_and_1300_cables() {
+        let net = net([26, 26], false);
+        assert_eq!((net.mesh.nodes.len(), net.mesh.elements.len(), net.held.len()), (729, 1300, 104));
+        assert!((net.mesh.nodes[13 * 27 + 13] - Vector3::new(0.0, 0.0, 1.0)).norm() < 1e-15);
+    }
+
+    #[test]
+    fn every_cable_spans_one_cell() {
+        let mesh = net([3, 5], true).mesh;
+        assert_eq!(mesh.elements.len(), 3 * 6 + 4 * 5);
+        for element in &mesh.elements {
+            let [a, b] = mesh.nodes_of(element) else { panic!("a cable has two nodes") };
+            assert!(((mesh.nodes[*b as usize] - mesh.nodes[*a as usize]).norm() - 0.15).abs() < 1e-15);
+        }
+    }
+}
+
+#[cfg(test)]
+mod ring_tests {
+    use super::*;
+
+    fn net(rings: [usize; 2]) -> Generated {
+        let held = Held::Edges;
+        ring_net(&RingNet { rings, diameter: 0.3, origin: None, center: Some([0.0, 0.0, 2.0]), held })
+    }
+
+    #[test]
+    fn every_ring_is_closed_through_four_contacts_on_its_circle() {
+        let Generated { mesh, held, .. } = net([4, 3]);
+        assert_eq!((mesh.nodes.len(), mesh.elements.len()), (5 * 3 + 4 * 4, 12));
+        assert_eq!(held.len(), 2 * 3 + 2 * 4);
+        for (k, ring) in mesh.elements.iter().enumerate() {
+            let (i, j) = (k % 4, k / 4);
+            let middle = Vector3::new(0.3 * (i as f64 + 0.5 - 2.0), 0.3 * (j as f64 + 0.5 - 1.5), 2.0);
+            let nodes: Vec<_> =
+                mesh.nodes_of(ring).iter().map(|n| mesh.nodes[*n as usize] - middle).collect();
+            for (n, spoke) in nodes.iter().enumerate() {
+                assert!((spoke.norm() - 0.15).abs() < 1e-15, "ring {k}: a contact at {} m", spoke.norm());
+                // A quarter turn to the next, always the same way round.
+                let turn = spoke.cross(&nodes[(n + 1) % 4]);
+                assert!((turn.z - 0.15 * 0.15).abs() < 1e-15, "ring {k}: {turn}");
+            }
+        }
+    }
+
+    #[test]
+    fn neighbours_share_the_node_of_their_contact_and_nothing_else() {
+        let mesh = net([5, 4]).mesh;
+        let nodes = |k: usize| mesh.nodes_of(&mesh.elements[k]);
+        for a in 0..20_usize {
+            for b in 0..a {
+                let (da, db) = ((a % 5).abs_diff(b % 5), (a / 5).abs_diff(b / 5));
+                let shared = nodes(a).iter().filter(|n| nodes(b).contains(n)).count();
+                assert_eq!(shared, usize::from(da + db == 1), "rings {a} and {b}");
+            }
+        }
+        let interior = &mesh.node_groups.iter().find(|g| g.name == "interior").unwrap().nodes;
+        assert_eq!(interior.len(), 4 * 4 + 5 * 3, "a node for each contact of two rings");
+    }
+}
