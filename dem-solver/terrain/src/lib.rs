@@ -29,6 +29,7 @@ pub mod zones;
 
 use dem_solid::geometry::box_tree::{Bounds, BoxTree, morton_order};
 use dem_solid::geometry::shared_nodes::{Unshared, first_fault};
+use dem_solid::geometry::{bounds, by_first_use, is_flat};
 use forest::Forest;
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::Vector3;
@@ -78,8 +79,8 @@ impl Terrain {
             let file = scene.resolve(&settings.file).display().to_string();
             return Err(Diagnostic::in_file(file, "the terrain has no triangle with an area"));
         }
-        ground.materials = zones.materials().to_vec();
-        ground.forests = zones.forests().to_vec();
+        ground.materials = zones.materials.clone();
+        ground.forests = zones.forests.clone();
         let (low, high) = (ground.lowest + ground.origin, ground.highest + ground.origin);
         zones::check_polygons(scene, settings, &low, &high)?;
         if !zones.is_empty() {
@@ -93,22 +94,23 @@ impl Terrain {
 
     /// Of one surface.
     pub fn new(relief: Triangulated) -> Self {
-        let Triangulated { origin, nodes, triangles, mut notices } = relief;
-        let (triangles, dropped) = with_area(&nodes, triangles);
-        if dropped > 0 {
-            notices.push(notice(format!("{dropped} triangles without area left out")));
+        let Triangulated { origin, mut nodes, mut triangles, mut notices } = relief;
+        let before = triangles.len();
+        triangles.retain(|t| !is_flat(t.map(|n| nodes[n as usize]), THINNEST));
+        if triangles.len() < before {
+            let what = format!("{} triangles without area left out", before - triangles.len());
+            notices.push(notice(what));
         }
         let corner = |t: usize, k: usize| nodes[triangles[t][k] as usize];
         let order = morton_order(triangles.len(), |t| (corner(t, 0) + corner(t, 1) + corner(t, 2)) / 3.0);
-        let triangles: Vec<[u32; 3]> = order.into_iter().map(|t| triangles[t as usize]).collect();
-        let (nodes, triangles) = by_first_use(nodes, triangles);
-        let tree = BoxTree::new(triangles.len(), |t| bounds_of(&triangles[t].map(|n| nodes[n as usize])));
-        let mut lowest = Vector3::repeat(f64::INFINITY);
-        let mut highest = Vector3::repeat(f64::NEG_INFINITY);
-        for node in triangles.iter().flatten().map(|n| &nodes[*n as usize]) {
-            lowest = lowest.inf(node);
-            highest = highest.sup(node);
-        }
+        let mut triangles: Vec<[u32; 3]> = order.into_iter().map(|t| triangles[t as usize]).collect();
+        by_first_use(&mut nodes, &mut triangles);
+        let tree = BoxTree::new(triangles.len(), |t| {
+            let [low, high] = bounds(triangles[t].map(|n| nodes[n as usize]));
+            Bounds::around(&low, &high)
+        });
+        // All nodes are of some triangle now.
+        let [lowest, highest] = bounds(nodes.iter().copied());
         Self {
             origin,
             nodes,
@@ -170,43 +172,7 @@ impl Terrain {
     }
 }
 
-fn bounds_of([a, b, c]: &[Vector3<f64>; 3]) -> Bounds {
-    Bounds::around(&a.inf(b).inf(c), &a.sup(b).sup(c))
-}
-
-/// The same with the nodes in the order in which the triangles name them, so that what is near lies together in
-/// memory; a node that none names is left out.
-fn by_first_use(
-    nodes: Vec<Vector3<f64>>,
-    mut triangles: Vec<[u32; 3]>,
-) -> (Vec<Vector3<f64>>, Vec<[u32; 3]>) {
-    let mut place = vec![u32::MAX; nodes.len()];
-    let mut ordered = Vec::with_capacity(nodes.len());
-    for number in triangles.iter_mut().flatten() {
-        let place = &mut place[*number as usize];
-        if *place == u32::MAX {
-            *place = ordered.len() as u32;
-            ordered.push(nodes[*number as usize]);
-        }
-        *number = *place;
-    }
-    (ordered, triangles)
-}
-
 /// Height of a triangle over its longest edge, in such edges, up to which it counts as without area. The normal of a
 /// thinner one is a matter of rounding (nodes of 1e3 m, rounded to 1e-13 m, tilt it by 1e-6 rad and more), and the
 /// edges that its neighbours leave are so close that a sphere touches them as one.
 const THINNEST: f64 = 1e-7;
-
-/// The triangles that have an area, and how many have none: their edges are those of their neighbours.
-fn with_area(nodes: &[Vector3<f64>], mut triangles: Vec<[u32; 3]>) -> (Vec<[u32; 3]>, usize) {
-    let before = triangles.len();
-    triangles.retain(|t| {
-        let [a, b, c] = t.map(|n| nodes[n as usize]);
-        let longest = (b - a).norm_squared().max((c - a).norm_squared()).max((c - b).norm_squared());
-        // Twice the area over the longest edge squared is the height over that edge, in edges.
-        (b - a).cross(&(c - a)).norm() > THINNEST * longest
-    });
-    let dropped = before - triangles.len();
-    (triangles, dropped)
-}

@@ -12,8 +12,10 @@ use toolkit::scene::Scene;
 /// The zones of a terrain, in local coordinates. Zone 0 is everything else.
 #[derive(Debug, Clone, Default)]
 pub struct Zones {
-    materials: Vec<String>,
-    forests: Vec<Option<Forest>>,
+    /// Materials by zone.
+    pub materials: Vec<String>,
+    /// Forests by zone.
+    pub forests: Vec<Option<Forest>>,
     /// Corners, place of the material, number in the scene.
     polygons: Vec<(Vec<[f64; 2]>, u8, usize)>,
     raster: Option<Raster>,
@@ -96,16 +98,6 @@ impl Zones {
             }
         }
         Ok(())
-    }
-
-    /// Materials by zone.
-    pub fn materials(&self) -> &[String] {
-        &self.materials
-    }
-
-    /// Forests by zone.
-    pub fn forests(&self) -> &[Option<Forest>] {
-        &self.forests
     }
 
     /// True if everything is zone 0.

@@ -116,7 +116,7 @@ fn las_of(version: (u8, u8), format: u8, compressed: bool) -> Vec<u8> {
 
 /// The triangles of the grid as a closed list, for STL and OBJ.
 fn grid() -> (Vec<Vector3<f64>>, Vec<[u32; 3]>) {
-    let relief = triangulation::from_raster(&slope().raster(), NoData::Refuse, "t").expect("a surface");
+    let relief = triangulation::from_raster(&slope().raster(), NoData::Refuse).expect("a surface");
     (relief.nodes.iter().map(|n| n + relief.origin).collect(), relief.triangles)
 }
 

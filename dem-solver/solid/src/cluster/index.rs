@@ -1,5 +1,6 @@
 //! The sphere of a cluster that reaches nearest to a point, and the first one that a ray enters.
 
+use crate::geometry::bounds;
 use crate::geometry::median_tree::{MedianNode, MedianTree, Split};
 use crate::geometry::sphere::Sphere;
 use nalgebra::Vector3;
@@ -183,14 +184,10 @@ pub fn entry(sphere: &Sphere, from: &Vector3<f64>, along: &Vector3<f64>) -> Opti
 /// The box around centres, the largest radius, and by what the spheres are split: large ones apart from small ones where their
 /// radii differ most, since the largest of a node decides how near all of it may be.
 fn describe(some: &[u32], spheres: &[Sphere]) -> ([Vector3<f64>; 2], f64, Split) {
-    let (mut lowest, mut highest) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
-    let (mut least, mut largest) = (f64::INFINITY, 0.0_f64);
-    for sphere in some.iter().map(|i| &spheres[*i as usize]) {
-        lowest = lowest.inf(&sphere.centre);
-        highest = highest.sup(&sphere.centre);
-        largest = largest.max(sphere.radius);
-        least = least.min(sphere.radius);
-    }
+    let all = || some.iter().map(|i| &spheres[*i as usize]);
+    let [lowest, highest] = bounds(all().map(|s| s.centre));
+    let largest = all().map(|s| s.radius).fold(0.0, f64::max);
+    let least = all().map(|s| s.radius).fold(f64::INFINITY, f64::min);
     let axis = (highest - lowest).iamax();
     let by_size = largest - least > (highest - lowest)[axis];
     ([lowest, highest], largest, if by_size { Split::Size } else { Split::Axis(axis) })

@@ -167,9 +167,7 @@ mod tests {
 
     fn tree(points: &[Vector3<f64>]) -> MedianTree<()> {
         let describe = |some: &[u32]| {
-            let all = || some.iter().map(|k| points[*k as usize]);
-            let low = all().fold(Vector3::repeat(f64::INFINITY), |l, p| l.inf(&p));
-            let high = all().fold(Vector3::repeat(f64::NEG_INFINITY), |h, p| h.sup(&p));
+            let [low, high] = crate::geometry::bounds(some.iter().map(|k| points[*k as usize]));
             ([low, high], (), Split::Axis((high - low).iamax()))
         };
         let value = |k: u32, split| match split {

@@ -5,6 +5,7 @@
 //! Source: Baerentzen and Aanaes (2005), IEEE Trans. Vis. Comput. Graph. 11, 243.
 
 use super::surface::Surface;
+use crate::geometry::bounds;
 use crate::geometry::median_tree::{MedianNode, MedianTree, Split};
 use nalgebra::Vector3;
 use std::cell::Cell;
@@ -178,11 +179,9 @@ fn describe(
     surface: &Surface,
     middles: &[Vector3<f64>],
 ) -> ([Vector3<f64>; 2], SlabOfPatch, Split) {
-    let nowhere = [Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY)];
-    let around = |[low, high]: [Vector3<f64>; 2], p: Vector3<f64>| [low.inf(&p), high.sup(&p)];
-    let bounds = some.iter().flat_map(|t| surface.corners(*t as usize)).fold(nowhere, around);
-    let [low, high] = some.iter().map(|t| middles[*t as usize]).fold(nowhere, around);
-    (bounds, SlabOfPatch::of(some, surface), Split::Axis((high - low).iamax()))
+    let around = bounds(some.iter().flat_map(|t| surface.corners(*t as usize)));
+    let [low, high] = bounds(some.iter().map(|t| middles[*t as usize]));
+    (around, SlabOfPatch::of(some, surface), Split::Axis((high - low).iamax()))
 }
 
 impl SlabOfPatch {

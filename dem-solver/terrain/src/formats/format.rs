@@ -1,7 +1,8 @@
-//! What a format of terrain is.
+//! What a format of terrain is, and what its readers need: words and numbers of a text.
 
 use crate::raster::Raster;
-use dem_solid::input::Head;
+use dem_solid::input::{Head, ReadError};
+use dem_solid::shape::formats::Facets;
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::Vector3;
 
@@ -9,6 +10,7 @@ use nalgebra::Vector3;
 pub const MOST_CELLS: usize = 250_000_000;
 
 /// A way in which a file holds a terrain. One file each in this folder, and two lines in `mod.rs`.
+#[derive(Clone, Copy)]
 pub struct Format {
     /// What it is called in messages.
     pub name: &'static str,
@@ -21,7 +23,7 @@ pub struct Format {
     /// Whether a file that begins so is one.
     pub begins: fn(&Head) -> bool,
     /// Read a file.
-    pub read: fn(Source) -> Result<Content, Diagnostic>,
+    pub read: Reader,
 }
 
 impl Format {
@@ -29,6 +31,17 @@ impl Format {
     pub fn has(&self, extension: &str) -> bool {
         self.extensions.contains(&extension) || self.also.contains(&extension)
     }
+}
+
+/// What reads a file.
+#[derive(Clone, Copy)]
+pub enum Reader {
+    /// A raster from its bytes.
+    Raster(fn(&[u8]) -> Result<Raster, ReadError>),
+    /// Points from its bytes, of these classes where points have classes; none: all.
+    Points(fn(Vec<u8>, &[u8]) -> Result<Vec<[f64; 3]>, ReadError>),
+    /// At most so many triangles.
+    Surface(fn(&[u8], usize) -> Result<Facets, ReadError>),
 }
 
 /// The kinds of content.
@@ -42,16 +55,6 @@ pub enum Holds {
     ClassifiedPoints,
     /// Triangles.
     Triangles,
-}
-
-/// What a reader is given.
-pub struct Source<'a> {
-    /// The whole file.
-    pub bytes: Vec<u8>,
-    /// Its name, for messages.
-    pub file: &'a str,
-    /// Classes of points that are taken; none: all.
-    pub classes: &'a [u8],
 }
 
 /// What a terrain file holds.

@@ -3,9 +3,10 @@
 //!
 //! Source of the layout: ASPRS LAS 1.4-R15, tables 3 to 6.
 
-use super::format::{Content, Format, Holds};
-use super::{crs, laz};
-use interface_defs::diagnostic::Diagnostic;
+use super::format::{Format, Holds, Reader};
+use super::laz::{self, whole};
+use crate::system;
+use dem_solid::input::ReadError;
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -16,7 +17,7 @@ pub const FORMAT: Format = Format {
     also: &[],
     holds: Holds::ClassifiedPoints,
     begins: |head| head.begins(&[b"LASF"]),
-    read: |source| read(source.bytes, source.classes, source.file).map(Content::Points),
+    read: Reader::Points(read),
 };
 
 /// Bytes of points that are read at once.
@@ -28,41 +29,32 @@ const RECORD: usize = 54;
 const MOST: u64 = 2_000_000_000;
 const MOST_TAKEN: usize = 100_000_000;
 
-/// Read the bytes of `file`: points of these classes, all if there is none.
-fn read(bytes: Vec<u8>, classes: &[u8], file: &str) -> Result<Vec<[f64; 3]>, Diagnostic> {
-    check(&bytes, file)?;
-    crs::refused(file, coordinates(&bytes))?;
+/// Read points of these classes, all if there is none.
+fn read(bytes: Vec<u8>, classes: &[u8]) -> Result<Vec<[f64; 3]>, ReadError> {
+    check(&bytes)?;
     // The crate is not proof against every lie in a compressed file.
-    let read = catch_unwind(AssertUnwindSafe(|| points(bytes, classes)));
-    let (points, seen) = match read {
-        Ok(Ok(read)) => read,
-        Ok(Err(e)) => return Err(Diagnostic::in_file(file, format!("cannot be read as LAS: {e}"))),
-        Err(_) => {
-            return Err(Diagnostic::in_file(
-                file,
-                "cannot be read as LAS: its compressed points are damaged",
-            ));
-        }
-    };
+    let (points, seen) = catch_unwind(AssertUnwindSafe(|| points(bytes, classes)))
+        .map_err(|_| "cannot be read as LAS: its compressed points are damaged")??;
     if points.len() > MOST_TAKEN {
-        return Err(Diagnostic::in_file(file, format!("more than {MOST_TAKEN} points of the terrain"))
+        return Err(ReadError::new(format!("more than {MOST_TAKEN} points of the terrain"))
             .try_instead("thin them out, or cut the area out that is needed"));
     }
     if points.is_empty() {
         let text: Vec<String> = classes.iter().map(u8::to_string).collect();
         let what = format!("none of its {seen} points is of class {}", text.join(", "));
-        return Err(Diagnostic::in_file(file, what)
-            .try_instead("write classes = [] under [terrain] to take all points"));
+        return Err(ReadError::new(what).try_instead("write classes = [] under [terrain] to take all points"));
     }
     Ok(points)
 }
 
-fn points(bytes: Vec<u8>, classes: &[u8]) -> Result<(Vec<[f64; 3]>, u64), las::Error> {
-    let mut reader = las::Reader::new(Cursor::new(bytes))?;
+fn points(bytes: Vec<u8>, classes: &[u8]) -> Result<(Vec<[f64; 3]>, u64), ReadError> {
+    let broken = |e: las::Error| format!("cannot be read as LAS: {e}");
+    let mut reader = las::Reader::new(Cursor::new(bytes)).map_err(broken)?;
+    check_coordinates(reader.header())?;
     let count = reader.header().number_of_points();
     let mut points = Vec::new();
     let at_once = (BATCH / u64::from(reader.header().point_format().len()).max(1)).clamp(1, 65_536);
-    let mut batch = reader.read_points(at_once.min(count))?;
+    let mut batch = reader.read_points(at_once.min(count)).map_err(broken)?;
     let mut seen = batch.len() as u64;
     loop {
         let places = batch.x().zip(batch.y()).zip(batch.z());
@@ -75,7 +67,7 @@ fn points(bytes: Vec<u8>, classes: &[u8]) -> Result<(Vec<[f64; 3]>, u64), las::E
         if points.len() > MOST_TAKEN || seen >= count {
             return Ok((points, seen));
         }
-        let got = reader.fill_points(at_once, &mut batch)?;
+        let got = reader.fill_points(at_once, &mut batch).map_err(broken)?;
         if got == 0 {
             return Ok((points, seen));
         }
@@ -84,76 +76,63 @@ fn points(bytes: Vec<u8>, classes: &[u8]) -> Result<(Vec<[f64; 3]>, u64), las::E
 }
 
 /// Refuse headers that promise more than the file can hold.
-fn check(bytes: &[u8], file: &str) -> Result<(), Diagnostic> {
-    let fault = |what: String| Err(Diagnostic::in_file(file, what));
+fn check(bytes: &[u8]) -> Result<(), ReadError> {
     if !bytes.starts_with(b"LASF") {
-        return fault("the file does not begin with `LASF`; is this LAS or LAZ?".into());
+        return Err("the file does not begin with `LASF`; is this LAS or LAZ?".into());
     }
     if bytes.len() < HEADER {
-        return fault(format!("{} bytes are too few for the header of a LAS file", bytes.len()));
+        return Err(format!("{} bytes are too few for the header of a LAS file", bytes.len()).into());
     }
-    let whole = |at: usize, size: usize| laz::whole(bytes, at, size);
+    let number = |at: usize, size: usize| whole(bytes, at, size);
     let length = bytes.len() as u64;
-    let (header, offset, records) = (whole(94, 2), whole(96, 4), whole(100, 4));
-    let newest = (bytes[24], bytes[25]) >= (1, 4);
+    let (header, offset, records) = (number(94, 2), number(96, 4), number(100, 4));
+    let long = (bytes[24], bytes[25]) >= (1, 4) && header >= 375;
     if header < HEADER as u64
         || header > offset
         || offset > length
         || records * RECORD as u64 > offset - header
     {
-        return fault(format!(
+        let what = format!(
             "its header ({header} bytes, {records} records) and points from byte {offset} on do not fit {length} bytes"
-        ));
+        );
+        return Err(what.into());
     }
-    let (format, each) = (bytes[104], whole(105, 2));
-    let compressed = format & 0xc0 != 0;
-    let count = if newest && header >= 375 { whole(247, 8).max(whole(107, 4)) } else { whole(107, 4) };
+    let (compressed, each) = (bytes[104] & 0xc0 != 0, number(105, 2));
+    let count = if long { number(247, 8) } else { 0 }.max(number(107, 4));
     if count > MOST || (!compressed && count.checked_mul(each).is_none_or(|size| size > length - offset)) {
-        return fault(format!(
-            "its header promises {count} points of {each} bytes, and the file has {length} bytes"
-        ));
+        let what =
+            format!("its header promises {count} points of {each} bytes, and the file has {length} bytes");
+        return Err(what.into());
     }
-    if newest && header >= 375 {
-        extended_records(bytes, whole(235, 8), whole(243, 4)).or_else(fault)?;
+    if long {
+        extended_records(bytes, number(235, 8), number(243, 4))?;
     }
     if compressed {
-        let start = offset as usize;
-        laz::check(bytes, header as usize, records, start, count, each).or_else(fault)?;
+        laz::check(bytes, header as usize, records, offset as usize, count, each)?;
     }
     Ok(())
 }
 
 /// Records that state the coordinates: geo keys with their text, and well-known text.
-const GEO_KEYS: u64 = 34_735;
-const GEO_TEXT: u64 = 34_737;
-const WELL_KNOWN_TEXT: u64 = 2112;
+const GEO_KEYS: u16 = 34_735;
+const GEO_TEXT: u16 = 34_737;
+const WELL_KNOWN_TEXT: u16 = 2112;
 
-/// Judge what the variable length records say of the coordinates; their sizes have been checked in sum alone.
-fn coordinates(bytes: &[u8]) -> Result<(), (String, String)> {
-    let whole = |at: usize, size: usize| laz::whole(bytes, at, size);
-    let (mut at, mut keys, mut text) = (whole(94, 2) as usize, Vec::new(), String::new());
-    for _ in 0..whole(100, 4) {
-        if at + RECORD > bytes.len() {
-            break;
-        }
-        let (number, length) = (whole(at + 18, 2), whole(at + 20, 2) as usize);
-        let owner = &bytes[at + 2..at + 18];
-        at += RECORD;
-        let Some(data) = bytes.get(at..at + length) else { break };
-        at += length;
-        if !owner.starts_with(b"LASF_Projection") {
-            continue;
-        }
-        match number {
-            GEO_KEYS => keys = data.chunks_exact(2).map(|b| u16::from_le_bytes([b[0], b[1]])).collect(),
-            GEO_TEXT => text = String::from_utf8_lossy(data).into_owned(),
-            WELL_KNOWN_TEXT => {
-                crs::well_known_text(String::from_utf8_lossy(data).trim_end_matches('\0'))?;
+/// Judge what the variable length records say of the coordinates.
+fn check_coordinates(header: &las::Header) -> Result<(), ReadError> {
+    let (mut keys, mut text) = (Vec::new(), String::new());
+    for record in header.vlrs().iter().filter(|record| record.user_id == "LASF_Projection") {
+        let words = String::from_utf8_lossy(&record.data);
+        match record.record_id {
+            GEO_KEYS => {
+                keys = record.data.chunks_exact(2).map(|b| u16::from_le_bytes([b[0], b[1]])).collect()
             }
+            GEO_TEXT => text = words.into_owned(),
+            WELL_KNOWN_TEXT => system::well_known_text(words.trim_end_matches('\0'))?,
             _ => {}
         }
     }
-    crs::geo_keys(&keys, &text)
+    system::geo_keys(&keys, &text)
 }
 
 /// Walk over the records behind the points: each states the length of its data.
@@ -161,9 +140,8 @@ fn extended_records(bytes: &[u8], start: u64, count: u64) -> Result<(), String> 
     let mut at = start;
     for record in 1..=count {
         let end = usize::try_from(at).ok().and_then(|at| {
-            let length = bytes.get(at.checked_add(20)?..at.checked_add(28)?)?;
-            let length = length.iter().rev().fold(0_u64, |v, byte| v << 8 | u64::from(*byte));
-            (at as u64).checked_add(60)?.checked_add(length)
+            bytes.get(at..at.checked_add(60)?)?;
+            (at as u64 + 60).checked_add(whole(bytes, at + 20, 8))
         });
         match end {
             Some(end) if end <= bytes.len() as u64 => at = end,

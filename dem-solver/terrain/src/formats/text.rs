@@ -1,6 +1,7 @@
 //! Words and numbers of a text, as messages and readers need them.
 
-use interface_defs::diagnostic::Diagnostic;
+use super::format::MOST_CELLS;
+use dem_solid::input::ReadError;
 
 /// Words of a text, and in which line they stand.
 pub struct Words<'a> {
@@ -37,6 +38,51 @@ impl<'a> Words<'a> {
     pub fn peek(&self) -> Option<&'a [u8]> {
         Self { ..*self }.next()
     }
+
+    /// Something wrong in the line of the word given last.
+    pub fn fault(&self, what: String) -> ReadError {
+        ReadError::at(self.line, what)
+    }
+
+    /// The heights of a raster to the end of the text, those that `is_none` marks as no number; how many stand in the first of
+    /// their lines, and in how many lines.
+    pub fn heights(
+        &mut self,
+        [columns, rows]: [usize; 2],
+        is_none: impl Fn(f64) -> bool,
+    ) -> Result<(Vec<f64>, [usize; 2]), ReadError> {
+        let bytes = self.text.len();
+        // A height and its separator are two bytes at least.
+        let Some(count) = columns.checked_mul(rows).filter(|n| n / 2 <= bytes) else {
+            let what =
+                format!("the header promises {columns} x {rows} heights, and the file has {bytes} bytes");
+            return Err(what.into());
+        };
+        if count > MOST_CELLS {
+            return Err(format!("{count} heights: up to {MOST_CELLS} are read").into());
+        }
+        let mut heights = Vec::with_capacity(count);
+        let (mut first_line, mut in_first, mut last_line) = (None, 0, 0);
+        while heights.len() < count {
+            let read = heights.len();
+            let Some(word) = self.next() else {
+                let what = format!("the file ends after {read} of {columns} x {rows} = {count} heights");
+                return Err(self.fault(what));
+            };
+            let Some(z) = number(word) else {
+                let (row, column) = (read / columns + 1, read % columns + 1);
+                let what = format!("`{}` is no height (row {row}, column {column})", shown(word));
+                return Err(comma(word, self.fault(what)));
+            };
+            last_line = self.line;
+            in_first += usize::from(*first_line.get_or_insert(last_line) == last_line);
+            heights.push(if is_none(z) { f64::NAN } else { z });
+        }
+        if let Some(word) = self.next() {
+            return Err(self.fault(format!("`{}` follows the last of {count} heights", shown(word))));
+        }
+        Ok((heights, [in_first, last_line + 1 - first_line.unwrap_or(last_line)]))
+    }
 }
 
 /// A finite number, whose decimal separator is a point.
@@ -45,7 +91,7 @@ pub fn number(word: &[u8]) -> Option<f64> {
 }
 
 /// The error with a hint, if `word` is a number with a decimal comma.
-pub fn comma(word: &[u8], error: Diagnostic) -> Diagnostic {
+pub fn comma(word: &[u8], error: ReadError) -> ReadError {
     if !has_comma(word) {
         return error;
     }
