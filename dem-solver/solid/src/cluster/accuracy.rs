@@ -88,7 +88,9 @@ impl Accuracy {
             error = finer;
         }
         let points = points.unwrap_or_default();
-        let (middles, areas) = middles(surface, sizes, error, effort.samples);
+        let most = effort.samples + surface.triangles.len();
+        let (middles, areas) =
+            samples::no_finer(error, |error| samples::middles(surface, sizes, error, 0.9, most));
         let (mut there, mut back) = (Spread::default(), Spread::default());
         let total: f64 = areas.iter().sum();
         let mut measured: Vec<Measured> = Vec::new();
@@ -129,15 +131,5 @@ impl fmt::Display for Accuracy {
             self.outside,
             100.0 * self.volume
         )
-    }
-}
-
-fn middles(surface: &Surface, sizes: &mut Sizes, error: f64, most: usize) -> (samples::Samples, Vec<f64>) {
-    let mut coarse = error;
-    loop {
-        if let Some(found) = samples::middles(surface, sizes, coarse, 0.9, most + surface.triangles.len()) {
-            return found;
-        }
-        coarse *= 1.5;
     }
 }

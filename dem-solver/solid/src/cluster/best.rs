@@ -108,9 +108,7 @@ fn join(balls: &Balls, chosen: &mut [Sphere], grown: f64, least: f64) -> usize {
         while next < linked.len() {
             let here = chosen[linked[next]];
             next += 1;
-            let (found, rest) = apart.iter().partition(|other| overlap(&here, &chosen[**other]));
-            linked.extend::<Vec<usize>>(found);
-            apart = rest;
+            linked.extend(apart.extract_if(.., |other| overlap(&here, &chosen[*other])));
         }
         let away = |k: usize, other: usize| {
             let (a, b): (&Sphere, &Sphere) = (&chosen[k], &chosen[other]);

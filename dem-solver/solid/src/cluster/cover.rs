@@ -94,21 +94,19 @@ pub fn cover(balls: &Balls, samples: &Samples, middle: Option<&Sphere>, wanted: 
                 chosen.push(ball);
                 made_for.push(sample);
                 // A ball that must be larger than the gap asks for leaves its sample as it is.
-                if left > wish * (1.0 + 1e-9) && ball.radius <= 2.0 * least {
-                    helpless.push(sample);
-                    gaps.give_up(sample);
+                if left <= wish * (1.0 + 1e-9) || ball.radius > 2.0 * least {
+                    continue;
                 }
             }
-            _ => {
-                helpless.push(sample);
-                gaps.give_up(sample);
-            }
+            _ => {}
         }
+        helpless.push(sample);
+        gaps.give_up(sample, &samples.points[sample]);
     }
     if joined && connect(balls, samples, &mut chosen, &made_for, least) > 0 {
         gaps = Gaps::new(samples);
         chosen.iter().for_each(|ball| gaps.add(ball));
-        helpless.iter().for_each(|sample| gaps.give_up(*sample));
+        helpless.iter().for_each(|sample| gaps.give_up(*sample, &samples.points[*sample]));
     }
     let gap = gaps.largest().0.max(0.0);
     Cover { balls: chosen, gap, enough, error }
@@ -130,13 +128,7 @@ fn connect(balls: &Balls, samples: &Samples, chosen: &mut [Sphere], made_for: &[
         while next < linked.len() {
             let k = linked[next];
             next += 1;
-            apart.retain(|other| {
-                let found = overlap(&chosen[k], &chosen[*other]);
-                if found {
-                    linked.push(*other);
-                }
-                !found
-            });
+            linked.extend(apart.extract_if(.., |other| overlap(&chosen[k], &chosen[*other])));
         }
         if apart.is_empty() {
             return moved;

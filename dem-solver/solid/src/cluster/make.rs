@@ -14,7 +14,7 @@ use super::accuracy::Accuracy;
 use super::ball::Balls;
 use super::cover::{self, Cover, Wanted, cover};
 use super::index::SphereIndex;
-use super::samples::{Samples, Sizes};
+use super::samples::{Samples, Sizes, no_finer};
 use super::wish::{Fit, Wish};
 use super::{samples, volume};
 use crate::geometry::sphere::Sphere;
@@ -94,14 +94,10 @@ pub fn largest(surface: &Surface, tree: &SurfaceTree) -> Sphere {
     let size = surface.size();
     let mut sizes = Sizes::new(surface, tree);
     let balls = Balls::new(tree, size, 1e-6 * size);
-    let mut error = 0.05 * size;
-    loop {
-        if let Some(found) = samples::corners(surface, &mut sizes, error, 0.9, most_samples(surface, 1)) {
-            let nothing = Sphere { centre: found.points[0], radius: 0.0 };
-            return cover::largest(&balls, &found).unwrap_or(nothing);
-        }
-        error *= 1.5;
-    }
+    let most = most_samples(surface, 1);
+    let found = no_finer(0.05 * size, |error| samples::corners(surface, &mut sizes, error, 0.9, most));
+    let nothing = Sphere { centre: found.points[0], radius: 0.0 };
+    cover::largest(&balls, &found).unwrap_or(nothing)
 }
 
 /// What a cluster is made of.
@@ -207,13 +203,8 @@ impl Maker<'_> {
     /// Samples closer than a share of what a ball covers up to `error` [m], or coarser ones where those would be more
     /// than `most`.
     pub(super) fn at_most(&mut self, error: f64, share: f64, most: usize) -> Samples {
-        let mut error = error.max(1e-6 * self.surface.size());
-        loop {
-            match samples::corners(self.surface, &mut self.sizes, error, share, most) {
-                Some(found) => return found,
-                None => error *= 1.5,
-            }
-        }
+        let error = error.max(1e-6 * self.surface.size());
+        no_finer(error, |error| samples::corners(self.surface, &mut self.sizes, error, share, most))
     }
 
     /// How far all balls grow [m].

@@ -90,37 +90,28 @@ impl Pits<'_> {
         others.sort_by(|a, b| away(a).total_cmp(&away(b)));
         others.truncate(MOST_NEIGHBOURS);
         let others: Vec<(u32, Sphere)> = others.into_iter().map(|k| (k, *self.index.sphere(k))).collect();
-        let mut best: Option<Pit> = None;
-        let mut look = |point: Vector3<f64>, sphere: u32| {
+        let look = |best: Option<Pit>, point: Vector3<f64>, sphere: u32| {
             // Most corners lie in one of these.
             if others.iter().any(|(_, s)| holds(s, &point, self.tight)) {
-                return;
+                return best;
             }
             let least = best.map_or(pit.depth * (1.0 + 1e-9) + self.tight, |b| b.depth);
-            if let Some(depth) = self.depth(&point, least) {
-                best = Some(Pit { point, depth, sphere });
-            }
+            self.depth(&point, least).map(|depth| Pit { point, depth, sphere }).or(best)
         };
         let circles: Vec<(usize, Circle)> =
             others.iter().enumerate().filter_map(|(i, (_, s))| Some((i, Circle::of(&own, s)?))).collect();
+        let mut best = None;
         for (i, circle) in &circles {
             for (_, other) in &others[i + 1..] {
                 for corner in circle.corners(other).into_iter().flatten() {
-                    look(corner, others[*i].0);
+                    best = look(best, corner, others[*i].0);
                 }
             }
         }
         if best.is_none() {
-            let mut look = |point: Vector3<f64>, sphere: u32| {
-                let least = best.map_or(pit.depth * (1.0 + 1e-9) + self.tight, |b| b.depth);
-                if let Some(depth) = self.depth(&point, least) {
-                    best = Some(Pit { point, depth, sphere });
-                }
-            };
-            circles
-                .iter()
-                .take(FOLLOWED)
-                .for_each(|(i, circle)| look(self.bottom(circle, &pit.point), others[*i].0));
+            for (i, circle) in circles.iter().take(FOLLOWED) {
+                best = look(best, self.bottom(circle, &pit.point), others[*i].0);
+            }
         }
         best.or_else(|| self.further(pit, &own))
     }

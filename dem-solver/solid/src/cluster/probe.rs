@@ -263,6 +263,20 @@ impl Probe<'_> {
     }
 }
 
+/// The worst ones of places that begin with them, at most about `many`, none within its own depth of a worse one.
+pub fn apart<'a>(places: impl IntoIterator<Item = &'a Place>, many: f64) -> Vec<Place> {
+    let mut chosen: Vec<Place> = Vec::new();
+    for place in places {
+        if chosen.len() as f64 >= many {
+            break;
+        }
+        if chosen.iter().all(|c| (c.point - place.point).norm_squared() > place.depth * place.depth) {
+            chosen.push(*place);
+        }
+    }
+    chosen
+}
+
 /// The first ones of a list that do not lie next to each other.
 fn spread(list: &[Measured], many: usize, step: f64) -> Vec<&Measured> {
     let mut chosen: Vec<&Measured> = Vec::new();

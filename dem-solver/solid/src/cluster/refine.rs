@@ -7,7 +7,7 @@ use super::ball::Balls;
 use super::best::{Best, FINE};
 use super::index::SphereIndex;
 use super::make::{Maker, larger};
-use super::probe::Place;
+use super::probe::{Place, apart};
 use super::samples::Samples;
 use super::seen::ViewOfSurface;
 use crate::geometry::sphere::Sphere;
@@ -80,20 +80,6 @@ impl Maker<'_> {
         }
         kept
     }
-}
-
-/// The worst ones of places, at most about `many`, none within its own depth of a worse one.
-fn apart(places: &[Place], many: f64) -> Vec<Place> {
-    let mut chosen: Vec<Place> = Vec::new();
-    for place in places {
-        if chosen.len() as f64 >= many {
-            break;
-        }
-        if chosen.iter().all(|c| (c.point - place.point).norm_squared() > place.depth * place.depth) {
-            chosen.push(*place);
-        }
-    }
-    chosen
 }
 
 /// The balls without those `many` whose places others come nearest to.

@@ -157,6 +157,16 @@ fn cut(
     }
 }
 
+/// What `find` gives for `error` [m], or for the next larger one with which its samples are not too many.
+pub fn no_finer<T>(mut error: f64, mut find: impl FnMut(f64) -> Option<T>) -> T {
+    loop {
+        if let Some(found) = find(error) {
+            return found;
+        }
+        error *= 1.5;
+    }
+}
+
 /// The corners of all parts, each once; `None` if they are more than `most`.
 pub fn corners(surface: &Surface, sizes: &mut Sizes, error: f64, share: f64, most: usize) -> Option<Samples> {
     let tree = sizes.balls.tree();

@@ -2,7 +2,7 @@
 //! again.
 
 use super::index::{SphereIndex, entry};
-use super::probe::Place;
+use super::probe::{Place, apart};
 use super::samples::Samples;
 use crate::geometry::sphere::Sphere;
 use crate::shape::tree::SurfaceTree;
@@ -65,16 +65,7 @@ impl<'a> ViewOfSurface<'a> {
     /// The places, at most `many`, where the spheres leave the surface furthest; none within its own depth of a worse one.
     pub fn worst(&mut self, many: usize) -> Vec<Place> {
         self.seen.sort_by(|a, b| b.place.depth.total_cmp(&a.place.depth));
-        let mut chosen: Vec<Place> = Vec::new();
-        for SeenPlace { place, .. } in &self.seen {
-            if chosen.len() == many {
-                break;
-            }
-            if chosen.iter().all(|c| (c.point - place.point).norm_squared() > place.depth * place.depth) {
-                chosen.push(*place);
-            }
-        }
-        chosen
+        apart(self.seen.iter().map(|s| &s.place), many as f64)
     }
 }
 

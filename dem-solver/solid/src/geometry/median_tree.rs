@@ -110,6 +110,11 @@ impl<X> MedianTree<X> {
         &self.nodes[number as usize]
     }
 
+    /// What else is known of a node, to be changed.
+    pub fn more_mut(&mut self, number: u32) -> &mut X {
+        &mut self.nodes[number as usize].more
+    }
+
     /// Left and right child of a node that is no leaf.
     #[inline]
     pub fn children(&self, number: u32) -> [u32; 2] {
