@@ -3,7 +3,7 @@
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::Vector3;
 use std::path::Path;
-use toolkit::input_file;
+pub use toolkit::input_file::read as read_bytes;
 
 /// Largest file of a surface or of spheres that is read [bytes].
 pub const LARGEST: u64 = 1 << 30;
@@ -53,11 +53,6 @@ impl ReadError {
         let line = self.line.map_or(String::new(), |line| format!(":{line}"));
         Diagnostic::in_file(format!("{}{line}", path.display()), self.message).try_if(self.hint)
     }
-}
-
-/// The bytes of a file of up to `largest` bytes.
-pub fn read_bytes(path: &Path, largest: u64) -> Result<Vec<u8>, Diagnostic> {
-    input_file::read(path, largest)
 }
 
 /// The lines of a text, numbered from 1; a line that is not text is an error.

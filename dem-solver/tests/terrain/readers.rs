@@ -35,7 +35,7 @@ fn points() -> Vec<[f64; 3]> {
 }
 
 fn settings(file: &str) -> TerrainSettings {
-    TerrainSettings::new(file)
+    serde_json::from_value(serde_json::json!({ "file": file })).expect("settings")
 }
 
 /// Read `bytes` as the file `name`.

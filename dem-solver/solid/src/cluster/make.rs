@@ -5,7 +5,7 @@
 //! to `n` where its gap is largest. At last all balls grow alike, up to half the gap, so that they reach out
 //! of the solid as the solid reaches out of them ([`Fit`]).
 //!
-//! Where the guesses do not settle, as in plates, bars and limbs, [`super::even`] searches further.
+//! Where the guesses do not settle, as in plates, bars and limbs, [`super::search`] searches further.
 //!
 //! A round surface is covered down to the chords of its triangles by fewer balls than may be asked for: a sphere
 //! by one. There are as many as asked for where edges are left to cover.

@@ -1,8 +1,7 @@
 //! ESRI ASCII grid: `ncols`, `nrows`, `xllcorner` or `xllcenter`, `yll..`, `cellsize` (or `dx`, `dy`),
 //! `NODATA_value`, then the heights row by row from the north. A height stands in the middle of its cell.
 
-use super::format::{Format, Holds, Reader};
-use super::text::{Words, comma, has_comma, number, shown};
+use super::format::{Format, Holds, Reader, Words, comma, has_comma, number, shown};
 use crate::raster::Raster;
 use dem_solid::input::ReadError;
 

@@ -3,8 +3,7 @@
 //!
 //! Source: Golden Software, Surfer user's guide, "ASCII GRD Files"; the mark of nodes without height is Surfer's.
 
-use super::format::{Format, Holds, Reader};
-use super::text::{Words, comma, number, shown};
+use super::format::{Format, Holds, Reader, Words, comma, number, shown};
 use crate::raster::Raster;
 use dem_solid::input::ReadError;
 

@@ -10,7 +10,6 @@ mod grd;
 mod heights;
 mod las;
 mod laz;
-mod text;
 mod tif;
 mod xyz;
 

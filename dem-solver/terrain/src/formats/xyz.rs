@@ -1,8 +1,7 @@
 //! XYZ text: three numbers per line, separated by blanks, commas or semicolons; further columns are not
 //! read. Lines that are empty or begin with `#` are passed over, and so is one line of column names.
 
-use super::format::{Format, Holds, Reader};
-use super::text::{comma, has_comma, number, shown};
+use super::format::{Format, Holds, Reader, comma, has_comma, number, shown};
 use dem_solid::input::ReadError;
 
 /// This format.
