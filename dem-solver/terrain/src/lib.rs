@@ -12,8 +12,6 @@
 //! - [`forest`]: where a rock in flight is slowed down
 //! - [`queries`]: what is near, how high a point stands, for how long a flight is free
 //! - [`ground`]: `dem-solver ground`, heights around a line for what is built there
-//! - [`slope`]: one that is generated
-//! - `winding`: which side is up
 
 pub mod forest;
 pub mod formats;
@@ -21,10 +19,8 @@ pub mod ground;
 pub mod queries;
 pub mod raster;
 pub mod settings;
-pub mod slope;
 pub mod system;
 pub mod triangulation;
-mod winding;
 pub mod zones;
 
 use dem_solid::geometry::box_tree::{Bounds, BoxTree, morton_order};
@@ -34,6 +30,7 @@ use forest::Forest;
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::Vector3;
 use settings::TerrainSettings;
+use std::collections::HashSet;
 use toolkit::scene::Scene;
 use triangulation::Triangulated;
 
@@ -149,26 +146,51 @@ impl Terrain {
         of(a).zip(of(b)).is_some_and(|(a, b)| a.iter().any(|n| b.contains(n)))
     }
 
+    /// Order the corners of all triangles so that their normals point out of the ground. A mesh of one winding keeps what
+    /// hangs over; of one that does not agree with itself each triangle faces up. What the user should know.
+    pub fn face_up(&mut self) -> Option<Diagnostic> {
+        let rise = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|n| self.nodes[n as usize]);
+            (b - a).cross(&(c - a)).z
+        };
+        let down = self.triangles.iter().filter(|t| rise(t) < 0.0).count();
+        if down == 0 {
+            return None;
+        }
+        let (all, whole) = (self.triangles.len(), self.triangles.iter().map(rise).sum::<f64>());
+        if down < all && !self.is_of_one_winding() {
+            for at in 0..all {
+                if rise(&self.triangles[at]) < 0.0 {
+                    self.triangles[at].swap(1, 2);
+                }
+            }
+            let what = format!(
+                "the corners of its triangles run round in both directions ({down} of {all} face down)"
+            );
+            return Some(notice(what).try_instead("each was taken to face up, so that nothing hangs over"));
+        }
+        if whole < 0.0 {
+            self.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        }
+        None
+    }
+
+    /// Whether no two triangles run along an edge in the same direction.
+    fn is_of_one_winding(&self) -> bool {
+        let mut seen = HashSet::with_capacity(3 * self.triangles.len());
+        self.triangles
+            .iter()
+            .all(|[a, b, c]| [(a, b), (b, c), (c, a)].into_iter().all(|edge| seen.insert(edge)))
+    }
+
     /// In words, with numbers.
     pub fn describe(&self) -> String {
-        let size = self.highest - self.lowest;
-        let from = self.lowest + self.origin;
-        let to = self.highest + self.origin;
-        format!(
-            "terrain of {} triangles and {} nodes, {:.1} m x {:.1} m x {:.1} m, x {:.1} to {:.1}, y {:.1} to {:.1}, \
-             z {:.1} to {:.1}",
-            self.triangles.len(),
-            self.nodes.len(),
-            size.x,
-            size.y,
-            size.z,
-            from.x,
-            to.x,
-            from.y,
-            to.y,
-            from.z,
-            to.z
-        )
+        let size = [0, 1, 2].map(|k| format!("{:.1} m", (self.highest - self.lowest)[k])).join(" x ");
+        let (from, to) = (self.lowest + self.origin, self.highest + self.origin);
+        let place =
+            [(0, "x"), (1, "y"), (2, "z")].map(|(k, axis)| format!("{axis} {:.1} to {:.1}", from[k], to[k]));
+        let [triangles, nodes] = [self.triangles.len(), self.nodes.len()];
+        format!("terrain of {triangles} triangles and {nodes} nodes, {size}, {}", place.join(", "))
     }
 }
 
@@ -176,3 +198,43 @@ impl Terrain {
 /// thinner one is a matter of rounding (nodes of 1e3 m, rounded to 1e-13 m, tilt it by 1e-6 rad and more), and the
 /// edges that its neighbours leave are so close that a sphere touches them as one.
 const THINNEST: f64 = 1e-7;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A step with an overhang: floor, mesh that leans out over it, top.
+    fn overhang(turned: &[usize]) -> Terrain {
+        let profile = [[-2.0, 0.0], [0.0, 0.0], [-0.5, 1.0], [2.0, 1.2]];
+        let nodes =
+            [0.0, 1.0].into_iter().flat_map(|y| profile.map(|[x, z]| Vector3::new(x, y, z))).collect();
+        let mut triangles: Vec<[u32; 3]> =
+            (0..3).flat_map(|i| [[i, i + 1, i + 5], [i, i + 5, i + 4]]).collect();
+        turned.iter().for_each(|t| triangles[*t].swap(1, 2));
+        Terrain::new(Triangulated { origin: Vector3::zeros(), nodes, triangles, notices: Vec::new() })
+    }
+
+    fn down(ground: &Terrain) -> usize {
+        let rise = |t: &&[u32; 3]| {
+            let [a, b, c] = t.map(|n| ground.nodes[n as usize]);
+            (b - a).cross(&(c - a)).z < 0.0
+        };
+        ground.triangles.iter().filter(rise).count()
+    }
+
+    #[test]
+    fn of_one_winding_what_hangs_over_stays_and_the_whole_is_turned_up() {
+        let mut up = overhang(&[]);
+        assert_eq!((down(&up), up.face_up(), down(&up)), (2, None, 2));
+        let mut upside_down = overhang(&[0, 1, 2, 3, 4, 5]);
+        assert_eq!((down(&upside_down), upside_down.face_up(), down(&upside_down)), (4, None, 2));
+    }
+
+    #[test]
+    fn of_both_windings_each_triangle_faces_up_and_that_is_reported() {
+        let mut mixed = overhang(&[0]);
+        let notice = mixed.face_up().expect("a notice");
+        assert!(notice.message.contains("3 of 6"), "{notice}");
+        assert_eq!(down(&mixed), 0);
+    }
+}

@@ -236,27 +236,24 @@ impl TerrainSettings {
             return Err(scene.invalid("terrain.zone", what));
         }
         for (i, zone) in self.zone.iter().enumerate() {
-            let key = |name: &str| format!("terrain.zone.{i}.{name}");
+            let refuse = |name: &str, what: String| scene.invalid(&format!("terrain.zone.{i}.{name}"), what);
             match (&zone.polygon, zone.number) {
                 (Some(_), Some(_)) => {
                     let what = "polygon and number together define one thing twice";
-                    return Err(scene.invalid(&key("number"), what).try_instead("keep one of them"));
+                    return Err(refuse("number", what.into()).try_instead("keep one of them"));
                 }
                 (None, None) => {
                     let what = "the zone has neither polygon nor number: it lies nowhere";
-                    return Err(scene.invalid(&key("material"), what));
+                    return Err(refuse("material", what.into()));
                 }
                 (Some(corners), None) if corners.len() < 3 => {
                     let what = format!("{} corners span no area: 3 are needed", corners.len());
-                    return Err(scene.invalid(&key("polygon"), what));
+                    return Err(refuse("polygon", what));
                 }
                 (None, Some(number)) if self.zones.is_none() => {
-                    return Err(scene
-                        .invalid(
-                            &key("number"),
-                            format!("zone number {number} without a raster of zone numbers"),
-                        )
-                        .try_instead("write zones = \"zones.asc\" under [terrain], or a polygon"));
+                    let what = format!("zone number {number} without a raster of zone numbers");
+                    let cure = "write zones = \"zones.asc\" under [terrain], or a polygon";
+                    return Err(refuse("number", what).try_instead(cure));
                 }
                 _ => {}
             }

@@ -1,9 +1,10 @@
 //! Terrain files of every format: the same slope from each, and files that lie.
 
 use crate::memory::peak;
+use dem_solver::random::SplitMix;
 use dem_solver::settings::{NoData, TerrainSettings};
 use dem_solver::terrain::Terrain;
-use dem_solver::terrain::slope::Slope;
+use dem_solver::terrain::raster::Raster;
 use dem_solver::terrain::triangulation;
 use nalgebra::Vector3;
 use std::fmt::Write as _;
@@ -11,6 +12,10 @@ use std::path::Path;
 use tiff::encoder::{TiffEncoder, colortype};
 use tiff::tags::Tag;
 use toolkit::scene::Scene;
+
+#[path = "../support/slope.rs"]
+mod slope;
+use slope::Slope;
 
 /// 9 x 7 points each 2 m, from (2600000, 1200000), heights of whole millimetres around 1500 m.
 fn slope() -> Slope {

@@ -74,7 +74,7 @@ fn with_repeats(surface: &Surface, wish: &Wish, mut progress: impl FnMut(f64)) -
     if let Some((cover, gap)) = &found
         && maker.is_settled(cover)
     {
-        let seen = maker.seen(&cover.balls, *gap);
+        let seen = furthest(&cover.balls, &maker.samples(*gap));
         if seen <= COARSE * thick && seen <= 2.0 * gap {
             return maker.settle(found.into_iter().collect(), Vec::new());
         }
@@ -181,18 +181,9 @@ impl Maker<'_> {
         let samples = self.samples(0.5 * least);
         let inside = |b: &Sphere| b.radius > 0.0 && self.tree.signed(&b.centre).0 < -0.5 * b.radius;
         let sound = |c: &Cover| !c.balls.is_empty() && c.balls.iter().all(inside);
-        let seen = |cover: Cover| {
-            let gap = furthest(&cover.balls, &samples);
-            (cover, gap)
-        };
-        let better = |a: (Cover, f64), b: (Cover, f64)| if b.1 < a.1 { b } else { a };
-        covers.into_iter().filter(sound).map(seen).reduce(better)
-    }
-
-    /// The largest distance of samples that fit an error of `gap` [m] from balls [m].
-    fn seen(&mut self, balls: &[Sphere], gap: f64) -> f64 {
-        let samples = self.samples(gap);
-        furthest(balls, &samples)
+        let seen = covers.into_iter().filter(sound).map(|c| (furthest(&c.balls, &samples), c));
+        let best = seen.reduce(|a, b| if b.0 < a.0 { b } else { a });
+        best.map(|(gap, cover)| (cover, gap))
     }
 
     /// Samples that fit `error` [m], or coarser ones where those would be too many.

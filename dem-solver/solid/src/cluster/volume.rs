@@ -4,6 +4,7 @@
 //! triangles); over the columns a midpoint rule, the same for both, so that its error cancels for the larger part. The columns are
 //! parallel to no face or edge that a symmetric solid has: there the rule would count whole columns or none.
 
+use crate::geometry::bounds;
 use crate::geometry::sphere::Sphere;
 use crate::shape::Surface;
 use nalgebra::{Rotation3, Vector3};
@@ -28,11 +29,8 @@ pub fn excess(surface: &Surface, spheres: &[Sphere], columns: usize) -> f64 {
 }
 
 fn along_z(surface: &Surface, spheres: &[Sphere], columns: usize) -> f64 {
-    let (mut lowest, mut highest) = surface.bounds();
-    for s in spheres {
-        lowest = lowest.inf(&s.centre.add_scalar(-s.radius));
-        highest = highest.sup(&s.centre.add_scalar(s.radius));
-    }
+    let corners = spheres.iter().flat_map(|s| [-s.radius, s.radius].map(|r| s.centre.add_scalar(r)));
+    let [lowest, highest] = bounds(surface.points.iter().copied().chain(corners));
     let step = (highest - lowest) / columns as f64;
     let place = |axis: usize, k: usize| lowest[axis] + (k as f64 + PLACE[axis]) * step[axis];
     // Columns of a row from one place along x to another.

@@ -141,8 +141,8 @@ impl SurfaceTree {
         }
     }
 
-    /// Call `found` with every pair of triangles whose boxes overlap, each pair once, until it says `false`.
-    pub fn pairs(&self, mut found: impl FnMut(u32, u32) -> bool) {
+    /// Call `found` with every pair of triangles whose boxes overlap, each pair once.
+    pub fn pairs(&self, mut found: impl FnMut(u32, u32)) {
         let mut stack = vec![(0_u32, 0_u32)];
         let order = self.tree.order();
         while let Some((a, b)) = stack.pop() {
@@ -153,8 +153,8 @@ impl SurfaceTree {
             match (first.items(), second.items()) {
                 (Some(own), Some(others)) => {
                     for (i, j) in own.flat_map(|i| others.clone().map(move |j| (order[i], order[j]))) {
-                        if (a != b || i < j) && !found(i.min(j), i.max(j)) {
-                            return;
+                        if a != b || i < j {
+                            found(i.min(j), i.max(j));
                         }
                     }
                 }
@@ -285,10 +285,7 @@ mod tests {
         let surface = builtin::ellipsoid(Vector3::new(0.3, 0.5, 0.2), 2);
         let tree = SurfaceTree::new(&surface);
         let mut found = Vec::new();
-        tree.pairs(|a, b| {
-            found.push((a, b));
-            true
-        });
+        tree.pairs(|a, b| found.push((a, b)));
         found.sort_unstable();
         let unique = found.len();
         found.dedup();

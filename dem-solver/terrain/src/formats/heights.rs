@@ -105,25 +105,20 @@ fn on_earth([low, high]: [f64; 2]) -> Result<(), ReadError> {
 /// A map of some degrees whose heights are metres is a mesh.
 fn degrees([[x0, y0], [x1, y1]]: [[f64; 2]; 2], [low, high]: [f64; 2]) -> Result<(), ReadError> {
     let extent = (x1 - x0).max(y1 - y0);
+    if extent <= 0.0 || high - low <= STEEPEST * extent {
+        return Ok(());
+    }
     let may_be = x0 >= -360.0 && x1 <= 360.0 && y0 >= -90.0 && y1 <= 90.0;
-    if may_be && extent > 0.0 && high - low > STEEPEST * extent {
-        let what = format!(
-            "x from {x0} to {x1} and y from {y0} to {y1}, with heights from {low} to {high} m: these are degrees, and a scene is \
-             in metres"
-        );
-        return Err(ReadError::new(what)
-            .try_instead("project it to metres, as with gdalwarp -t_srs EPSG:CODE IN OUT"));
-    }
-    if extent > 0.0 && high - low > STEEPEST * extent {
-        let what = format!(
-            "a map of {:.4} m x {:.4} m with heights from {low} to {high} m: all of it would be a cliff",
-            x1 - x0,
-            y1 - y0
-        );
-        return Err(ReadError::new(what)
-            .try_instead("are its cells or coordinates in kilometres? They are in metres, as the heights"));
-    }
-    Ok(())
+    let (what, cure) = if may_be {
+        let map = format!("x from {x0} to {x1} and y from {y0} to {y1}, with heights from {low} to {high} m");
+        let cure = "project it to metres, as with gdalwarp -t_srs EPSG:CODE IN OUT";
+        (map + ": these are degrees, and a scene is in metres", cure)
+    } else {
+        let map = format!("a map of {:.4} m x {:.4} m with heights from {low} to {high} m", x1 - x0, y1 - y0);
+        let cure = "are its cells or coordinates in kilometres? They are in metres, as the heights";
+        (map + ": all of it would be a cliff", cure)
+    };
+    Err(ReadError::new(what).try_instead(cure))
 }
 
 #[cfg(test)]

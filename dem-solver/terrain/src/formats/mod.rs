@@ -9,7 +9,6 @@ mod format;
 mod grd;
 mod heights;
 mod las;
-mod laz;
 mod tif;
 mod xyz;
 

@@ -153,19 +153,13 @@ fn decode(bytes: &[u8]) -> TiffResult<(Parts, [usize; 2], Vec<f64>)> {
     let mut decoder = Decoder::new(Cursor::new(bytes))?.with_limits(limits);
     let (columns, rows) = decoder.dimensions()?;
     let pixels = columns as usize * rows as usize;
-    let packed = match decoder.find_tag(Tag::Compression)? {
-        Some(how) => how.into_u16()? != NOT_PACKED,
-        None => false,
-    };
+    let packed =
+        decoder.find_tag(Tag::Compression)?.map_or(Ok(NOT_PACKED), |how| how.into_u16())? != NOT_PACKED;
     // What is not packed stands in the file, a byte per pixel at least.
     if pixels == 0 || pixels > MOST_CELLS || pixels > if packed { most } else { bytes.len() } {
         return Err(TiffError::LimitsExceeded);
     }
-    let mut numbers = |tag: Tag| match decoder.find_tag(tag) {
-        Ok(Some(value)) => value.into_f64_vec(),
-        Ok(None) => Ok(Vec::new()),
-        Err(e) => Err(e),
-    };
+    let mut numbers = |tag: Tag| decoder.find_tag(tag)?.map_or(Ok(Vec::new()), |v| v.into_f64_vec());
     let mut parts = Parts {
         scale: numbers(Tag::ModelPixelScaleTag)?,
         tie: numbers(Tag::ModelTiepointTag)?,
