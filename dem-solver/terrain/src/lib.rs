@@ -25,7 +25,7 @@ pub mod zones;
 
 use dem_solid::geometry::box_tree::{Bounds, BoxTree, morton_order};
 use dem_solid::geometry::shared_nodes::{Unshared, first_fault};
-use dem_solid::geometry::{bounds, by_first_use, is_flat};
+use dem_solid::geometry::{bounds, by_first_use, double_area, is_flat};
 use forest::Forest;
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::Vector3;
@@ -149,10 +149,7 @@ impl Terrain {
     /// Order the corners of all triangles so that their normals point out of the ground. A mesh of one winding keeps what
     /// hangs over; of one that does not agree with itself each triangle faces up. What the user should know.
     pub fn face_up(&mut self) -> Option<Diagnostic> {
-        let rise = |t: &[u32; 3]| {
-            let [a, b, c] = t.map(|n| self.nodes[n as usize]);
-            (b - a).cross(&(c - a)).z
-        };
+        let rise = |t: &[u32; 3]| double_area(t.map(|n| self.nodes[n as usize])).z;
         let down = self.triangles.iter().filter(|t| rise(t) < 0.0).count();
         if down == 0 {
             return None;

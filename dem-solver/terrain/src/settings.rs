@@ -1,6 +1,6 @@
 //! `[terrain]`: the file, what lies where on it, and when a rock has come to its end.
 
-use super::formats::{self, Holds};
+use super::formats::{self, Reader};
 use super::system;
 use interface_defs::diagnostic::{Diagnostic, code};
 use schemars::JsonSchema;
@@ -198,10 +198,10 @@ impl TerrainSettings {
 
     /// Refuse keys that the file leaves without use.
     fn check_use(&self, scene: &Scene) -> Result<(), Diagnostic> {
-        let holds = formats::kind(&self.file);
-        let raster = holds == Some(Holds::Raster);
-        let classified = holds == Some(Holds::ClassifiedPoints);
-        let points = classified || holds == Some(Holds::Points);
+        let reader = formats::reader(&self.file);
+        let raster = matches!(reader, Some(Reader::Raster(_)));
+        let classified = matches!(reader, Some(Reader::ClassifiedPoints(_)));
+        let points = classified || matches!(reader, Some(Reader::Points(_)));
         let numbered = self.zone.iter().any(|zone| zone.number.is_some());
         let idle = [
             ("nodata", self.nodata != NoData::default() && !raster, "belongs to rasters"),

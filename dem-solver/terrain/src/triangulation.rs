@@ -8,7 +8,7 @@ use dem_solid::geometry::bounds;
 use dem_solid::input::ReadError;
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::Vector3;
-use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
+use spade::{DelaunayTriangulation, Point2, Triangulation};
 use toolkit::scene::Scene;
 
 /// One surface of triangles in local coordinates.
@@ -118,22 +118,13 @@ pub fn from_raster(raster: &Raster, nodata: NoData) -> Result<Triangulated, Read
     Ok(Triangulated { origin, nodes, triangles, notices })
 }
 
-struct Spot {
-    at: Point2<f64>,
-    number: u32,
-}
-
-impl HasPosition for Spot {
-    type Scalar = f64;
-    fn position(&self) -> Point2<f64> {
-        self.at
-    }
-}
-
 /// Delaunay triangles over x and y, those with an edge above `longest` [m] left out. Of points that stand over each other the highest is kept.
 pub fn from_points(points: &[[f64; 3]], longest: Option<f64>) -> Result<Triangulated, ReadError> {
     let (origin, mut nodes) = localise(points.iter().map(|p| Vector3::from(*p)).collect());
     let before = nodes.len();
+    // Spade refuses coordinates between 0 and 1e-42.
+    let tiny = |v: f64| if v.abs() < 1e-30 { 0.0 } else { v };
+    nodes.iter_mut().for_each(|n| (n.x, n.y) = (tiny(n.x), tiny(n.y)));
     nodes.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(b.z.total_cmp(&a.z)));
     nodes.dedup_by(|next, kept| next.x == kept.x && next.y == kept.y);
     let mut notices = Vec::new();
@@ -144,16 +135,11 @@ pub fn from_points(points: &[[f64; 3]], longest: Option<f64>) -> Result<Triangul
     if is_line(&nodes) {
         return Err(no_surface(nodes.len()));
     }
-    let spot = |(i, n): (usize, &Vector3<f64>)| {
-        // Spade refuses coordinates between 0 and 1e-42.
-        let tiny = |v: f64| if v.abs() < 1e-30 { 0.0 } else { v };
-        Spot { at: Point2::new(tiny(n.x), tiny(n.y)), number: i as u32 }
-    };
-    let spots: Vec<Spot> = nodes.iter().enumerate().map(spot).collect();
-    let mesh = DelaunayTriangulation::<Spot>::bulk_load_stable(spots)
+    let places = nodes.iter().map(|n| Point2::new(n.x, n.y)).collect();
+    let mesh = DelaunayTriangulation::<Point2<f64>>::bulk_load_stable(places)
         .map_err(|e| format!("the points cannot be joined to triangles: {e}"))?;
     let mut triangles: Vec<[u32; 3]> =
-        mesh.inner_faces().map(|face| face.vertices().map(|v| v.data().number)).collect();
+        mesh.inner_faces().map(|face| face.vertices().map(|v| v.index() as u32)).collect();
     if let Some(longest) = longest {
         let edge = |a: u32, b: u32| (nodes[a as usize] - nodes[b as usize]).xy().norm();
         triangles.retain(|&[a, b, c]| edge(a, b).max(edge(b, c)).max(edge(c, a)) <= longest);

@@ -22,7 +22,9 @@ use crate::shape::Surface;
 use crate::shape::tree::SurfaceTree;
 use std::fmt;
 
-const FULL: Effort = Effort { samples: 150_000, points: 200_000, starts: 48, steps: 30, pits: 96 };
+const FULL: Effort = Effort { points: 200_000, starts: 48, steps: 30, pits: 96 };
+/// Samples of the surface, beside its corners.
+const SAMPLES: usize = 150_000;
 /// Samples for each sphere of very many, so that none is missed.
 const SAMPLES_EACH: usize = 30;
 /// Spheres for each of the places from which the largest error is sought uphill.
@@ -62,15 +64,14 @@ impl Accuracy {
 
     /// The same where sizes of balls in the solid are known already.
     pub fn with(surface: &Surface, sizes: &mut Sizes, spheres: &[Sphere]) -> Self {
-        let samples = FULL.samples.max(SAMPLES_EACH * spheres.len());
+        let most = SAMPLES.max(SAMPLES_EACH * spheres.len());
         // Of very many spheres many are nearly as far off as the worst.
         let starts = FULL.starts.max(spheres.len() / SPHERES_PER_START);
-        let effort = Effort { samples, starts, ..FULL };
+        let effort = Effort { starts, ..FULL };
         let tree = sizes.tree();
         let size = surface.size();
         let scene = Probe::new(tree, spheres, size, effort);
-        let mut corners =
-            |error| samples::corners(surface, sizes, error, 0.9, effort.samples + surface.points.len());
+        let mut corners = |error| samples::corners(surface, sizes, error, 0.9, most + surface.points.len());
         let mut error = 0.1 * size;
         let mut points = corners(error);
         // Samples as dense as the error found with coarser ones asks for.
@@ -88,7 +89,7 @@ impl Accuracy {
             error = finer;
         }
         let points = points.unwrap_or_default();
-        let most = effort.samples + surface.triangles.len();
+        let most = most + surface.triangles.len();
         let (middles, areas) =
             samples::no_finer(error, |error| samples::middles(surface, sizes, error, 0.9, most));
         let (mut there, mut back) = (Spread::default(), Spread::default());
@@ -131,9 +132,9 @@ impl fmt::Display for Accuracy {
 
 /// Most samples that clusters are compared with, beside the corners of the surface.
 pub const MOST_COMPARED: usize = 20_000;
-const ROUGH: Effort = Effort { samples: MOST_COMPARED, points: 25_000, starts: 16, steps: 16, pits: 32 };
+const ROUGH: Effort = Effort { points: 25_000, starts: 16, steps: 16, pits: 32 };
 /// For those that seem to be better than the best so far: between few points the worst place may be missed.
-const SURE: Effort = Effort { samples: MOST_COMPARED, points: 100_000, starts: 24, steps: 24, pits: 64 };
+const SURE: Effort = Effort { points: 100_000, starts: 24, steps: 24, pits: 64 };
 
 /// Columns along each side with which their volumes are compared.
 const ROUGH_COLUMNS: usize = 96;

@@ -70,11 +70,7 @@ impl Gaps {
             let [low, high] = bounds(some.iter().map(|i| points[*i as usize]));
             ([low, high], f64::INFINITY, Split::Axis((high - low).iamax()))
         };
-        let value = |i: u32, split| match split {
-            Split::Axis(axis) => points[i as usize][axis],
-            Split::Size => 0.0,
-        };
-        let tree = MedianTree::new(points.len(), LEAF, describe, value);
+        let tree = MedianTree::new(points.len(), LEAF, describe, |i| points[i as usize], |_| 0.0);
         let sorted = tree.order().iter().map(|i| SamplePlace::of(samples, *i as usize)).collect();
         Self { tree, samples: sorted, gaps: vec![f64::INFINITY; points.len()] }
     }

@@ -23,11 +23,9 @@ fn bound(node: &MedianNode<f64>, from: &Vector3<f64>) -> f64 {
 impl SphereIndex {
     /// The tree over at least one sphere.
     pub fn new(spheres: &[Sphere]) -> Self {
-        let value = |k: u32, split| match split {
-            Split::Axis(axis) => spheres[k as usize].centre[axis],
-            Split::Size => spheres[k as usize].radius,
-        };
-        let tree = MedianTree::new(spheres.len(), LEAF, |some| describe(some, spheres), value);
+        let sphere = |k: u32| &spheres[k as usize];
+        let describe = |some: &[u32]| describe(some, spheres);
+        let tree = MedianTree::new(spheres.len(), LEAF, describe, |k| sphere(k).centre, |k| sphere(k).radius);
         let sorted = tree.order().iter().map(|i| spheres[*i as usize]).collect();
         Self { tree, spheres: sorted }
     }

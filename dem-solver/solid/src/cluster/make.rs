@@ -162,7 +162,7 @@ impl Maker<'_> {
         let balls = Balls::new(self.tree, self.surface.size(), tolerance);
         let balls = if joined { balls.trusting() } else { balls };
         let samples = self.samples(error);
-        let wanted = Wanted { error, count, least: self.wish.smallest_radius, joined };
+        let wanted = Wanted { error, count, least: self.wish.smallest_radius };
         cover(&balls, &samples, (!joined).then_some(&self.middle), &wanted)
     }
 

@@ -14,8 +14,6 @@ use nalgebra::Vector3;
 /// How much is sampled.
 #[derive(Clone, Copy)]
 pub struct Effort {
-    /// Most samples of the surface.
-    pub samples: usize,
     /// Points on all spheres.
     pub points: usize,
     /// Samples from which the largest errors are sought, and steps from each.

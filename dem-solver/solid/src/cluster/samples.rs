@@ -5,6 +5,7 @@
 //! closer than a share of e itself. Triangles are halved at their longest edge until they are as small.
 
 use super::ball::Balls;
+use crate::geometry::double_area;
 use crate::shape::Surface;
 use crate::shape::tree::{SurfaceFeature, SurfaceTree};
 use nalgebra::Vector3;
@@ -196,11 +197,11 @@ pub fn middles(
 ) -> Option<(Samples, Vec<f64>)> {
     let (mut samples, mut areas) = (Samples::default(), Vec::new());
     cut(surface, sizes, error, share, |part, triangle| {
-        let [a, b, c] = part.map(|corner| corner.0);
-        samples.points.push((a + b + c) / 3.0);
+        let corners = part.map(|corner| corner.0);
+        samples.points.push((corners[0] + corners[1] + corners[2]) / 3.0);
         samples.inward.push(-surface.normal(triangle));
         samples.slope.push(1.0);
-        areas.push(0.5 * (b - a).cross(&(c - a)).norm());
+        areas.push(0.5 * double_area(corners).norm());
         areas.len() <= most
     });
     (areas.len() <= most).then_some((samples, areas))

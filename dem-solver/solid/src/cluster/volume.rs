@@ -86,16 +86,9 @@ fn joined(chords: &mut [(f64, f64)]) -> f64 {
 
 /// The segment in which a triangle cuts the plane of this y.
 fn section(corners: &[Vector3<f64>; 3], y: f64) -> Option<(Vector3<f64>, Vector3<f64>)> {
-    let mut ends = [Vector3::zeros(); 2];
-    let mut found = 0;
-    for k in 0..3 {
-        let (a, b) = (corners[k], corners[(k + 1) % 3]);
-        if (a.y < y) != (b.y < y) && found < 2 {
-            ends[found] = a + (b - a) * ((y - a.y) / (b.y - a.y));
-            found += 1;
-        }
-    }
-    (found == 2).then_some((ends[0], ends[1]))
+    let mut ends = (0..3).map(|k| (corners[k], corners[(k + 1) % 3])).filter(|(a, b)| (a.y < y) != (b.y < y));
+    let mut end = || ends.next().map(|(a, b)| a + (b - a) * ((y - a.y) / (b.y - a.y)));
+    Some((end()?, end()?))
 }
 
 #[cfg(test)]

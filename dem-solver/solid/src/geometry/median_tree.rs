@@ -60,13 +60,18 @@ pub struct MedianTree<X> {
 
 impl<X> MedianTree<X> {
     /// Over `count` items, at least one, up to `leaf` in a leaf. `describe` gives the box around some of them, what else is known of them,
-    /// and by what they are to be split; `value` what an item has of that.
+    /// and by what they are to be split; `place` and `size` what an item has of that.
     pub fn new(
         count: usize,
         leaf: usize,
         describe: impl Fn(&[u32]) -> ([Vector3<f64>; 2], X, Split),
-        value: impl Fn(u32, Split) -> f64,
+        place: impl Fn(u32) -> Vector3<f64>,
+        size: impl Fn(u32) -> f64,
     ) -> Self {
+        let value = |item: u32, split| match split {
+            Split::Axis(axis) => place(item)[axis],
+            Split::Size => size(item),
+        };
         let mut tree = Self { nodes: Vec::with_capacity(count), order: Vec::new() };
         let mut order: Vec<u32> = (0..count as u32).collect();
         tree.build(&mut order, 0, leaf, &describe, &value);
@@ -175,11 +180,7 @@ mod tests {
             let [low, high] = crate::geometry::bounds(some.iter().map(|k| points[*k as usize]));
             ([low, high], (), Split::Axis((high - low).iamax()))
         };
-        let value = |k: u32, split| match split {
-            Split::Axis(axis) => points[k as usize][axis],
-            Split::Size => 0.0,
-        };
-        MedianTree::new(points.len(), 4, describe, value)
+        MedianTree::new(points.len(), 4, describe, |k| points[k as usize], |_| 0.0)
     }
 
     #[test]

@@ -18,11 +18,17 @@ pub fn bounds(points: impl IntoIterator<Item = Vector3<f64>>) -> [Vector3<f64>; 
     points.into_iter().fold(nowhere, |[low, high], p| [low.inf(&p), high.sup(&p)])
 }
 
+/// Normal of a triangle, as long as twice its area [m2].
+pub fn double_area([a, b, c]: [Vector3<f64>; 3]) -> Vector3<f64> {
+    (b - a).cross(&(c - a))
+}
+
 /// Whether the height of a triangle over its longest edge is at most `share` of that edge.
-pub fn is_flat([a, b, c]: [Vector3<f64>; 3], share: f64) -> bool {
+pub fn is_flat(corners: [Vector3<f64>; 3], share: f64) -> bool {
+    let [a, b, c] = corners;
     let longest = (b - a).norm_squared().max((c - a).norm_squared()).max((c - b).norm_squared());
     // Twice the area over the longest edge squared is the height over that edge, in edges.
-    (b - a).cross(&(c - a)).norm() <= share * longest
+    double_area(corners).norm() <= share * longest
 }
 
 /// Number the corners in the order in which the triangles name them, so that what is near lies together in memory; one that none

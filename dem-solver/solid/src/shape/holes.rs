@@ -5,6 +5,7 @@
 //! Aided Geom. Des. 12, 207.
 
 use super::surface::{Surface, place};
+use crate::geometry::double_area;
 use crate::geometry::shared_nodes::free_edges;
 use nalgebra::Vector3;
 use std::collections::{BTreeMap, BTreeSet};
@@ -38,7 +39,7 @@ pub fn close(surface: &mut Surface) -> Result<Option<String>, String> {
             ));
         }
         let triangles = fill(&corners);
-        area += triangles.iter().map(|t| double_area(t.map(|k| corners[k]))).sum::<f64>() / 2.0;
+        area += triangles.iter().map(|t| double_area(t.map(|k| corners[k])).norm()).sum::<f64>() / 2.0;
         filled.extend(triangles.iter().map(|t| t.map(|k| rim[k])));
     }
     surface.triangles.extend(filled);
@@ -74,10 +75,6 @@ fn rims(surface: &Surface) -> Vec<Vec<u32>> {
     rims
 }
 
-fn double_area([a, b, c]: [Vector3<f64>; 3]) -> f64 {
-    (b - a).cross(&(c - a)).norm()
-}
-
 /// The triangles between the corners of a ring that have the least area together.
 fn fill(corners: &[Vector3<f64>]) -> Vec<[usize; 3]> {
     let n = corners.len();
@@ -88,7 +85,7 @@ fn fill(corners: &[Vector3<f64>]) -> Vec<[usize; 3]> {
             let to = from + length;
             least[from][to] = f64::INFINITY;
             for middle in from + 1..to {
-                let own = double_area([corners[from], corners[middle], corners[to]]);
+                let own = double_area([corners[from], corners[middle], corners[to]]).norm();
                 let sum = least[from][middle] + least[middle][to] + own;
                 if sum < least[from][to] {
                     (least[from][to], apex[from][to]) = (sum, middle);

@@ -1,6 +1,6 @@
 //! Triangles with common corners: the surface of a solid, once it is closed ([`super::closed`]).
 
-use crate::geometry::bounds;
+use crate::geometry::{bounds, double_area};
 use nalgebra::Vector3;
 use std::collections::HashMap;
 
@@ -21,14 +21,12 @@ impl Surface {
 
     /// Unit normal of a triangle, outwards.
     pub fn normal(&self, triangle: usize) -> Vector3<f64> {
-        let [a, b, c] = self.corners(triangle);
-        (b - a).cross(&(c - a)).normalize()
+        double_area(self.corners(triangle)).normalize()
     }
 
     /// Area of a triangle [m2].
     pub fn area(&self, triangle: usize) -> f64 {
-        let [a, b, c] = self.corners(triangle);
-        0.5 * (b - a).cross(&(c - a)).norm()
+        0.5 * double_area(self.corners(triangle)).norm()
     }
 
     /// Smallest box around it: lowest and highest corner [m].

@@ -5,8 +5,8 @@
 //! Source: Baerentzen and Aanaes (2005), IEEE Trans. Vis. Comput. Graph. 11, 243.
 
 use super::surface::Surface;
-use crate::geometry::bounds;
 use crate::geometry::median_tree::{MedianNode, MedianTree, Split};
+use crate::geometry::{bounds, double_area};
 use nalgebra::Vector3;
 use std::cell::Cell;
 use std::collections::HashMap;
@@ -78,11 +78,8 @@ impl SurfaceTree {
             surface.triangles.iter().map(|c| [0, 1, 2].map(|k| sums[&key(c[k], c[(k + 1) % 3])])).collect();
         let middles: Vec<Vector3<f64>> =
             (0..count).map(|t| surface.corners(t).iter().sum::<Vector3<f64>>() / 3.0).collect();
-        let value = |t: u32, split| match split {
-            Split::Axis(axis) => middles[t as usize][axis],
-            Split::Size => 0.0,
-        };
-        let tree = MedianTree::new(count, LEAF, |some| describe(some, surface, &middles), value);
+        let describe = |some: &[u32]| describe(some, surface, &middles);
+        let tree = MedianTree::new(count, LEAF, describe, |t| middles[t as usize], |_| 0.0);
         let corners = tree.order().iter().map(|t| surface.corners(*t as usize)).collect();
         Self { tree, corners, faces, edges, vertices, triangles: surface.triangles.clone() }
     }
@@ -187,11 +184,7 @@ fn describe(
 impl SlabOfPatch {
     /// The mean normal is weighted with the areas.
     fn of(some: &[u32], surface: &Surface) -> Self {
-        let area = |t: &u32| {
-            let [a, b, c] = surface.corners(*t as usize);
-            (b - a).cross(&(c - a))
-        };
-        let sum: Vector3<f64> = some.iter().map(area).sum();
+        let sum: Vector3<f64> = some.iter().map(|t| double_area(surface.corners(*t as usize))).sum();
         let normal = sum.try_normalize(0.0).unwrap_or_else(Vector3::z);
         let corners = some.iter().flat_map(|t| surface.corners(*t as usize));
         let heights = corners.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], p| {

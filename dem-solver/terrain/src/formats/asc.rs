@@ -1,7 +1,7 @@
 //! ESRI ASCII grid: `ncols`, `nrows`, `xllcorner` or `xllcenter`, `yll..`, `cellsize` (or `dx`, `dy`),
 //! `NODATA_value`, then the heights row by row from the north. A height stands in the middle of its cell.
 
-use super::format::{Format, Holds, Reader, Words, comma, has_comma, number, shown};
+use super::format::{Format, Reader, Words, comma, has_comma, number, shown};
 use crate::raster::Raster;
 use dem_solid::input::ReadError;
 
@@ -10,7 +10,6 @@ pub const FORMAT: Format = Format {
     name: "an ESRI grid",
     extensions: &["asc"],
     also: &[],
-    holds: Holds::Raster,
     begins: |head| matches!(head.word(), "ncols" | "nrows"),
     read: Reader::Raster(read),
 };

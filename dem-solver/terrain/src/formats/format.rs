@@ -18,8 +18,6 @@ pub struct Format {
     pub extensions: &'static [&'static str],
     /// Others under which it is read.
     pub also: &'static [&'static str],
-    /// What such a file holds: some keys of `[terrain]` are for one kind alone.
-    pub holds: Holds,
     /// Whether a file that begins so is one.
     pub begins: fn(&Head) -> bool,
     /// Read a file.
@@ -33,28 +31,17 @@ impl Format {
     }
 }
 
-/// What reads a file.
+/// What reads the bytes of a file, by what such a file holds: some keys of `[terrain]` are for one kind alone.
 #[derive(Clone, Copy)]
 pub enum Reader {
-    /// A raster from its bytes.
+    /// A raster of heights, perhaps with cells without height.
     Raster(fn(&[u8]) -> Result<Raster, ReadError>),
-    /// Points from its bytes, of these classes where points have classes; none: all.
-    Points(fn(Vec<u8>, &[u8]) -> Result<Vec<[f64; 3]>, ReadError>),
+    /// Points.
+    Points(fn(&[u8]) -> Result<Vec<[f64; 3]>, ReadError>),
+    /// Points of these classes; none: all.
+    ClassifiedPoints(fn(Vec<u8>, &[u8]) -> Result<Vec<[f64; 3]>, ReadError>),
     /// At most so many triangles.
     Surface(fn(&[u8], usize) -> Result<Facets, ReadError>),
-}
-
-/// The kinds of content.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Holds {
-    /// A raster of heights, perhaps with cells without height.
-    Raster,
-    /// Points.
-    Points,
-    /// Points, each of a class.
-    ClassifiedPoints,
-    /// Triangles.
-    Triangles,
 }
 
 /// What a terrain file holds.

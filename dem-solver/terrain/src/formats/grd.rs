@@ -3,7 +3,7 @@
 //!
 //! Source: Golden Software, Surfer user's guide, "ASCII GRD Files"; the mark of nodes without height is Surfer's.
 
-use super::format::{Format, Holds, Reader, Words, comma, number, shown};
+use super::format::{Format, Reader, Words, comma, number, shown};
 use crate::raster::Raster;
 use dem_solid::input::ReadError;
 
@@ -12,7 +12,6 @@ pub const FORMAT: Format = Format {
     name: "a Surfer grid",
     extensions: &["grd"],
     also: &[],
-    holds: Holds::Raster,
     begins: |head| head.begins(&[b"DSAA"]),
     read: Reader::Raster(read),
 };

@@ -2,6 +2,7 @@
 
 use super::super::notice;
 use crate::raster::Raster;
+use dem_solid::geometry::double_area;
 use dem_solid::input::ReadError;
 use interface_defs::diagnostic::Diagnostic;
 
@@ -74,8 +75,8 @@ pub fn of_triangles(
 ) -> Result<Option<Diagnostic>, ReadError> {
     on_earth(range(nodes.iter().map(|n| n.z)))?;
     let mut sums = [0.0; 3];
-    for [a, b, c] in triangles.iter().map(|t| t.map(|n| nodes[n as usize])) {
-        let area = 0.5 * (b - a).cross(&(c - a));
+    for corners in triangles.iter().map(|t| t.map(|n| nodes[n as usize])) {
+        let area = 0.5 * double_area(corners);
         (0..3).for_each(|axis| sums[axis] += area[axis].abs());
     }
     let [x, y, z] = sums;

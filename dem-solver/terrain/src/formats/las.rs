@@ -6,7 +6,7 @@
 //! Source of the layout: ASPRS LAS 1.4-R15, tables 3 to 6; of compressed points Isenburg (2013), "LASzip: lossless compression of LiDAR
 //! data", Photogramm. Eng. Remote Sens. 79, 209, and the records as LASzip 3 writes them.
 
-use super::format::{Format, Holds, Reader};
+use super::format::{Format, Reader};
 use crate::system;
 use dem_solid::input::ReadError;
 use std::io::Cursor;
@@ -17,9 +17,8 @@ pub const FORMAT: Format = Format {
     name: "LAS or LAZ",
     extensions: &["las", "laz"],
     also: &[],
-    holds: Holds::ClassifiedPoints,
     begins: |head| head.begins(&[b"LASF"]),
-    read: Reader::Points(read),
+    read: Reader::ClassifiedPoints(read),
 };
 
 /// Bytes of points that are read at once.

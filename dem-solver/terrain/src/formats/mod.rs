@@ -17,8 +17,7 @@ use super::{notice, system};
 use dem_solid::input::{Head, ReadError, read_bytes};
 use dem_solid::shape;
 use dem_solid::shape::formats::Facets;
-use format::Reader;
-pub use format::{Content, Format, Holds};
+pub use format::{Content, Format, Reader};
 use interface_defs::diagnostic::Diagnostic;
 use std::io::Read;
 use std::path::Path;
@@ -42,7 +41,6 @@ fn all() -> impl Iterator<Item = Format> {
         name: surface.name,
         extensions: std::slice::from_ref(&surface.extension),
         also: &[],
-        holds: Holds::Triangles,
         begins: surface.begins,
         read: Reader::Surface(surface.read),
     });
@@ -65,7 +63,8 @@ pub fn terrain(path: &Path, classes: &[u8], mark: Option<f64>) -> Result<Content
     let read = || -> Result<Content, ReadError> {
         let mut content = match format.read {
             Reader::Raster(read) => Content::Raster(read(&bytes)?),
-            Reader::Points(read) => Content::Points(read(bytes, classes)?),
+            Reader::Points(read) => Content::Points(read(&bytes)?),
+            Reader::ClassifiedPoints(read) => Content::Points(read(bytes, classes)?),
             Reader::Surface(read) => triangles(read(&bytes, MOST_TRIANGLES)?),
         };
         system::check_beside(path)?;
@@ -89,15 +88,15 @@ pub fn raster(path: &Path) -> Result<Raster, Diagnostic> {
     if let Some(Format { read: Reader::Raster(read), .. }) = of(path) {
         return read(&bytes(path)?).map_err(|e| e.in_file(path));
     }
-    let rasters = FORMATS.iter().filter(|format| format.holds == Holds::Raster);
+    let rasters = FORMATS.iter().filter(|format| matches!(format.read, Reader::Raster(_)));
     let known: Vec<String> = rasters.map(|format| format!(".{}", format.extensions[0])).collect();
     let error = ReadError::new(format!("`.{}` is no raster that can be read", extension(path)));
     Err(error.try_instead(format!("known are {}", known.join(", "))).in_file(path))
 }
 
-/// What a file of this name holds, if it can be read.
-pub fn kind(path: &Path) -> Option<Holds> {
-    of(path).map(|format| format.holds)
+/// What reads a file of this name, if it can be read.
+pub fn reader(path: &Path) -> Option<Reader> {
+    of(path).map(|format| format.read)
 }
 
 /// All formats with their extensions, in words, for the reference.

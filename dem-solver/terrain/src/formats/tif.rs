@@ -4,7 +4,7 @@
 //!
 //! Source: OGC GeoTIFF 1.1, 7.1 and B.6; the mark of pixels without height is GDAL's.
 
-use super::format::{Format, Holds, MOST_CELLS, Reader};
+use super::format::{Format, MOST_CELLS, Reader};
 use crate::raster::Raster;
 use crate::system;
 use dem_solid::input::ReadError;
@@ -19,7 +19,6 @@ pub const FORMAT: Format = Format {
     name: "a GeoTIFF",
     extensions: &["tif"],
     also: &["tiff"],
-    holds: Holds::Raster,
     begins: |head| head.begins(&[b"II*\0", b"MM\0*", b"II+\0"]),
     read: Reader::Raster(read),
 };

@@ -1,7 +1,7 @@
 //! XYZ text: three numbers per line, separated by blanks, commas or semicolons; further columns are not
 //! read. Lines that are empty or begin with `#` are passed over, and so is one line of column names.
 
-use super::format::{Format, Holds, Reader, comma, has_comma, number, shown};
+use super::format::{Format, Reader, comma, has_comma, number, shown};
 use dem_solid::input::ReadError;
 
 /// This format.
@@ -9,9 +9,8 @@ pub const FORMAT: Format = Format {
     name: "a list of points",
     extensions: &["xyz"],
     also: &["txt", "csv"],
-    holds: Holds::Points,
     begins: |head| head.line().count() >= 3 && head.line().all(|word| word.parse::<f64>().is_ok()),
-    read: Reader::Points(|bytes, _| read(&bytes)),
+    read: Reader::Points(read),
 };
 
 fn read(bytes: &[u8]) -> Result<Vec<[f64; 3]>, ReadError> {
