@@ -68,7 +68,7 @@ impl Accuracy {
         // Of very many spheres many are nearly as far off as the worst.
         let starts = FULL.starts.max(spheres.len() / SPHERES_PER_START);
         let effort = Effort { starts, ..FULL };
-        let tree = sizes.tree();
+        let tree = sizes.balls.tree;
         let size = surface.size();
         let scene = Probe::new(tree, spheres, size, effort);
         let mut corners = |error| samples::corners(surface, sizes, error, 0.9, most + surface.points.len());

@@ -169,7 +169,7 @@ pub fn largest(balls: &Balls, samples: &Samples) -> Option<Sphere> {
             samples.points[k] + samples.inward[k] * best.map_or(1e-6, |b| (0.01 * b.radius).max(1e-6));
         if let Some(ball) = rough.around(&inside)
             && best.is_none_or(|b| ball.radius > b.radius * (1.0 + 1e-9))
-            && balls.tree().signed(&ball.centre).0 < 0.0
+            && balls.tree.signed(&ball.centre).0 < 0.0
         {
             best = Some(ball);
         }

@@ -71,7 +71,7 @@ impl Gaps {
             ([low, high], f64::INFINITY, Split::Axis((high - low).iamax()))
         };
         let tree = MedianTree::new(points.len(), LEAF, describe, |i| points[i as usize], |_| 0.0);
-        let sorted = tree.order().iter().map(|i| SamplePlace::of(samples, *i as usize)).collect();
+        let sorted = tree.order.iter().map(|i| SamplePlace::of(samples, *i as usize)).collect();
         Self { tree, samples: sorted, gaps: vec![f64::INFINITY; points.len()] }
     }
 
@@ -87,7 +87,7 @@ impl Gaps {
             at = if self.tree.node(left).more == goal { left } else { right };
         };
         let k = items.clone().find(|k| self.gaps[*k] == goal).unwrap_or(items.start);
-        (goal, self.tree.order()[k] as usize)
+        (goal, self.tree.order[k] as usize)
     }
 
     /// A ball more.
@@ -121,7 +121,7 @@ impl Gaps {
         let largest = if let Some(items) = node.items() {
             let mut largest = f64::NEG_INFINITY;
             for k in items {
-                self.gaps[k] = new(self.tree.order()[k] as usize, &self.samples[k], self.gaps[k]);
+                self.gaps[k] = new(self.tree.order[k] as usize, &self.samples[k], self.gaps[k]);
                 largest = largest.max(self.gaps[k]);
             }
             largest

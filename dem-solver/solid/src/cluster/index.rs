@@ -12,7 +12,7 @@ const LEAF: usize = 8;
 pub struct SphereIndex {
     tree: MedianTree<f64>,
     /// The spheres, leaf by leaf.
-    spheres: Vec<Sphere>,
+    pub spheres: Vec<Sphere>,
 }
 
 /// Least distance of a point from the spheres of a node [m], negative where it may lie in one.
@@ -26,7 +26,7 @@ impl SphereIndex {
         let sphere = |k: u32| &spheres[k as usize];
         let describe = |some: &[u32]| describe(some, spheres);
         let tree = MedianTree::new(spheres.len(), LEAF, describe, |k| sphere(k).centre, |k| sphere(k).radius);
-        let sorted = tree.order().iter().map(|i| spheres[*i as usize]).collect();
+        let sorted = tree.order.iter().map(|i| spheres[*i as usize]).collect();
         Self { tree, spheres: sorted }
     }
 
@@ -137,11 +137,6 @@ impl SphereIndex {
         found
     }
 
-    /// How many spheres there are.
-    pub fn count(&self) -> u32 {
-        self.spheres.len() as u32
-    }
-
     /// A sphere by the number that [`nearest`](Self::nearest) gives.
     pub fn sphere(&self, number: u32) -> &Sphere {
         &self.spheres[number as usize]
@@ -149,7 +144,7 @@ impl SphereIndex {
 
     /// Its place in the list of which the index was made.
     pub fn place(&self, number: u32) -> usize {
-        self.tree.order()[number as usize] as usize
+        self.tree.order[number as usize] as usize
     }
 }
 

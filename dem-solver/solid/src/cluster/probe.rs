@@ -211,9 +211,9 @@ impl<'a> Probe<'a> {
         let pits = Pits { tree: self.tree, index: &self.index, tight: 1e-9 * self.size };
         let most = self.effort.pits;
         let mut found: Vec<Pit> = Vec::new();
-        let many = (self.effort.points / self.index.count() as usize).clamp(LEAST_POINTS, MOST_POINTS);
-        for number in 0..self.index.count() {
-            let sphere = self.index.sphere(number);
+        let count = self.index.spheres.len();
+        let many = (self.effort.points / count).clamp(LEAST_POINTS, MOST_POINTS);
+        for (number, sphere) in (0..).zip(&self.index.spheres) {
             let mut deepest = if found.len() < most { 0.0 } else { found[most - 1].depth };
             // One of each sphere: else all would lie around one place.
             let mut best = None;
@@ -225,7 +225,7 @@ impl<'a> Probe<'a> {
                 }
             }
             found.extend(best);
-            if found.len() > 2 * most || number + 1 == self.index.count() {
+            if found.len() > 2 * most || number + 1 == count as u32 {
                 found.sort_by(|a, b| b.depth.total_cmp(&a.depth));
                 found.truncate(most);
             }

@@ -26,7 +26,8 @@ pub struct Samples {
 /// The sizes of the balls that touch in the middles of parts of the triangles, kept for the next time that they are asked
 /// for.
 pub struct Sizes<'a> {
-    balls: Balls<'a>,
+    /// The balls.
+    pub balls: Balls<'a>,
     careful: bool,
     /// First one for each triangle, then the two halves of a part next to each other.
     parts: Vec<SamplePart>,
@@ -54,11 +55,6 @@ impl<'a> Sizes<'a> {
     /// From now on the same sizes, but beyond thin parts of the solid too ([`Balls::trusting`]), or no longer.
     pub fn trust(&mut self, trusting: bool) {
         self.careful = !trusting;
-    }
-
-    /// The tree of the surface.
-    pub fn tree(&self) -> &'a SurfaceTree {
-        self.balls.tree()
     }
 
     fn radius(&mut self, part: u32, at: &Vector3<f64>, inward: &Vector3<f64>, most: f64) -> f64 {
@@ -170,7 +166,7 @@ pub fn no_finer<T>(mut error: f64, mut find: impl FnMut(f64) -> Option<T>) -> T 
 
 /// The corners of all parts, each once; `None` if they are more than `most`.
 pub fn corners(surface: &Surface, sizes: &mut Sizes, error: f64, share: f64, most: usize) -> Option<Samples> {
-    let tree = sizes.balls.tree();
+    let tree = sizes.balls.tree;
     let mut samples = Samples::default();
     let mut known: FxHashSet<[u64; 3]> = FxHashSet::default();
     cut(surface, sizes, error, share, |part, triangle| {

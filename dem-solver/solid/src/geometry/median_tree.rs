@@ -55,7 +55,8 @@ impl<X> MedianNode<X> {
 /// The tree.
 pub struct MedianTree<X> {
     nodes: Vec<MedianNode<X>>,
-    order: Vec<u32>,
+    /// Numbers of the items, leaf by leaf: the item at each place.
+    pub order: Vec<u32>,
 }
 
 impl<X> MedianTree<X> {
@@ -103,11 +104,6 @@ impl<X> MedianTree<X> {
         self.nodes[at].count = 0;
         self.nodes[at].first = self.nodes.len() as u32;
         self.build(right, first + half as u32, leaf, describe, value);
-    }
-
-    /// Numbers of the items, leaf by leaf: the item at each place.
-    pub fn order(&self) -> &[u32] {
-        &self.order
     }
 
     /// A node; the root is number 0.
@@ -196,7 +192,7 @@ mod tests {
                 |items| {
                     for place in items {
                         seen.set(seen.get() + 1);
-                        let point = points[tree.order()[place] as usize];
+                        let point = points[tree.order[place] as usize];
                         best.set(best.get().min((point - from).norm_squared()));
                     }
                     true
@@ -220,7 +216,7 @@ mod tests {
             },
         );
         assert_eq!(places, (0..37).collect::<Vec<_>>());
-        let mut numbers = tree.order().to_vec();
+        let mut numbers = tree.order.clone();
         numbers.sort_unstable();
         assert_eq!(numbers, (0..37).collect::<Vec<_>>());
         let mut leaves = 0;

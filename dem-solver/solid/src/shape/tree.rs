@@ -80,7 +80,7 @@ impl SurfaceTree {
             (0..count).map(|t| surface.corners(t).iter().sum::<Vector3<f64>>() / 3.0).collect();
         let describe = |some: &[u32]| describe(some, surface, &middles);
         let tree = MedianTree::new(count, LEAF, describe, |t| middles[t as usize], |_| 0.0);
-        let corners = tree.order().iter().map(|t| surface.corners(*t as usize)).collect();
+        let corners = tree.order.iter().map(|t| surface.corners(*t as usize)).collect();
         Self { tree, corners, faces, edges, vertices, triangles: surface.triangles.clone() }
     }
 
@@ -107,7 +107,7 @@ impl SurfaceTree {
                         let least = (distance.sqrt() - slack).max(0.0).powi(2);
                         limit.set(if slack > 0.0 { least } else { distance });
                         best =
-                            Some(NearestOnSurface { point, square, triangle: self.tree.order()[k], feature });
+                            Some(NearestOnSurface { point, square, triangle: self.tree.order[k], feature });
                     }
                 }
                 true
@@ -141,7 +141,7 @@ impl SurfaceTree {
     /// Call `found` with every pair of triangles whose boxes overlap, each pair once.
     pub fn pairs(&self, mut found: impl FnMut(u32, u32)) {
         let mut stack = vec![(0_u32, 0_u32)];
-        let order = self.tree.order();
+        let order = &self.tree.order;
         while let Some((a, b)) = stack.pop() {
             let (first, second) = (self.tree.node(a), self.tree.node(b));
             if !overlap(first, second) {
