@@ -31,15 +31,18 @@ impl Format {
     }
 }
 
+/// Points of a file [m], or why it has none.
+pub type ReadPoints = Result<Vec<[f64; 3]>, ReadError>;
+
 /// What reads the bytes of a file, by what such a file holds: some keys of `[terrain]` are for one kind alone.
 #[derive(Clone, Copy)]
 pub enum Reader {
     /// A raster of heights, perhaps with cells without height.
     Raster(fn(&[u8]) -> Result<Raster, ReadError>),
     /// Points.
-    Points(fn(&[u8]) -> Result<Vec<[f64; 3]>, ReadError>),
+    Points(fn(&[u8]) -> ReadPoints),
     /// Points of these classes; none: all.
-    ClassifiedPoints(fn(Vec<u8>, &[u8]) -> Result<Vec<[f64; 3]>, ReadError>),
+    ClassifiedPoints(fn(Vec<u8>, &[u8]) -> ReadPoints),
     /// At most so many triangles.
     Surface(fn(&[u8], usize) -> Result<Facets, ReadError>),
 }
