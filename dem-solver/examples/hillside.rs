@@ -10,9 +10,9 @@
 mod statistics;
 
 use dem_solver::DemSolver;
+use dem_solver::random::SplitMix;
 use dem_solver::rock::Motion;
 use dem_solver::terrain::raster::Raster;
-use dem_solver::terrain::slope::Slope;
 use interface_defs::verdict::Fate;
 use interface_defs::{Plan, Solver, Window};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
@@ -21,6 +21,10 @@ use std::path::Path;
 use std::time::Instant;
 use toolkit::program::Options;
 use toolkit::scene::Scene;
+
+#[path = "../tests/support/slope.rs"]
+mod slope;
+use slope::Slope;
 
 const WINDOW: f64 = 0.05;
 const END: f64 = 40.0;

@@ -6,13 +6,18 @@
 //! `fixed` takes every step as long as the shortest possible contact asks for, `own` (the default) as the contact at hand does. `LAW` is `hertz_mindlin` (the default), `hertz_rock` or a preset of ground.
 
 use dem_solver::DemSolver;
+use dem_solver::random::SplitMix;
 use dem_solver::rock::Motion;
-use dem_solver::terrain::slope::Slope;
+use dem_solver::terrain::raster::Raster;
 use interface_defs::{Plan, Solver, Window};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use std::path::Path;
 use toolkit::program::Options;
 use toolkit::scene::Scene;
+
+#[path = "../tests/support/slope.rs"]
+mod slope;
+use slope::Slope;
 
 /// Windows, and their length [s].
 const WINDOWS: u64 = 60;

@@ -2,9 +2,14 @@
 //!
 //! `cargo run --release -p dem-solver --example slope -- launch/scenes/data/slope.asc`
 
-use dem_solver::terrain::slope::Slope;
+use dem_solver::random::SplitMix;
+use dem_solver::terrain::raster::Raster;
 use std::path::Path;
 use std::process::ExitCode;
+
+#[path = "../tests/support/slope.rs"]
+mod slope;
+use slope::Slope;
 
 fn main() -> ExitCode {
     let Some(file) = std::env::args().nth(1) else {

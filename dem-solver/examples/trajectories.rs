@@ -7,8 +7,9 @@
 //! 4.4 and 10.2 microseconds (5 000 times less than the 22 and 51 ms of the reference implementation).
 
 use dem_solver::DemSolver;
+use dem_solver::random::SplitMix;
 use dem_solver::rock::Motion;
-use dem_solver::terrain::slope::Slope;
+use dem_solver::terrain::raster::Raster;
 use interface_defs::ipc::serve::cpu_seconds;
 use interface_defs::verdict::Fate;
 use interface_defs::{Plan, Solver, Window};
@@ -16,6 +17,10 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use std::path::Path;
 use toolkit::program::Options;
 use toolkit::scene::Scene;
+
+#[path = "../tests/support/slope.rs"]
+mod slope;
+use slope::Slope;
 
 const INTERVAL: f64 = 0.1;
 const END: f64 = 120.0;

@@ -28,7 +28,7 @@ pub use dem_contact::{contact, interface_mesh, law, rock, settings};
 pub use dem_rocks::{
     DemSolver, check, gate, granular, guard, integrator, model, net_contact, reference, results, solver,
 };
-pub use dem_solid::{cluster, geometry, input, shape};
+pub use dem_solid::{cluster, geometry, input, random, shape};
 pub use dem_study as study;
 pub use dem_terrain as terrain;
 

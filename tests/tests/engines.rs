@@ -2,7 +2,8 @@
 //! and workers are killed in the middle; the results are those of one process, byte for byte. Where an engine is not
 //! installed, its test says `skipped: why` and passes.
 
-use dem_solver::terrain::slope::Slope;
+use dem_solver::random::SplitMix;
+use dem_solver::terrain::raster::Raster;
 use rustix::process::{Pid, Signal, kill_process};
 use std::collections::BTreeMap;
 use std::fs;
@@ -12,6 +13,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 use tests::{Bench, processes_with, program, repository, until, wait};
+
+#[path = "../../dem-solver/tests/support/slope.rs"]
+mod slope;
+use slope::Slope;
 
 const SCENE: &str = "end_time = 30.0\ngravity = [0.0, 0.0, -9.81]\n\
     [[rock]]\nname = \"block\"\nposition = [2600012.0, 1200020.0, 1070.0]\ndensity = 2600.0\n\

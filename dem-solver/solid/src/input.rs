@@ -3,7 +3,7 @@
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::Vector3;
 use std::path::Path;
-use toolkit::input_file;
+pub use toolkit::input_file::read as read_bytes;
 
 /// Largest file of a surface or of spheres that is read [bytes].
 pub const LARGEST: u64 = 1 << 30;
@@ -13,39 +13,46 @@ const FURTHEST: f64 = 1e9;
 /// Lengths that a shape may have, and factors of them [m].
 pub const LENGTHS: std::ops::RangeInclusive<f64> = 1e-9..=FURTHEST;
 
-/// What is wrong in a file, and at which line (from 1) if it has lines.
+/// What is wrong in a file, at which line (from 1) if it has lines, and what to try.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReadError {
     /// The line.
     pub line: Option<usize>,
     /// What is wrong.
     pub message: String,
+    /// What to try.
+    pub hint: Option<String>,
+}
+
+impl<M: Into<String>> From<M> for ReadError {
+    /// Something wrong with the file as a whole.
+    fn from(message: M) -> Self {
+        Self { line: None, message: message.into(), hint: None }
+    }
 }
 
 impl ReadError {
     /// Something wrong with the file as a whole.
     pub fn new(message: impl Into<String>) -> Self {
-        Self { line: None, message: message.into() }
+        message.into().into()
     }
 
     /// Something wrong at a line (from 1).
     pub fn at(line: usize, message: impl Into<String>) -> Self {
-        Self { line: Some(line), message: message.into() }
+        Self { line: Some(line), ..Self::new(message) }
+    }
+
+    /// The same, saying what to try.
+    #[must_use]
+    pub fn try_instead(self, hint: impl Into<String>) -> Self {
+        Self { hint: Some(hint.into()), ..self }
     }
 
     /// With the file's name in front.
     pub fn in_file(self, path: &Path) -> Diagnostic {
-        let place = match self.line {
-            Some(line) => format!("{}:{line}", path.display()),
-            None => path.display().to_string(),
-        };
-        Diagnostic::in_file(place, self.message)
+        let line = self.line.map_or(String::new(), |line| format!(":{line}"));
+        Diagnostic::in_file(format!("{}{line}", path.display()), self.message).try_if(self.hint)
     }
-}
-
-/// The bytes of a file of up to `largest` bytes.
-pub fn read_bytes(path: &Path, largest: u64) -> Result<Vec<u8>, Diagnostic> {
-    input_file::read(path, largest)
 }
 
 /// The lines of a text, numbered from 1; a line that is not text is an error.

@@ -112,7 +112,7 @@ impl Descent<'_> {
             if !found {
                 let corners = self.ground.corners(t);
                 let own = Slab::new(&Face::new(corners.map(|corner| to_own * (corner - position))));
-                tree.near_face(&own, ROUNDING * tree.reach, |_, sphere| {
+                tree.near_face(&own, ROUNDING * tree.reach, 0.0, |_, sphere| {
                     found = found || cuts(sphere, &corners);
                 });
             }
@@ -166,12 +166,19 @@ pub fn above_ground(
 }
 
 #[cfg(test)]
+use {dem_solid::random::SplitMix, dem_terrain::raster::Raster};
+
+#[cfg(test)]
+#[path = "../../tests/support/slope.rs"]
+mod slope;
+
+#[cfg(test)]
 mod tests {
+    use super::slope::Slope;
     use super::*;
     use crate::member::orientation;
     use dem_contact::settings::Settings;
     use dem_solid::geometry::sphere::Sphere;
-    use dem_terrain::slope::Slope;
     use toolkit::scene::Scene;
 
     const SCENE: &str = "end_time = 1.0\ngravity = [0.0, 0.0, -9.81]\n\

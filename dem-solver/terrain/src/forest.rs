@@ -4,7 +4,8 @@
 
 use super::Terrain;
 use super::queries::Parabola;
-use super::settings::{ForestName, TerrainSettings, ZoneSettings};
+use super::settings::ForestName;
+use dem_solid::geometry::bounds;
 use nalgebra::Vector3;
 
 /// Drag of a forest.
@@ -18,18 +19,8 @@ pub struct Forest {
 
 impl Forest {
     /// From the keys of a table, which have been checked.
-    fn of(drag: Option<f64>, height: Option<f64>) -> Option<Self> {
+    pub fn of(drag: Option<f64>, height: Option<f64>) -> Option<Self> {
         Some(Self { drag: drag?, height: height? })
-    }
-
-    /// Of everything that no zone names.
-    pub fn of_terrain(settings: &TerrainSettings) -> Option<Self> {
-        Self::of(settings.forest_drag, settings.forest_height)
-    }
-
-    /// Of a zone.
-    pub fn of_zone(zone: &ZoneSettings) -> Option<Self> {
-        Self::of(zone.forest_drag, zone.forest_height)
     }
 }
 
@@ -54,11 +45,8 @@ impl Stands {
         let stand = |(zone, forest): (usize, &Option<Forest>)| {
             let forest = forest.as_ref()?;
             let of_zone = (0..ground.triangles.len() as u32).filter(|t| usize::from(ground.zone(*t)) == zone);
-            let (mut low, mut high) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
-            for corner in of_zone.flat_map(|t| ground.corners(t)) {
-                let top = corner - down * forest.height;
-                (low, high) = (low.inf(&corner).inf(&top), high.sup(&corner).sup(&top));
-            }
+            let corners = of_zone.flat_map(|t| ground.corners(t));
+            let [low, high] = bounds(corners.flat_map(|c| [c, c - down * forest.height]));
             (low.x <= high.x).then_some((low, high))
         };
         Self(ground.forests.iter().enumerate().filter_map(stand).collect())

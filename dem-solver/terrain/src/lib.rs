@@ -12,8 +12,6 @@
 //! - [`forest`]: where a rock in flight is slowed down
 //! - [`queries`]: what is near, how high a point stands, for how long a flight is free
 //! - [`ground`]: `dem-solver ground`, heights around a line for what is built there
-//! - [`slope`]: one that is generated
-//! - `winding`: which side is up
 
 pub mod forest;
 pub mod formats;
@@ -21,18 +19,18 @@ pub mod ground;
 pub mod queries;
 pub mod raster;
 pub mod settings;
-pub mod slope;
 pub mod system;
 pub mod triangulation;
-mod winding;
 pub mod zones;
 
 use dem_solid::geometry::box_tree::{Bounds, BoxTree, morton_order};
 use dem_solid::geometry::shared_nodes::{Unshared, first_fault};
+use dem_solid::geometry::{bounds, by_first_use, double_area, is_flat};
 use forest::Forest;
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::Vector3;
 use settings::TerrainSettings;
+use std::collections::HashSet;
 use toolkit::scene::Scene;
 use triangulation::Triangulated;
 
@@ -78,8 +76,8 @@ impl Terrain {
             let file = scene.resolve(&settings.file).display().to_string();
             return Err(Diagnostic::in_file(file, "the terrain has no triangle with an area"));
         }
-        ground.materials = zones.materials().to_vec();
-        ground.forests = zones.forests().to_vec();
+        ground.materials = zones.materials.clone();
+        ground.forests = zones.forests.clone();
         let (low, high) = (ground.lowest + ground.origin, ground.highest + ground.origin);
         zones::check_polygons(scene, settings, &low, &high)?;
         if !zones.is_empty() {
@@ -93,22 +91,23 @@ impl Terrain {
 
     /// Of one surface.
     pub fn new(relief: Triangulated) -> Self {
-        let Triangulated { origin, nodes, triangles, mut notices } = relief;
-        let (triangles, dropped) = with_area(&nodes, triangles);
-        if dropped > 0 {
-            notices.push(notice(format!("{dropped} triangles without area left out")));
+        let Triangulated { origin, mut nodes, mut triangles, mut notices } = relief;
+        let before = triangles.len();
+        triangles.retain(|t| !is_flat(t.map(|n| nodes[n as usize]), THINNEST));
+        if triangles.len() < before {
+            let what = format!("{} triangles without area left out", before - triangles.len());
+            notices.push(notice(what));
         }
         let corner = |t: usize, k: usize| nodes[triangles[t][k] as usize];
         let order = morton_order(triangles.len(), |t| (corner(t, 0) + corner(t, 1) + corner(t, 2)) / 3.0);
-        let triangles: Vec<[u32; 3]> = order.into_iter().map(|t| triangles[t as usize]).collect();
-        let (nodes, triangles) = by_first_use(nodes, triangles);
-        let tree = BoxTree::new(triangles.len(), |t| bounds_of(&triangles[t].map(|n| nodes[n as usize])));
-        let mut lowest = Vector3::repeat(f64::INFINITY);
-        let mut highest = Vector3::repeat(f64::NEG_INFINITY);
-        for node in triangles.iter().flatten().map(|n| &nodes[*n as usize]) {
-            lowest = lowest.inf(node);
-            highest = highest.sup(node);
-        }
+        let mut triangles: Vec<[u32; 3]> = order.into_iter().map(|t| triangles[t as usize]).collect();
+        by_first_use(&mut nodes, &mut triangles);
+        let tree = BoxTree::new(triangles.len(), |t| {
+            let [low, high] = bounds(triangles[t].map(|n| nodes[n as usize]));
+            Bounds::around(&low, &high)
+        });
+        // All nodes are of some triangle now.
+        let [lowest, highest] = bounds(nodes.iter().copied());
         Self {
             origin,
             nodes,
@@ -147,50 +146,49 @@ impl Terrain {
         of(a).zip(of(b)).is_some_and(|(a, b)| a.iter().any(|n| b.contains(n)))
     }
 
+    /// Order the corners of all triangles so that their normals point out of the ground. A mesh of one winding keeps what
+    /// hangs over; of one that does not agree with itself each triangle faces up. What the user should know.
+    pub fn face_up(&mut self) -> Option<Diagnostic> {
+        let rise = |t: &[u32; 3]| double_area(t.map(|n| self.nodes[n as usize])).z;
+        let down = self.triangles.iter().filter(|t| rise(t) < 0.0).count();
+        if down == 0 {
+            return None;
+        }
+        let (all, whole) = (self.triangles.len(), self.triangles.iter().map(rise).sum::<f64>());
+        if down < all && !self.is_of_one_winding() {
+            for at in 0..all {
+                if rise(&self.triangles[at]) < 0.0 {
+                    self.triangles[at].swap(1, 2);
+                }
+            }
+            let what = format!(
+                "the corners of its triangles run round in both directions ({down} of {all} face down)"
+            );
+            return Some(notice(what).try_instead("each was taken to face up, so that nothing hangs over"));
+        }
+        if whole < 0.0 {
+            self.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        }
+        None
+    }
+
+    /// Whether no two triangles run along an edge in the same direction.
+    fn is_of_one_winding(&self) -> bool {
+        let mut seen = HashSet::with_capacity(3 * self.triangles.len());
+        self.triangles
+            .iter()
+            .all(|[a, b, c]| [(a, b), (b, c), (c, a)].into_iter().all(|edge| seen.insert(edge)))
+    }
+
     /// In words, with numbers.
     pub fn describe(&self) -> String {
-        let size = self.highest - self.lowest;
-        let from = self.lowest + self.origin;
-        let to = self.highest + self.origin;
-        format!(
-            "terrain of {} triangles and {} nodes, {:.1} m x {:.1} m x {:.1} m, x {:.1} to {:.1}, y {:.1} to {:.1}, \
-             z {:.1} to {:.1}",
-            self.triangles.len(),
-            self.nodes.len(),
-            size.x,
-            size.y,
-            size.z,
-            from.x,
-            to.x,
-            from.y,
-            to.y,
-            from.z,
-            to.z
-        )
+        let size = [0, 1, 2].map(|k| format!("{:.1} m", (self.highest - self.lowest)[k])).join(" x ");
+        let (from, to) = (self.lowest + self.origin, self.highest + self.origin);
+        let place =
+            [(0, "x"), (1, "y"), (2, "z")].map(|(k, axis)| format!("{axis} {:.1} to {:.1}", from[k], to[k]));
+        let [triangles, nodes] = [self.triangles.len(), self.nodes.len()];
+        format!("terrain of {triangles} triangles and {nodes} nodes, {size}, {}", place.join(", "))
     }
-}
-
-fn bounds_of([a, b, c]: &[Vector3<f64>; 3]) -> Bounds {
-    Bounds::around(&a.inf(b).inf(c), &a.sup(b).sup(c))
-}
-
-/// The same with the nodes in the order in which the triangles name them, so that what is near lies together in
-/// memory; a node that none names is left out.
-fn by_first_use(
-    nodes: Vec<Vector3<f64>>,
-    mut triangles: Vec<[u32; 3]>,
-) -> (Vec<Vector3<f64>>, Vec<[u32; 3]>) {
-    let mut place = vec![u32::MAX; nodes.len()];
-    let mut ordered = Vec::with_capacity(nodes.len());
-    for number in triangles.iter_mut().flatten() {
-        let place = &mut place[*number as usize];
-        if *place == u32::MAX {
-            *place = ordered.len() as u32;
-            ordered.push(nodes[*number as usize]);
-        }
-        *number = *place;
-    }
-    (ordered, triangles)
 }
 
 /// Height of a triangle over its longest edge, in such edges, up to which it counts as without area. The normal of a
@@ -198,15 +196,42 @@ fn by_first_use(
 /// edges that its neighbours leave are so close that a sphere touches them as one.
 const THINNEST: f64 = 1e-7;
 
-/// The triangles that have an area, and how many have none: their edges are those of their neighbours.
-fn with_area(nodes: &[Vector3<f64>], mut triangles: Vec<[u32; 3]>) -> (Vec<[u32; 3]>, usize) {
-    let before = triangles.len();
-    triangles.retain(|t| {
-        let [a, b, c] = t.map(|n| nodes[n as usize]);
-        let longest = (b - a).norm_squared().max((c - a).norm_squared()).max((c - b).norm_squared());
-        // Twice the area over the longest edge squared is the height over that edge, in edges.
-        (b - a).cross(&(c - a)).norm() > THINNEST * longest
-    });
-    let dropped = before - triangles.len();
-    (triangles, dropped)
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A step with an overhang: floor, mesh that leans out over it, top.
+    fn overhang(turned: &[usize]) -> Terrain {
+        let profile = [[-2.0, 0.0], [0.0, 0.0], [-0.5, 1.0], [2.0, 1.2]];
+        let nodes =
+            [0.0, 1.0].into_iter().flat_map(|y| profile.map(|[x, z]| Vector3::new(x, y, z))).collect();
+        let mut triangles: Vec<[u32; 3]> =
+            (0..3).flat_map(|i| [[i, i + 1, i + 5], [i, i + 5, i + 4]]).collect();
+        turned.iter().for_each(|t| triangles[*t].swap(1, 2));
+        Terrain::new(Triangulated { origin: Vector3::zeros(), nodes, triangles, notices: Vec::new() })
+    }
+
+    fn down(ground: &Terrain) -> usize {
+        let rise = |t: &&[u32; 3]| {
+            let [a, b, c] = t.map(|n| ground.nodes[n as usize]);
+            (b - a).cross(&(c - a)).z < 0.0
+        };
+        ground.triangles.iter().filter(rise).count()
+    }
+
+    #[test]
+    fn of_one_winding_what_hangs_over_stays_and_the_whole_is_turned_up() {
+        let mut up = overhang(&[]);
+        assert_eq!((down(&up), up.face_up(), down(&up)), (2, None, 2));
+        let mut upside_down = overhang(&[0, 1, 2, 3, 4, 5]);
+        assert_eq!((down(&upside_down), upside_down.face_up(), down(&upside_down)), (4, None, 2));
+    }
+
+    #[test]
+    fn of_both_windings_each_triangle_faces_up_and_that_is_reported() {
+        let mut mixed = overhang(&[0]);
+        let notice = mixed.face_up().expect("a notice");
+        assert!(notice.message.contains("3 of 6"), "{notice}");
+        assert_eq!(down(&mixed), 0);
+    }
 }

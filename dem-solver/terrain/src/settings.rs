@@ -1,6 +1,6 @@
 //! `[terrain]`: the file, what lies where on it, and when a rock has come to its end.
 
-use super::formats::{self, Holds};
+use super::formats::{self, Reader};
 use super::system;
 use interface_defs::diagnostic::{Diagnostic, code};
 use schemars::JsonSchema;
@@ -105,17 +105,23 @@ pub enum ForestName {
 /// Effective height of a stand where the scene does not say [m].
 const FOREST_HEIGHT: f64 = 30.0;
 
+/// Refuse values that do not lie above 0; `place` is the table in which these keys are.
+fn positive(scene: &Scene, place: &str, values: &[(&str, Option<f64>)]) -> Result<(), Diagnostic> {
+    match values.iter().find_map(|(key, value)| Some((key, value.filter(|v| *v <= 0.0)?))) {
+        Some((key, v)) => {
+            Err(scene.invalid(&format!("{place}.{key}"), format!("{key} = {v}: it must lie above 0")))
+        }
+        None => Ok(()),
+    }
+}
+
 /// Fill in what `forest` names; what the user must know of it.
 fn plant(
     place: &str,
     (name, drag, height): (Option<ForestName>, &mut Option<f64>, &mut Option<f64>),
     scene: &Scene,
 ) -> Result<Option<Diagnostic>, Diagnostic> {
-    for (key, value) in [("forest_drag", &*drag), ("forest_height", &*height)] {
-        if let Some(v) = value.filter(|v| *v <= 0.0) {
-            return Err(scene.invalid(&format!("{place}.{key}"), format!("{key} = {v}: it must lie above 0")));
-        }
-    }
+    positive(scene, place, &[("forest_drag", *drag), ("forest_height", *height)])?;
     if let Some(name) = name {
         drag.get_or_insert(name.drag());
     }
@@ -156,25 +162,6 @@ const FAST: f64 = 1.0;
 const MOST_MATERIALS: usize = 255;
 
 impl TerrainSettings {
-    /// For a file, everything else by default.
-    pub fn new(file: impl Into<PathBuf>) -> Self {
-        Self {
-            file: file.into(),
-            nodata: NoData::default(),
-            nodata_value: None,
-            classes: ground_class(),
-            longest_edge: None,
-            material: ground_name(),
-            forest: None,
-            forest_drag: None,
-            forest_height: None,
-            zones: None,
-            zone: Vec::new(),
-            rest_speed: rest_speed(),
-            rest_time: rest_time(),
-        }
-    }
-
     /// Those of a scene, with the corners of zones that are in files in their place, checked.
     pub fn of(scene: &Scene) -> Result<Option<Self>, Diagnostic> {
         let Some(mut settings) = scene.read::<Self>("terrain")? else { return Ok(None) };
@@ -211,10 +198,10 @@ impl TerrainSettings {
 
     /// Refuse keys that the file leaves without use.
     fn check_use(&self, scene: &Scene) -> Result<(), Diagnostic> {
-        let holds = formats::kind(&self.file);
-        let raster = holds == Some(Holds::Raster);
-        let classified = holds == Some(Holds::ClassifiedPoints);
-        let points = classified || holds == Some(Holds::Points);
+        let reader = formats::reader(&self.file);
+        let raster = matches!(reader, Some(Reader::Raster(_)));
+        let classified = matches!(reader, Some(Reader::ClassifiedPoints(_)));
+        let points = classified || matches!(reader, Some(Reader::Points(_)));
         let numbered = self.zone.iter().any(|zone| zone.number.is_some());
         let idle = [
             ("nodata", self.nodata != NoData::default() && !raster, "belongs to rasters"),
@@ -234,17 +221,9 @@ impl TerrainSettings {
 
     /// Refuse what makes no sense.
     pub fn check(&self, scene: &Scene) -> Result<(), Diagnostic> {
-        for (key, value) in [
-            ("rest_speed", Some(self.rest_speed)),
-            ("rest_time", Some(self.rest_time)),
-            ("longest_edge", self.longest_edge),
-        ] {
-            if let Some(v) = value.filter(|v| *v <= 0.0) {
-                return Err(
-                    scene.invalid(&format!("terrain.{key}"), format!("{key} = {v}: it must lie above 0"))
-                );
-            }
-        }
+        let times = [("rest_speed", Some(self.rest_speed)), ("rest_time", Some(self.rest_time))];
+        positive(scene, "terrain", &times)?;
+        positive(scene, "terrain", &[("longest_edge", self.longest_edge)])?;
         if self.rest_speed > FAST {
             let what = format!("rest_speed = {} m/s: a rock that fast is not at rest", self.rest_speed);
             return Err(scene
@@ -257,27 +236,24 @@ impl TerrainSettings {
             return Err(scene.invalid("terrain.zone", what));
         }
         for (i, zone) in self.zone.iter().enumerate() {
-            let key = |name: &str| format!("terrain.zone.{i}.{name}");
+            let refuse = |name: &str, what: String| scene.invalid(&format!("terrain.zone.{i}.{name}"), what);
             match (&zone.polygon, zone.number) {
                 (Some(_), Some(_)) => {
                     let what = "polygon and number together define one thing twice";
-                    return Err(scene.invalid(&key("number"), what).try_instead("keep one of them"));
+                    return Err(refuse("number", what.into()).try_instead("keep one of them"));
                 }
                 (None, None) => {
                     let what = "the zone has neither polygon nor number: it lies nowhere";
-                    return Err(scene.invalid(&key("material"), what));
+                    return Err(refuse("material", what.into()));
                 }
                 (Some(corners), None) if corners.len() < 3 => {
                     let what = format!("{} corners span no area: 3 are needed", corners.len());
-                    return Err(scene.invalid(&key("polygon"), what));
+                    return Err(refuse("polygon", what));
                 }
                 (None, Some(number)) if self.zones.is_none() => {
-                    return Err(scene
-                        .invalid(
-                            &key("number"),
-                            format!("zone number {number} without a raster of zone numbers"),
-                        )
-                        .try_instead("write zones = \"zones.asc\" under [terrain], or a polygon"));
+                    let what = format!("zone number {number} without a raster of zone numbers");
+                    let cure = "write zones = \"zones.asc\" under [terrain], or a polygon";
+                    return Err(refuse("number", what).try_instead(cure));
                 }
                 _ => {}
             }

@@ -4,9 +4,11 @@ use super::formats::{self, Content};
 use super::notice;
 use super::raster::Raster;
 use super::settings::{NoData, TerrainSettings};
+use dem_solid::geometry::bounds;
+use dem_solid::input::ReadError;
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::Vector3;
-use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
+use spade::{DelaunayTriangulation, Point2, Triangulation};
 use toolkit::scene::Scene;
 
 /// One surface of triangles in local coordinates.
@@ -25,24 +27,22 @@ pub struct Triangulated {
 /// Read the terrain of a scene.
 pub fn of(scene: &Scene, settings: &TerrainSettings) -> Result<Triangulated, Diagnostic> {
     let path = scene.resolve(&settings.file);
-    match formats::terrain(&path, &settings.classes, settings.nodata_value)? {
-        Content::Raster(raster) => from_raster(&raster, settings.nodata, &path.display().to_string()),
-        Content::Points(points) => from_points(&points, settings.longest_edge, &path.display().to_string()),
+    let relief = match formats::terrain(&path, &settings.classes, settings.nodata_value)? {
+        Content::Raster(raster) => from_raster(&raster, settings.nodata),
+        Content::Points(points) => from_points(&points, settings.longest_edge),
         Content::Triangles { nodes, triangles, notices } => {
             let (origin, nodes) = localise(nodes);
             Ok(Triangulated { origin, nodes, triangles, notices })
         }
-    }
+    };
+    relief.map_err(|e| e.in_file(&path))
 }
 
 /// A whole-numbered point in the middle, and the nodes from there.
 fn localise(mut nodes: Vec<Vector3<f64>>) -> (Vector3<f64>, Vec<Vector3<f64>>) {
-    let lowest = nodes.iter().fold(Vector3::repeat(f64::INFINITY), |l, n| l.inf(n));
-    let highest = nodes.iter().fold(Vector3::repeat(f64::NEG_INFINITY), |h, n| h.sup(n));
+    let [lowest, highest] = bounds(nodes.iter().copied());
     let origin = middle(lowest, highest);
-    for node in &mut nodes {
-        *node -= origin;
-    }
+    nodes.iter_mut().for_each(|node| *node -= origin);
     (origin, nodes)
 }
 
@@ -54,25 +54,21 @@ fn middle(lowest: Vector3<f64>, highest: Vector3<f64>) -> Vector3<f64> {
 
 /// Two triangles in each cell, cut along the diagonal whose ends are nearer in height: ridges and
 /// gullies stay sharp.
-pub fn from_raster(raster: &Raster, nodata: NoData, file: &str) -> Result<Triangulated, Diagnostic> {
+pub fn from_raster(raster: &Raster, nodata: NoData) -> Result<Triangulated, ReadError> {
     let [columns, rows] = raster.counts;
     let missing = raster.heights.iter().filter(|z| z.is_nan()).count();
     let mut notices = Vec::new();
     if missing > 0 {
         if nodata == NoData::Refuse {
             let first = raster.heights.iter().position(|z| z.is_nan()).unwrap_or(0);
-            return Err(Diagnostic::in_file(
-                file,
-                format!(
-                    "{missing} of {} cells have no height, the first in row {} from the north and column {}",
-                    raster.heights.len(),
-                    first / columns + 1,
-                    first % columns + 1
-                ),
-            )
-            .try_instead(
-                "fill them, or write nodata = \"cut\" under [terrain]: rocks fall through such holes",
-            ));
+            let what = format!(
+                "{missing} of {} cells have no height, the first in row {} from the north and column {}",
+                raster.heights.len(),
+                first / columns + 1,
+                first % columns + 1
+            );
+            let cure = "fill them, or write nodata = \"cut\" under [terrain]: rocks fall through such holes";
+            return Err(ReadError::new(what).try_instead(cure));
         }
         notices.push(notice(format!("{missing} cells without height are cut out")));
     }
@@ -122,26 +118,13 @@ pub fn from_raster(raster: &Raster, nodata: NoData, file: &str) -> Result<Triang
     Ok(Triangulated { origin, nodes, triangles, notices })
 }
 
-struct Spot {
-    at: Point2<f64>,
-    number: u32,
-}
-
-impl HasPosition for Spot {
-    type Scalar = f64;
-    fn position(&self) -> Point2<f64> {
-        self.at
-    }
-}
-
 /// Delaunay triangles over x and y, those with an edge above `longest` [m] left out. Of points that stand over each other the highest is kept.
-pub fn from_points(
-    points: &[[f64; 3]],
-    longest: Option<f64>,
-    file: &str,
-) -> Result<Triangulated, Diagnostic> {
+pub fn from_points(points: &[[f64; 3]], longest: Option<f64>) -> Result<Triangulated, ReadError> {
     let (origin, mut nodes) = localise(points.iter().map(|p| Vector3::from(*p)).collect());
     let before = nodes.len();
+    // Spade refuses coordinates between 0 and 1e-42.
+    let tiny = |v: f64| if v.abs() < 1e-30 { 0.0 } else { v };
+    nodes.iter_mut().for_each(|n| (n.x, n.y) = (tiny(n.x), tiny(n.y)));
     nodes.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(b.z.total_cmp(&a.z)));
     nodes.dedup_by(|next, kept| next.x == kept.x && next.y == kept.y);
     let mut notices = Vec::new();
@@ -150,31 +133,25 @@ pub fn from_points(
         notices.push(notice(what).try_instead("the highest is kept"));
     }
     if is_line(&nodes) {
-        return Err(no_surface(nodes.len(), file));
+        return Err(no_surface(nodes.len()));
     }
-    let spot = |(i, n): (usize, &Vector3<f64>)| {
-        // Spade refuses coordinates between 0 and 1e-42.
-        let tiny = |v: f64| if v.abs() < 1e-30 { 0.0 } else { v };
-        Spot { at: Point2::new(tiny(n.x), tiny(n.y)), number: i as u32 }
-    };
-    let spots: Vec<Spot> = nodes.iter().enumerate().map(spot).collect();
-    let mesh = DelaunayTriangulation::<Spot>::bulk_load_stable(spots)
-        .map_err(|e| Diagnostic::in_file(file, format!("the points cannot be joined to triangles: {e}")))?;
+    let places = nodes.iter().map(|n| Point2::new(n.x, n.y)).collect();
+    let mesh = DelaunayTriangulation::<Point2<f64>>::bulk_load_stable(places)
+        .map_err(|e| format!("the points cannot be joined to triangles: {e}"))?;
     let mut triangles: Vec<[u32; 3]> =
-        mesh.inner_faces().map(|face| face.vertices().map(|v| v.data().number)).collect();
+        mesh.inner_faces().map(|face| face.vertices().map(|v| v.index() as u32)).collect();
     if let Some(longest) = longest {
         let edge = |a: u32, b: u32| (nodes[a as usize] - nodes[b as usize]).xy().norm();
         triangles.retain(|&[a, b, c]| edge(a, b).max(edge(b, c)).max(edge(c, a)) <= longest);
     }
     if triangles.is_empty() {
-        return Err(no_surface(nodes.len(), file));
+        return Err(no_surface(nodes.len()));
     }
     Ok(Triangulated { origin, nodes, triangles, notices })
 }
 
-fn no_surface(count: usize, file: &str) -> Diagnostic {
-    let what = format!("{count} points that span no surface: three that are not in line are needed");
-    Diagnostic::in_file(file, what)
+fn no_surface(count: usize) -> ReadError {
+    format!("{count} points that span no surface: three that are not in line are needed").into()
 }
 
 /// Width of points over their length below which they are in line but for rounding. Joining such points takes a time that
@@ -199,11 +176,11 @@ mod tests {
         for [dx, dy] in [[1.0, 0.0], [0.0, 1.0], [0.5, 0.25], [0.1, 0.3]] {
             let line: Vec<[f64; 3]> =
                 (0..200_000).map(f64::from).map(|k| [2.6e6 + dx * k, 1.2e6 + dy * k, k]).collect();
-            let refused = from_points(&line, None, "line.xyz").expect_err("no surface");
-            assert!(refused.message.contains("span no surface"), "{refused}");
+            let refused = from_points(&line, None).expect_err("no surface");
+            assert!(refused.message.contains("span no surface"), "{refused:?}");
         }
-        assert!(from_points(&[[0.0, 0.0, 1.0]; 5], None, "one.xyz").is_err());
+        assert!(from_points(&[[0.0, 0.0, 1.0]; 5], None).is_err());
         let wide = [[0.0, 0.0, 1.0], [1.0, 1.0, 1.0], [2.0, 2.0, 1.0], [0.0, 1e-3, 2.0]];
-        assert_eq!(from_points(&wide, None, "wide.xyz").map(|t| t.triangles.len()), Ok(2));
+        assert_eq!(from_points(&wide, None).map(|t| t.triangles.len()), Ok(2));
     }
 }

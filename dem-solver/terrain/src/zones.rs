@@ -12,8 +12,10 @@ use toolkit::scene::Scene;
 /// The zones of a terrain, in local coordinates. Zone 0 is everything else.
 #[derive(Debug, Clone, Default)]
 pub struct Zones {
-    materials: Vec<String>,
-    forests: Vec<Option<Forest>>,
+    /// Materials by zone.
+    pub materials: Vec<String>,
+    /// Forests by zone.
+    pub forests: Vec<Option<Forest>>,
     /// Corners, place of the material, number in the scene.
     polygons: Vec<(Vec<[f64; 2]>, u8, usize)>,
     raster: Option<Raster>,
@@ -54,10 +56,11 @@ pub fn check_polygons(
 impl Zones {
     /// Those of a scene whose terrain has the origin `origin`.
     pub fn of(scene: &Scene, settings: &TerrainSettings, origin: &Vector3<f64>) -> Result<Self, Diagnostic> {
-        let (materials, forests) = (vec![settings.material.clone()], vec![Forest::of_terrain(settings)]);
+        let materials = vec![settings.material.clone()];
+        let forests = vec![Forest::of(settings.forest_drag, settings.forest_height)];
         let mut zones = Self { materials, forests, ..Self::default() };
         for (number, zone) in settings.zone.iter().enumerate() {
-            let forest = Forest::of_zone(zone);
+            let forest = Forest::of(zone.forest_drag, zone.forest_height);
             let known = zones.materials.iter().zip(&zones.forests);
             let same = known.into_iter().position(|(m, f)| *m == zone.material && *f == forest);
             let place = same.unwrap_or_else(|| {
@@ -96,16 +99,6 @@ impl Zones {
             }
         }
         Ok(())
-    }
-
-    /// Materials by zone.
-    pub fn materials(&self) -> &[String] {
-        &self.materials
-    }
-
-    /// Forests by zone.
-    pub fn forests(&self) -> &[Option<Forest>] {
-        &self.forests
     }
 
     /// True if everything is zone 0.

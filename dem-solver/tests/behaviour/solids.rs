@@ -1,5 +1,6 @@
 //! Solids to cover: slabs, columns, discs, shells, limbs, scans, beside the built-in shapes.
 
+use dem_solver::shape::surface::joined;
 use dem_solver::shape::{Shape, Surface, builtin};
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
@@ -95,7 +96,8 @@ fn blocks(cells: &[[i32; 3]], edge: f64) -> (Surface, Vec<String>) {
             }
         }
     }
-    Surface::from_soup(&soup).unwrap_or_else(|flaw| panic!("{flaw}"))
+    let (points, triangles) = joined(&soup);
+    Surface::from_indexed(points, triangles).unwrap_or_else(|flaw| panic!("{flaw}"))
 }
 
 /// A ball with twelve blunt limbs.

@@ -7,10 +7,15 @@ mod lines;
 mod members;
 mod repeat;
 
-use dem_solver::terrain::slope::Slope;
+use dem_solver::random::SplitMix;
+use dem_solver::terrain::raster::Raster;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+
+#[path = "../support/slope.rs"]
+mod slope;
+use slope::Slope;
 
 const SCENE: &str = "end_time = 20.0\ngravity = [0.0, 0.0, -9.81]\n\
     [[rock]]\nname = \"block\"\nposition = [2600012.0, 1200020.0, 1040.0]\ndensity = 2600.0\n\

@@ -49,7 +49,8 @@ fn tif(heights: &[f64; 6], says: &Says) -> Vec<u8> {
 
 fn read_in(dir: &Path, name: &str, change: impl FnOnce(&mut TerrainSettings)) -> Result<[f64; 2], String> {
     let scene = Scene::from_text(&dir.join("s.toml").display().to_string(), "").expect("a scene");
-    let mut settings = TerrainSettings::new(name);
+    let mut settings: TerrainSettings =
+        serde_json::from_value(serde_json::json!({ "file": name })).expect("settings");
     change(&mut settings);
     let ground = Terrain::of(&scene, &settings).map_err(|e| e.to_string())?;
     Ok([ground.lowest.z + ground.origin.z, ground.highest.z + ground.origin.z])

@@ -1,9 +1,10 @@
 //! Terrain files of every format: the same slope from each, and files that lie.
 
 use crate::memory::peak;
+use dem_solver::random::SplitMix;
 use dem_solver::settings::{NoData, TerrainSettings};
 use dem_solver::terrain::Terrain;
-use dem_solver::terrain::slope::Slope;
+use dem_solver::terrain::raster::Raster;
 use dem_solver::terrain::triangulation;
 use nalgebra::Vector3;
 use std::fmt::Write as _;
@@ -11,6 +12,10 @@ use std::path::Path;
 use tiff::encoder::{TiffEncoder, colortype};
 use tiff::tags::Tag;
 use toolkit::scene::Scene;
+
+#[path = "../support/slope.rs"]
+mod slope;
+use slope::Slope;
 
 /// 9 x 7 points each 2 m, from (2600000, 1200000), heights of whole millimetres around 1500 m.
 fn slope() -> Slope {
@@ -35,7 +40,7 @@ fn points() -> Vec<[f64; 3]> {
 }
 
 fn settings(file: &str) -> TerrainSettings {
-    TerrainSettings::new(file)
+    serde_json::from_value(serde_json::json!({ "file": file })).expect("settings")
 }
 
 /// Read `bytes` as the file `name`.
@@ -116,7 +121,7 @@ fn las_of(version: (u8, u8), format: u8, compressed: bool) -> Vec<u8> {
 
 /// The triangles of the grid as a closed list, for STL and OBJ.
 fn grid() -> (Vec<Vector3<f64>>, Vec<[u32; 3]>) {
-    let relief = triangulation::from_raster(&slope().raster(), NoData::Refuse, "t").expect("a surface");
+    let relief = triangulation::from_raster(&slope().raster(), NoData::Refuse).expect("a surface");
     (relief.nodes.iter().map(|n| n + relief.origin).collect(), relief.triangles)
 }
 

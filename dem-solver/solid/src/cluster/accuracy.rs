@@ -12,16 +12,19 @@
 //!   centre), and the distance of points of it that are seen from the surface
 //!
 //! Means are weighted with the area of the samples; the largest ones are improved by small steps uphill.
+//!
+//! Clusters of one solid compared: by samples that are made once, in a fraction of the time that measuring takes.
 
-use super::index::SphereIndex;
-use super::probe::{Effort, Measured, Probe};
-use super::samples::{self, Sizes};
+use super::probe::{Effort, Largest, Probe};
+use super::samples::{self, Samples, Sizes};
 use crate::geometry::sphere::Sphere;
 use crate::shape::Surface;
 use crate::shape::tree::SurfaceTree;
 use std::fmt;
 
-const FULL: Effort = Effort { samples: 150_000, points: 200_000, starts: 48, steps: 30, pits: 96 };
+const FULL: Effort = Effort { points: 200_000, starts: 48, steps: 30, pits: 96 };
+/// Samples of the surface, beside its corners.
+const SAMPLES: usize = 150_000;
 /// Samples for each sphere of very many, so that none is missed.
 const SAMPLES_EACH: usize = 30;
 /// Spheres for each of the places from which the largest error is sought uphill.
@@ -61,16 +64,14 @@ impl Accuracy {
 
     /// The same where sizes of balls in the solid are known already.
     pub fn with(surface: &Surface, sizes: &mut Sizes, spheres: &[Sphere]) -> Self {
-        let samples = FULL.samples.max(SAMPLES_EACH * spheres.len());
+        let most = SAMPLES.max(SAMPLES_EACH * spheres.len());
         // Of very many spheres many are nearly as far off as the worst.
         let starts = FULL.starts.max(spheres.len() / SPHERES_PER_START);
-        let effort = Effort { samples, starts, ..FULL };
-        let tree = sizes.tree();
+        let effort = Effort { starts, ..FULL };
+        let tree = sizes.balls.tree;
         let size = surface.size();
-        let scene = Probe { tree, index: SphereIndex::new(spheres), size, effort };
-        let outside = spheres.iter().map(|s| s.radius + tree.signed(&s.centre).0).fold(0.0, f64::max);
-        let mut corners =
-            |error| samples::corners(surface, sizes, error, 0.9, effort.samples + surface.points.len());
+        let scene = Probe::new(tree, spheres, size, effort);
+        let mut corners = |error| samples::corners(surface, sizes, error, 0.9, most + surface.points.len());
         let mut error = 0.1 * size;
         let mut points = corners(error);
         // Samples as dense as the error found with coarser ones asks for.
@@ -88,26 +89,23 @@ impl Accuracy {
             error = finer;
         }
         let points = points.unwrap_or_default();
-        let (middles, areas) = middles(surface, sizes, error, effort.samples);
+        let most = most + surface.triangles.len();
+        let (middles, areas) =
+            samples::no_finer(error, |error| samples::middles(surface, sizes, error, 0.9, most));
         let (mut there, mut back) = (Spread::default(), Spread::default());
         let total: f64 = areas.iter().sum();
-        let mut measured: Vec<Measured> = Vec::new();
-        for (k, area) in areas.iter().enumerate() {
-            let (a, b) = scene.at(&middles.points[k], &middles.inward[k]);
-            there.mean += a * area / total;
-            back.mean += b * area / total;
-            measured.push((a, b, middles.points[k], middles.inward[k]));
+        let mut measured = scene.measured(&middles);
+        for (found, area) in measured.iter().zip(&areas) {
+            there.mean += found.0 * area / total;
+            back.mean += found.1 * area / total;
         }
-        for (p, inward) in points.points.iter().zip(&points.inward) {
-            let (a, b) = scene.at(p, inward);
-            measured.push((a, b, *p, *inward));
-        }
+        measured.extend(scene.measured(&points));
         let step = (total / measured.len() as f64).sqrt();
-        let found = scene.largest(measured, step, outside);
+        let found = scene.largest(measured, step);
         (there.max, back.max) = (found.there, found.back);
         let columns = if spheres.len() > MANY_SPHERES { FEW_COLUMNS } else { COLUMNS };
         let volume = super::volume::excess(surface, spheres, columns);
-        Self { surface_to_spheres: there, spheres_to_surface: back, outside, volume }
+        Self { surface_to_spheres: there, spheres_to_surface: back, outside: scene.outside, volume }
     }
 
     /// The largest distance of all [m].
@@ -132,12 +130,46 @@ impl fmt::Display for Accuracy {
     }
 }
 
-fn middles(surface: &Surface, sizes: &mut Sizes, error: f64, most: usize) -> (samples::Samples, Vec<f64>) {
-    let mut coarse = error;
-    loop {
-        if let Some(found) = samples::middles(surface, sizes, coarse, 0.9, most + surface.triangles.len()) {
+/// Most samples that clusters are compared with, beside the corners of the surface.
+pub const MOST_COMPARED: usize = 20_000;
+const ROUGH: Effort = Effort { points: 25_000, starts: 16, steps: 16, pits: 32 };
+/// For those that seem to be better than the best so far: between few points the worst place may be missed.
+const SURE: Effort = Effort { points: 100_000, starts: 24, steps: 24, pits: 64 };
+
+/// Columns along each side with which their volumes are compared.
+const ROUGH_COLUMNS: usize = 96;
+
+/// What clusters of a solid are compared with.
+pub struct Comparison<'a> {
+    surface: &'a Surface,
+    tree: &'a SurfaceTree,
+    samples: Samples,
+    /// Distance of the samples [m].
+    step: f64,
+}
+
+impl<'a> Comparison<'a> {
+    /// With these samples of the surface.
+    pub fn new(surface: &'a Surface, tree: &'a SurfaceTree, samples: Samples) -> Self {
+        let area: f64 = (0..surface.triangles.len()).map(|t| surface.area(t)).sum();
+        let step = (area / samples.points.len() as f64).sqrt();
+        Self { surface, tree, samples, step }
+    }
+
+    /// About the largest distances of the two surfaces; found by a longer search where they are less than `least` [m].
+    pub fn of(&self, spheres: &[Sphere], least: f64) -> Largest {
+        let mut scene = Probe::new(self.tree, spheres, self.surface.size(), ROUGH);
+        let measured = scene.measured(&self.samples);
+        let found = scene.largest(measured.clone(), self.step);
+        if found.there.max(found.back) >= least {
             return found;
         }
-        coarse *= 1.5;
+        scene.effort = SURE;
+        scene.largest(measured, self.step)
+    }
+
+    /// The error of the volume as a share of it.
+    pub fn volume(&self, spheres: &[Sphere]) -> f64 {
+        super::volume::excess(self.surface, spheres, ROUGH_COLUMNS)
     }
 }

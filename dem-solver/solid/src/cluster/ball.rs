@@ -22,7 +22,8 @@ const SURE: f64 = 1e-7;
 
 /// A surface and its size, in which balls are grown.
 pub struct Balls<'a> {
-    tree: &'a SurfaceTree,
+    /// The surface.
+    pub tree: &'a SurfaceTree,
     /// Size of the surface [m].
     size: f64,
     /// How much smaller than the largest a ball may be [m].
@@ -51,11 +52,6 @@ impl<'a> Balls<'a> {
     /// solids have always been made of these, and stay as they are.
     pub fn trusting(self) -> Self {
         Self { careful: false, ..self }
-    }
-
-    /// The surface.
-    pub fn tree(&self) -> &'a SurfaceTree {
-        self.tree
     }
 
     /// The largest ball that touches at the surface point `at` (unit `inward` points inwards), smaller by the tolerance.

@@ -50,8 +50,8 @@ impl Bound {
         if let Some(largest) = asked {
             return Self { largest, source: BoundSource::Asked };
         }
-        let (size, thickness) =
-            (SHARE * surface.size(), THICKNESS * largest(surface, &SurfaceTree::new(surface)).radius);
+        let size = SHARE * surface.size();
+        let thickness = THICKNESS * largest(surface, &SurfaceTree::new(surface)).radius;
         if thickness < size {
             Self { largest: thickness, source: BoundSource::Thickness }
         } else {
@@ -74,28 +74,22 @@ impl Bound {
 
     /// Why `spheres` with this error are no fair copy of the solid, if they are none.
     pub fn passed(&self, spheres: &[Sphere], accuracy: &Accuracy, fit: Fit) -> Option<String> {
-        let error = accuracy.largest();
+        let (many, error) = (spheres.len(), accuracy.largest());
         if error.is_nan() || error > self.largest {
+            let bound = self.describe();
             return Some(format!(
-                "{} spheres lie up to {error:.3e} m from the surface, beyond the bound of {}",
-                spheres.len(),
-                self.describe()
+                "{many} spheres lie up to {error:.3e} m from the surface, beyond the bound of {bound}"
             ));
         }
         let groups = files::groups(spheres);
         if groups > 1 {
             return Some(format!(
-                "{} spheres fall into {groups} groups that do not overlap: a thin wire passes between them",
-                spheres.len()
+                "{many} spheres fall into {groups} groups that do not overlap: a thin wire passes between them"
             ));
         }
         (fit == Fit::Volume && (accuracy.volume.is_nan() || accuracy.volume.abs() > VOLUME)).then(|| {
-            format!(
-                "the volume of {} spheres is {:+.1} % off: {:.0} % are allowed",
-                spheres.len(),
-                100.0 * accuracy.volume,
-                100.0 * VOLUME
-            )
+            let [off, allowed] = [accuracy.volume, VOLUME].map(|share| 100.0 * share);
+            format!("the volume of {many} spheres is {off:+.1} % off: {allowed:.0} % are allowed")
         })
     }
 
@@ -119,51 +113,34 @@ impl Bound {
     /// and keeps it, where trying takes seconds, else an estimate.
     fn cure(&self, surface: &Surface, wish: &Wish, accuracy: &Accuracy, names: [&str; 2]) -> String {
         let [spheres, largest] = names;
-        let accept = format!("`{largest} {:.2e}` accepts it", 1.01 * accuracy.largest());
         let accept = if self.source == BoundSource::Asked || accuracy.largest() > 0.5 * surface.size() {
             String::new()
         } else {
-            format!("; {accept}")
+            format!("; `{largest} {:.2e}` accepts it", 1.01 * accuracy.largest())
         };
-        match self.enough(surface, wish, accuracy) {
-            Enough::Tried(n, error) => format!("`{spheres} {n}` leaves {error:.2e} m{accept}"),
-            Enough::About(n) => format!("about {n} spheres are required (`{spheres} {n}`){accept}"),
-            Enough::None => {
-                format!("more than {MOST_SPHERES} spheres are required, or another fit: `largest`{accept}")
-            }
-        }
-    }
-
-    fn enough(&self, surface: &Surface, wish: &Wish, accuracy: &Accuracy) -> Enough {
+        let about = |n: u32| format!("about {n} spheres are required (`{spheres} {n}`){accept}");
         let (mut count, mut error) = (f64::from(wish.spheres), accuracy.largest());
         for _ in 0..4 {
             // Evenly spread balls leave an error of order -1/2 in a thin solid, better ones elsewhere.
             let ratio = (error / self.largest).clamp(1.1, 1e6);
             count = (count * ratio.powf(1.7)).max(count + 2.0).ceil();
             if count > f64::from(MOST_SPHERES) {
-                return Enough::None;
+                return format!(
+                    "more than {MOST_SPHERES} spheres are required, or another fit: `largest`{accept}"
+                );
             }
             let n = rounded(count as u32);
             if n > MOST_TRIED {
-                return Enough::About(n);
+                return about(n);
             }
-            let (spheres, found) = measured(surface, &Wish { spheres: n, ..*wish }, |_| ());
-            if self.passed(&spheres, &found, wish.fit).is_none() {
-                return Enough::Tried(n, found.largest());
-            }
+            let (tried, found) = measured(surface, &Wish { spheres: n, ..*wish }, |_| ());
             (count, error) = (f64::from(n), found.largest());
+            if self.passed(&tried, &found, wish.fit).is_none() {
+                return format!("`{spheres} {n}` leaves {error:.2e} m{accept}");
+            }
         }
-        Enough::About(rounded(2 * count as u32))
+        about(rounded(2 * count as u32))
     }
-}
-
-enum Enough {
-    /// So many were tried, with this error [m].
-    Tried(u32, f64),
-    /// An estimate.
-    About(u32),
-    /// More than are possible.
-    None,
 }
 
 /// Two digits, upwards.

@@ -48,8 +48,6 @@ pub struct Wanted {
     pub count: usize,
     /// No ball is smaller [m], but for the first.
     pub least: f64,
-    /// Whether balls that overlap no other are moved until they do.
-    pub joined: bool,
 }
 
 /// A ball is about the largest if it has this share of its radius.
@@ -58,9 +56,10 @@ const ABOUT: f64 = 0.7;
 /// Exactly `count` balls (fewer only where nothing is left to cover, [`Balls::finest`]): first until every sample lies
 /// within the error, then on where the gap is largest. `middle` is the first ball where samples may be too few
 /// to find the largest: all may lie at corners, where no ball is large. Without it balls smaller than the tolerance, with
-/// a radius below 0, are not left out: such a cover is no good, but one for fewer balls may lead to a good one.
+/// a radius below 0, are not left out: such a cover is no good, but one for fewer balls may lead to a good one; and balls that overlap no
+/// other are moved until they do.
 pub fn cover(balls: &Balls, samples: &Samples, middle: Option<&Sphere>, wanted: &Wanted) -> Cover {
-    let Wanted { error, count, least, joined } = *wanted;
+    let Wanted { error, count, least } = *wanted;
     let mut gaps = Gaps::new(samples);
     let mut chosen: Vec<Sphere> = Vec::with_capacity(count);
     let about = middle.map_or(f64::NEG_INFINITY, |ball| ABOUT * ball.radius);
@@ -94,21 +93,19 @@ pub fn cover(balls: &Balls, samples: &Samples, middle: Option<&Sphere>, wanted: 
                 chosen.push(ball);
                 made_for.push(sample);
                 // A ball that must be larger than the gap asks for leaves its sample as it is.
-                if left > wish * (1.0 + 1e-9) && ball.radius <= 2.0 * least {
-                    helpless.push(sample);
-                    gaps.give_up(sample);
+                if left <= wish * (1.0 + 1e-9) || ball.radius > 2.0 * least {
+                    continue;
                 }
             }
-            _ => {
-                helpless.push(sample);
-                gaps.give_up(sample);
-            }
+            _ => {}
         }
+        helpless.push(sample);
+        gaps.give_up(sample, &samples.points[sample]);
     }
-    if joined && connect(balls, samples, &mut chosen, &made_for, least) > 0 {
+    if middle.is_none() && connect(balls, samples, &mut chosen, &made_for, least) > 0 {
         gaps = Gaps::new(samples);
         chosen.iter().for_each(|ball| gaps.add(ball));
-        helpless.iter().for_each(|sample| gaps.give_up(*sample));
+        helpless.iter().for_each(|sample| gaps.give_up(*sample, &samples.points[*sample]));
     }
     let gap = gaps.largest().0.max(0.0);
     Cover { balls: chosen, gap, enough, error }
@@ -130,13 +127,7 @@ fn connect(balls: &Balls, samples: &Samples, chosen: &mut [Sphere], made_for: &[
         while next < linked.len() {
             let k = linked[next];
             next += 1;
-            apart.retain(|other| {
-                let found = overlap(&chosen[k], &chosen[*other]);
-                if found {
-                    linked.push(*other);
-                }
-                !found
-            });
+            linked.extend(apart.extract_if(.., |other| overlap(&chosen[k], &chosen[*other])));
         }
         if apart.is_empty() {
             return moved;
@@ -178,7 +169,7 @@ pub fn largest(balls: &Balls, samples: &Samples) -> Option<Sphere> {
             samples.points[k] + samples.inward[k] * best.map_or(1e-6, |b| (0.01 * b.radius).max(1e-6));
         if let Some(ball) = rough.around(&inside)
             && best.is_none_or(|b| ball.radius > b.radius * (1.0 + 1e-9))
-            && balls.tree().signed(&ball.centre).0 < 0.0
+            && balls.tree.signed(&ball.centre).0 < 0.0
         {
             best = Some(ball);
         }

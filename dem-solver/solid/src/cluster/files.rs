@@ -34,7 +34,7 @@ pub fn read_at_most(bytes: &[u8], most: usize) -> Result<Vec<Sphere>, ReadError>
             continue;
         }
         if list.spheres.is_empty() {
-            named(line, at)?;
+            named(line).map_err(|what| ReadError::at(at, what))?;
         }
         if line.contains(';') {
             let what =
@@ -47,31 +47,28 @@ pub fn read_at_most(bytes: &[u8], most: usize) -> Result<Vec<Sphere>, ReadError>
 }
 
 /// A first line of words: an error that says what the file may be.
-fn named(line: &str, at: usize) -> Result<(), ReadError> {
+fn named(line: &str) -> Result<(), String> {
     let word = line.split([' ', '\t', ',', ';']).next().unwrap_or_default();
     let letters = word.chars().next().is_some_and(|c| c.is_alphabetic() || c == '"' || c == '$');
     if !letters || word.parse::<f64>().is_ok() {
         return Ok(());
     }
-    let what = match word {
-        "solid" => {
-            "this is a surface in STL, no list of spheres: name it with shape = { type = \"mesh\", file = \"...\" }"
-        }
-        "v" | "o" | "g" => {
-            "this is a surface in OBJ, no list of spheres: name it with shape = { type = \"mesh\", file = \"...\" }"
-        }
-        "ncols" => "this is a grid of terrain, no list of spheres",
-        _ => {
-            return Err(ReadError::at(
-                at,
-                format!(
-                    "`{}` is no number: a line of column names? Put # before it; each line holds x y z r [m]",
-                    shown(word)
-                ),
-            ));
-        }
+    let surface = |form: &str| {
+        format!(
+            "this is a surface in {form}, no list of spheres: name it with shape = {{ type = \"mesh\", file = \"...\" }}"
+        )
     };
-    Err(ReadError::at(at, what))
+    Err(match word {
+        "solid" => surface("STL"),
+        "v" | "o" | "g" => surface("OBJ"),
+        "ncols" => "this is a grid of terrain, no list of spheres".into(),
+        _ => {
+            let word = shown(word);
+            format!(
+                "`{word}` is no number: a line of column names? Put # before it; each line holds x y z r [m]"
+            )
+        }
+    })
 }
 
 /// The spheres of a Kratos cluster.
@@ -80,8 +77,7 @@ pub fn read_clu(bytes: &[u8]) -> Result<Vec<Sphere>, ReadError> {
     let (mut inside, mut ended) = (false, false);
     for line in lines(bytes) {
         let (at, line) = line?;
-        let line = without_comment(line);
-        match line {
+        match without_comment(line) {
             "" => {}
             "Begin centers_and_radii" if inside || ended => {
                 return Err(ReadError::at(at, "a second list of spheres"));
@@ -91,14 +87,14 @@ pub fn read_clu(bytes: &[u8]) -> Result<Vec<Sphere>, ReadError> {
                 return Err(ReadError::at(at, "the list of spheres has no begin"));
             }
             "End centers_and_radii" => (inside, ended) = (false, true),
-            _ if inside => list.add(line, at)?,
+            line if inside => list.add(line, at)?,
             _ => {}
         }
     }
     if !ended {
-        return Err(ReadError::new(
-            "there is no list from `Begin centers_and_radii` to `End centers_and_radii`: cut off?",
-        ));
+        return Err(
+            "there is no list from `Begin centers_and_radii` to `End centers_and_radii`: cut off?".into()
+        );
     }
     list.finish()
 }
@@ -122,39 +118,31 @@ impl List {
     fn add(&mut self, line: &str, at: usize) -> Result<(), ReadError> {
         let mut words = line.split(|c: char| c.is_ascii_whitespace() || c == ',').filter(|w| !w.is_empty());
         let centre = point(&mut words, at)?;
+        let fault = |what: String| Err(ReadError::at(at, what));
         let Some(fourth) = words.next() else {
-            return Err(ReadError::at(
-                at,
-                "a number is missing at the end of the line: each holds x y z r [m]",
-            ));
+            return fault("a number is missing at the end of the line: each holds x y z r [m]".into());
         };
         let radius = number(Some(fourth), at)?;
         if let Some(more) = words.next() {
-            return Err(ReadError::at(
-                at,
-                format!("`{}` after x y z r: there must be four numbers", shown(more)),
-            ));
+            return fault(format!("`{}` after x y z r: there must be four numbers", shown(more)));
         }
         if radius <= 0.0 {
-            return Err(ReadError::at(at, format!("a radius of {radius} m: it must lie above 0")));
+            return fault(format!("a radius of {radius} m: it must lie above 0"));
         }
         let key = [centre.x, centre.y, centre.z, radius].map(|v| (v + 0.0).to_bits());
         if let Some(first) = self.known.insert(key, at) {
-            return Err(ReadError::at(
-                at,
-                format!("the same sphere as in line {first}: it would count twice"),
-            ));
+            return fault(format!("the same sphere as in line {first}: it would count twice"));
         }
         self.spheres.push(Sphere { centre, radius });
         if self.spheres.len() > self.most {
-            return Err(ReadError::at(at, format!("more than {} spheres", self.most)));
+            return fault(format!("more than {} spheres", self.most));
         }
         Ok(())
     }
 
     fn finish(self) -> Result<Vec<Sphere>, ReadError> {
         if self.spheres.is_empty() {
-            return Err(ReadError::new("the file has no spheres: write one per line, as x y z r"));
+            return Err("the file has no spheres: write one per line, as x y z r".into());
         }
         Ok(self.spheres)
     }
@@ -178,19 +166,15 @@ pub fn text(header: &[String], spheres: &[Sphere]) -> String {
 pub fn groups(spheres: &[Sphere]) -> usize {
     let mut apart: Vec<&Sphere> = spheres.iter().collect();
     let mut groups = 0;
-    let mut stack: Vec<&Sphere> = Vec::new();
-    while let Some(next) = stack.pop().or_else(|| {
-        groups += usize::from(!apart.is_empty());
-        apart.pop()
-    }) {
-        apart.retain(|other| {
-            let sum = (next.radius + other.radius) * (1.0 - 1e-9);
-            let overlaps = (next.centre - other.centre).norm_squared() < sum * sum;
-            if overlaps {
-                stack.push(other);
-            }
-            !overlaps
-        });
+    while let Some(first) = apart.pop() {
+        groups += 1;
+        let mut stack = vec![first];
+        while let Some(here) = stack.pop() {
+            stack.extend(apart.extract_if(.., |other| {
+                let sum = (here.radius + other.radius) * (1.0 - 1e-9);
+                (here.centre - other.centre).norm_squared() < sum * sum
+            }));
+        }
     }
     groups
 }

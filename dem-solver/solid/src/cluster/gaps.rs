@@ -8,6 +8,8 @@
 //! the nodes in which it could make a gap smaller.
 
 use super::samples::Samples;
+use crate::geometry::bounds;
+use crate::geometry::median_tree::{MedianNode, MedianTree, Split};
 use crate::geometry::sphere::Sphere;
 use nalgebra::Vector3;
 
@@ -22,6 +24,12 @@ struct SamplePlace {
     point: Vector3<f64>,
     inward: Vector3<f64>,
     slope: f64,
+}
+
+impl SamplePlace {
+    fn of(samples: &Samples, at: usize) -> Self {
+        Self { point: samples.points[at], inward: samples.inward[at], slope: samples.slope[at] }
+    }
 }
 
 /// The gap that `ball` leaves at a sample [m].
@@ -43,25 +51,13 @@ fn gap(place: &SamplePlace, ball: &Sphere) -> f64 {
 
 /// The gap that `ball` leaves at sample `at` [m].
 pub fn leaves(samples: &Samples, at: usize, ball: &Sphere) -> f64 {
-    let place =
-        SamplePlace { point: samples.points[at], inward: samples.inward[at], slope: samples.slope[at] };
-    gap(&place, ball)
-}
-
-struct GapNode {
-    lowest: Vector3<f64>,
-    highest: Vector3<f64>,
-    first: u32,
-    count: u32,
-    largest: f64,
+    gap(&SamplePlace::of(samples, at), ball)
 }
 
 /// The gaps of samples.
 pub struct Gaps {
-    nodes: Vec<GapNode>,
-    order: Vec<u32>,
-    /// Place of each sample in that order.
-    places: Vec<u32>,
+    /// Of a node the largest gap below it [m].
+    tree: MedianTree<f64>,
     samples: Vec<SamplePlace>,
     gaps: Vec<f64>,
 }
@@ -70,110 +66,72 @@ impl Gaps {
     /// No ball yet: all gaps are infinite.
     pub fn new(samples: &Samples) -> Self {
         let points = &samples.points;
-        let mut order: Vec<u32> = (0..points.len() as u32).collect();
-        let mut nodes = Vec::new();
-        build(&mut nodes, &mut order, 0, points);
-        let place =
-            |i: usize| SamplePlace { point: points[i], inward: samples.inward[i], slope: samples.slope[i] };
-        let sorted = order.iter().map(|i| place(*i as usize)).collect();
-        let mut places = vec![0; points.len()];
-        for (place, sample) in order.iter().enumerate() {
-            places[*sample as usize] = place as u32;
-        }
-        Self { nodes, order, places, samples: sorted, gaps: vec![f64::INFINITY; points.len()] }
+        let describe = |some: &[u32]| {
+            let [low, high] = bounds(some.iter().map(|i| points[*i as usize]));
+            ([low, high], f64::INFINITY, Split::Axis((high - low).iamax()))
+        };
+        let tree = MedianTree::new(points.len(), LEAF, describe, |i| points[i as usize], |_| 0.0);
+        let sorted = tree.order.iter().map(|i| SamplePlace::of(samples, *i as usize)).collect();
+        Self { tree, samples: sorted, gaps: vec![f64::INFINITY; points.len()] }
     }
 
     /// The largest gap [m], negative if all lie inside, and its sample.
     pub fn largest(&self) -> (f64, usize) {
-        let goal = self.nodes[0].largest;
+        let goal = self.tree.node(0).more;
         let mut at = 0;
-        while self.nodes[at].count == 0 {
-            let left = at + 1;
-            at = if self.nodes[left].largest == goal { left } else { self.nodes[at].first as usize };
-        }
-        let node = &self.nodes[at];
-        let range = node.first as usize..(node.first + node.count) as usize;
-        let k = range.clone().find(|k| self.gaps[*k] == goal).unwrap_or(range.start);
-        (goal, self.order[k] as usize)
+        let items = loop {
+            if let Some(items) = self.tree.node(at).items() {
+                break items;
+            }
+            let [left, right] = self.tree.children(at);
+            at = if self.tree.node(left).more == goal { left } else { right };
+        };
+        let k = items.clone().find(|k| self.gaps[*k] == goal).unwrap_or(items.start);
+        (goal, self.tree.order[k] as usize)
     }
 
     /// A ball more.
     pub fn add(&mut self, ball: &Sphere) {
-        self.visit(0, ball);
-    }
-
-    /// This sample cannot be helped: it counts no more.
-    pub fn give_up(&mut self, sample: usize) {
-        let place = self.places[sample] as usize;
-        self.gaps[place] = f64::NEG_INFINITY;
-        self.renew(0, 0, self.order.len(), place);
-    }
-
-    /// The largest gap of node `at`, which holds `length` samples from `start` on, after `place` changed.
-    fn renew(&mut self, at: usize, start: usize, length: usize, place: usize) -> f64 {
-        let largest = if self.nodes[at].count > 0 {
-            self.gaps[start..start + length].iter().copied().fold(f64::NEG_INFINITY, f64::max)
-        } else {
-            let (left, right, half) = (at + 1, self.nodes[at].first as usize, length / 2);
-            if place < start + half {
-                self.renew(left, start, half, place).max(self.nodes[right].largest)
-            } else {
-                self.renew(right, start + half, length - half, place).max(self.nodes[left].largest)
-            }
+        let enter = |node: &MedianNode<f64>| {
+            let reach = ball.radius + node.more;
+            reach > 0.0 && node.square_to(&ball.centre) < reach * reach
         };
-        self.nodes[at].largest = largest;
-        largest
+        self.renew(0, &enter, &|_, place, before| before.min(gap(place, ball)));
     }
 
-    fn visit(&mut self, at: usize, ball: &Sphere) -> f64 {
-        let node = &self.nodes[at];
-        let mut square = 0.0;
-        for axis in 0..3 {
-            let c = ball.centre[axis];
-            let d = (node.lowest[axis] - c).max(c - node.highest[axis]).max(0.0);
-            square += d * d;
+    /// This sample, which lies at `point`, cannot be helped: it counts no more.
+    pub fn give_up(&mut self, sample: usize, point: &Vector3<f64>) {
+        let enter = |node: &MedianNode<f64>| node.square_to(point) <= 0.0;
+        let new = |number, _: &SamplePlace, before| if number == sample { f64::NEG_INFINITY } else { before };
+        self.renew(0, &enter, &new);
+    }
+
+    /// Give the samples of the leaves into which `enter` leads from node `at` their `new` gaps (sample, place, gap so far): the largest
+    /// gap of the node then.
+    fn renew(
+        &mut self,
+        at: u32,
+        enter: &impl Fn(&MedianNode<f64>) -> bool,
+        new: &impl Fn(usize, &SamplePlace, f64) -> f64,
+    ) -> f64 {
+        let node = self.tree.node(at);
+        if !enter(node) {
+            return node.more;
         }
-        let reach = ball.radius + node.largest;
-        if reach <= 0.0 || square >= reach * reach {
-            return node.largest;
-        }
-        let largest = if node.count > 0 {
+        let largest = if let Some(items) = node.items() {
             let mut largest = f64::NEG_INFINITY;
-            for k in node.first as usize..(node.first + node.count) as usize {
-                self.gaps[k] = self.gaps[k].min(gap(&self.samples[k], ball));
+            for k in items {
+                self.gaps[k] = new(self.tree.order[k] as usize, &self.samples[k], self.gaps[k]);
                 largest = largest.max(self.gaps[k]);
             }
             largest
         } else {
-            let right = node.first as usize;
-            self.visit(at + 1, ball).max(self.visit(right, ball))
+            let [left, right] = self.tree.children(at);
+            self.renew(left, enter, new).max(self.renew(right, enter, new))
         };
-        self.nodes[at].largest = largest;
+        *self.tree.more_mut(at) = largest;
         largest
     }
-}
-
-fn build(nodes: &mut Vec<GapNode>, order: &mut [u32], first: u32, points: &[Vector3<f64>]) {
-    let (mut lowest, mut highest) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
-    for i in order.iter() {
-        lowest = lowest.inf(&points[*i as usize]);
-        highest = highest.sup(&points[*i as usize]);
-    }
-    let at = nodes.len();
-    nodes.push(GapNode { lowest, highest, first, count: order.len() as u32, largest: f64::INFINITY });
-    if order.len() <= LEAF {
-        return;
-    }
-    let axis = (highest - lowest).iamax();
-    let half = order.len() / 2;
-    order.select_nth_unstable_by(half, |a, b| {
-        points[*a as usize][axis].total_cmp(&points[*b as usize][axis]).then(a.cmp(b))
-    });
-    let (left, right) = order.split_at_mut(half);
-    build(nodes, left, first, points);
-    nodes[at].count = 0;
-    nodes[at].first = nodes.len() as u32;
-    build(nodes, right, first + half as u32, points);
 }
 
 #[cfg(test)]
@@ -202,7 +160,7 @@ mod tests {
             assert_eq!(gap(sample), every);
         }
         let (before, sample) = gaps.largest();
-        gaps.give_up(sample);
+        gaps.give_up(sample, &samples.points[sample]);
         assert!(gaps.largest().0 < before);
     }
 }

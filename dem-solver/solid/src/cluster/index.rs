@@ -1,5 +1,6 @@
 //! The sphere of a cluster that reaches nearest to a point, and the first one that a ray enters.
 
+use crate::geometry::bounds;
 use crate::geometry::median_tree::{MedianNode, MedianTree, Split};
 use crate::geometry::sphere::Sphere;
 use nalgebra::Vector3;
@@ -11,7 +12,7 @@ const LEAF: usize = 8;
 pub struct SphereIndex {
     tree: MedianTree<f64>,
     /// The spheres, leaf by leaf.
-    spheres: Vec<Sphere>,
+    pub spheres: Vec<Sphere>,
 }
 
 /// Least distance of a point from the spheres of a node [m], negative where it may lie in one.
@@ -22,12 +23,10 @@ fn bound(node: &MedianNode<f64>, from: &Vector3<f64>) -> f64 {
 impl SphereIndex {
     /// The tree over at least one sphere.
     pub fn new(spheres: &[Sphere]) -> Self {
-        let value = |k: u32, split| match split {
-            Split::Axis(axis) => spheres[k as usize].centre[axis],
-            Split::Size => spheres[k as usize].radius,
-        };
-        let tree = MedianTree::new(spheres.len(), LEAF, |some| describe(some, spheres), value);
-        let sorted = tree.order().iter().map(|i| spheres[*i as usize]).collect();
+        let sphere = |k: u32| &spheres[k as usize];
+        let describe = |some: &[u32]| describe(some, spheres);
+        let tree = MedianTree::new(spheres.len(), LEAF, describe, |k| sphere(k).centre, |k| sphere(k).radius);
+        let sorted = tree.order.iter().map(|i| spheres[*i as usize]).collect();
         Self { tree, spheres: sorted }
     }
 
@@ -138,11 +137,6 @@ impl SphereIndex {
         found
     }
 
-    /// How many spheres there are.
-    pub fn count(&self) -> u32 {
-        self.spheres.len() as u32
-    }
-
     /// A sphere by the number that [`nearest`](Self::nearest) gives.
     pub fn sphere(&self, number: u32) -> &Sphere {
         &self.spheres[number as usize]
@@ -150,7 +144,7 @@ impl SphereIndex {
 
     /// Its place in the list of which the index was made.
     pub fn place(&self, number: u32) -> usize {
-        self.tree.order()[number as usize] as usize
+        self.tree.order[number as usize] as usize
     }
 }
 
@@ -183,14 +177,10 @@ pub fn entry(sphere: &Sphere, from: &Vector3<f64>, along: &Vector3<f64>) -> Opti
 /// The box around centres, the largest radius, and by what the spheres are split: large ones apart from small ones where their
 /// radii differ most, since the largest of a node decides how near all of it may be.
 fn describe(some: &[u32], spheres: &[Sphere]) -> ([Vector3<f64>; 2], f64, Split) {
-    let (mut lowest, mut highest) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
-    let (mut least, mut largest) = (f64::INFINITY, 0.0_f64);
-    for sphere in some.iter().map(|i| &spheres[*i as usize]) {
-        lowest = lowest.inf(&sphere.centre);
-        highest = highest.sup(&sphere.centre);
-        largest = largest.max(sphere.radius);
-        least = least.min(sphere.radius);
-    }
+    let all = || some.iter().map(|i| &spheres[*i as usize]);
+    let [lowest, highest] = bounds(all().map(|s| s.centre));
+    let largest = all().map(|s| s.radius).fold(0.0, f64::max);
+    let least = all().map(|s| s.radius).fold(f64::INFINITY, f64::min);
     let axis = (highest - lowest).iamax();
     let by_size = largest - least > (highest - lowest)[axis];
     ([lowest, highest], largest, if by_size { Split::Size } else { Split::Axis(axis) })

@@ -15,6 +15,9 @@ use toolkit::input_file::hash;
 use toolkit::run_dir;
 use toolkit::scene::Scene;
 
+/// Of the program.
+const VERSION: &str = env!("CARGO_PKG_VERSION");
+
 /// The line that holds the key.
 const KEY: &str = "# key: ";
 
@@ -57,8 +60,7 @@ pub fn find(
 
 /// The text of the file for a cluster that was made of `surface`.
 pub fn text(surface: &Surface, wish: &Wish, bound: &Bound, spheres: &[Sphere]) -> String {
-    let made =
-        format!("made by dem-solver {}: the spheres [m] of a rock, in its shape's own axes", version());
+    let made = format!("made by dem-solver {VERSION}: the spheres [m] of a rock, in its shape's own axes");
     let key = key(surface, wish, bound, spheres);
     files::text(&[made], spheres).replacen('\n', &format!("\n{KEY}{key}\n"), 1)
 }
@@ -71,12 +73,8 @@ pub fn read(file: &Path, surface: &Surface, wish: &Wish, bound: &Bound) -> Optio
     (stated == key(surface, wish, bound, &spheres)).then_some(spheres)
 }
 
-fn version() -> &'static str {
-    env!("CARGO_PKG_VERSION")
-}
-
 fn key(surface: &Surface, wish: &Wish, bound: &Bound, spheres: &[Sphere]) -> String {
-    let mut bytes = format!("{} {wish:?} {bound:?}", version()).into_bytes();
+    let mut bytes = format!("{VERSION} {wish:?} {bound:?}").into_bytes();
     let points = surface.points.iter().flat_map(|p| [p.x, p.y, p.z]);
     let numbers = points.chain(spheres.iter().flat_map(|s| [s.centre.x, s.centre.y, s.centre.z, s.radius]));
     bytes.extend(numbers.flat_map(|n| n.to_bits().to_le_bytes()));

@@ -49,12 +49,7 @@ impl Lattice {
         let rest = size.map(|a| a - 2.0 * radius);
         // The step of one part in a billion keeps rounding from adding a sphere.
         let counts = rest.map(|r| ((r / (1.25 * radius) - 1e-9).ceil().max(0.0) as u32).saturating_add(1));
-        let mut spacing = [0.0; 3];
-        for axis in 0..3 {
-            if counts[axis] > 1 {
-                spacing[axis] = rest[axis] / f64::from(counts[axis] - 1);
-            }
-        }
+        let spacing = [0, 1, 2].map(|a| if counts[a] > 1 { rest[a] / f64::from(counts[a] - 1) } else { 0.0 });
         Self { counts, radius, spacing }
     }
 
@@ -71,21 +66,13 @@ impl Lattice {
 
     /// The spheres: x fastest, z slowest, so that a layer lies together in memory.
     pub fn spheres(&self) -> Vec<Sphere> {
-        let [nx, ny, nz] = self.counts;
+        let [nx, ny, _] = self.counts;
         // From the middle outwards, so that the cluster is symmetric to the last bit.
         let at = |axis: usize, i: u32| {
             (f64::from(i) - 0.5 * f64::from(self.counts[axis] - 1)) * self.spacing[axis]
         };
-        let mut spheres = Vec::with_capacity(self.total() as usize);
-        for k in 0..nz {
-            for j in 0..ny {
-                for i in 0..nx {
-                    let centre = Vector3::new(at(0, i), at(1, j), at(2, k));
-                    spheres.push(Sphere { centre, radius: self.radius });
-                }
-            }
-        }
-        spheres
+        let centre = |n: u32| Vector3::new(at(0, n % nx), at(1, n / nx % ny), at(2, n / nx / ny));
+        (0..self.total() as u32).map(|n| Sphere { centre: centre(n), radius: self.radius }).collect()
     }
 }
 

@@ -5,7 +5,7 @@
 //! to `n` where its gap is largest. At last all balls grow alike, up to half the gap, so that they reach out
 //! of the solid as the solid reaches out of them ([`Fit`]).
 //!
-//! Where the guesses do not settle, as in plates, bars and limbs, [`super::even`] searches further.
+//! Where the guesses do not settle, as in plates, bars and limbs, [`super::search`] searches further.
 //!
 //! A round surface is covered down to the chords of its triangles by fewer balls than may be asked for: a sphere
 //! by one. There are as many as asked for where edges are left to cover.
@@ -14,7 +14,7 @@ use super::accuracy::Accuracy;
 use super::ball::Balls;
 use super::cover::{self, Cover, Wanted, cover};
 use super::index::SphereIndex;
-use super::samples::{Samples, Sizes};
+use super::samples::{Samples, Sizes, no_finer};
 use super::wish::{Fit, Wish};
 use super::{samples, volume};
 use crate::geometry::sphere::Sphere;
@@ -74,7 +74,7 @@ fn with_repeats(surface: &Surface, wish: &Wish, mut progress: impl FnMut(f64)) -
     if let Some((cover, gap)) = &found
         && maker.is_settled(cover)
     {
-        let seen = maker.seen(&cover.balls, *gap);
+        let seen = furthest(&cover.balls, &maker.samples(*gap));
         if seen <= COARSE * thick && seen <= 2.0 * gap {
             return maker.settle(found.into_iter().collect(), Vec::new());
         }
@@ -94,14 +94,10 @@ pub fn largest(surface: &Surface, tree: &SurfaceTree) -> Sphere {
     let size = surface.size();
     let mut sizes = Sizes::new(surface, tree);
     let balls = Balls::new(tree, size, 1e-6 * size);
-    let mut error = 0.05 * size;
-    loop {
-        if let Some(found) = samples::corners(surface, &mut sizes, error, 0.9, most_samples(surface, 1)) {
-            let nothing = Sphere { centre: found.points[0], radius: 0.0 };
-            return cover::largest(&balls, &found).unwrap_or(nothing);
-        }
-        error *= 1.5;
-    }
+    let most = most_samples(surface, 1);
+    let found = no_finer(0.05 * size, |error| samples::corners(surface, &mut sizes, error, 0.9, most));
+    let nothing = Sphere { centre: found.points[0], radius: 0.0 };
+    cover::largest(&balls, &found).unwrap_or(nothing)
 }
 
 /// What a cluster is made of.
@@ -166,7 +162,7 @@ impl Maker<'_> {
         let balls = Balls::new(self.tree, self.surface.size(), tolerance);
         let balls = if joined { balls.trusting() } else { balls };
         let samples = self.samples(error);
-        let wanted = Wanted { error, count, least: self.wish.smallest_radius, joined };
+        let wanted = Wanted { error, count, least: self.wish.smallest_radius };
         cover(&balls, &samples, (!joined).then_some(&self.middle), &wanted)
     }
 
@@ -185,18 +181,9 @@ impl Maker<'_> {
         let samples = self.samples(0.5 * least);
         let inside = |b: &Sphere| b.radius > 0.0 && self.tree.signed(&b.centre).0 < -0.5 * b.radius;
         let sound = |c: &Cover| !c.balls.is_empty() && c.balls.iter().all(inside);
-        let seen = |cover: Cover| {
-            let gap = furthest(&cover.balls, &samples);
-            (cover, gap)
-        };
-        let better = |a: (Cover, f64), b: (Cover, f64)| if b.1 < a.1 { b } else { a };
-        covers.into_iter().filter(sound).map(seen).reduce(better)
-    }
-
-    /// The largest distance of samples that fit an error of `gap` [m] from balls [m].
-    fn seen(&mut self, balls: &[Sphere], gap: f64) -> f64 {
-        let samples = self.samples(gap);
-        furthest(balls, &samples)
+        let seen = covers.into_iter().filter(sound).map(|c| (furthest(&c.balls, &samples), c));
+        let best = seen.reduce(|a, b| if b.0 < a.0 { b } else { a });
+        best.map(|(gap, cover)| (cover, gap))
     }
 
     /// Samples that fit `error` [m], or coarser ones where those would be too many.
@@ -207,13 +194,8 @@ impl Maker<'_> {
     /// Samples closer than a share of what a ball covers up to `error` [m], or coarser ones where those would be more
     /// than `most`.
     pub(super) fn at_most(&mut self, error: f64, share: f64, most: usize) -> Samples {
-        let mut error = error.max(1e-6 * self.surface.size());
-        loop {
-            match samples::corners(self.surface, &mut self.sizes, error, share, most) {
-                Some(found) => return found,
-                None => error *= 1.5,
-            }
-        }
+        let error = error.max(1e-6 * self.surface.size());
+        no_finer(error, |error| samples::corners(self.surface, &mut self.sizes, error, share, most))
     }
 
     /// How far all balls grow [m].

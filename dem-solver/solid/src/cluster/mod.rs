@@ -6,32 +6,26 @@
 //! - [`gaps`]: how far each of them lies outside of all balls so far
 //! - [`cover`]: balls, until nothing lies further outside than a given error
 //! - [`make`]: the error that a number of spheres reaches, and the spheres
-//! - [`even`]: a second search where the first does not settle, `best`: what is best of all that was found
-//! - [`refine`], [`seen`], [`compare`]: spheres moved to where the error is largest
+//! - [`search`]: a second search where the first does not settle, and spheres moved to where the error is largest
 //! - [`bound`]: whether that error is small enough, and what to try if it is not
-//! - [`index`], [`accuracy`], [`probe`], [`pits`], [`volume`]: the error of any cluster, measured
+//! - [`index`], [`accuracy`], [`probe`], [`volume`]: the error of any cluster, measured
 //! - [`files`]: `x y z r` text and Kratos `.clu`
 //! - [`kept`]: a cluster beside its scene, so that a run does not make it twice
 //! - [`lattice`]: the spheres that fill a box
 
 pub mod accuracy;
 pub mod ball;
-mod best;
 pub mod bound;
-pub mod compare;
 pub mod cover;
-pub mod even;
 pub mod files;
 pub mod gaps;
 pub mod index;
 pub mod kept;
 pub mod lattice;
 pub mod make;
-pub mod pits;
 pub mod probe;
-pub mod refine;
 pub mod samples;
-pub mod seen;
+pub mod search;
 pub mod volume;
 pub mod wish;
 

@@ -5,6 +5,7 @@
 //! closer than a share of e itself. Triangles are halved at their longest edge until they are as small.
 
 use super::ball::Balls;
+use crate::geometry::double_area;
 use crate::shape::Surface;
 use crate::shape::tree::{SurfaceFeature, SurfaceTree};
 use nalgebra::Vector3;
@@ -25,7 +26,8 @@ pub struct Samples {
 /// The sizes of the balls that touch in the middles of parts of the triangles, kept for the next time that they are asked
 /// for.
 pub struct Sizes<'a> {
-    balls: Balls<'a>,
+    /// The balls.
+    pub balls: Balls<'a>,
     careful: bool,
     /// First one for each triangle, then the two halves of a part next to each other.
     parts: Vec<SamplePart>,
@@ -53,11 +55,6 @@ impl<'a> Sizes<'a> {
     /// From now on the same sizes, but beyond thin parts of the solid too ([`Balls::trusting`]), or no longer.
     pub fn trust(&mut self, trusting: bool) {
         self.careful = !trusting;
-    }
-
-    /// The tree of the surface.
-    pub fn tree(&self) -> &'a SurfaceTree {
-        self.balls.tree()
     }
 
     fn radius(&mut self, part: u32, at: &Vector3<f64>, inward: &Vector3<f64>, most: f64) -> f64 {
@@ -157,9 +154,19 @@ fn cut(
     }
 }
 
+/// What `find` gives for `error` [m], or for the next larger one with which its samples are not too many.
+pub fn no_finer<T>(mut error: f64, mut find: impl FnMut(f64) -> Option<T>) -> T {
+    loop {
+        if let Some(found) = find(error) {
+            return found;
+        }
+        error *= 1.5;
+    }
+}
+
 /// The corners of all parts, each once; `None` if they are more than `most`.
 pub fn corners(surface: &Surface, sizes: &mut Sizes, error: f64, share: f64, most: usize) -> Option<Samples> {
-    let tree = sizes.balls.tree();
+    let tree = sizes.balls.tree;
     let mut samples = Samples::default();
     let mut known: FxHashSet<[u64; 3]> = FxHashSet::default();
     cut(surface, sizes, error, share, |part, triangle| {
@@ -186,11 +193,11 @@ pub fn middles(
 ) -> Option<(Samples, Vec<f64>)> {
     let (mut samples, mut areas) = (Samples::default(), Vec::new());
     cut(surface, sizes, error, share, |part, triangle| {
-        let [a, b, c] = part.map(|corner| corner.0);
-        samples.points.push((a + b + c) / 3.0);
+        let corners = part.map(|corner| corner.0);
+        samples.points.push((corners[0] + corners[1] + corners[2]) / 3.0);
         samples.inward.push(-surface.normal(triangle));
         samples.slope.push(1.0);
-        areas.push(0.5 * (b - a).cross(&(c - a)).norm());
+        areas.push(0.5 * double_area(corners).norm());
         areas.len() <= most
     });
     (areas.len() <= most).then_some((samples, areas))

@@ -4,6 +4,7 @@
 //! triangles); over the columns a midpoint rule, the same for both, so that its error cancels for the larger part. The columns are
 //! parallel to no face or edge that a symmetric solid has: there the rule would count whole columns or none.
 
+use crate::geometry::bounds;
 use crate::geometry::sphere::Sphere;
 use crate::shape::Surface;
 use nalgebra::{Rotation3, Vector3};
@@ -28,11 +29,8 @@ pub fn excess(surface: &Surface, spheres: &[Sphere], columns: usize) -> f64 {
 }
 
 fn along_z(surface: &Surface, spheres: &[Sphere], columns: usize) -> f64 {
-    let (mut lowest, mut highest) = surface.bounds();
-    for s in spheres {
-        lowest = lowest.inf(&s.centre.add_scalar(-s.radius));
-        highest = highest.sup(&s.centre.add_scalar(s.radius));
-    }
+    let corners = spheres.iter().flat_map(|s| [-s.radius, s.radius].map(|r| s.centre.add_scalar(r)));
+    let [lowest, highest] = bounds(surface.points.iter().copied().chain(corners));
     let step = (highest - lowest) / columns as f64;
     let place = |axis: usize, k: usize| lowest[axis] + (k as f64 + PLACE[axis]) * step[axis];
     // Columns of a row from one place along x to another.
@@ -88,16 +86,9 @@ fn joined(chords: &mut [(f64, f64)]) -> f64 {
 
 /// The segment in which a triangle cuts the plane of this y.
 fn section(corners: &[Vector3<f64>; 3], y: f64) -> Option<(Vector3<f64>, Vector3<f64>)> {
-    let mut ends = [Vector3::zeros(); 2];
-    let mut found = 0;
-    for k in 0..3 {
-        let (a, b) = (corners[k], corners[(k + 1) % 3]);
-        if (a.y < y) != (b.y < y) && found < 2 {
-            ends[found] = a + (b - a) * ((y - a.y) / (b.y - a.y));
-            found += 1;
-        }
-    }
-    (found == 2).then_some((ends[0], ends[1]))
+    let mut ends = (0..3).map(|k| (corners[k], corners[(k + 1) % 3])).filter(|(a, b)| (a.y < y) != (b.y < y));
+    let mut end = || ends.next().map(|(a, b)| a + (b - a) * ((y - a.y) / (b.y - a.y)));
+    Some((end()?, end()?))
 }
 
 #[cfg(test)]

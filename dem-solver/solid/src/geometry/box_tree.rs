@@ -79,13 +79,7 @@ impl Bounds {
 
 /// The order in which the items have to stand: their numbers by Morton code, then number.
 pub fn morton_order(count: usize, middle: impl Fn(usize) -> Vector3<f64>) -> Vec<u32> {
-    let mut lowest = Vector3::repeat(f64::INFINITY);
-    let mut highest = Vector3::repeat(f64::NEG_INFINITY);
-    for i in 0..count {
-        let at = middle(i);
-        lowest = lowest.inf(&at);
-        highest = highest.sup(&at);
-    }
+    let [lowest, highest] = super::bounds((0..count).map(&middle));
     let extent = (highest - lowest).max();
     let scale = if extent > 0.0 { CODE_STEPS / extent } else { 0.0 };
     let mut coded: Vec<(u64, u32)> = (0..count)

@@ -55,18 +55,24 @@ impl<X> MedianNode<X> {
 /// The tree.
 pub struct MedianTree<X> {
     nodes: Vec<MedianNode<X>>,
-    order: Vec<u32>,
+    /// Numbers of the items, leaf by leaf: the item at each place.
+    pub order: Vec<u32>,
 }
 
 impl<X> MedianTree<X> {
     /// Over `count` items, at least one, up to `leaf` in a leaf. `describe` gives the box around some of them, what else is known of them,
-    /// and by what they are to be split; `value` what an item has of that.
+    /// and by what they are to be split; `place` and `size` what an item has of that.
     pub fn new(
         count: usize,
         leaf: usize,
         describe: impl Fn(&[u32]) -> ([Vector3<f64>; 2], X, Split),
-        value: impl Fn(u32, Split) -> f64,
+        place: impl Fn(u32) -> Vector3<f64>,
+        size: impl Fn(u32) -> f64,
     ) -> Self {
+        let value = |item: u32, split| match split {
+            Split::Axis(axis) => place(item)[axis],
+            Split::Size => size(item),
+        };
         let mut tree = Self { nodes: Vec::with_capacity(count), order: Vec::new() };
         let mut order: Vec<u32> = (0..count as u32).collect();
         tree.build(&mut order, 0, leaf, &describe, &value);
@@ -100,14 +106,14 @@ impl<X> MedianTree<X> {
         self.build(right, first + half as u32, leaf, describe, value);
     }
 
-    /// Numbers of the items, leaf by leaf: the item at each place.
-    pub fn order(&self) -> &[u32] {
-        &self.order
-    }
-
     /// A node; the root is number 0.
     pub fn node(&self, number: u32) -> &MedianNode<X> {
         &self.nodes[number as usize]
+    }
+
+    /// What else is known of a node, to be changed.
+    pub fn more_mut(&mut self, number: u32) -> &mut X {
+        &mut self.nodes[number as usize].more
     }
 
     /// Left and right child of a node that is no leaf.
@@ -167,16 +173,10 @@ mod tests {
 
     fn tree(points: &[Vector3<f64>]) -> MedianTree<()> {
         let describe = |some: &[u32]| {
-            let all = || some.iter().map(|k| points[*k as usize]);
-            let low = all().fold(Vector3::repeat(f64::INFINITY), |l, p| l.inf(&p));
-            let high = all().fold(Vector3::repeat(f64::NEG_INFINITY), |h, p| h.sup(&p));
+            let [low, high] = crate::geometry::bounds(some.iter().map(|k| points[*k as usize]));
             ([low, high], (), Split::Axis((high - low).iamax()))
         };
-        let value = |k: u32, split| match split {
-            Split::Axis(axis) => points[k as usize][axis],
-            Split::Size => 0.0,
-        };
-        MedianTree::new(points.len(), 4, describe, value)
+        MedianTree::new(points.len(), 4, describe, |k| points[k as usize], |_| 0.0)
     }
 
     #[test]
@@ -192,7 +192,7 @@ mod tests {
                 |items| {
                     for place in items {
                         seen.set(seen.get() + 1);
-                        let point = points[tree.order()[place] as usize];
+                        let point = points[tree.order[place] as usize];
                         best.set(best.get().min((point - from).norm_squared()));
                     }
                     true
@@ -216,7 +216,7 @@ mod tests {
             },
         );
         assert_eq!(places, (0..37).collect::<Vec<_>>());
-        let mut numbers = tree.order().to_vec();
+        let mut numbers = tree.order.clone();
         numbers.sort_unstable();
         assert_eq!(numbers, (0..37).collect::<Vec<_>>());
         let mut leaves = 0;

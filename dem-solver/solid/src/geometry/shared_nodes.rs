@@ -7,6 +7,7 @@
 
 use crate::geometry::box_tree::{Bounds, BoxTree, morton_order};
 use crate::geometry::closest::on_line;
+use crate::geometry::is_flat;
 use nalgebra::Vector3;
 
 /// Distance from an edge, over its length, at which a node counts as lying on it.
@@ -45,11 +46,7 @@ impl std::fmt::Display for Unshared {
 
 /// The first place of a mesh where its elements do not share what they should.
 pub fn first_fault(nodes: &[Vector3<f64>], lines: Vec<[u32; 2]>, faces: &[[u32; 3]]) -> Option<Unshared> {
-    let flat = faces.iter().find(|face| {
-        let [a, b, c] = face.map(|n| nodes[n as usize]);
-        let longest = (b - a).norm_squared().max((c - a).norm_squared()).max((c - b).norm_squared());
-        (b - a).cross(&(c - a)).norm() <= FLAT * longest
-    });
+    let flat = faces.iter().find(|face| is_flat(face.map(|n| nodes[n as usize]), FLAT));
     let mut edges = free_edges(faces);
     let free = edges.len();
     edges.extend(&lines);

@@ -13,15 +13,9 @@ pub struct Sphere {
 
 /// Edges of the box around some spheres [m].
 pub fn extent(spheres: impl Iterator<Item = (Vector3<f64>, f64)>) -> [f64; 3] {
-    let nowhere = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    let (low, high) = spheres.fold(nowhere, |(mut low, mut high), (centre, radius)| {
-        for axis in 0..3 {
-            low[axis] = low[axis].min(centre[axis] - radius);
-            high[axis] = high[axis].max(centre[axis] + radius);
-        }
-        (low, high)
-    });
-    [0, 1, 2].map(|axis| high[axis] - low[axis])
+    let corners = spheres.flat_map(|(centre, radius)| [-radius, radius].map(|r| centre.add_scalar(r)));
+    let [low, high] = super::bounds(corners);
+    (high - low).into()
 }
 
 /// Point `number` of `count` that are spread evenly over a sphere of radius 1.

@@ -32,20 +32,7 @@ impl Slab {
         Self { bounds: [a.inf(&b).inf(&c), a.sup(&b).sup(&c)], start: a, normal: face.normal }
     }
 
-    /// A distance [m] that no point of the box is nearer than.
-    #[inline]
-    pub fn distance(&self, bounds: &Bounds) -> f64 {
-        let (middle, half) = bounds.middle_and_half();
-        let off_plane = self.normal.dot(&(middle - self.start)).abs() - self.normal.abs().dot(&half);
-        let [lowest, highest] = &self.bounds;
-        let beside = (lowest - middle - half).sup(&(middle - half - highest)).max();
-        off_plane.max(beside)
-    }
-}
-
-impl Slab {
-    /// The same where centres may lie up to `deep` [m] behind the face: whether one of the box may be listed that is nearer
-    /// than `limit` [m] in front.
+    /// Whether a point of the box may be nearer than `limit` [m], or up to `deep` [m] behind the face.
     #[inline]
     fn may_hold(&self, bounds: &Bounds, limit: f64, deep: f64) -> bool {
         let (middle, half) = bounds.middle_and_half();
@@ -95,27 +82,9 @@ impl SphereTree {
         );
     }
 
-    /// Call `found` with every sphere, and its number, that may be nearer than `limit` [m] to the
-    /// triangle. Allocates nothing.
-    pub fn near_face(&self, face: &Slab, limit: f64, mut found: impl FnMut(&Sphere, u32)) {
-        self.tree.visit(
-            |bounds| face.distance(bounds) <= limit,
-            |i| {
-                let (sphere, number) = &self.spheres[i];
-                found(sphere, *number);
-                true
-            },
-        );
-    }
-
-    /// The same with those whose centre lies up to `deep` [m] behind the triangle.
-    pub fn near_face_or_behind(
-        &self,
-        face: &Slab,
-        limit: f64,
-        deep: f64,
-        mut found: impl FnMut(&Sphere, u32),
-    ) {
+    /// Call `found` with every sphere, and its number, that may be nearer than `limit` [m] to the triangle, or whose centre lies up
+    /// to `deep` [m] behind it. Allocates nothing.
+    pub fn near_face(&self, face: &Slab, limit: f64, deep: f64, mut found: impl FnMut(&Sphere, u32)) {
         self.tree.visit(
             |bounds| face.may_hold(bounds, limit, deep),
             |i| {
@@ -171,7 +140,7 @@ mod tests {
         let [a, b, c] = &corners;
         let near = |s: &Sphere| on_face(&s.centre, [a, b, c]).to_point.norm() <= s.radius + 0.03;
         let (mut found, mut seen) = (Vec::new(), 0);
-        tree.near_face(&Slab::new(&Face::new([*a, *b, *c])), 0.03, |s, k| {
+        tree.near_face(&Slab::new(&Face::new([*a, *b, *c])), 0.03, 0.0, |s, k| {
             seen += 1;
             if near(s) {
                 found.push(k);

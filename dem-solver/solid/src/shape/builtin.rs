@@ -26,17 +26,11 @@ pub fn cuboid(size: Vector3<f64>) -> Surface {
 /// of the published point files for 1 m3 (1.122 m; 1.41363 x 1.41363 x 0.70682 m, 24 points each). A
 /// cube cut like this at a quarter has 1 m3 at 1.1218 m; at a third it would at 1.235 m.
 pub fn cut_cube(size: Vector3<f64>) -> Surface {
-    let mut points = Vec::with_capacity(24);
-    for axis in 0..3 {
-        for c in 0..8_u32 {
-            let mut p = Vector3::zeros();
-            for k in 0..3 {
-                let sign = if c >> k & 1 == 0 { -1.0 } else { 1.0 };
-                p[k] = sign * if k == axis { 0.5 } else { 0.25 };
-            }
-            points.push(p);
-        }
-    }
+    let corner = |i: usize| {
+        let half = |k: usize| if k == i / 8 { 0.5 } else { 0.25 };
+        Vector3::from_fn(|k, _| if (i % 8) >> k & 1 == 0 { -half(k) } else { half(k) })
+    };
+    let mut points: Vec<Vector3<f64>> = (0..24).map(corner).collect();
     let mut triangles = Vec::with_capacity(44);
     for code in 0..27 {
         let normal = Vector3::new(code % 3 - 1, code / 3 % 3 - 1, code / 9 - 1).map(f64::from);
@@ -55,9 +49,7 @@ pub fn cut_cube(size: Vector3<f64>) -> Surface {
         face.sort_by(|a, b| turn(a).total_cmp(&turn(b)));
         triangles.extend((2..face.len()).map(|k| [face[0], face[k - 1], face[k]]));
     }
-    for p in &mut points {
-        *p = p.component_mul(&size);
-    }
+    points.iter_mut().for_each(|p| p.component_mul_assign(&size));
     Surface { points, triangles }
 }
 
@@ -102,9 +94,7 @@ pub fn ellipsoid(semi_axes: Vector3<f64>, levels: u32) -> Surface {
         }
         triangles = finer;
     }
-    for p in &mut points {
-        *p = p.component_mul(&semi_axes);
-    }
+    points.iter_mut().for_each(|p| p.component_mul_assign(&semi_axes));
     Surface { points, triangles }
 }
 

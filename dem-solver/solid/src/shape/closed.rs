@@ -2,14 +2,17 @@
 //! same way, flaws named with their place.
 
 use super::crossing;
-use super::flaw::{Flaw, MOST_TRIANGLES};
 use super::holes;
 use super::integrals::SolidIntegrals;
-use super::pieces::{PieceChoice, describe, name_at, of_triangles};
-use super::surface::{Surface, joined};
+use super::pieces::{self, PieceChoice};
+use super::surface::{Surface, place};
+use crate::geometry::{by_first_use, is_flat};
 use nalgebra::Vector3;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
+
+/// Most triangles of a rock's surface.
+pub const MOST_TRIANGLES: usize = 5_000_000;
 
 /// Corners nearer than this share of the surface's size are joined, where those with equal
 /// coordinates do not make it closed: files with single precision have such noise.
@@ -17,6 +20,9 @@ const WELD: f64 = 1e-6;
 
 /// A triangle whose height is below this share of its longest edge has no direction.
 const SLIVER: f64 = 1e-10;
+
+/// Open edges that are more than those of small holes.
+const MANY: usize = 50;
 
 /// What is done to triangles that are no closed surface, when it is asked for.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -30,18 +36,12 @@ pub struct Mend {
 }
 
 impl Surface {
-    /// A closed surface from loose triangles (three corners each), as an STL file has them. The
-    /// second part says what was mended.
-    pub fn from_soup(corners: &[[Vector3<f64>; 3]]) -> Result<(Self, Vec<String>), Flaw> {
-        let (points, triangles) = joined(corners);
-        Self::from_indexed(points, triangles)
-    }
-
-    /// A closed surface from corners and triangles. The second part says what was mended.
+    /// A closed surface from corners and triangles, or why it is none; triangles are counted from 1, in the file's order. The second
+    /// part says what was mended.
     pub fn from_indexed(
         points: Vec<Vector3<f64>>,
         triangles: Vec<[u32; 3]>,
-    ) -> Result<(Self, Vec<String>), Flaw> {
+    ) -> Result<(Self, Vec<String>), String> {
         Self::mended(points, triangles, &Mend::default())
     }
 
@@ -50,21 +50,25 @@ impl Surface {
         points: Vec<Vector3<f64>>,
         triangles: Vec<[u32; 3]>,
         mend: &Mend,
-    ) -> Result<(Self, Vec<String>), Flaw> {
-        if triangles.len() > MOST_TRIANGLES {
-            return Err(Flaw::TooMany(triangles.len()));
+    ) -> Result<(Self, Vec<String>), String> {
+        let count = triangles.len();
+        if count > MOST_TRIANGLES {
+            return Err(format!(
+                "{count} triangles: up to {MOST_TRIANGLES} are possible; thin the surface out"
+            ));
         }
-        if triangles.len() < 4 {
-            return Err(Flaw::TooFew(triangles.len()));
-        }
+        let enough = |count: usize| match count {
+            0..4 => Err(format!("{count} triangles enclose nothing: 4 are the fewest")),
+            _ => Ok(()),
+        };
+        enough(count)?;
         let finite: Vec<bool> = points.iter().map(|p| p.iter().all(|c| c.is_finite())).collect();
         if let Some(t) = triangles.iter().position(|t| t.iter().any(|p| !finite[*p as usize])) {
-            return Err(Flaw::NotFinite(t + 1));
+            return Err(format!("triangle {} has a coordinate that is not a finite number", t + 1));
         }
         let mut notes = Vec::new();
         let mut loose = Self { points, triangles };
-        let triangles_of_file = loose.triangles.len();
-        let mut numbers: Vec<usize> = (1..=triangles_of_file).collect();
+        let mut numbers: Vec<usize> = (1..=count).collect();
         if loose.edges(&numbers).is_err() {
             let joined = loose.weld(&mut numbers);
             if joined > 0 {
@@ -72,53 +76,40 @@ impl Surface {
             }
         }
         if let Some(choice) = &mend.piece {
-            let piece = chosen(choice, &loose, &numbers, &mend.names)?;
-            loose.keep(piece, &mut numbers)?;
+            let own = pieces::chosen(choice, &loose, &numbers, &mend.names)?;
+            loose.triangles = own.iter().map(|t| loose.triangles[*t]).collect();
+            numbers = own.iter().map(|t| numbers[*t]).collect();
         }
         if mend.close_holes {
             notes.extend(holes::close(&mut loose)?);
             let more = loose.triangles.len() - numbers.len();
-            numbers.extend((0..more).map(|k| triangles_of_file + 1 + k));
+            numbers.extend((0..more).map(|k| count + 1 + k));
         }
-        if loose.triangles.len() < 4 {
-            return Err(Flaw::TooFew(loose.triangles.len()));
-        }
-        if let Some(t) = (0..loose.triangles.len()).find(|t| loose.is_flat(*t)) {
-            return Err(Flaw::Flat(numbers[t], loose.corners(t)[0]));
+        enough(loose.triangles.len())?;
+        if let Some(t) = (0..loose.triangles.len()).find(|t| is_flat(loose.corners(*t), SLIVER)) {
+            return Err(flat(numbers[t], &loose.corners(t)[0]));
         }
         let edges = loose.edges(&numbers)?;
-        let turned = loose.orient(&edges, &numbers)?;
+        let turned = loose.orient(&edges, &numbers, &mend.names)?;
         if turned > 0 {
             notes.push(format!("{turned} triangles were turned to face as their neighbours do"));
         }
-        loose.drop_unused();
+        by_first_use(&mut loose.points, &mut loose.triangles);
         let volume = SolidIntegrals::of(&loose).volume;
         if volume <= 0.0 {
-            return Err(Flaw::Inverted(volume));
+            return Err(format!(
+                "the surface is inside out: its triangles face inwards (volume {volume:.6e} m3); reverse the order of their corners"
+            ));
         }
         match crossing::find(&loose) {
-            Some((a, b, place)) => Err(Flaw::Crossing(numbers[a], numbers[b], place)),
+            Some((a, b, at)) => Err(format!(
+                "the surface runs through itself: triangles {} and {} cross near {}",
+                numbers[a],
+                numbers[b],
+                place(&at)
+            )),
             None => Ok((loose, notes)),
         }
-    }
-
-    /// Keep one of its pieces.
-    fn keep(&mut self, piece: u32, numbers: &mut Vec<usize>) -> Result<(), Flaw> {
-        let (of, count) = of_triangles(self);
-        if piece == 0 || piece as usize > count {
-            return Err(Flaw::NoPiece(piece, count));
-        }
-        let mut own = of.iter().map(|k| *k + 1 == piece as usize);
-        self.triangles.retain(|_| own.next() == Some(true));
-        let mut own = of.iter().map(|k| *k + 1 == piece as usize);
-        numbers.retain(|_| own.next() == Some(true));
-        Ok(())
-    }
-
-    fn is_flat(&self, triangle: usize) -> bool {
-        let [a, b, c] = self.corners(triangle);
-        let longest = (b - a).norm_squared().max((c - b).norm_squared()).max((a - c).norm_squared());
-        (b - a).cross(&(c - a)).norm() <= SLIVER * longest
     }
 
     /// Join corners that are nearly the same; triangles that lose a corner vanish. How many were joined.
@@ -148,54 +139,61 @@ impl Surface {
                 i
             })
             .collect();
-        let mut left = Vec::with_capacity(self.triangles.len());
-        let mut left_numbers = Vec::with_capacity(numbers.len());
-        for (t, n) in self.triangles.iter().zip(numbers.iter()) {
-            let [a, b, c] = t.map(|p| kept[p as usize]);
-            if a != b && b != c && c != a {
-                left.push([a, b, c]);
-                left_numbers.push(*n);
-            }
-        }
-        self.triangles = left;
-        *numbers = left_numbers;
+        let triangles =
+            self.triangles.iter().map(|t| t.map(|p| kept[p as usize])).zip(numbers.iter().copied());
+        (self.triangles, *numbers) = triangles.filter(|([a, b, c], _)| a != b && b != c && c != a).unzip();
         joined
     }
 
     /// The two triangles at each edge, the edge from the smaller to the larger number of its ends.
-    fn edges(&self, numbers: &[usize]) -> Result<HashMap<(u32, u32), [u32; 2]>, Flaw> {
+    fn edges(&self, numbers: &[usize]) -> Result<HashMap<(u32, u32), [u32; 2]>, String> {
         const NONE: u32 = u32::MAX;
         let mut sides: HashMap<(u32, u32), [u32; 2]> = HashMap::with_capacity(self.triangles.len() * 3 / 2);
-        let ends = |(a, b): (u32, u32)| [self.points[a as usize], self.points[b as usize]];
+        let ends = |(a, b): (u32, u32)| {
+            format!("from {} to {}", place(&self.points[a as usize]), place(&self.points[b as usize]))
+        };
         for (t, corner) in self.triangles.iter().enumerate() {
             for k in 0..3 {
                 let (a, b) = (corner[k], corner[(k + 1) % 3]);
                 if a == b {
-                    return Err(Flaw::Flat(numbers[t], self.points[a as usize]));
+                    return Err(flat(numbers[t], &self.points[a as usize]));
                 }
-                match sides.entry((a.min(b), a.max(b))) {
-                    Entry::Vacant(place) => {
-                        place.insert([t as u32, NONE]);
-                    }
-                    Entry::Occupied(mut place) if place.get()[1] == NONE => place.get_mut()[1] = t as u32,
-                    Entry::Occupied(place) => {
-                        let edge = *place.key();
+                let edge = (a.min(b), a.max(b));
+                match sides.entry(edge) {
+                    Entry::Vacant(free) => drop(free.insert([t as u32, NONE])),
+                    Entry::Occupied(mut taken) if taken.get()[1] == NONE => taken.get_mut()[1] = t as u32,
+                    Entry::Occupied(_) => {
                         let at = |t: &&[u32; 3]| t.contains(&edge.0) && t.contains(&edge.1);
-                        let count = self.triangles.iter().filter(at).count();
-                        return Err(Flaw::Branched(numbers[t], ends(edge), count));
+                        return Err(format!(
+                            "{} triangles share the edge {}, one of them triangle {}: there must be two",
+                            self.triangles.iter().filter(at).count(),
+                            ends(edge),
+                            numbers[t]
+                        ));
                     }
                 }
             }
         }
         let open = sides.iter().filter(|(_, t)| t[1] == NONE);
-        match open.clone().min_by_key(|(edge, t)| (t[0], **edge)) {
-            Some((edge, t)) => Err(Flaw::Open(numbers[t[0] as usize], ends(*edge), open.count())),
-            None => Ok(sides),
-        }
+        let Some((edge, t)) = open.clone().min_by_key(|(edge, t)| (t[0], **edge)) else { return Ok(sides) };
+        let count = open.count();
+        let sheet = "; so many are those of a sheet, as a terrain is: [terrain] file = \"...\"";
+        Err(format!(
+            "the surface is open: {count} edges have a triangle on one side only, the first {}, of triangle {}; \
+             small holes are closed with `--close-holes`, in a scene with `shape.close_holes = true`{}",
+            ends(*edge),
+            numbers[t[0] as usize],
+            if count > MANY { sheet } else { "" }
+        ))
     }
 
     /// Turn triangles so that neighbours face alike, as most do. How many were turned.
-    fn orient(&mut self, edges: &HashMap<(u32, u32), [u32; 2]>, numbers: &[usize]) -> Result<usize, Flaw> {
+    fn orient(
+        &mut self,
+        edges: &HashMap<(u32, u32), [u32; 2]>,
+        numbers: &[usize],
+        names: &[(usize, String)],
+    ) -> Result<usize, String> {
         let count = self.triangles.len();
         // 0: not seen, 1: as it is, 2: turned.
         let mut state = vec![0_u8; count];
@@ -221,13 +219,17 @@ impl Surface {
                         state[other] = due;
                         stack.push(other);
                     } else if state[other] != due {
-                        return Err(Flaw::OneSided(numbers[other]));
+                        return Err(format!(
+                            "the triangles cannot be turned the same way (a surface with one side): the contradiction is at \
+                             triangle {}",
+                            numbers[other]
+                        ));
                     }
                 }
             }
         }
         if pieces > 1 {
-            return Err(Flaw::Pieces(describe(self, numbers)));
+            return Err(pieces::describe(self, numbers, names));
         }
         let turned = state.iter().filter(|s| **s == 2).count();
         let minority = if turned * 2 > count { 1 } else { 2 };
@@ -238,44 +240,10 @@ impl Surface {
         }
         Ok(turned.min(count - turned))
     }
-
-    fn drop_unused(&mut self) {
-        let mut place = vec![u32::MAX; self.points.len()];
-        let mut points = Vec::new();
-        for corner in self.triangles.as_flattened_mut() {
-            let at = &mut place[*corner as usize];
-            if *at == u32::MAX {
-                *at = points.len() as u32;
-                points.push(self.points[*corner as usize]);
-            }
-            *corner = *at;
-        }
-        self.points = points;
-    }
 }
 
-/// The number of the piece that is asked for, from 1. `numbers` are those of the triangles in the file.
-fn chosen(
-    choice: &PieceChoice,
-    surface: &Surface,
-    numbers: &[usize],
-    names: &[(usize, String)],
-) -> Result<u32, Flaw> {
-    let asked = match choice {
-        PieceChoice::Number(number) => return Ok(*number),
-        PieceChoice::Name(name) => name,
-    };
-    let (of, count) = of_triangles(surface);
-    let name = |k: usize| of.iter().position(|p| *p == k).and_then(|t| name_at(names, numbers[t]));
-    let same: Vec<usize> = (0..count).filter(|k| name(*k) == Some(asked)).map(|k| k + 1).collect();
-    match same[..] {
-        [number] => Ok(number as u32),
-        _ => {
-            let mut all: Vec<String> = (0..count).filter_map(name).cloned().collect();
-            all.dedup();
-            Err(Flaw::NoName(asked.clone(), same, all))
-        }
-    }
+fn flat(triangle: usize, at: &Vector3<f64>) -> String {
+    format!("triangle {triangle} near {} is degenerate: its corners lie on a line", place(at))
 }
 
 #[cfg(test)]

@@ -19,7 +19,6 @@ pub fn find(surface: &Surface) -> Option<(usize, usize, Vector3<f64>)> {
         if first.is_none_or(|best| (a, b) < best) && cross(surface, a, b) {
             first = Some((a, b));
         }
-        true
     });
     let (a, b) = first?;
     let middle = |t: usize| surface.corners(t).iter().sum::<Vector3<f64>>() / 3.0;

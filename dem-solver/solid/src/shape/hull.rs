@@ -20,16 +20,11 @@ pub fn convex(points: &[Vector3<f64>]) -> Result<Surface, String> {
         return Err(format!("point {} is not finite", at + 1));
     }
     // The same point twice is an error to the library and none to a user.
-    let mut unique: Vec<Vector3<f64>> = Vec::with_capacity(points.len());
-    let mut sorted = points.to_vec();
-    sorted.sort_by(|a, b| {
+    let mut unique = points.to_vec();
+    unique.sort_by(|a, b| {
         (0..3).map(|k| a[k].total_cmp(&b[k])).find(|o| o.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
     });
-    for p in sorted {
-        if unique.last() != Some(&p) {
-            unique.push(p);
-        }
-    }
+    unique.dedup();
     let given: Vec<Vector> = unique.iter().map(|p| Vector::new(p.x, p.y, p.z)).collect();
     let (corners, triangles) =
         try_convex_hull(&given).map_err(|e| format!("the points have no convex hull with a volume: {e}"))?;

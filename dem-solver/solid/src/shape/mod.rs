@@ -1,7 +1,7 @@
 //! The true solid of a rock as a closed surface of triangles.
 //!
 //! - [`surface`]: triangles with common corners
-//! - [`closed`], [`flaw`]: welded, consistently oriented, checked; what a flaw looks like and where it is
+//! - [`closed`]: welded, consistently oriented, checked; what is wrong and where it is
 //! - [`crossing`]: whether a surface runs through itself
 //! - [`holes`], [`pieces`]: small holes closed when asked for, one of several surfaces
 //! - [`integrals`]: exact volume, centre and inertia
@@ -13,7 +13,6 @@
 pub mod builtin;
 pub mod closed;
 pub mod crossing;
-pub mod flaw;
 pub mod formats;
 pub mod holes;
 pub mod hull;
@@ -23,7 +22,6 @@ pub mod spec;
 pub mod surface;
 pub mod tree;
 
-pub use flaw::Flaw;
 pub use integrals::SolidIntegrals;
 pub use spec::Shape;
 pub use surface::Surface;

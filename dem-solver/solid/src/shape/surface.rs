@@ -1,5 +1,6 @@
 //! Triangles with common corners: the surface of a solid, once it is closed ([`super::closed`]).
 
+use crate::geometry::{bounds, double_area};
 use nalgebra::Vector3;
 use std::collections::HashMap;
 
@@ -20,20 +21,17 @@ impl Surface {
 
     /// Unit normal of a triangle, outwards.
     pub fn normal(&self, triangle: usize) -> Vector3<f64> {
-        let [a, b, c] = self.corners(triangle);
-        (b - a).cross(&(c - a)).normalize()
+        double_area(self.corners(triangle)).normalize()
     }
 
     /// Area of a triangle [m2].
     pub fn area(&self, triangle: usize) -> f64 {
-        let [a, b, c] = self.corners(triangle);
-        0.5 * (b - a).cross(&(c - a)).norm()
+        0.5 * double_area(self.corners(triangle)).norm()
     }
 
     /// Smallest box around it: lowest and highest corner [m].
     pub fn bounds(&self) -> (Vector3<f64>, Vector3<f64>) {
-        let nowhere = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
-        self.points.iter().fold(nowhere, |(low, high), p| (low.inf(p), high.sup(p)))
+        bounds(self.points.iter().copied()).into()
     }
 
     /// Diagonal of the smallest box around it [m].
@@ -56,4 +54,9 @@ pub fn joined(corners: &[[Vector3<f64>; 3]]) -> (Vec<Vector3<f64>>, Vec<[u32; 3]
     };
     let triangles = corners.iter().map(|c| [number(&c[0]), number(&c[1]), number(&c[2])]).collect();
     (points, triangles)
+}
+
+/// A point as messages name it.
+pub(super) fn place(p: &Vector3<f64>) -> String {
+    format!("({:.6}, {:.6}, {:.6})", p.x, p.y, p.z)
 }

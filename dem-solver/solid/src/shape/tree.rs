@@ -6,6 +6,7 @@
 
 use super::surface::Surface;
 use crate::geometry::median_tree::{MedianNode, MedianTree, Split};
+use crate::geometry::{bounds, double_area};
 use nalgebra::Vector3;
 use std::cell::Cell;
 use std::collections::HashMap;
@@ -77,12 +78,9 @@ impl SurfaceTree {
             surface.triangles.iter().map(|c| [0, 1, 2].map(|k| sums[&key(c[k], c[(k + 1) % 3])])).collect();
         let middles: Vec<Vector3<f64>> =
             (0..count).map(|t| surface.corners(t).iter().sum::<Vector3<f64>>() / 3.0).collect();
-        let value = |t: u32, split| match split {
-            Split::Axis(axis) => middles[t as usize][axis],
-            Split::Size => 0.0,
-        };
-        let tree = MedianTree::new(count, LEAF, |some| describe(some, surface, &middles), value);
-        let corners = tree.order().iter().map(|t| surface.corners(*t as usize)).collect();
+        let describe = |some: &[u32]| describe(some, surface, &middles);
+        let tree = MedianTree::new(count, LEAF, describe, |t| middles[t as usize], |_| 0.0);
+        let corners = tree.order.iter().map(|t| surface.corners(*t as usize)).collect();
         Self { tree, corners, faces, edges, vertices, triangles: surface.triangles.clone() }
     }
 
@@ -109,7 +107,7 @@ impl SurfaceTree {
                         let least = (distance.sqrt() - slack).max(0.0).powi(2);
                         limit.set(if slack > 0.0 { least } else { distance });
                         best =
-                            Some(NearestOnSurface { point, square, triangle: self.tree.order()[k], feature });
+                            Some(NearestOnSurface { point, square, triangle: self.tree.order[k], feature });
                     }
                 }
                 true
@@ -140,10 +138,10 @@ impl SurfaceTree {
         }
     }
 
-    /// Call `found` with every pair of triangles whose boxes overlap, each pair once, until it says `false`.
-    pub fn pairs(&self, mut found: impl FnMut(u32, u32) -> bool) {
+    /// Call `found` with every pair of triangles whose boxes overlap, each pair once.
+    pub fn pairs(&self, mut found: impl FnMut(u32, u32)) {
         let mut stack = vec![(0_u32, 0_u32)];
-        let order = self.tree.order();
+        let order = &self.tree.order;
         while let Some((a, b)) = stack.pop() {
             let (first, second) = (self.tree.node(a), self.tree.node(b));
             if !overlap(first, second) {
@@ -152,8 +150,8 @@ impl SurfaceTree {
             match (first.items(), second.items()) {
                 (Some(own), Some(others)) => {
                     for (i, j) in own.flat_map(|i| others.clone().map(move |j| (order[i], order[j]))) {
-                        if (a != b || i < j) && !found(i.min(j), i.max(j)) {
-                            return;
+                        if a != b || i < j {
+                            found(i.min(j), i.max(j));
                         }
                     }
                 }
@@ -178,21 +176,15 @@ fn describe(
     surface: &Surface,
     middles: &[Vector3<f64>],
 ) -> ([Vector3<f64>; 2], SlabOfPatch, Split) {
-    let nowhere = [Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY)];
-    let around = |[low, high]: [Vector3<f64>; 2], p: Vector3<f64>| [low.inf(&p), high.sup(&p)];
-    let bounds = some.iter().flat_map(|t| surface.corners(*t as usize)).fold(nowhere, around);
-    let [low, high] = some.iter().map(|t| middles[*t as usize]).fold(nowhere, around);
-    (bounds, SlabOfPatch::of(some, surface), Split::Axis((high - low).iamax()))
+    let around = bounds(some.iter().flat_map(|t| surface.corners(*t as usize)));
+    let [low, high] = bounds(some.iter().map(|t| middles[*t as usize]));
+    (around, SlabOfPatch::of(some, surface), Split::Axis((high - low).iamax()))
 }
 
 impl SlabOfPatch {
     /// The mean normal is weighted with the areas.
     fn of(some: &[u32], surface: &Surface) -> Self {
-        let area = |t: &u32| {
-            let [a, b, c] = surface.corners(*t as usize);
-            (b - a).cross(&(c - a))
-        };
-        let sum: Vector3<f64> = some.iter().map(area).sum();
+        let sum: Vector3<f64> = some.iter().map(|t| double_area(surface.corners(*t as usize))).sum();
         let normal = sum.try_normalize(0.0).unwrap_or_else(Vector3::z);
         let corners = some.iter().flat_map(|t| surface.corners(*t as usize));
         let heights = corners.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], p| {
@@ -286,10 +278,7 @@ mod tests {
         let surface = builtin::ellipsoid(Vector3::new(0.3, 0.5, 0.2), 2);
         let tree = SurfaceTree::new(&surface);
         let mut found = Vec::new();
-        tree.pairs(|a, b| {
-            found.push((a, b));
-            true
-        });
+        tree.pairs(|a, b| found.push((a, b)));
         found.sort_unstable();
         let unique = found.len();
         found.dedup();

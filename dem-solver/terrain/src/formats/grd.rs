@@ -3,100 +3,69 @@
 //!
 //! Source: Golden Software, Surfer user's guide, "ASCII GRD Files"; the mark of nodes without height is Surfer's.
 
-use super::format::{Content, Format, Holds, MOST_CELLS};
-use super::text::{Words, comma, number, shown};
+use super::format::{Format, Reader, Words, comma, number, shown};
 use crate::raster::Raster;
-use interface_defs::diagnostic::Diagnostic;
+use dem_solid::input::ReadError;
 
 /// This format.
 pub const FORMAT: Format = Format {
     name: "a Surfer grid",
     extensions: &["grd"],
     also: &[],
-    holds: Holds::Raster,
     begins: |head| head.begins(&[b"DSAA"]),
-    read: |source| read(&source.bytes, source.file).map(Content::Raster),
+    read: Reader::Raster(read),
 };
 
 /// From this on a height marks a node without one.
 const BLANK: f64 = 1.701_41e38;
 
-fn read(bytes: &[u8], file: &str) -> Result<Raster, Diagnostic> {
+fn read(bytes: &[u8]) -> Result<Raster, ReadError> {
     let mut words = Words::new(bytes);
     if words.next() != Some(b"DSAA") {
-        return Err(Diagnostic::in_file(
-            file,
-            "the file does not begin with `DSAA`; is this a Surfer grid as text?",
-        ));
+        return Err("the file does not begin with `DSAA`; is this a Surfer grid as text?".into());
     }
-    let [columns, rows] = [count(&mut words, file, "columns")?, count(&mut words, file, "rows")?];
-    let mut limits = |axis: &str| -> Result<[f64; 2], Diagnostic> {
-        let both =
-            [value(&mut words, file, &format!("{axis}lo"))?, value(&mut words, file, &format!("{axis}hi"))?];
-        match both {
-            [low, high] if low < high || axis == "z" => Ok(both),
-            [low, high] => Err(Diagnostic::in_file(
-                format!("{file}:{}", words.line),
-                format!("{axis} from {low} to {high}: it must rise"),
-            )),
-        }
-    };
-    let ([x0, x1], [y0, y1], _) = (limits("x")?, limits("y")?, limits("z")?);
-    // A height and its separator are two bytes at least.
-    let Some(cells) = columns.checked_mul(rows).filter(|n| n / 2 <= bytes.len()) else {
-        let what =
-            format!("the header promises {columns} x {rows} heights, and the file has {} bytes", bytes.len());
-        return Err(Diagnostic::in_file(file, what));
-    };
-    if cells > MOST_CELLS {
-        return Err(Diagnostic::in_file(file, format!("{cells} heights: up to {MOST_CELLS} are read")));
-    }
-    let mut heights = vec![f64::NAN; cells];
-    // Rasters hold their rows from the north.
-    for row in heights.chunks_exact_mut(columns).rev() {
-        for height in row {
-            let z = value(&mut words, file, "height")?;
-            *height = if z >= BLANK { f64::NAN } else { z };
+    let counts = [count(&mut words, "columns")?, count(&mut words, "rows")?];
+    let mut limits = [[0.0; 2]; 3];
+    for ([low, high], axis) in limits.iter_mut().zip(["x", "y", "z"]) {
+        (*low, *high) = (value(&mut words, &format!("{axis}lo"))?, value(&mut words, &format!("{axis}hi"))?);
+        if *low >= *high && axis != "z" {
+            return Err(words.fault(format!("{axis} from {low} to {high}: it must rise")));
         }
     }
-    if let Some(word) = words.next() {
-        let what = format!("`{}` follows the last of {cells} heights", shown(word));
-        return Err(Diagnostic::in_file(format!("{file}:{}", words.line), what));
-    }
-    let spacing = [(x1 - x0) / (columns - 1) as f64, (y1 - y0) / (rows - 1) as f64];
-    Ok(Raster { corner: [x0, y0], spacing, counts: [columns, rows], heights })
+    let (from_south, _) = words.heights(counts, |z| z >= BLANK)?;
+    let heights = from_south.chunks_exact(counts[0]).rev().flatten().copied().collect();
+    let spacing = [0, 1].map(|k| (limits[k][1] - limits[k][0]) / (counts[k] - 1) as f64);
+    Ok(Raster { corner: [limits[0][0], limits[1][0]], spacing, counts, heights })
 }
 
 /// The next word as a number of columns or rows: two at least, so that they have a distance.
-fn count(words: &mut Words, file: &str, what: &str) -> Result<usize, Diagnostic> {
-    let count = value(words, file, what)?;
+fn count(words: &mut Words, what: &str) -> Result<usize, ReadError> {
+    let count = value(words, what)?;
     if count >= 2.0 && count.fract() == 0.0 && count <= 1e9 {
         return Ok(count as usize);
     }
-    let what = format!("{count} {what}: it must be a whole number above 1");
-    Err(Diagnostic::in_file(format!("{file}:{}", words.line), what))
+    Err(words.fault(format!("{count} {what}: it must be a whole number above 1")))
 }
 
 /// The next word as a number.
-fn value(words: &mut Words, file: &str, what: &str) -> Result<f64, Diagnostic> {
+fn value(words: &mut Words, what: &str) -> Result<f64, ReadError> {
     let word = words.next();
-    let at = format!("{file}:{}", words.line);
-    let Some(word) = word else {
-        return Err(Diagnostic::in_file(at, format!("the file ends where its {what} must stand: cut off?")));
-    };
-    let error = || Diagnostic::in_file(at, format!("`{}` is no number for its {what}", shown(word)));
+    let word =
+        word.ok_or_else(|| words.fault(format!("the file ends where its {what} must stand: cut off?")))?;
+    let error = || words.fault(format!("`{}` is no number for its {what}", shown(word)));
     number(word).ok_or_else(|| comma(word, error()))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::path::Path;
 
     const HEAD: &str = "DSAA\n3 2\n100 104\n50 55\n1 6\n";
 
     #[test]
     fn rows_come_from_the_south_and_nodes_without_height_are_holes() {
-        let raster = read(format!("{HEAD}1 2 3\n4 1.70141e+38 6\n").as_bytes(), "t.grd").expect("a grid");
+        let raster = read(format!("{HEAD}1 2 3\n4 1.70141e+38 6\n").as_bytes()).expect("a grid");
         assert_eq!((raster.corner, raster.spacing, raster.counts), ([100.0, 50.0], [2.0, 5.0], [3, 2]));
         assert_eq!([raster.nearest(100.0, 50.0), raster.nearest(104.0, 50.0)], [Some(1.0), Some(3.0)]);
         assert_eq!([raster.nearest(100.0, 55.0), raster.nearest(102.0, 55.0)], [Some(4.0), None]);
@@ -108,8 +77,10 @@ mod tests {
             ("DSAB\n3 2\n".into(), "t.grd: the file does not begin with `DSAA`"),
             ("DSAA\n1 2\n".into(), "t.grd:2: 1 columns: it must be a whole number above 1"),
             ("DSAA\n3 2\n104 100\n".into(), "t.grd:3: x from 104 to 100: it must rise"),
-            (format!("{HEAD}1 2 3\n4 5\n"), "t.grd:8: the file ends where its height must stand: cut off?"),
-            (format!("{HEAD}1 2 3\n4 x 6\n"), "t.grd:7: `x` is no number for its height"),
+            (format!("{HEAD}1 2 3\n4 5\n"), "t.grd:8: the file ends after 5 of 3 x 2 = 6 heights"),
+            (format!("{HEAD}1 2 3\n4 x 6\n"), "t.grd:7: `x` is no height (row 2, column 2)"),
+            (HEAD.replace("55", "y"), "t.grd:4: `y` is no number for its yhi"),
+            ("DSAA\n3 2\n0".into(), "t.grd:3: the file ends where its xhi must stand: cut off?"),
             (format!("{HEAD}1 2 3\n4,5 5 6\n"), "a number is written with a point: 4.5"),
             (format!("{HEAD}1 2 3\n4 5 6\n7"), "t.grd:8: `7` follows the last of 6 heights"),
             (
@@ -117,7 +88,7 @@ mod tests {
                 "the header promises 90000 x 90000 heights, and the file has",
             ),
         ] {
-            let error = read(text.as_bytes(), "t.grd").expect_err(expected).to_string();
+            let error = read(text.as_bytes()).expect_err(expected).in_file(Path::new("t.grd")).to_string();
             assert!(error.contains(expected), "{error}");
         }
     }

@@ -2,6 +2,8 @@
 
 use super::super::notice;
 use crate::raster::Raster;
+use dem_solid::geometry::double_area;
+use dem_solid::input::ReadError;
 use interface_defs::diagnostic::Diagnostic;
 
 /// Area seen from the side over that from above, of a terrain that is more likely to lie on its side: slopes of 63 degrees.
@@ -18,22 +20,22 @@ const GAP: f64 = 100.0;
 const STEEPEST: f64 = 20.0;
 
 /// Refuse a raster whose cells hold marks for heights, or that lies in degrees.
-pub fn of_raster(raster: &Raster, file: &str) -> Result<(), Diagnostic> {
+pub fn of_raster(raster: &Raster) -> Result<(), ReadError> {
     let known = || raster.heights.iter().copied().filter(|z| !z.is_nan());
-    marks(known, raster.heights.len(), "cells", file)?;
+    marks(known, raster.heights.len(), "cells")?;
     let [dx, dy] = raster.spacing;
     let [columns, rows] = raster.counts;
     let far = [raster.corner[0] + dx * columns as f64, raster.corner[1] + dy * rows as f64];
-    degrees([raster.corner, far], range(known()), file)
+    degrees([raster.corner, far], range(known()))
 }
 
 /// The same of points.
-pub fn of_points(points: &[[f64; 3]], file: &str) -> Result<(), Diagnostic> {
+pub fn of_points(points: &[[f64; 3]]) -> Result<(), ReadError> {
     let heights = || points.iter().map(|p| p[2]);
-    marks(heights, points.len(), "points", file)?;
+    marks(heights, points.len(), "points")?;
     let axis = |a: usize| range(points.iter().map(|p| p[a]));
     let ([x0, x1], [y0, y1]) = (axis(0), axis(1));
-    degrees([[x0, y0], [x1, y1]], range(heights()), file)
+    degrees([[x0, y0], [x1, y1]], range(heights()))
 }
 
 fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
@@ -41,12 +43,7 @@ fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
 }
 
 /// The lowest and the highest height: is one of them a mark?
-fn marks<I: Iterator<Item = f64>>(
-    heights: impl Fn() -> I,
-    count: usize,
-    of: &str,
-    file: &str,
-) -> Result<(), Diagnostic> {
+fn marks<I: Iterator<Item = f64>>(heights: impl Fn() -> I, count: usize, of: &str) -> Result<(), ReadError> {
     let [low, high] = range(heights());
     for mark in [low, high] {
         let [next_low, next_high] = range(heights().filter(|z| *z != mark));
@@ -59,31 +56,27 @@ fn marks<I: Iterator<Item = f64>>(
         let known = MARKS.contains(&mark) || mark.abs() > FURTHEST && others_are_heights;
         if known && gap > GAP && gap > next_high - next_low {
             let cells = heights().filter(|z| *z == mark).count();
-            return Err(Diagnostic::in_file(
-                file,
-                format!(
-                    "{cells} of {count} {of} have the height {mark:e} m, and all others {next_low} to {next_high} m: a mark of \
-                     {of} without height that the file does not declare"
-                ),
-            )
-            .try_instead(format!(
-                "write nodata_value = {mark:?} under [terrain], and nodata = \"cut\" or fill them"
-            )));
+            let what = format!(
+                "{cells} of {count} {of} have the height {mark:e} m, and all others {next_low} to {next_high} m: a mark of \
+                 {of} without height that the file does not declare"
+            );
+            let cure =
+                format!("write nodata_value = {mark:?} under [terrain], and nodata = \"cut\" or fill them");
+            return Err(ReadError::new(what).try_instead(cure));
         }
     }
-    on_earth([low, high], file)
+    on_earth([low, high])
 }
 
 /// The same of the corners of triangles, whose heights are along z.
 pub fn of_triangles(
     nodes: &[nalgebra::Vector3<f64>],
     triangles: &[[u32; 3]],
-    file: &str,
-) -> Result<Option<Diagnostic>, Diagnostic> {
-    on_earth(range(nodes.iter().map(|n| n.z)), file)?;
+) -> Result<Option<Diagnostic>, ReadError> {
+    on_earth(range(nodes.iter().map(|n| n.z)))?;
     let mut sums = [0.0; 3];
-    for [a, b, c] in triangles.iter().map(|t| t.map(|n| nodes[n as usize])) {
-        let area = 0.5 * (b - a).cross(&(c - a));
+    for corners in triangles.iter().map(|t| t.map(|n| nodes[n as usize])) {
+        let area = 0.5 * double_area(corners);
         (0..3).for_each(|axis| sums[axis] += area[axis].abs());
     }
     let [x, y, z] = sums;
@@ -100,10 +93,10 @@ pub fn of_triangles(
     }))
 }
 
-fn on_earth([low, high]: [f64; 2], file: &str) -> Result<(), Diagnostic> {
+fn on_earth([low, high]: [f64; 2]) -> Result<(), ReadError> {
     if low < -FURTHEST || high > FURTHEST {
         let what = format!("heights from {low:e} to {high:e} m: nothing on Earth is as high or as deep");
-        return Err(Diagnostic::in_file(file, what).try_instead(
+        return Err(ReadError::new(what).try_instead(
             "heights are in metres; a mark of cells without height is named with nodata_value",
         ));
     }
@@ -111,32 +104,28 @@ fn on_earth([low, high]: [f64; 2], file: &str) -> Result<(), Diagnostic> {
 }
 
 /// A map of some degrees whose heights are metres is a mesh.
-fn degrees([[x0, y0], [x1, y1]]: [[f64; 2]; 2], [low, high]: [f64; 2], file: &str) -> Result<(), Diagnostic> {
+fn degrees([[x0, y0], [x1, y1]]: [[f64; 2]; 2], [low, high]: [f64; 2]) -> Result<(), ReadError> {
     let extent = (x1 - x0).max(y1 - y0);
+    if extent <= 0.0 || high - low <= STEEPEST * extent {
+        return Ok(());
+    }
     let may_be = x0 >= -360.0 && x1 <= 360.0 && y0 >= -90.0 && y1 <= 90.0;
-    if may_be && extent > 0.0 && high - low > STEEPEST * extent {
-        let what = format!(
-            "x from {x0} to {x1} and y from {y0} to {y1}, with heights from {low} to {high} m: these are degrees, and a scene is \
-             in metres"
-        );
-        return Err(Diagnostic::in_file(file, what)
-            .try_instead("project it to metres, as with gdalwarp -t_srs EPSG:CODE IN OUT"));
-    }
-    if extent > 0.0 && high - low > STEEPEST * extent {
-        let what = format!(
-            "a map of {:.4} m x {:.4} m with heights from {low} to {high} m: all of it would be a cliff",
-            x1 - x0,
-            y1 - y0
-        );
-        return Err(Diagnostic::in_file(file, what)
-            .try_instead("are its cells or coordinates in kilometres? They are in metres, as the heights"));
-    }
-    Ok(())
+    let (what, cure) = if may_be {
+        let map = format!("x from {x0} to {x1} and y from {y0} to {y1}, with heights from {low} to {high} m");
+        let cure = "project it to metres, as with gdalwarp -t_srs EPSG:CODE IN OUT";
+        (map + ": these are degrees, and a scene is in metres", cure)
+    } else {
+        let map = format!("a map of {:.4} m x {:.4} m with heights from {low} to {high} m", x1 - x0, y1 - y0);
+        let cure = "are its cells or coordinates in kilometres? They are in metres, as the heights";
+        (map + ": all of it would be a cliff", cure)
+    };
+    Err(ReadError::new(what).try_instead(cure))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::path::Path;
 
     fn raster(heights: &[f64], spacing: f64) -> Raster {
         Raster {
@@ -148,7 +137,7 @@ mod tests {
     }
 
     fn judged(heights: &[f64], spacing: f64) -> Result<(), String> {
-        of_raster(&raster(heights, spacing), "t.asc").map_err(|e| e.to_string())
+        of_raster(&raster(heights, spacing)).map_err(|e| e.in_file(Path::new("t.asc")).to_string())
     }
 
     #[test]
@@ -179,6 +168,6 @@ mod tests {
         assert_eq!(judged(&heights, 10.0), Ok(()));
         let points: Vec<[f64; 3]> =
             heights.iter().zip(0..).map(|(z, i)| [7.5 + 1e-3 * f64::from(i), 46.0, *z]).collect();
-        assert!(of_points(&points, "t.xyz").expect_err("degrees").to_string().contains("these are degrees"));
+        assert!(of_points(&points).expect_err("degrees").message.contains("these are degrees"));
     }
 }

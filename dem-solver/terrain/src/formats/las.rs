@@ -1,11 +1,14 @@
 //! LAS and LAZ points, read by the crate `las`. What their headers promise is compared with the file's size
 //! first: the crate makes room for as much as is promised.
 //!
-//! Source of the layout: ASPRS LAS 1.4-R15, tables 3 to 6.
+//! Compressed points of LAS 1.4 (formats 6 to 10) come in layers, each of which states its length.
+//!
+//! Source of the layout: ASPRS LAS 1.4-R15, tables 3 to 6; of compressed points Isenburg (2013), "LASzip: lossless compression of LiDAR
+//! data", Photogramm. Eng. Remote Sens. 79, 209, and the records as LASzip 3 writes them.
 
-use super::format::{Content, Format, Holds};
-use super::{crs, laz};
-use interface_defs::diagnostic::Diagnostic;
+use super::format::{Format, Reader};
+use crate::system;
+use dem_solid::input::ReadError;
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -14,9 +17,8 @@ pub const FORMAT: Format = Format {
     name: "LAS or LAZ",
     extensions: &["las", "laz"],
     also: &[],
-    holds: Holds::ClassifiedPoints,
     begins: |head| head.begins(&[b"LASF"]),
-    read: |source| read(source.bytes, source.classes, source.file).map(Content::Points),
+    read: Reader::ClassifiedPoints(read),
 };
 
 /// Bytes of points that are read at once.
@@ -28,41 +30,32 @@ const RECORD: usize = 54;
 const MOST: u64 = 2_000_000_000;
 const MOST_TAKEN: usize = 100_000_000;
 
-/// Read the bytes of `file`: points of these classes, all if there is none.
-fn read(bytes: Vec<u8>, classes: &[u8], file: &str) -> Result<Vec<[f64; 3]>, Diagnostic> {
-    check(&bytes, file)?;
-    crs::refused(file, coordinates(&bytes))?;
+/// Read points of these classes, all if there is none.
+fn read(bytes: Vec<u8>, classes: &[u8]) -> Result<Vec<[f64; 3]>, ReadError> {
+    check(&bytes)?;
     // The crate is not proof against every lie in a compressed file.
-    let read = catch_unwind(AssertUnwindSafe(|| points(bytes, classes)));
-    let (points, seen) = match read {
-        Ok(Ok(read)) => read,
-        Ok(Err(e)) => return Err(Diagnostic::in_file(file, format!("cannot be read as LAS: {e}"))),
-        Err(_) => {
-            return Err(Diagnostic::in_file(
-                file,
-                "cannot be read as LAS: its compressed points are damaged",
-            ));
-        }
-    };
+    let (points, seen) = catch_unwind(AssertUnwindSafe(|| points(bytes, classes)))
+        .map_err(|_| "cannot be read as LAS: its compressed points are damaged")??;
     if points.len() > MOST_TAKEN {
-        return Err(Diagnostic::in_file(file, format!("more than {MOST_TAKEN} points of the terrain"))
+        return Err(ReadError::new(format!("more than {MOST_TAKEN} points of the terrain"))
             .try_instead("thin them out, or cut the area out that is needed"));
     }
     if points.is_empty() {
         let text: Vec<String> = classes.iter().map(u8::to_string).collect();
         let what = format!("none of its {seen} points is of class {}", text.join(", "));
-        return Err(Diagnostic::in_file(file, what)
-            .try_instead("write classes = [] under [terrain] to take all points"));
+        return Err(ReadError::new(what).try_instead("write classes = [] under [terrain] to take all points"));
     }
     Ok(points)
 }
 
-fn points(bytes: Vec<u8>, classes: &[u8]) -> Result<(Vec<[f64; 3]>, u64), las::Error> {
-    let mut reader = las::Reader::new(Cursor::new(bytes))?;
+fn points(bytes: Vec<u8>, classes: &[u8]) -> Result<(Vec<[f64; 3]>, u64), ReadError> {
+    let broken = |e: las::Error| format!("cannot be read as LAS: {e}");
+    let mut reader = las::Reader::new(Cursor::new(bytes)).map_err(broken)?;
+    check_coordinates(reader.header())?;
     let count = reader.header().number_of_points();
     let mut points = Vec::new();
     let at_once = (BATCH / u64::from(reader.header().point_format().len()).max(1)).clamp(1, 65_536);
-    let mut batch = reader.read_points(at_once.min(count))?;
+    let mut batch = reader.read_points(at_once.min(count)).map_err(broken)?;
     let mut seen = batch.len() as u64;
     loop {
         let places = batch.x().zip(batch.y()).zip(batch.z());
@@ -75,7 +68,7 @@ fn points(bytes: Vec<u8>, classes: &[u8]) -> Result<(Vec<[f64; 3]>, u64), las::E
         if points.len() > MOST_TAKEN || seen >= count {
             return Ok((points, seen));
         }
-        let got = reader.fill_points(at_once, &mut batch)?;
+        let got = reader.fill_points(at_once, &mut batch).map_err(broken)?;
         if got == 0 {
             return Ok((points, seen));
         }
@@ -84,76 +77,63 @@ fn points(bytes: Vec<u8>, classes: &[u8]) -> Result<(Vec<[f64; 3]>, u64), las::E
 }
 
 /// Refuse headers that promise more than the file can hold.
-fn check(bytes: &[u8], file: &str) -> Result<(), Diagnostic> {
-    let fault = |what: String| Err(Diagnostic::in_file(file, what));
+fn check(bytes: &[u8]) -> Result<(), ReadError> {
     if !bytes.starts_with(b"LASF") {
-        return fault("the file does not begin with `LASF`; is this LAS or LAZ?".into());
+        return Err("the file does not begin with `LASF`; is this LAS or LAZ?".into());
     }
     if bytes.len() < HEADER {
-        return fault(format!("{} bytes are too few for the header of a LAS file", bytes.len()));
+        return Err(format!("{} bytes are too few for the header of a LAS file", bytes.len()).into());
     }
-    let whole = |at: usize, size: usize| laz::whole(bytes, at, size);
+    let number = |at: usize, size: usize| whole(bytes, at, size);
     let length = bytes.len() as u64;
-    let (header, offset, records) = (whole(94, 2), whole(96, 4), whole(100, 4));
-    let newest = (bytes[24], bytes[25]) >= (1, 4);
+    let (header, offset, records) = (number(94, 2), number(96, 4), number(100, 4));
+    let long = (bytes[24], bytes[25]) >= (1, 4) && header >= 375;
     if header < HEADER as u64
         || header > offset
         || offset > length
         || records * RECORD as u64 > offset - header
     {
-        return fault(format!(
+        let what = format!(
             "its header ({header} bytes, {records} records) and points from byte {offset} on do not fit {length} bytes"
-        ));
+        );
+        return Err(what.into());
     }
-    let (format, each) = (bytes[104], whole(105, 2));
-    let compressed = format & 0xc0 != 0;
-    let count = if newest && header >= 375 { whole(247, 8).max(whole(107, 4)) } else { whole(107, 4) };
+    let (compressed, each) = (bytes[104] & 0xc0 != 0, number(105, 2));
+    let count = if long { number(247, 8) } else { 0 }.max(number(107, 4));
     if count > MOST || (!compressed && count.checked_mul(each).is_none_or(|size| size > length - offset)) {
-        return fault(format!(
-            "its header promises {count} points of {each} bytes, and the file has {length} bytes"
-        ));
+        let what =
+            format!("its header promises {count} points of {each} bytes, and the file has {length} bytes");
+        return Err(what.into());
     }
-    if newest && header >= 375 {
-        extended_records(bytes, whole(235, 8), whole(243, 4)).or_else(fault)?;
+    if long {
+        extended_records(bytes, number(235, 8), number(243, 4))?;
     }
     if compressed {
-        let start = offset as usize;
-        laz::check(bytes, header as usize, records, start, count, each).or_else(fault)?;
+        check_compressed(bytes, header as usize, records, offset as usize, count, each)?;
     }
     Ok(())
 }
 
 /// Records that state the coordinates: geo keys with their text, and well-known text.
-const GEO_KEYS: u64 = 34_735;
-const GEO_TEXT: u64 = 34_737;
-const WELL_KNOWN_TEXT: u64 = 2112;
+const GEO_KEYS: u16 = 34_735;
+const GEO_TEXT: u16 = 34_737;
+const WELL_KNOWN_TEXT: u16 = 2112;
 
-/// Judge what the variable length records say of the coordinates; their sizes have been checked in sum alone.
-fn coordinates(bytes: &[u8]) -> Result<(), (String, String)> {
-    let whole = |at: usize, size: usize| laz::whole(bytes, at, size);
-    let (mut at, mut keys, mut text) = (whole(94, 2) as usize, Vec::new(), String::new());
-    for _ in 0..whole(100, 4) {
-        if at + RECORD > bytes.len() {
-            break;
-        }
-        let (number, length) = (whole(at + 18, 2), whole(at + 20, 2) as usize);
-        let owner = &bytes[at + 2..at + 18];
-        at += RECORD;
-        let Some(data) = bytes.get(at..at + length) else { break };
-        at += length;
-        if !owner.starts_with(b"LASF_Projection") {
-            continue;
-        }
-        match number {
-            GEO_KEYS => keys = data.chunks_exact(2).map(|b| u16::from_le_bytes([b[0], b[1]])).collect(),
-            GEO_TEXT => text = String::from_utf8_lossy(data).into_owned(),
-            WELL_KNOWN_TEXT => {
-                crs::well_known_text(String::from_utf8_lossy(data).trim_end_matches('\0'))?;
+/// Judge what the variable length records say of the coordinates.
+fn check_coordinates(header: &las::Header) -> Result<(), ReadError> {
+    let (mut keys, mut text) = (Vec::new(), String::new());
+    for record in header.vlrs().iter().filter(|record| record.user_id == "LASF_Projection") {
+        let words = String::from_utf8_lossy(&record.data);
+        match record.record_id {
+            GEO_KEYS => {
+                keys = record.data.chunks_exact(2).map(|b| u16::from_le_bytes([b[0], b[1]])).collect()
             }
+            GEO_TEXT => text = words.into_owned(),
+            WELL_KNOWN_TEXT => system::well_known_text(words.trim_end_matches('\0'))?,
             _ => {}
         }
     }
-    crs::geo_keys(&keys, &text)
+    system::geo_keys(&keys, &text)
 }
 
 /// Walk over the records behind the points: each states the length of its data.
@@ -161,9 +141,8 @@ fn extended_records(bytes: &[u8], start: u64, count: u64) -> Result<(), String> 
     let mut at = start;
     for record in 1..=count {
         let end = usize::try_from(at).ok().and_then(|at| {
-            let length = bytes.get(at.checked_add(20)?..at.checked_add(28)?)?;
-            let length = length.iter().rev().fold(0_u64, |v, byte| v << 8 | u64::from(*byte));
-            (at as u64).checked_add(60)?.checked_add(length)
+            bytes.get(at..at.checked_add(60)?)?;
+            (at as u64 + 60).checked_add(whole(bytes, at + 20, 8))
         });
         match end {
             Some(end) if end <= bytes.len() as u64 => at = end,
@@ -176,4 +155,103 @@ fn extended_records(bytes: &[u8], start: u64, count: u64) -> Result<(), String> 
         }
     }
     Ok(())
+}
+
+/// Who signs the record that describes the compression, and its number.
+const USER: &[u8] = b"laszip encoded";
+const NUMBER: u64 = 22_204;
+/// Compressor that keeps each part of the points of a chunk in a layer of its own.
+const LAYERED: u64 = 3;
+/// Longest compressed point: each extra byte takes models of some 10 kB.
+const LONGEST: u64 = 2048;
+
+/// A whole number of some bytes, lowest first; 0 beyond the end.
+fn whole(bytes: &[u8], at: usize, size: usize) -> u64 {
+    at.checked_add(size)
+        .and_then(|end| bytes.get(at..end))
+        .map_or(0, |b| b.iter().rev().fold(0_u64, |v, byte| v << 8 | u64::from(*byte)))
+}
+
+/// Refuse a file whose `count` compressed points of `each` bytes, from byte `offset` on, claim more room than it has.
+fn check_compressed(
+    bytes: &[u8],
+    header: usize,
+    records: u64,
+    offset: usize,
+    count: u64,
+    each: u64,
+) -> Result<(), String> {
+    if each > LONGEST {
+        return Err(format!("compressed points of {each} bytes: up to {LONGEST} are read"));
+    }
+    let Some(about) = description(bytes, header, records, offset) else {
+        return Err("it has no record that describes how its points are compressed".into());
+    };
+    let (compressor, chunk, items) = (whole(about, 0, 2), whole(about, 12, 4), whole(about, 32, 2));
+    let item = |i: usize| (whole(about, 34 + 6 * i, 2), whole(about, 36 + 6 * i, 2));
+    let items: Vec<(u64, u64)> = (0..items as usize).take(about.len() / 6).map(item).collect();
+    let size: u64 = items.iter().map(|(_, size)| size).sum();
+    if size != each {
+        return Err(format!("compressed points of {size} bytes, and points of {each}"));
+    }
+    let table = whole(bytes, offset, 8);
+    // A table at the file's end is marked by -1 there and by its place in the last eight bytes.
+    let table = if table == u64::MAX { whole(bytes, bytes.len() - 8, 8) } else { table };
+    let fits = usize::try_from(table).ok().filter(|t| *t < bytes.len());
+    let chunks = fits.map_or(u64::MAX, |t| whole(bytes, t + 4, 4));
+    // Each begins with a point as it is.
+    if chunks.checked_mul(each).is_none_or(|size| size > bytes.len() as u64) {
+        return Err(format!("its table of chunks at byte {table} does not fit {} bytes", bytes.len()));
+    }
+    if compressor != LAYERED {
+        return Ok(());
+    }
+    // Layers of a point, a colour, colour and infrared, a wave, extra bytes; other parts have none.
+    let layers: u64 = items
+        .iter()
+        .map(|(kind, size)| match kind {
+            10 => 9,
+            11 | 13 => 1,
+            12 => 2,
+            14 => *size,
+            _ => 0,
+        })
+        .sum();
+    walk(bytes, offset + 8, count, each, layers as usize, chunk)
+}
+
+/// Over all chunks: a point, how many there are, the lengths of the layers, the layers.
+fn walk(bytes: &[u8], start: usize, count: u64, each: u64, layers: usize, chunk: u64) -> Result<(), String> {
+    let (mut at, mut points, mut number) = (start, 0, 0);
+    while points < count {
+        number += 1;
+        let sizes = at + each as usize + 4;
+        let here = sizes + 4 * layers;
+        let promised: u64 = (0..layers).map(|k| whole(bytes, sizes + 4 * k, 4)).sum();
+        if here > bytes.len() || promised > (bytes.len() - here) as u64 {
+            return Err(format!(
+                "its chunk {number} at byte {at} promises {promised} bytes in {layers} layers, and the file has {} bytes",
+                bytes.len()
+            ));
+        }
+        // A chunk of any length says its own.
+        let own = if chunk == u64::from(u32::MAX) { whole(bytes, sizes - 4, 4) } else { chunk };
+        points += own.max(1);
+        at = here + promised as usize;
+    }
+    Ok(())
+}
+
+/// The data of the record that describes the compression.
+fn description(bytes: &[u8], header: usize, records: u64, offset: usize) -> Option<&[u8]> {
+    let mut at = header;
+    for _ in 0..records {
+        let end = at.checked_add(RECORD)?.checked_add(whole(bytes, at + 20, 2) as usize)?;
+        let record = bytes.get(at..end.min(offset))?;
+        if record.get(2..2 + USER.len())? == USER && whole(record, 18, 2) == NUMBER {
+            return record.get(RECORD..);
+        }
+        at = end;
+    }
+    None
 }

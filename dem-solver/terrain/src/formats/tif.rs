@@ -4,10 +4,10 @@
 //!
 //! Source: OGC GeoTIFF 1.1, 7.1 and B.6; the mark of pixels without height is GDAL's.
 
-use super::crs;
-use super::format::{Content, Format, Holds, MOST_CELLS};
+use super::format::{Format, MOST_CELLS, Reader};
 use crate::raster::Raster;
-use interface_defs::diagnostic::Diagnostic;
+use crate::system;
+use dem_solid::input::ReadError;
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use tiff::decoder::{Decoder, DecodingResult, Limits};
@@ -19,9 +19,8 @@ pub const FORMAT: Format = Format {
     name: "a GeoTIFF",
     extensions: &["tif"],
     also: &["tiff"],
-    holds: Holds::Raster,
     begins: |head| head.begins(&[b"II*\0", b"MM\0*", b"II+\0"]),
-    read: |source| read(&source.bytes, source.file).map(Content::Raster),
+    read: Reader::Raster(read),
 };
 
 /// Deflate and LZW do not shrink further than this: a promise beyond it is a lie.
@@ -35,35 +34,30 @@ const MASK: u32 = 4;
 const RASTER_TYPE: u16 = 1025;
 const PIXEL_IS_POINT: u16 = 2;
 
-/// Read the bytes of `file`.
-fn read(bytes: &[u8], file: &str) -> Result<Raster, Diagnostic> {
-    let fault = |what: String| Diagnostic::in_file(file, what);
-    let read = catch_unwind(AssertUnwindSafe(|| decode(bytes)));
-    let (parts, counts, values) = match read {
-        Ok(Ok(read)) => read,
-        Ok(Err(e)) => return Err(fault(format!("cannot be read as GeoTIFF: {e}"))),
-        Err(_) => return Err(fault("cannot be read as GeoTIFF: its image is damaged".into())),
+fn read(bytes: &[u8]) -> Result<Raster, ReadError> {
+    let (parts, counts, values) = match catch_unwind(AssertUnwindSafe(|| decode(bytes))) {
+        Ok(read) => read.map_err(|e| format!("cannot be read as GeoTIFF: {e}"))?,
+        Err(_) => return Err("cannot be read as GeoTIFF: its image is damaged".into()),
     };
     let [columns, rows] = counts;
     if values.len() != columns * rows {
-        return Err(fault(format!(
-            "{} values for {columns} x {rows} pixels; one band of heights is required",
-            values.len()
-        )));
+        let what =
+            format!("{} values for {columns} x {rows} pixels; one band of heights is required", values.len());
+        return Err(what.into());
     }
-    crs::refused(file, crs::geo_keys(&parts.keys, &parts.text))?;
-    crs::refused(file, crs::unit_of_heights(&parts.unit))?;
+    system::geo_keys(&parts.keys, &parts.text)?;
+    system::unit_of_heights(&parts.unit)?;
     if parts.mask {
-        return Err(fault("it has a mask of pixels without height, which is not read".into())
+        return Err(ReadError::new("it has a mask of pixels without height, which is not read")
             .try_instead("write them as a height: gdalwarp -dstnodata -9999 IN OUT"));
     }
-    let (place, spacing) = parts.place().map_err(fault)?;
+    let (place, spacing) = parts.place()?;
     let half = if parts.point { 0.0 } else { 0.5 };
     let [dx, dy] = spacing;
     let corner = [place[0] + half * dx, place[1] - half * dy - dy * (rows - 1) as f64];
     // The mark is text: a height of single precision equals it in single precision.
     let missing = |v: f64| !v.is_finite() || parts.nodata.is_some_and(|n| v == n || v as f32 == n as f32);
-    let (times, plus) = parts.heights().map_err(fault)?;
+    let (times, plus) = parts.heights()?;
     let heights = values.into_iter().map(|v| if missing(v) { f64::NAN } else { v * times + plus }).collect();
     Ok(Raster { corner, spacing, counts, heights })
 }
@@ -158,19 +152,13 @@ fn decode(bytes: &[u8]) -> TiffResult<(Parts, [usize; 2], Vec<f64>)> {
     let mut decoder = Decoder::new(Cursor::new(bytes))?.with_limits(limits);
     let (columns, rows) = decoder.dimensions()?;
     let pixels = columns as usize * rows as usize;
-    let packed = match decoder.find_tag(Tag::Compression)? {
-        Some(how) => how.into_u16()? != NOT_PACKED,
-        None => false,
-    };
+    let packed =
+        decoder.find_tag(Tag::Compression)?.map_or(Ok(NOT_PACKED), |how| how.into_u16())? != NOT_PACKED;
     // What is not packed stands in the file, a byte per pixel at least.
     if pixels == 0 || pixels > MOST_CELLS || pixels > if packed { most } else { bytes.len() } {
         return Err(TiffError::LimitsExceeded);
     }
-    let mut numbers = |tag: Tag| match decoder.find_tag(tag) {
-        Ok(Some(value)) => value.into_f64_vec(),
-        Ok(None) => Ok(Vec::new()),
-        Err(e) => Err(e),
-    };
+    let mut numbers = |tag: Tag| decoder.find_tag(tag)?.map_or(Ok(Vec::new()), |v| v.into_f64_vec());
     let mut parts = Parts {
         scale: numbers(Tag::ModelPixelScaleTag)?,
         tie: numbers(Tag::ModelTiepointTag)?,

@@ -1,22 +1,19 @@
 //! XYZ text: three numbers per line, separated by blanks, commas or semicolons; further columns are not
 //! read. Lines that are empty or begin with `#` are passed over, and so is one line of column names.
 
-use super::format::{Content, Format, Holds};
-use super::text::{comma, has_comma, number, shown};
-use interface_defs::diagnostic::Diagnostic;
+use super::format::{Format, Reader, comma, has_comma, number, shown};
+use dem_solid::input::ReadError;
 
 /// This format.
 pub const FORMAT: Format = Format {
     name: "a list of points",
     extensions: &["xyz"],
     also: &["txt", "csv"],
-    holds: Holds::Points,
     begins: |head| head.line().count() >= 3 && head.line().all(|word| word.parse::<f64>().is_ok()),
-    read: |source| read(&source.bytes, source.file).map(Content::Points),
+    read: Reader::Points(read),
 };
 
-/// Read the bytes of `file`.
-fn read(bytes: &[u8], file: &str) -> Result<Vec<[f64; 3]>, Diagnostic> {
+fn read(bytes: &[u8]) -> Result<Vec<[f64; 3]>, ReadError> {
     let mut points: Vec<[f64; 3]> = Vec::new();
     let mut named = false;
     let mut counted = true;
@@ -38,11 +35,11 @@ fn read(bytes: &[u8], file: &str) -> Result<Vec<[f64; 3]>, Diagnostic> {
         if let (3, Some(word)) = (fields.len(), fields.iter().find(|w| has_comma(w))) {
             let what =
                 format!("`{}` is two numbers to this reader, which separates by commas too", shown(word));
-            return Err(comma(word, Diagnostic::in_file(format!("{file}:{line}"), what)));
+            return Err(comma(word, ReadError::at(line, what)));
         }
         let mut point = [0.0; 3];
         for (value, name) in point.iter_mut().zip(["x", "y", "z"]) {
-            let fault = |what: String| Diagnostic::in_file(format!("{file}:{line}"), what);
+            let fault = |what: String| ReadError::at(line, what);
             let Some(word) = words.next() else { return Err(fault(format!("the line has no {name}"))) };
             *value = number(word).ok_or_else(|| fault(format!("`{}` is no {name}", shown(word))))?;
         }
@@ -53,10 +50,10 @@ fn read(bytes: &[u8], file: &str) -> Result<Vec<[f64; 3]>, Diagnostic> {
     }
     if counted && points.len() > 2 {
         let what = "the first of its columns counts the lines: x, y and z must be the first three";
-        return Err(Diagnostic::in_file(file, what).try_instead("remove that column"));
+        return Err(ReadError::new(what).try_instead("remove that column"));
     }
     if points.is_empty() {
-        return Err(Diagnostic::in_file(file, "the file has no point"));
+        return Err("the file has no point".into());
     }
     Ok(points)
 }

@@ -222,7 +222,7 @@ impl TerrainPairs {
                 }
                 None if deep > 0.0 => {
                     let seen = it.seen(&to_own, &now.position);
-                    tree.near_face_or_behind(&Slab::new(&seen), skin, deep, |sphere, k| {
+                    tree.near_face(&Slab::new(&seen), skin, deep, |sphere, k| {
                         let distance = seen.closest(&sphere.centre).0.norm();
                         let gap = distance - sphere.radius;
                         if gap <= skin || (distance <= deep && seen.over_plane(&sphere.centre) <= 0.0) {
@@ -233,7 +233,7 @@ impl TerrainPairs {
                 None => {
                     let seen = it.seen(&to_own, &now.position);
                     // The tree holds the spheres with their radii.
-                    tree.near_face(&Slab::new(&seen), skin, |sphere, k| {
+                    tree.near_face(&Slab::new(&seen), skin, 0.0, |sphere, k| {
                         add(k, seen.closest(&sphere.centre).0.norm() - sphere.radius);
                     });
                 }

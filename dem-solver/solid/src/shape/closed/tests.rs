@@ -1,5 +1,11 @@
 use super::*;
 use crate::shape::builtin;
+use crate::shape::surface::joined;
+
+fn from_soup(corners: &[[Vector3<f64>; 3]]) -> Result<(Surface, Vec<String>), String> {
+    let (points, triangles) = joined(corners);
+    Surface::from_indexed(points, triangles)
+}
 
 fn soup(surface: &Surface) -> Vec<[Vector3<f64>; 3]> {
     (0..surface.triangles.len()).map(|t| surface.corners(t)).collect()
@@ -11,7 +17,7 @@ fn cube() -> Vec<[Vector3<f64>; 3]> {
 
 #[test]
 fn loose_triangles_become_one_surface_and_keep_their_corners() {
-    let (surface, notes) = Surface::from_soup(&cube()).expect("closed");
+    let (surface, notes) = from_soup(&cube()).expect("closed");
     assert_eq!((surface.points.len(), surface.triangles.len()), (8, 12));
     assert!(notes.is_empty());
     assert!((SolidIntegrals::of(&surface).volume - 1.0).abs() < 1e-15);
@@ -25,7 +31,7 @@ fn noise_of_single_precision_is_joined_and_told() {
             *p += Vector3::repeat(1e-8 * ((t * 3 + k) as f64).sin());
         }
     }
-    let (surface, notes) = Surface::from_soup(&noisy).expect("closed");
+    let (surface, notes) = from_soup(&noisy).expect("closed");
     assert_eq!(surface.points.len(), 8);
     assert_eq!(notes, ["28 corners were joined with their neighbours"]);
 }
@@ -36,15 +42,14 @@ fn single_triangles_that_face_the_other_way_are_turned_and_told() {
     for t in [2, 7, 8] {
         mixed[t].swap(0, 1);
     }
-    let (surface, notes) = Surface::from_soup(&mixed).expect("turned");
+    let (surface, notes) = from_soup(&mixed).expect("turned");
     assert!((SolidIntegrals::of(&surface).volume - 1.0).abs() < 1e-15);
     assert_eq!(notes, ["3 triangles were turned to face as their neighbours do"]);
 }
 
 #[test]
 fn each_flaw_is_refused_with_its_reason_and_place() {
-    let refused =
-        |triangles: &[[Vector3<f64>; 3]]| Surface::from_soup(triangles).expect_err("a flaw").to_string();
+    let refused = |triangles: &[[Vector3<f64>; 3]]| from_soup(triangles).expect_err("a flaw");
     let all = cube();
     let open = refused(&all[..11]);
     assert!(open.starts_with("the surface is open: 3 edges") && open.contains("of triangle"), "{open}");
@@ -78,7 +83,7 @@ fn each_flaw_is_refused_with_its_reason_and_place() {
     };
     let volumes = [1, 2].map(|k| SolidIntegrals::of(&one(Some(k)).expect("one").0).volume);
     assert!((volumes[0] - 1.0).abs() < 1e-12 && (volumes[1] - 8.0).abs() < 1e-12, "{volumes:?}");
-    assert_eq!(one(Some(3)), Err(Flaw::NoPiece(3, 2)));
+    assert_eq!(one(Some(3)), Err("there is no piece 3: the surface has 2, counted from 1".into()));
     assert!(refused(&[]).contains("0 triangles"));
 }
 
@@ -90,6 +95,5 @@ fn a_surface_that_runs_through_itself_is_refused_with_the_two_triangles() {
     // One corner is pulled through the opposite side.
     spike.points[0] *= -1.3;
     let flaw = Surface::from_indexed(spike.points, spike.triangles).expect_err("crossing");
-    assert!(matches!(flaw, Flaw::Crossing(..)), "{flaw}");
-    assert!(flaw.to_string().contains("cross near"), "{flaw}");
+    assert!(flaw.starts_with("the surface runs through itself") && flaw.contains("cross near"), "{flaw}");
 }

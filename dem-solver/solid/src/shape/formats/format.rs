@@ -1,7 +1,6 @@
 //! What a format of surfaces is.
 
 use crate::input::{Head, ReadError};
-use crate::shape::flaw::Flaw;
 use crate::shape::surface::joined;
 use nalgebra::Vector3;
 
@@ -15,41 +14,27 @@ pub struct SurfaceFormat {
     pub begins: fn(&Head) -> bool,
     /// Read the bytes of a file with at most so many triangles.
     pub read: fn(&[u8], usize) -> Result<Facets, ReadError>,
-    /// What a file that has been read calls its parts, in its order, with the number of triangles before each.
-    pub names: fn(&[u8]) -> Vec<(usize, String)>,
 }
-
-/// Corners, and the numbers of those of each triangle.
-pub type Indexed = (Vec<Vector3<f64>>, Vec<[u32; 3]>);
 
 /// The triangles of a file [file's unit].
 #[derive(Debug, Clone, PartialEq)]
-pub enum Facets {
-    /// Three corners of each; corners that triangles share are repeated.
-    Loose(Vec<[Vector3<f64>; 3]>),
-    /// The same in single precision.
-    LooseSingle(Vec<[Vector3<f64>; 3]>),
-    /// Corners, and triangles by their numbers.
-    Indexed(Indexed),
+pub struct Facets {
+    /// Corners [m].
+    pub points: Vec<Vector3<f64>>,
+    /// Triangles by the numbers of their corners; none: three corners each, those that triangles share repeated.
+    pub triangles: Option<Vec<[u32; 3]>>,
+    /// What the file calls its parts, in its order, with the number of triangles before each.
+    pub names: Vec<(usize, String)>,
+    /// Whether the coordinates are of single precision.
+    pub single: bool,
 }
 
 impl Facets {
-    /// With all lengths times `scale`.
-    #[must_use]
-    pub fn scaled(mut self, scale: f64) -> Self {
-        let points = match &mut self {
-            Self::Loose(corners) | Self::LooseSingle(corners) => corners.as_flattened_mut(),
-            Self::Indexed((points, _)) => points.as_mut_slice(),
-        };
-        points.iter_mut().for_each(|p| *p *= scale);
-        self
-    }
-
-    /// Corners of equal coordinates made one.
-    pub fn indexed(self) -> Indexed {
-        match self {
-            Self::Loose(corners) | Self::LooseSingle(corners) => joined(&corners),
-            Self::Indexed(indexed) => indexed,
+    /// Corners and triangles; corners of equal coordinates made one where they are repeated.
+    pub fn indexed(self) -> (Vec<Vector3<f64>>, Vec<[u32; 3]>) {
+        match self.triangles {
+            Some(triangles) => (self.points, triangles),
+            None => joined(self.points.as_chunks().0),
         }
     }
 }
@@ -57,15 +42,7 @@ impl Facets {
 /// An error if there are more triangles than `most`.
 pub fn too_many(count: usize, most: usize) -> Result<(), ReadError> {
     if count > most {
-        return Err(ReadError::new(format!(
-            "{count} triangles: up to {most} are read; thin the surface out"
-        )));
+        return Err(format!("{count} triangles: up to {most} are read; thin the surface out").into());
     }
     Ok(())
-}
-
-impl From<Flaw> for ReadError {
-    fn from(flaw: Flaw) -> Self {
-        Self::new(flaw.to_string())
-    }
 }

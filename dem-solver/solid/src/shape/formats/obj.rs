@@ -3,46 +3,25 @@
 //!
 //! Own code: the crate for it works in single precision unless set otherwise and names no line.
 
-use super::format::{Facets, Indexed, SurfaceFormat, too_many};
+use super::format::{Facets, SurfaceFormat, too_many};
 use crate::input::{ReadError, lines, point, shown};
 use nalgebra::Vector3;
 
 /// This format.
-pub const FORMAT: SurfaceFormat = SurfaceFormat {
-    name: "a surface (OBJ)",
-    extension: "obj",
-    begins: |head| head.word() == "v",
-    read: |bytes, most| read(bytes, most).map(Facets::Indexed),
-    names,
-};
+pub const FORMAT: SurfaceFormat =
+    SurfaceFormat { name: "a surface (OBJ)", extension: "obj", begins: |head| head.word() == "v", read };
 
 /// Most corners of one face.
 const MOST_CORNERS: usize = 1000;
 
 /// Words of the format that say nothing about the surface.
-const PASSED: [&str; 16] = [
-    "vt",
-    "vn",
-    "vp",
-    "g",
-    "o",
-    "s",
-    "l",
-    "p",
-    "usemtl",
-    "mtllib",
-    "mg",
-    "lod",
-    "bevel",
-    "usemap",
-    "shadow_obj",
-    "trace_obj",
-];
+const PASSED: &str = "vt vn vp s l p usemtl mtllib mg lod bevel usemap shadow_obj trace_obj";
 
 /// Corners and triangles, of which `most` are read.
-pub fn read(bytes: &[u8], most: usize) -> Result<Indexed, ReadError> {
+pub fn read(bytes: &[u8], most: usize) -> Result<Facets, ReadError> {
     let mut points: Vec<Vector3<f64>> = Vec::new();
     let mut faces: Vec<(usize, [i64; 3])> = Vec::new();
+    let mut names = Vec::new();
     for line in lines(bytes) {
         let (at, line) = line?;
         let mut words = line.split('#').next().unwrap_or_default().split_ascii_whitespace();
@@ -63,44 +42,27 @@ pub fn read(bytes: &[u8], most: usize) -> Result<Indexed, ReadError> {
                 faces.extend((2..corners.len()).map(|k| (at, [corners[0], corners[k - 1], corners[k]])));
                 too_many(faces.len(), most)?;
             }
-            Some(word) if PASSED.contains(&word) => {}
+            Some("g" | "o") => names.extend(words.next().map(|name| (faces.len(), shown(name)))),
+            Some(word) if PASSED.split(' ').any(|passed| passed == word) => {}
             Some(word) => {
                 return Err(ReadError::at(at, format!("`{}` is no word of an OBJ file", shown(word))));
             }
         }
     }
     if faces.is_empty() {
-        return Err(ReadError::new(format!(
-            "the file has {} corners (`v x y z`) and no faces (`f a b c`): cut off, or not OBJ?",
-            points.len()
-        )));
+        let count = points.len();
+        let what = format!(
+            "the file has {count} corners (`v x y z`) and no faces (`f a b c`): cut off, or not OBJ?"
+        );
+        return Err(what.into());
     }
-    let mut triangles = Vec::with_capacity(faces.len());
-    for (at, face) in faces {
-        let mut triangle = [0; 3];
-        for (k, number) in face.iter().enumerate() {
-            triangle[k] =
-                u32::try_from(*number).ok().filter(|n| (*n as usize) < points.len()).ok_or_else(|| {
-                    ReadError::at(at, format!("corner {} of a file of {} corners", number + 1, points.len()))
-                })?;
-        }
-        triangles.push(triangle);
+    let count = points.len() as i64;
+    if let Some((at, number)) = faces.iter().find_map(|(at, f)| Some((*at, f.iter().find(|n| **n >= count)?)))
+    {
+        return Err(ReadError::at(at, format!("corner {} of a file of {count} corners", number + 1)));
     }
-    Ok((points, triangles))
-}
-
-/// Names of objects and groups in a file that has been read, with the number of triangles before each.
-pub fn names(bytes: &[u8]) -> Vec<(usize, String)> {
-    let (mut before, mut names) = (0, Vec::new());
-    for (_, line) in lines(bytes).filter_map(Result::ok) {
-        let mut words = line.split('#').next().unwrap_or_default().split_ascii_whitespace();
-        match words.next() {
-            Some("f") => before += words.count().saturating_sub(2),
-            Some("o" | "g") => names.extend(words.next().map(|name| (before, shown(name)))),
-            _ => {}
-        }
-    }
-    names
+    let triangles = faces.into_iter().map(|(_, face)| face.map(|number| number as u32)).collect();
+    Ok(Facets { points, triangles: Some(triangles), names, single: false })
 }
 
 /// The number of a corner, from 0; a negative one counts back from the last corner so far.
@@ -124,7 +86,7 @@ mod tests {
 
     #[test]
     fn faces_of_four_corners_and_numbers_from_the_end_make_a_cube() {
-        let (points, triangles) = read(CUBE.as_bytes(), 12).expect("OBJ");
+        let (points, triangles) = read(CUBE.as_bytes(), 12).expect("OBJ").indexed();
         let (surface, notes) = Surface::from_indexed(points, triangles).expect("closed");
         assert!(notes.is_empty());
         assert!((SolidIntegrals::of(&surface).volume - 1.0).abs() < 1e-15);

@@ -13,7 +13,6 @@ pub const FORMAT: SurfaceFormat = SurfaceFormat {
     extension: "stl",
     begins: |head| head.word() == "solid" && head.text().contains("facet"),
     read,
-    names,
 };
 
 const HEADER: usize = 84;
@@ -22,65 +21,45 @@ const RECORD: usize = 50;
 /// The corners of all triangles, of which `most` are read.
 pub fn read(bytes: &[u8], most: usize) -> Result<Facets, ReadError> {
     if bytes.is_empty() {
-        return Err(ReadError::new("the file is empty"));
+        return Err("the file is empty".into());
     }
     // A binary file may begin with `solid` too; the length decides.
-    if let Some(count) = claimed(bytes) {
-        if HEADER + RECORD * count == bytes.len() {
-            return Ok(Facets::LooseSingle(binary(bytes, count, most)?));
+    if let Some(field) = bytes.get(80..HEADER).and_then(<[u8]>::first_chunk) {
+        let count = u32::from_le_bytes(*field) as usize;
+        let size = HEADER + RECORD * count;
+        if size == bytes.len() {
+            too_many(count, most)?;
+            return binary(bytes);
         }
         if !bytes.starts_with(b"solid") {
-            return Err(ReadError::new(format!(
-                "the header claims {count} triangles, which take {} bytes; the file has {}: cut off, or not STL",
-                HEADER + RECORD * count,
+            let what = format!(
+                "the header claims {count} triangles, which take {size} bytes; the file has {}: cut off, or not STL",
                 bytes.len()
-            )));
+            );
+            return Err(what.into());
         }
     }
-    Ok(Facets::Loose(text(bytes, most)?))
+    text(bytes, most)
 }
 
-/// The number of triangles in a binary header.
-fn claimed(bytes: &[u8]) -> Option<usize> {
-    let field = bytes.get(80..HEADER)?;
-    Some(u32::from_le_bytes(field.try_into().ok()?) as usize)
-}
-
-/// Names of solids in a text file that has been read, with the number of triangles before each; a binary one has none.
-pub fn names(bytes: &[u8]) -> Vec<(usize, String)> {
-    if claimed(bytes).is_some_and(|count| HEADER + RECORD * count == bytes.len()) {
-        return Vec::new();
-    }
-    let (mut before, mut names) = (0, Vec::new());
-    for (_, line) in lines(bytes).filter_map(Result::ok) {
-        let mut words = line.split_ascii_whitespace();
-        match words.next().map(str::to_lowercase).as_deref() {
-            Some("endfacet") => before += 1,
-            Some("solid") => names.extend(words.next().map(|name| (before, shown(name)))),
-            _ => {}
+fn binary(bytes: &[u8]) -> Result<Facets, ReadError> {
+    let corners = bytes[HEADER..].chunks_exact(RECORD).flat_map(|record| record[12..48].as_chunks::<12>().0);
+    let mut points = Vec::with_capacity(3 * (bytes.len() / RECORD));
+    for (i, corner) in corners.enumerate() {
+        let mut point = Vector3::zeros();
+        for (value, single) in point.iter_mut().zip(corner.as_chunks().0) {
+            *value = reasonable(f32::from_le_bytes(*single).into())
+                .map_err(|what| format!("triangle {}: {what}", i / 3 + 1))?;
         }
+        points.push(point);
     }
-    names
+    Ok(Facets { points, triangles: None, names: Vec::new(), single: true })
 }
 
-fn binary(bytes: &[u8], count: usize, most: usize) -> Result<Vec<[Vector3<f64>; 3]>, ReadError> {
-    too_many(count, most)?;
-    let mut corners = Vec::with_capacity(count);
-    for (i, record) in bytes[HEADER..].chunks_exact(RECORD).enumerate() {
-        let mut triangle = [Vector3::zeros(); 3];
-        for (k, value) in record[12..48].chunks_exact(4).enumerate() {
-            let single = f32::from_le_bytes([value[0], value[1], value[2], value[3]]);
-            triangle[k / 3][k % 3] = reasonable(f64::from(single))
-                .map_err(|what| ReadError::new(format!("triangle {}: {what}", i + 1)))?;
-        }
-        corners.push(triangle);
-    }
-    Ok(corners)
-}
-
-fn text(bytes: &[u8], most: usize) -> Result<Vec<[Vector3<f64>; 3]>, ReadError> {
-    let mut corners: Vec<[Vector3<f64>; 3]> = Vec::new();
-    let mut open: Vec<Vector3<f64>> = Vec::with_capacity(3);
+fn text(bytes: &[u8], most: usize) -> Result<Facets, ReadError> {
+    let (mut points, mut names) = (Vec::new(), Vec::new());
+    // Corners of a loop that has begun.
+    let mut open = 0;
     let (mut begun, mut ended, mut last) = (false, false, 0);
     for line in lines(bytes) {
         let (at, line) = line?;
@@ -88,21 +67,26 @@ fn text(bytes: &[u8], most: usize) -> Result<Vec<[Vector3<f64>; 3]>, ReadError> 
         let mut words = line.split_ascii_whitespace();
         let Some(keyword) = words.next() else { continue };
         match keyword.to_ascii_lowercase().as_str() {
-            "solid" => begun = true,
+            "solid" => {
+                begun = true;
+                names.extend(words.next().map(|name| (points.len() / 3, shown(name))));
+            }
             "endsolid" => ended = true,
             _ if !begun => return Err(ReadError::at(at, "a text STL begins with `solid`")),
             "facet" | "outer" => {}
-            "vertex" if open.len() == 3 => return Err(ReadError::at(at, "a fourth `vertex` in one loop")),
-            "vertex" => open.push(point(&mut words, at)?),
-            "endfacet" if open.is_empty() => {}
+            "vertex" if open == 3 => return Err(ReadError::at(at, "a fourth `vertex` in one loop")),
+            "vertex" => {
+                points.push(point(&mut words, at)?);
+                open += 1;
+            }
+            "endfacet" if open == 0 => {}
             "endfacet" => return Err(ReadError::at(at, "`endfacet` before `endloop`")),
+            "endloop" if open != 3 => {
+                return Err(ReadError::at(at, format!("a loop of {open} corners: there must be 3")));
+            }
             "endloop" => {
-                let triangle = open.as_slice().try_into().map_err(|_| {
-                    ReadError::at(at, format!("a loop of {} corners: there must be 3", open.len()))
-                })?;
-                corners.push(triangle);
-                open.clear();
-                too_many(corners.len(), most)?;
+                open = 0;
+                too_many(points.len() / 3, most)?;
             }
             _ => {
                 let last = bytes.iter().filter(|b| **b == b'\n').count() < at;
@@ -114,7 +98,7 @@ fn text(bytes: &[u8], most: usize) -> Result<Vec<[Vector3<f64>; 3]>, ReadError> 
     if !ended {
         return Err(ReadError::at(last, "the file ends before `endsolid`: cut off?"));
     }
-    Ok(corners)
+    Ok(Facets { points, triangles: None, names, single: false })
 }
 
 #[cfg(test)]

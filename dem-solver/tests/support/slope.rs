@@ -1,8 +1,7 @@
 //! A generated slope: a steep face above benches above a run-out, roughness from a seed. To try things out
-//! on, and to measure with; the terrain that the project ships is made by it.
+//! on, and to measure with; the terrain that the project ships is made by it. Who includes it imports `Raster` and `SplitMix`.
 
-use super::raster::Raster;
-use dem_solid::random::SplitMix;
+use super::{Raster, SplitMix};
 
 /// A slope that falls along x.
 #[derive(Debug, Clone, Copy, PartialEq)]
