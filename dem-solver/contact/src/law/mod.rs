@@ -15,12 +15,9 @@ pub mod contact_point;
 pub mod damping;
 pub mod elastic;
 pub mod growing;
-mod idle_keys;
 pub mod load;
 pub mod normal;
-pub mod own_keys;
 pub mod presets;
-pub mod refusal;
 pub mod restitution;
 pub mod rolling;
 pub mod rut;
@@ -32,7 +29,7 @@ pub mod yielding;
 
 use damping::Damping;
 use growing::Growing;
-use normal::{LawName, Normal};
+use normal::Normal;
 use rolling::Rolling;
 use rut::Rut;
 use scarring::Scarring;
@@ -106,8 +103,7 @@ impl Law {
             damping: settings.rolling_damping.unwrap_or(0.0),
             stiffening: normal.stiffening(),
         });
-        let of_rock = matches!(settings.law, LawName::HertzRock | LawName::Ground);
-        let whole = of_rock && partner == PartnerKind::Surface;
+        let whole = settings.is_of_rock() && partner == PartnerKind::Surface;
         let growing = settings.friction_max.map(|most| Growing {
             most,
             growth: settings.friction_growth.expect("checked: beside friction_max"),

@@ -220,7 +220,7 @@ mod tests {
             scale: None,
         };
         let scene = Scene::from_text("test.toml", "").expect("a scene");
-        Rock::new(0, &settings, &scene).unwrap_or_else(|e| panic!("{e}")).0
+        Rock::new(0, &settings, &scene, &[]).unwrap_or_else(|e| panic!("{e}")).0
     }
 
     fn motion(position: Vector3<f64>, turn: Vector3<f64>, velocity: Vector3<f64>) -> Motion {
