@@ -213,10 +213,8 @@ impl NodeMotion {
     pub fn hold(&mut self, positions: impl Iterator<Item = Vector3<f64>>) {
         self.origin.clear();
         self.origin.extend(positions);
-        self.count = self.origin.len();
-        self.increment.clear();
-        self.increment.resize(self.count, Vector3::zeros());
         self.transmitted.clear();
+        self.stand();
         (self.segment, self.rate) = (0.0, 0.0);
     }
 
@@ -228,10 +226,14 @@ impl NodeMotion {
             self.origin.push(position);
             self.transmitted.push([velocity; 2]);
         }
+        self.stand();
+        self.instant = true;
+    }
+
+    fn stand(&mut self) {
         self.count = self.origin.len();
         self.increment.clear();
         self.increment.resize(self.count, Vector3::zeros());
-        self.instant = true;
     }
 
     /// Whether it is known where the nodes will be.

@@ -57,8 +57,8 @@ impl Laws {
 
     /// The same with the rock's whole mass in every dashpot: for a mesh whose masses are not known.
     pub fn without_local_masses(mut self) -> Self {
-        for law in &mut self.surfaces {
-            law.use_rocks_mass();
+        for damping in self.surfaces.iter_mut().filter_map(|law| law.damping.as_mut()) {
+            damping.mass = EffectiveMass::Rock;
         }
         self
     }

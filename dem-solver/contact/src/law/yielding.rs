@@ -87,15 +87,6 @@ impl Rule {
             RuleName::Walton => Self::Walton(softening.ok_or_else(needed)?),
         })
     }
-
-    fn describe(&self) -> String {
-        match self {
-            Self::Constant => String::new(),
-            Self::PfeifferBowen(k) => format!(" / (1 + (v / {k} m/s)^2)"),
-            Self::Bourrier(k) => format!(" * {k} / ({k} + v)"),
-            Self::Walton(s) => format!(" / sqrt(1 + {s} depth)"),
-        }
-    }
 }
 
 /// What comes back of an impact on ground that gives way.
@@ -122,7 +113,13 @@ impl Yielding {
 
     /// In words, with numbers.
     pub fn describe(&self) -> String {
-        format!(", restitution {}{}", self.restitution, self.rule.describe())
+        let rule = match self.rule {
+            Rule::Constant => String::new(),
+            Rule::PfeifferBowen(k) => format!(" / (1 + (v / {k} m/s)^2)"),
+            Rule::Bourrier(k) => format!(" * {k} / ({k} + v)"),
+            Rule::Walton(s) => format!(" / sqrt(1 + {s} depth)"),
+        };
+        format!(", restitution {}{rule}", self.restitution)
     }
 }
 
@@ -264,12 +261,9 @@ impl Dent {
             *self = Self { law: number, level, ..Self::default() };
             return 0.0;
         }
-        let force = if depth >= self.deepest {
-            from.normal.load(radius, depth).force
-        } else {
-            let (stiffness, free) = self.unloading(from, radius);
-            stiffness * (depth - free)
-        };
+        let (stiffness, free) = self.unloading(from, radius);
+        let loading = depth >= self.deepest;
+        let force = if loading { from.normal.load(radius, depth).force } else { stiffness * (depth - free) };
         let unit = to.normal.load(radius, 1.0);
         let deepest = (force / unit.force).powf(1.0 / (to.normal.powers().overlap - 1.0));
         let whole = to.normal.load(radius, deepest).energy;

@@ -91,7 +91,7 @@ impl Cluster {
 /// Most spheres of a box where the scene does not say.
 const IN_A_BOX: u32 = 64;
 
-fn rock_material() -> String {
+pub(super) fn rock_material() -> String {
     "rock".into()
 }
 

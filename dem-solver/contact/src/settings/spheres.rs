@@ -22,7 +22,7 @@ pub struct SpheresSettings {
     #[serde(default)]
     pub name: String,
     /// Name of their material, for `[[contact]] between`. Default `rock`.
-    #[serde(default = "rock")]
+    #[serde(default = "super::rock::rock_material")]
     pub material: String,
     /// How many; with `radius`, or `file` in place of both.
     pub count: Option<usize>,
@@ -68,12 +68,17 @@ pub struct BoxSettings {
     pub material: String,
 }
 
+/// A plane with all spheres on one side: `normal . x = offset` on it, the normal points out of the room.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plane {
+    /// Unit vector out of the room.
+    pub normal: Vector3<f64>,
+    /// Distance of the plane from the origin along it [m].
+    pub offset: f64,
+}
+
 /// Names of the sides of a box, by axis, lower first.
 pub const SIDES: [&str; 6] = ["-x", "+x", "-y", "+y", "-z", "+z"];
-
-fn rock() -> String {
-    "rock".into()
-}
 
 fn wall() -> String {
     "wall".into()
@@ -99,15 +104,15 @@ impl BoxSettings {
         sides.filter(closed).find(|(_, by)| *by > RESTING * sphere.radius)
     }
 
-    /// The planes of the sides that are closed: unit normal out of the box, and distance from the origin along it [m].
-    pub fn planes(&self) -> Vec<(Vector3<f64>, f64)> {
+    /// The planes of the sides that are closed.
+    pub fn planes(&self) -> Vec<Plane> {
         let plane = |(number, side): (usize, &&str)| {
             let axis = number / 2;
             let upper = number % 2 == 1;
             let mut normal = Vector3::zeros();
             normal[axis] = if upper { 1.0 } else { -1.0 };
             let offset = if upper { self.highest[axis] } else { -self.lowest[axis] };
-            (!self.open.iter().any(|open| open == side)).then_some((normal, offset))
+            (!self.open.iter().any(|open| open == side)).then_some(Plane { normal, offset })
         };
         SIDES.iter().enumerate().filter_map(plane).collect()
     }

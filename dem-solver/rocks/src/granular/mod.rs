@@ -106,7 +106,7 @@ impl GranularModel {
             inertia,
             group: start.group.clone(),
             smallest,
-            planes: settings.sides.iter().flat_map(BoxSettings::planes).map(Plane::from).collect(),
+            planes: settings.sides.iter().flat_map(BoxSettings::planes).collect(),
             laws: all,
             table,
             rolls,

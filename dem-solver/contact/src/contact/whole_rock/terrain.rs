@@ -64,12 +64,12 @@ impl WholeRockContacts {
             let sphere = &rock.spheres[number as usize];
             let centre = rotation.of(&sphere.centre);
             let place = now.position + centre;
-            let Some(near) = look(ground, around, own, &place) else { continue };
-            let overlap = sphere.radius - near.height;
+            let Some((normal, height, triangle)) = look(ground, around, own, &place) else { continue };
+            let overlap = sphere.radius - height;
             if overlap > -reach {
                 self.contacts.push(Touch {
-                    normal: near.normal,
-                    distance: near.height,
+                    normal,
+                    distance: height,
                     overlap,
                     centre,
                     radius: sphere.radius,
@@ -77,8 +77,8 @@ impl WholeRockContacts {
                     weights: [0.0; 3],
                     share: 1.0,
                     sphere: number,
-                    element: near.triangle,
-                    key: near.triangle,
+                    element: triangle,
+                    key: triangle,
                     feature: Feature::Face,
                 });
             }
@@ -337,22 +337,14 @@ impl<'a> Seat<'a> {
     }
 }
 
-/// Where the terrain is nearest to a point.
-struct NearestPoint {
-    /// Unit vector into the terrain.
-    normal: Vector3<f64>,
-    /// Height over it, below 0 inside [m].
-    height: f64,
-    triangle: u32,
-}
-
-/// Where the surface is from `place`, of which `pairs` hold what may be nearest; `None` beside the border.
+/// Where the surface is nearest to `place`, of which `pairs` hold what may be nearest: unit vector into the terrain, height over it,
+/// below 0 inside [m], and a triangle; `None` beside the border.
 fn look(
     ground: &Terrain,
     around: &TerrainPairs,
     pairs: &[TerrainPair],
     place: &Vector3<f64>,
-) -> Option<NearestPoint> {
+) -> Option<(Vector3<f64>, f64, u32)> {
     let (mut nearest, mut triangle) = (Nearest::default(), pairs[0].triangle);
     for pair in pairs {
         if nearest.take(&around.faces[pair.face as usize], place) {
@@ -361,10 +353,10 @@ fn look(
     }
     let distance = nearest.square.sqrt();
     if distance == 0.0 {
-        return Some(NearestPoint { normal: -nearest.up.normalize(), height: 0.0, triangle });
+        return Some((-nearest.up.normalize(), 0.0, triangle));
     }
     if !nearest.is_inside() {
-        return Some(NearestPoint { normal: nearest.to_point / distance, height: distance, triangle });
+        return Some((nearest.to_point / distance, distance, triangle));
     }
     // Below the border and beside it nothing is inside.
     let beside = match nearest.feature {
@@ -372,7 +364,7 @@ fn look(
         Feature::Edge => nearest.as_near < 2,
         Feature::Node => around.is_on_border(ground, node_of(ground, triangle, place)),
     };
-    (!beside).then(|| NearestPoint { normal: -nearest.to_point / distance, height: -distance, triangle })
+    (!beside).then(|| (-nearest.to_point / distance, -distance, triangle))
 }
 
 /// The corner of a triangle that is nearest to `place`.
