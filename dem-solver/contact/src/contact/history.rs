@@ -169,22 +169,11 @@ fn one_sphere(
 mod tests {
     use super::*;
     use dem_solid::geometry::closest::Feature;
+    use dem_solid::geometry::sphere::Sphere;
 
     fn new(sphere: u32, key: u32, normal: Vector3<f64>) -> Touch {
-        Touch {
-            normal,
-            distance: 1.0,
-            overlap: 0.0,
-            centre: Vector3::zeros(),
-            radius: 1.0,
-            thickness: 0.0,
-            weights: [0.0; 3],
-            share: 1.0,
-            sphere,
-            element: key,
-            key,
-            feature: Feature::Face,
-        }
+        let ball = Sphere { centre: Vector3::zeros(), radius: 1.0 };
+        Touch::new((&ball, sphere), ball.centre, key, (normal, 1.0), Feature::Face)
     }
 
     fn history(sphere: u32, element: u32, normal: Vector3<f64>) -> SurfaceHistory {

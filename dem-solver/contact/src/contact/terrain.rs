@@ -75,20 +75,8 @@ impl SurfaceContacts {
                 let square = to_point.norm_squared();
                 if square < sphere.radius * sphere.radius {
                     let distance = square.sqrt();
-                    self.contacts.push(Touch {
-                        normal: to_point / distance,
-                        distance,
-                        overlap: sphere.radius - distance,
-                        centre,
-                        radius: sphere.radius,
-                        thickness: 0.0,
-                        weights: [0.0; 3],
-                        share: 1.0,
-                        sphere: number,
-                        element: pair.triangle,
-                        key: pair.triangle,
-                        feature,
-                    });
+                    let point = (to_point / distance, distance);
+                    self.contacts.push(Touch::new((sphere, number), centre, pair.triangle, point, feature));
                 }
             }
             if ground.continuous {
@@ -110,20 +98,8 @@ impl SurfaceContacts {
             for (number, plane) in (0..).zip(planes) {
                 let distance = plane.offset - plane.normal.dot(&place);
                 if distance < it.radius {
-                    self.contacts.push(Touch {
-                        normal: plane.normal,
-                        distance,
-                        overlap: it.radius - distance,
-                        centre,
-                        radius: it.radius,
-                        thickness: 0.0,
-                        weights: [0.0; 3],
-                        share: 1.0,
-                        sphere,
-                        element: number,
-                        key: number,
-                        feature: Feature::Face,
-                    });
+                    let point = (plane.normal, distance);
+                    self.contacts.push(Touch::new((it, sphere), centre, number, point, Feature::Face));
                 }
             }
         }

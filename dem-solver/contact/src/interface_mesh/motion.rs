@@ -44,7 +44,7 @@ impl MotionFields {
             [(&mut self.displacement, name::DISPLACEMENT), (&mut self.velocity, name::VELOCITY)]
         {
             places.clear();
-            places.extend((0..).map_while(|i| within(layout, field, i)));
+            places.extend((0..).map_while(|i| sample(layout, field, Sampling::FromStart, i)));
         }
     }
 
@@ -171,9 +171,10 @@ impl MotionFields {
     }
 }
 
-fn within(layout: &Layout, field: &str, sample: usize) -> Option<Range<usize>> {
-    let spec = layout.fields().find(|f| f.name == field && f.sampling == Sampling::FromStart)?;
-    (sample < spec.sample_count()).then(|| layout.sample(field, Sampling::FromStart, sample)).flatten()
+/// Sample `number` of a field, if there are so many.
+pub(super) fn sample(layout: &Layout, name: &str, sampling: Sampling, number: usize) -> Option<Range<usize>> {
+    let spec = layout.fields().find(|f| f.name == name && f.sampling == sampling)?;
+    (number < spec.sample_count()).then(|| layout.sample(name, sampling, number)).flatten()
 }
 
 #[inline]

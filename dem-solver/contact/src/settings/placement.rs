@@ -69,11 +69,16 @@ impl Start {
     /// how many would fit if not all do.
     pub fn add(&mut self, number: usize, group: &SpheresSettings) -> Result<(), usize> {
         let mut random = SplitMix(group.seed);
-        let velocity = Vector3::from(group.velocity);
+        let mut push = |place: Vector3<f64>, radius: f64, scatter: Vector3<f64>| {
+            self.position.push(place);
+            self.velocity.push(Vector3::from(group.velocity) + scatter * group.velocity_scatter);
+            self.radius.push(radius);
+            self.mass.push(4.0 / 3.0 * PI * radius.powi(3) * group.density);
+            self.group.push(number as u16);
+        };
         if group.file.is_some() {
             for sphere in &group.read {
-                let scatter = around_zero(&mut random) * group.velocity_scatter;
-                self.push(number, sphere.centre, sphere.radius, velocity + scatter, group.density);
+                push(sphere.centre, sphere.radius, around_zero(&mut random));
             }
             return Ok(());
         }
@@ -91,26 +96,9 @@ impl Start {
             let radius = least + (most - least) * random.share();
             let room = (cell * 0.5).add_scalar(-radius);
             let place = middle + room.component_mul(&around_zero(&mut random));
-            let scatter = around_zero(&mut random) * group.velocity_scatter;
-            self.push(number, place, radius, velocity + scatter, group.density);
+            push(place, radius, around_zero(&mut random));
         }
         Ok(())
-    }
-
-    /// One sphere more, of table number `number`: place [m], radius [m], velocity [m/s], density [kg/m3].
-    fn push(
-        &mut self,
-        number: usize,
-        place: Vector3<f64>,
-        radius: f64,
-        velocity: Vector3<f64>,
-        density: f64,
-    ) {
-        self.position.push(place);
-        self.velocity.push(velocity);
-        self.radius.push(radius);
-        self.mass.push(4.0 / 3.0 * PI * radius.powi(3) * density);
-        self.group.push(number as u16);
     }
 
     /// Of the spheres that overlap at the start the two that do most: their numbers, and how deep in smaller radii.

@@ -9,6 +9,7 @@ pub mod sphere_mesh;
 
 use super::pipeline::Site;
 use dem_solid::geometry::closest::Feature;
+use dem_solid::geometry::sphere::Sphere;
 use nalgebra::Vector3;
 
 /// A sphere of a rock and the closest point of an element of a surface, in the frame in which contacts are found: along the axes of
@@ -42,6 +43,31 @@ pub struct Touch {
 }
 
 impl Touch {
+    /// Of sphere number `sphere`, which is `ball` at `centre`, with element number `element`, which has no thickness.
+    #[inline(always)]
+    pub fn new(
+        (ball, sphere): (&Sphere, u32),
+        centre: Vector3<f64>,
+        element: u32,
+        (normal, distance): (Vector3<f64>, f64),
+        feature: Feature,
+    ) -> Self {
+        Self {
+            normal,
+            distance,
+            overlap: ball.radius - distance,
+            centre,
+            radius: ball.radius,
+            thickness: 0.0,
+            weights: [0.0; 3],
+            share: 1.0,
+            sphere,
+            element,
+            key: element,
+            feature,
+        }
+    }
+
     /// The point on the surface, from the rock's centre of mass [m].
     #[inline]
     pub fn arm(&self) -> Vector3<f64> {

@@ -65,25 +65,14 @@ fn order(a: &Touch, b: &Touch) -> Ordering {
 mod tests {
     use super::*;
     use dem_solid::geometry::closest::Feature;
+    use dem_solid::geometry::sphere::Sphere;
     use nalgebra::Vector3;
 
     fn point(element: u32, feature: Feature, to_point: [f64; 3]) -> Touch {
         let to_point = Vector3::from(to_point);
         let distance = to_point.norm();
-        Touch {
-            normal: to_point / distance,
-            distance,
-            overlap: 0.0,
-            centre: Vector3::zeros(),
-            radius: distance,
-            thickness: 0.0,
-            weights: [0.0; 3],
-            share: 1.0,
-            sphere: 0,
-            element,
-            key: element,
-            feature,
-        }
+        let ball = Sphere { centre: Vector3::zeros(), radius: distance };
+        Touch::new((&ball, 0), ball.centre, element, (to_point / distance, distance), feature)
     }
 
     fn survivors(points: &[Touch]) -> Vec<u32> {

@@ -172,19 +172,14 @@ impl MeshContacts {
             let mut weights = [0.0; 3];
             weights[corner.end] = 1.0;
             let thickness = list.elements[corner.element as usize].radius;
+            let (ball, point) = ((sphere, number), (to_point / distance, distance));
             self.contacts.push(Touch {
-                normal: to_point / distance,
-                distance,
                 overlap: sphere.radius + thickness - distance,
-                centre: sphere.centre,
-                radius: sphere.radius,
                 thickness,
                 weights,
                 share: corner.share,
-                sphere: number,
-                element: corner.element,
                 key: !Crossings::key(list.numbers[corner.node as usize], corner.thickness),
-                feature: Feature::Node,
+                ..Touch::new(ball, sphere.centre, corner.element, point, Feature::Node)
             });
         }
     }
@@ -228,19 +223,13 @@ impl MeshContacts {
         let square = closest.to_point.norm_squared();
         if square < reach * reach {
             let distance = square.sqrt();
+            let (ball, point) = ((sphere, pair.sphere), (closest.to_point / distance, distance));
             self.contacts.push(Touch {
-                normal: closest.to_point / distance,
-                distance,
                 overlap: reach - distance,
-                centre: sphere.centre,
-                radius: sphere.radius,
                 thickness: segment.radius,
                 weights: closest.weights,
-                share: 1.0,
-                sphere: pair.sphere,
-                element: pair.element,
                 key: element.number,
-                feature: closest.feature,
+                ..Touch::new(ball, sphere.centre, pair.element, point, closest.feature)
             });
         }
     }

@@ -65,22 +65,9 @@ impl WholeRockContacts {
             let centre = rotation.of(&sphere.centre);
             let place = now.position + centre;
             let Some((normal, height, triangle)) = look(ground, around, own, &place) else { continue };
-            let overlap = sphere.radius - height;
-            if overlap > -reach {
-                self.contacts.push(Touch {
-                    normal,
-                    distance: height,
-                    overlap,
-                    centre,
-                    radius: sphere.radius,
-                    thickness: 0.0,
-                    weights: [0.0; 3],
-                    share: 1.0,
-                    sphere: number,
-                    element: triangle,
-                    key: triangle,
-                    feature: Feature::Face,
-                });
+            let touch = Touch::new((sphere, number), centre, triangle, (normal, height), Feature::Face);
+            if touch.overlap > -reach {
+                self.contacts.push(touch);
             }
         }
     }
