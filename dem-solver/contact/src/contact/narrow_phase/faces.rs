@@ -56,7 +56,7 @@ fn part(
     let distance = to_point.norm();
     let overlap = face.radius + face.thickness - distance;
     let normal = to_point / distance;
-    (overlap > 0.0).then(|| Touch {
+    (overlap > 0.0).then_some(Touch {
         normal,
         distance,
         overlap,
