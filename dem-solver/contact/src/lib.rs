@@ -8,6 +8,7 @@
 
 pub mod contact;
 pub mod interface_mesh;
+mod keys;
 pub mod law;
 pub mod rock;
 pub mod settings;

@@ -271,7 +271,7 @@ fn prototypes(
         }
         let scene = scene.patched(document);
         let table = Settings::of(&scene)?.rocks.swap_remove(0);
-        let (rock, _) = Rock::with_kept(0, &table, &scene, clusters)?;
+        let (rock, _) = Rock::new(0, &table, &scene, clusters)?;
         Ok(Prototype::new(table, rock, whole))
     };
     values.iter().map(of).collect()

@@ -204,7 +204,7 @@ mod tests {
         let scene =
             Scene::from_text(&temp.path().join("s.toml").display().to_string(), SCENE).expect("a scene");
         let settings = Settings::of(&scene).unwrap_or_else(|e| panic!("{e}"));
-        let (rock, _) = Rock::new(0, &settings.rocks[0], &scene).unwrap_or_else(|e| panic!("{e}"));
+        let (rock, _) = Rock::new(0, &settings.rocks[0], &scene, &[]).unwrap_or_else(|e| panic!("{e}"));
         let solver = dem_rocks::DemSolver::new(&scene, &toolkit::program::Options::default());
         let ground = solver.unwrap_or_else(|e| panic!("{e}")).into_model().ground.expect("a terrain");
         let tree = SphereTree::new(&rock.spheres);

@@ -445,7 +445,7 @@ fn other_units_of_contact_terrain_clusters_and_gravel_are_named() {
     };
     let said_of = |text: &str| {
         let scene = Scene::from_text("test.toml", text).expect("a scene");
-        let settings = dem_solver::settings::GranularSettings::of(&scene).map_err(|e| e.to_string())?;
+        let settings = dem_solver::settings::Settings::of_spheres(&scene).map_err(|e| e.to_string())?;
         dem_solver::gate::of_spheres(&settings, &scene).map_err(|e| e.to_string())
     };
     assert_eq!(said_of(&gravel("[0.009, 0.011]", "[0.2, 0.2, 0.2]")), Ok(vec![]));

@@ -5,7 +5,6 @@ use dem_solver::DemSolver;
 use dem_solver::check::check;
 use dem_solver::granular::GranularSolver;
 use dem_solver::law::normal::LawName;
-use dem_solver::law::own_keys;
 use interface_defs::{Plan, Solver, Window};
 use toolkit::program::Options;
 use toolkit::scene::Scene;
@@ -213,7 +212,7 @@ fn every_law_works_with_every_partner_or_is_refused_by_name() {
         let hertz = outcome(touched, LAW).expect("works");
         for law in LawName::ALL {
             let name = law.name();
-            let own = own_keys::of(*law).into_iter().map(|key| format!("{key} = 1e6\n"));
+            let own = law.own_keys().into_iter().map(|key| format!("{key} = 1e6\n"));
             let with = |more: &str| LAW.replace(usual, &format!("law = \"{name}\"\n{more}"));
             // With a modulus, else with one of its own keys; the last refusal counts.
             let tried = ["young = 1e7\n".to_owned()].into_iter().chain(own).map(|more| {

@@ -136,7 +136,7 @@ fn a_scaled_cluster_is_the_one_that_is_made_at_that_size() {
             .replace("spheres = 27", "spheres = 60");
         let scene = Scene::from_text("fall.toml", &text).expect("a scene");
         let settings = Settings::of(&scene).unwrap_or_else(|e| panic!("{e}"));
-        Rock::new(0, &settings.rocks[0], &scene).unwrap_or_else(|e| panic!("{e}")).0
+        Rock::new(0, &settings.rocks[0], &scene, &[]).unwrap_or_else(|e| panic!("{e}")).0
     };
     let norm = "shape = { type = \"norm_rock\", form = \"111\", volume = SIZE }";
     let cube = "shape = { type = \"box\", size = [SIZE, SIZE, SIZE] }";

@@ -7,6 +7,7 @@
 //!
 //! Source: handbook 1.9.
 
+use super::narrow_phase::Touch;
 use crate::law::contact_point::History;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -24,16 +25,12 @@ pub struct SurfaceHistory {
     pub history: History,
 }
 
-/// A contact that looks for its history.
-pub trait Successor {
-    /// Number of the sphere.
-    fn sphere(&self) -> u32;
-    /// Number of the element of the surface, as in [`SurfaceHistory`].
-    fn element(&self) -> u32;
-    /// Normal along the axes of space.
-    fn normal(&self) -> Vector3<f64>;
-    /// How far the normal may have turned in a step [rad].
-    fn turn(&self) -> f64;
+/// The frame of contacts that look for their histories.
+pub struct Frame<F> {
+    /// A vector along the axes of space.
+    pub to_space: F,
+    /// How far the surface may slip past the rock in the step [m].
+    pub slip: f64,
 }
 
 /// Marks a contact without a history.
@@ -51,20 +48,18 @@ impl Transfer {
         self.places.reserve(contacts);
     }
 
-    /// Find for each of `contacts`, which `view` shows, its history in `before`; both are ordered by sphere. `neighbours` says
-    /// whether two elements share a node; `beside`: what sets in takes over the history that is nearest in
-    /// direction, whether that contact stays or has ended.
-    pub fn find<'c, C, S: Successor>(
+    /// Find for each of `contacts` its history in `before`; both are ordered by sphere. `neighbours` says whether two elements share a
+    /// node; `beside`: what sets in takes over the history that is nearest in direction, whether that contact stays or has ended.
+    pub fn find(
         &mut self,
-        contacts: &'c [C],
-        view: impl Fn(&'c C) -> S,
+        contacts: &[Touch],
+        frame: Frame<impl Fn(&Vector3<f64>) -> Vector3<f64>>,
         before: &[SurfaceHistory],
         neighbours: impl Fn(u32, u32) -> bool,
         beside: bool,
     ) {
-        let stays = |(contact, old): (&'c C, &SurfaceHistory)| {
-            let contact = view(contact);
-            (contact.sphere(), contact.element()) == (old.sphere, old.element)
+        let stays = |(contact, old): (&Touch, &SurfaceHistory)| {
+            (contact.sphere, contact.key) == (old.sphere, old.element)
         };
         self.places.clear();
         if before.is_empty() {
@@ -73,10 +68,9 @@ impl Transfer {
             // As in most steps, each keeps its own.
             self.places.extend(0..before.len() as u32);
         } else {
-            let of = |number: usize| view(&contacts[number]);
-            inherit(contacts.len(), of, before, neighbours, &mut self.places);
+            inherit(contacts, &frame, before, neighbours, &mut self.places);
             if beside {
-                inherit_beside(of, before, &mut self.places);
+                inherit_beside(contacts, &frame, before, &mut self.places);
             }
         }
     }
@@ -89,29 +83,26 @@ impl Transfer {
     }
 }
 
-/// For each of `count` contacts the place of its history in `histories`, or [`NONE`]. Both are ordered
-/// by sphere; `neighbours` says whether two elements share a node.
-fn inherit<H: Successor>(
-    count: usize,
-    contact: impl Fn(usize) -> H,
+/// For each contact the place of its history in `histories`, or [`NONE`]. Both are ordered by sphere; `neighbours` says whether two
+/// elements share a node.
+fn inherit(
+    contacts: &[Touch],
+    frame: &Frame<impl Fn(&Vector3<f64>) -> Vector3<f64>>,
     histories: &[SurfaceHistory],
     neighbours: impl Fn(u32, u32) -> bool,
     found: &mut Vec<u32>,
 ) {
     found.clear();
-    found.resize(count, NONE);
-    let mut old = 0;
-    let mut first = 0;
-    while first < count {
-        let sphere = contact(first).sphere();
-        let last = first + (first..count).take_while(|i| contact(*i).sphere() == sphere).count();
-        while old < histories.len() && histories[old].sphere < sphere {
+    found.resize(contacts.len(), NONE);
+    let (mut old, mut first) = (0, 0);
+    for own in contacts.chunk_by(|a, b| a.sphere == b.sphere) {
+        while old < histories.len() && histories[old].sphere < own[0].sphere {
             old += 1;
         }
-        let end = old + histories[old..].iter().take_while(|m| m.sphere == sphere).count();
+        let end = old + histories[old..].iter().take_while(|m| m.sphere == own[0].sphere).count();
+        let last = first + own.len();
         if end > old {
-            let of_sphere = |i| contact(first + i);
-            one_sphere(of_sphere, &histories[old..end], old, &neighbours, &mut found[first..last]);
+            one_sphere(own, frame, &histories[old..end], old, &neighbours, &mut found[first..last]);
         }
         (first, old) = (last, end);
     }
@@ -123,46 +114,47 @@ const BESIDE: f64 = 0.3;
 /// What sets in begins with the spring of the nearest in direction that the sphere had, whether that stays or has ended: a part
 /// beyond a kink and the node or edge
 /// that is subtracted then cancel. For those of which `found` has [`NONE`], after [`inherit`].
-fn inherit_beside<H: Successor>(
-    contact: impl Fn(usize) -> H,
+fn inherit_beside(
+    contacts: &[Touch],
+    frame: &Frame<impl Fn(&Vector3<f64>) -> Vector3<f64>>,
     histories: &[SurfaceHistory],
     found: &mut [u32],
 ) {
-    for (i, successor) in found.iter_mut().enumerate().filter(|(_, h)| **h == NONE) {
-        let contact = contact(i);
-        let normal = contact.normal();
-        let own = histories.iter().enumerate().filter(|(_, m)| m.sphere == contact.sphere());
+    for (contact, successor) in contacts.iter().zip(found).filter(|(_, h)| **h == NONE) {
+        let normal = (frame.to_space)(&contact.normal);
+        let own = histories.iter().enumerate().filter(|(_, m)| m.sphere == contact.sphere);
         let apart = own.map(|(k, m)| ((m.normal - normal).norm_squared(), k as u32));
         let nearest = apart.filter(|(a, _)| *a < BESIDE * BESIDE).min_by(|a, b| a.0.total_cmp(&b.0));
         *successor = nearest.map_or(NONE, |(_, k)| k);
     }
 }
 
-fn one_sphere<H: Successor>(
-    contact: impl Fn(usize) -> H,
+fn one_sphere(
+    contacts: &[Touch],
+    frame: &Frame<impl Fn(&Vector3<f64>) -> Vector3<f64>>,
     histories: &[SurfaceHistory],
     offset: usize,
     neighbours: &impl Fn(u32, u32) -> bool,
     found: &mut [u32],
 ) {
-    for (i, place) in found.iter_mut().enumerate() {
-        let element = contact(i).element();
-        if let Some(same) = histories.iter().position(|m| m.element == element) {
+    for (contact, place) in contacts.iter().zip(&mut *found) {
+        if let Some(same) = histories.iter().position(|m| m.element == contact.key) {
             *place = (offset + same) as u32;
         }
     }
-    for i in 0..found.len() {
+    for (i, contact) in contacts.iter().enumerate() {
         if found[i] != NONE {
             continue;
         }
-        let contact = contact(i);
-        let normal = contact.normal();
+        let normal = (frame.to_space)(&contact.normal);
+        // How far the normal may have turned in the step: twice the slip, for the spin that the nodes do not show; and rounding.
+        let turn = 2.0 * frame.slip / contact.distance.abs() + 1e-9;
         // Of those that nobody has taken, the one whose normal is closest; the first of equals.
         let mut best: Option<(usize, f64)> = None;
         for (k, history) in histories.iter().enumerate() {
             let place = (offset + k) as u32;
             let apart = (history.normal - normal).norm();
-            let eligible = apart <= contact.turn() || neighbours(contact.element(), history.element);
+            let eligible = apart <= turn || neighbours(contact.key, history.element);
             if !found.contains(&place) && eligible && best.is_none_or(|(_, least)| apart < least) {
                 best = Some((k, apart));
             }
@@ -176,23 +168,12 @@ fn one_sphere<H: Successor>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use dem_solid::geometry::closest::Feature;
+    use dem_solid::geometry::sphere::Sphere;
 
-    #[derive(Clone, Copy)]
-    struct New(u32, u32, Vector3<f64>);
-
-    impl Successor for New {
-        fn sphere(&self) -> u32 {
-            self.0
-        }
-        fn element(&self) -> u32 {
-            self.1
-        }
-        fn normal(&self) -> Vector3<f64> {
-            self.2
-        }
-        fn turn(&self) -> f64 {
-            1e-3
-        }
+    fn new(sphere: u32, key: u32, normal: Vector3<f64>) -> Touch {
+        let ball = Sphere { centre: Vector3::zeros(), radius: 1.0 };
+        Touch::new((&ball, sphere), ball.centre, key, (normal, 1.0), Feature::Face)
     }
 
     fn history(sphere: u32, element: u32, normal: Vector3<f64>) -> SurfaceHistory {
@@ -200,12 +181,13 @@ mod tests {
     }
 
     fn successors(
-        contacts: &[New],
+        contacts: &[Touch],
         histories: &[SurfaceHistory],
         neighbours: impl Fn(u32, u32) -> bool,
     ) -> Vec<u32> {
         let mut found = Vec::new();
-        inherit(contacts.len(), |i| contacts[i], histories, neighbours, &mut found);
+        let frame = Frame { to_space: |v: &Vector3<f64>| *v, slip: 5e-4 };
+        inherit(contacts, &frame, histories, neighbours, &mut found);
         found
     }
 
@@ -213,7 +195,7 @@ mod tests {
     fn a_contact_finds_its_own_history_among_those_of_many_spheres() {
         let z = Vector3::z();
         let histories = [history(1, 7, z), history(3, 4, z), history(3, 5, z), history(9, 1, z)];
-        let contacts = [New(0, 7, z), New(3, 5, z), New(3, 4, z), New(9, 1, z), New(12, 1, z)];
+        let contacts = [new(0, 7, z), new(3, 5, z), new(3, 4, z), new(9, 1, z), new(12, 1, z)];
         assert_eq!(successors(&contacts, &histories, |_, _| false), [NONE, 2, 1, 3, NONE]);
     }
 
@@ -221,18 +203,18 @@ mod tests {
     fn a_new_element_inherits_from_a_neighbour_or_from_the_same_spot_but_not_from_afar() {
         let (z, near) = (Vector3::z(), Vector3::new(5e-4, 0.0, 1.0).normalize());
         let histories = [history(3, 4, z)];
-        assert_eq!(successors(&[New(3, 8, Vector3::x())], &histories, |a, b| (a, b) == (8, 4)), [0]);
-        assert_eq!(successors(&[New(3, 8, near)], &histories, |_, _| false), [0]);
-        assert_eq!(successors(&[New(3, 8, Vector3::x())], &histories, |_, _| false), [NONE]);
-        assert_eq!(successors(&[New(2, 8, z)], &histories, |_, _| true), [NONE]);
+        assert_eq!(successors(&[new(3, 8, Vector3::x())], &histories, |a, b| (a, b) == (8, 4)), [0]);
+        assert_eq!(successors(&[new(3, 8, near)], &histories, |_, _| false), [0]);
+        assert_eq!(successors(&[new(3, 8, Vector3::x())], &histories, |_, _| false), [NONE]);
+        assert_eq!(successors(&[new(2, 8, z)], &histories, |_, _| true), [NONE]);
     }
 
     #[test]
     fn one_history_has_one_successor_and_its_own_contact_comes_first() {
         let z = Vector3::z();
         let histories = [history(3, 4, z)];
-        let contacts = [New(3, 2, z), New(3, 4, z), New(3, 6, z)];
+        let contacts = [new(3, 2, z), new(3, 4, z), new(3, 6, z)];
         assert_eq!(successors(&contacts, &histories, |_, _| true), [NONE, 0, NONE]);
-        assert_eq!(successors(&[New(3, 2, z), New(3, 6, z)], &histories, |_, _| true), [0, NONE]);
+        assert_eq!(successors(&[new(3, 2, z), new(3, 6, z)], &histories, |_, _| true), [0, NONE]);
     }
 }

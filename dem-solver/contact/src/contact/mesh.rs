@@ -9,8 +9,9 @@
 //! Source: handbook 1.1 to 1.3, 1.8, 1.9.
 
 use super::broad_phase::mesh_pairs::{Instant, MeshPairs, PairElement};
-use super::history::{Successor, SurfaceHistory, Transfer};
-use super::narrow_phase::sphere_mesh::{MeshContact, MeshContacts};
+use super::history::{Frame, SurfaceHistory, Transfer};
+use super::narrow_phase::sphere_mesh::MeshContacts;
+use super::narrow_phase::{Touch, count};
 use super::pipeline::{Mover, Partner, Rows, Site, Sums, forces};
 use crate::interface_mesh::ContactMesh;
 use crate::interface_mesh::motion::{MotionFields, NodeMotion};
@@ -92,11 +93,9 @@ impl MeshForces {
     /// Find the contacts at `now` and their elastic energy; no forces.
     pub fn energy(&mut self, scene: MeshScene, now: &Motion, at: Instant) -> f64 {
         self.touch.find(scene.rock, scene.list, scene.motion, now, at, scene.contact_mesh.crossings.as_ref());
-        let spheres = &scene.rock.spheres;
-        let elements = &scene.list.elements;
-        let of = |c: &MeshContact| {
-            let law = scene.laws.of(elements[c.element as usize].number);
-            c.share * law.normal.load(spheres[c.sphere as usize].radius, c.overlap).energy
+        let of = |c: &Touch| {
+            let law = scene.laws.of(scene.list.elements[c.element as usize].number);
+            c.share * law.normal.load(c.radius, c.overlap).energy
         };
         self.touch.contacts.iter().map(of).sum()
     }
@@ -129,7 +128,7 @@ impl MeshForces {
             self.transfer_histories(scene, fastest * h, before);
         }
         let [velocity, spin] = self.own_motion(scene.rock, now);
-        let count = self.touch.count();
+        let count = count(&self.touch.contacts);
         let inertia = scene.rock.inertia.min() / count as f64;
         let mover = Mover { velocity, spin, relative_spin: spin, inertia };
         let Self { touch, node_forces, node_stiffness, node_velocities, transfer, rows, histories } = self;
@@ -155,19 +154,16 @@ impl MeshForces {
 
     /// The first contact whose mesh has been pushed past the centres of the outer spheres: of a lattice further than
     /// `depth` radii into the box that they span, else through the centre of its own sphere within the last `h` [s].
-    pub fn passed_centre(&self, scene: MeshScene, now: &Motion, h: f64, depth: f64) -> Option<&MeshContact> {
+    pub fn passed_centre(&self, scene: MeshScene, now: &Motion, h: f64, depth: f64) -> Option<&Touch> {
         let rock = scene.rock;
-        let inside = |contact: &MeshContact| {
-            let centre = &rock.spheres[contact.sphere as usize].centre;
-            rock.holds(&(centre + contact.normal * contact.distance), depth)
-        };
+        let inside =
+            |contact: &Touch| rock.holds(&(contact.centre + contact.normal * contact.distance), depth);
         let motion = self.own_motion(rock, now);
         self.touch.contacts.iter().find(|contact| {
             let element = &scene.list.elements[contact.element as usize];
-            let centre = &rock.spheres[contact.sphere as usize].centre;
             // A step ago the point lay on the other side.
             let crossed = || {
-                let relative = self.relative_velocity(&motion, contact, element, centre);
+                let relative = self.relative_velocity(&motion, contact, element, &contact.centre);
                 contact.distance + h * relative.dot(&contact.normal) < 0.0
             };
             inside(contact) || crossed()
@@ -181,8 +177,8 @@ impl MeshForces {
         let acceleration = self.touch.rotation.tr_mul(&now.acceleration);
         let ago = self.touch.contacts.iter().map(|contact| {
             let element = &scene.list.elements[contact.element as usize];
-            let arm = arm(scene, contact);
-            let approach = self.relative_velocity(&motion, contact, element, &arm).dot(&contact.normal);
+            let approach =
+                self.relative_velocity(&motion, contact, element, &contact.arm()).dot(&contact.normal);
             // First root of overlap - approach t + bend t^2 / 2, in the form that does not cancel.
             let bend = acceleration.dot(&contact.normal);
             // The middle of a step is drifted to without acceleration.
@@ -203,7 +199,7 @@ impl MeshForces {
     fn relative_velocity(
         &self,
         [velocity, spin]: &[Vector3<f64>; 2],
-        contact: &MeshContact,
+        contact: &Touch,
         element: &PairElement,
         arm: &Vector3<f64>,
     ) -> Vector3<f64> {
@@ -227,9 +223,9 @@ impl MeshForces {
         let touch = &self.touch;
         // A node of several wires is nobody's neighbour: it ends as it began, beside a wire.
         let neighbours = |a: u32, b: u32| scene.contact_mesh.share_a_node(a, b);
-        let view = |contact| MeshSuccessor { contact, touch, list: scene.list, slip };
+        let frame = Frame { to_space: |v: &Vector3<f64>| touch.rotation * v, slip };
         let beside = scene.contact_mesh.crossings.is_some();
-        self.transfer.find(&touch.contacts, view, before, neighbours, beside);
+        self.transfer.find(&touch.contacts, frame, before, neighbours, beside);
     }
 }
 
@@ -249,47 +245,38 @@ struct OnMesh<'a> {
 
 impl OnMesh<'_> {
     #[inline]
-    fn element(&self, contact: &MeshContact) -> &PairElement {
+    fn element(&self, contact: &Touch) -> &PairElement {
         &self.scene.list.elements[contact.element as usize]
     }
 }
 
 impl Partner for OnMesh<'_> {
-    type Contact = MeshContact;
+    type Contact = Touch;
 
     #[inline(always)]
-    fn law(&self, contact: &MeshContact) -> u16 {
+    fn law(&self, contact: &Touch) -> u16 {
         self.scene.laws.number(self.element(contact).number)
     }
 
     #[inline(always)]
-    fn site(&self, contact: &MeshContact) -> Site {
-        let radius = self.scene.rock.spheres[contact.sphere as usize].radius;
-        Site {
-            normal: contact.normal,
-            overlap: contact.overlap,
-            radius,
-            smaller: radius,
-            arm: arm(self.scene, contact),
-            weight: contact.share,
-        }
+    fn site(&self, contact: &Touch) -> Site {
+        contact.site()
     }
 
     #[inline(always)]
-    fn velocity(&self, contact: &MeshContact, _: &Site) -> Vector3<f64> {
+    fn velocity(&self, contact: &Touch, _: &Site) -> Vector3<f64> {
         point_velocity(self.node_velocities, contact, self.element(contact))
     }
 
     #[inline(always)]
-    fn dashpot(&mut self, contact: &MeshContact, law: &Law) -> f64 {
+    fn dashpot(&mut self, contact: &Touch, law: &Law) -> f64 {
         let mass = self.scene.rock.mass;
         let Some(damping) = &law.damping else { return 0.0 };
         let element = *self.element(contact);
         let coefficient =
             damping.coefficient(mass, self.count, inverse_mass(self.scene, &element, contact.weights));
         if self.scene.moves_net {
-            let radius = self.scene.rock.spheres[contact.sphere as usize].radius;
-            let dashpot = coefficient * law.normal.load(radius, contact.overlap).stiffness.sqrt();
+            let dashpot = coefficient * law.normal.load(contact.radius, contact.overlap).stiffness.sqrt();
             for (node, weight) in element.nodes.into_iter().zip(contact.weights) {
                 self.node_stiffness[node as usize][1] += contact.share * dashpot * weight * weight;
             }
@@ -298,31 +285,31 @@ impl Partner for OnMesh<'_> {
     }
 
     #[inline(always)]
-    fn history(&mut self, number: usize, _: &MeshContact) -> History {
+    fn history(&mut self, number: usize, _: &Touch) -> History {
         let rotation = &self.touch.rotation;
         let own = |history: History| history.turned(|v| rotation.tr_mul(v));
         self.transfer.of(number, self.before).map_or(History::default(), own)
     }
 
     #[inline(always)]
-    fn jump(&self, contact: &MeshContact) -> Vector3<f64> {
+    fn jump(&self, contact: &Touch) -> Vector3<f64> {
         let Some(seam) = &self.scene.seam else { return Vector3::zeros() };
         self.touch.rotation.tr_mul(&jump(seam, self.scene, self.element(contact), contact.weights))
     }
 
     #[inline(always)]
-    fn keep(&mut self, contact: &MeshContact, site: &Site, history: History) {
+    fn keep(&mut self, contact: &Touch, site: &Site, history: History) {
         let rotation = &self.touch.rotation;
         self.histories.push(SurfaceHistory {
             sphere: contact.sphere,
-            element: contact.key(self.element(contact).number),
+            element: contact.key,
             normal: rotation * site.normal,
             history: history.turned(|v| rotation * v),
         });
     }
 
     #[inline(always)]
-    fn react(&mut self, contact: &MeshContact, site: &Site, force: &Vector3<f64>, _: &Vector3<f64>) {
+    fn react(&mut self, contact: &Touch, site: &Site, force: &Vector3<f64>, _: &Vector3<f64>) {
         // A wire has no twist that could take a moment.
         let nodes = self.element(contact).nodes;
         // Of a Hertzian spring; one without a power is softer.
@@ -336,18 +323,10 @@ impl Partner for OnMesh<'_> {
 
 /// Velocity of the mesh's point, of the nodes' velocities [m/s].
 #[inline]
-fn point_velocity(nodes: &[Vector3<f64>], contact: &MeshContact, element: &PairElement) -> Vector3<f64> {
+fn point_velocity(nodes: &[Vector3<f64>], contact: &Touch, element: &PairElement) -> Vector3<f64> {
     let [a, b, c] = element.nodes.map(|n| &nodes[n as usize]);
     let [na, nb, nc] = contact.weights;
     a * na + b * nb + c * nc
-}
-
-/// The point of a contact on the surface, from the rock's centre of mass [m].
-#[inline]
-fn arm(scene: MeshScene, contact: &MeshContact) -> Vector3<f64> {
-    let element = &scene.list.elements[contact.element as usize];
-    let sphere = &scene.rock.spheres[contact.sphere as usize];
-    sphere.centre + contact.normal * (contact.distance - element.radius)
 }
 
 /// `sum N_a^2 / m_a` of the mesh's point [1/kg]; 0 where the mesh does not tell its masses.
@@ -360,27 +339,4 @@ fn inverse_mass(scene: MeshScene, element: &PairElement, weights: [f64; 3]) -> f
 fn jump(seam: &Seam, scene: MeshScene, element: &PairElement, weights: [f64; 3]) -> Vector3<f64> {
     let [a, b, c] = element.nodes.map(|n| seam.of_node(scene.list.numbers[n as usize]));
     a * weights[0] + b * weights[1] + c * weights[2]
-}
-
-struct MeshSuccessor<'a> {
-    contact: &'a MeshContact,
-    touch: &'a MeshContacts,
-    list: &'a MeshPairs,
-    slip: f64,
-}
-
-impl Successor for MeshSuccessor<'_> {
-    fn sphere(&self) -> u32 {
-        self.contact.sphere
-    }
-    fn element(&self) -> u32 {
-        self.contact.key(self.list.elements[self.contact.element as usize].number)
-    }
-    fn normal(&self) -> Vector3<f64> {
-        self.touch.rotation * self.contact.normal
-    }
-    fn turn(&self) -> f64 {
-        // Twice the slip, for the spin that the nodes do not show; and rounding.
-        2.0 * self.slip / self.contact.distance + 1e-9
-    }
 }

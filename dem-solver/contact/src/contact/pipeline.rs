@@ -103,8 +103,7 @@ pub trait Partner {
     fn site(&self, contact: &Self::Contact) -> Site;
 
     /// Velocity of the partner's point past the frame [m/s]. Default: it stands still.
-    fn velocity(&self, contact: &Self::Contact, site: &Site) -> Vector3<f64> {
-        let _ = (contact, site);
+    fn velocity(&self, _contact: &Self::Contact, _site: &Site) -> Vector3<f64> {
         Vector3::zeros()
     }
 
@@ -115,8 +114,7 @@ pub trait Partner {
     fn history(&mut self, number: usize, contact: &Self::Contact) -> History;
 
     /// Displacement that no velocity has shown, see [`ContactPoint::jump`]. Default: none.
-    fn jump(&self, contact: &Self::Contact) -> Vector3<f64> {
-        let _ = contact;
+    fn jump(&self, _contact: &Self::Contact) -> Vector3<f64> {
         Vector3::zeros()
     }
 
@@ -124,8 +122,13 @@ pub trait Partner {
     fn keep(&mut self, contact: &Self::Contact, site: &Site, history: History);
 
     /// Take the opposite of force [N] and moment [N m] on the rock. Default: nothing that feels them.
-    fn react(&mut self, contact: &Self::Contact, site: &Site, force: &Vector3<f64>, moment: &Vector3<f64>) {
-        let _ = (contact, site, force, moment);
+    fn react(
+        &mut self,
+        _contact: &Self::Contact,
+        _site: &Site,
+        _force: &Vector3<f64>,
+        _moment: &Vector3<f64>,
+    ) {
     }
 }
 

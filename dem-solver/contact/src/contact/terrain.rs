@@ -7,9 +7,10 @@
 
 use super::broad_phase::cell_grid::Plane;
 use super::broad_phase::terrain_pairs::TerrainPairs;
-use super::history::{Successor, SurfaceHistory, Transfer};
-use super::narrow_phase::faces::{FacePart, Faces, TouchedFace};
-use super::narrow_phase::selection::{Candidate, keep_contacts};
+use super::history::{Frame, SurfaceHistory, Transfer};
+use super::narrow_phase::faces::Faces;
+use super::narrow_phase::selection::keep_contacts;
+use super::narrow_phase::{Touch, count};
 use super::pipeline::{Mover, Partner, Rows, Site, Sums, forces};
 use crate::law::Law;
 use crate::law::contact_point::History;
@@ -19,62 +20,14 @@ use dem_solid::geometry::closest::{Feature, on_face};
 use dem_terrain::Terrain;
 use nalgebra::{Matrix3, Vector3};
 
-/// A contact of a sphere with a triangle, along the axes of space.
-#[derive(Debug, Clone, Copy)]
-pub struct SurfaceContact {
-    /// Unit vector from the sphere's centre to the triangle's point.
-    pub normal: Vector3<f64>,
-    /// Distance of the two [m].
-    pub distance: f64,
-    /// Overlap, above 0 [m].
-    pub overlap: f64,
-    /// The sphere's centre from the rock's centre of mass [m].
-    pub centre: Vector3<f64>,
-    /// The sphere's radius [m].
-    pub radius: f64,
-    /// Number of the sphere.
-    pub sphere: u32,
-    /// Number of the triangle.
-    pub triangle: u32,
-    /// How often it counts: 1, but for edges and corners that several triangles share.
-    pub share: f64,
-    /// What its memory is kept under: the triangle's number, or one beyond all triangles for an edge or a corner.
-    key: u32,
-    feature: Feature,
-}
-
-impl SurfaceContact {
-    /// Its point, from the rock's centre of mass [m].
-    #[inline]
-    fn arm(&self) -> Vector3<f64> {
-        self.centre + self.normal * self.distance
-    }
-}
-
-impl Candidate for SurfaceContact {
-    fn distance(&self) -> f64 {
-        self.distance
-    }
-    fn normal(&self) -> &Vector3<f64> {
-        &self.normal
-    }
-    fn feature(&self) -> Feature {
-        self.feature
-    }
-    fn element(&self) -> u32 {
-        self.triangle
-    }
-}
-
 /// The contacts, and buffers that are used again and again.
 #[derive(Debug, Clone, Default)]
 pub struct SurfaceContacts {
     /// The contacts, by sphere, in the order in which `selection` keeps them.
-    pub contacts: Vec<SurfaceContact>,
+    pub contacts: Vec<Touch>,
     transfer: Transfer,
     rows: Rows,
-    spare: Vec<SurfaceContact>,
-    touched_faces: Vec<TouchedFace>,
+    spare: Vec<Touch>,
     faces: Faces,
     /// The histories after the step.
     pub histories: Vec<SurfaceHistory>,
@@ -122,18 +75,8 @@ impl SurfaceContacts {
                 let square = to_point.norm_squared();
                 if square < sphere.radius * sphere.radius {
                     let distance = square.sqrt();
-                    self.contacts.push(SurfaceContact {
-                        normal: to_point / distance,
-                        distance,
-                        overlap: sphere.radius - distance,
-                        centre,
-                        radius: sphere.radius,
-                        sphere: number,
-                        triangle: pair.triangle,
-                        share: 1.0,
-                        key: pair.triangle,
-                        feature,
-                    });
+                    let point = (to_point / distance, distance);
+                    self.contacts.push(Touch::new((sphere, number), centre, pair.triangle, point, feature));
                 }
             }
             if ground.continuous {
@@ -155,18 +98,8 @@ impl SurfaceContacts {
             for (number, plane) in (0..).zip(planes) {
                 let distance = plane.offset - plane.normal.dot(&place);
                 if distance < it.radius {
-                    self.contacts.push(SurfaceContact {
-                        normal: plane.normal,
-                        distance,
-                        overlap: it.radius - distance,
-                        centre,
-                        radius: it.radius,
-                        sphere,
-                        triangle: number,
-                        share: 1.0,
-                        key: number,
-                        feature: Feature::Face,
-                    });
+                    let point = (plane.normal, distance);
+                    self.contacts.push(Touch::new((it, sphere), centre, number, point, Feature::Face));
                 }
             }
         }
@@ -183,51 +116,18 @@ impl SurfaceContacts {
         self.spare.clear();
         self.spare.extend(self.contacts.drain(first..));
         let centre = position + self.spare[0].centre;
-        self.touched_faces.clear();
-        self.touched_faces.extend(self.spare.iter().map(|contact| {
-            let corners = ground.corners(contact.triangle);
-            let closest = on_face(&centre, corners.each_ref());
-            let nodes = ground.triangles[contact.triangle as usize];
-            TouchedFace {
-                nodes,
-                number: contact.triangle,
-                weights: closest.weights,
-                feature: closest.feature,
-            }
-        }));
+        for contact in &mut self.spare {
+            let closest = on_face(&centre, ground.corners(contact.element).each_ref());
+            (contact.weights, contact.feature) = (closest.weights, closest.feature);
+        }
+        let nodes = |face: &Touch| ground.triangles[face.element as usize];
         let at = |node: u32| ground.nodes[node as usize] - centre;
-        let (contacts, spare) = (&mut self.contacts, &self.spare);
-        self.faces.share_out(&self.touched_faces, at, |shared| {
-            let face = spare[shared.face];
-            let (beyond, feature) = match shared.part {
-                FacePart::Face => return contacts.push(face),
-                FacePart::Edge(number) => (number, Feature::Edge),
-                FacePart::Node(number) => (number, Feature::Node),
-            };
-            let distance = shared.to_point.norm();
-            if distance < face.radius {
-                contacts.push(SurfaceContact {
-                    normal: shared.to_point / distance,
-                    distance,
-                    overlap: face.radius - distance,
-                    share: shared.share,
-                    key: !beyond,
-                    feature,
-                    ..face
-                });
-            }
-        });
-    }
-
-    /// Number of contacts, shared points counted by their shares.
-    pub fn count(&self) -> usize {
-        let sum: f64 = self.contacts.iter().map(|c| c.share).sum();
-        if sum >= 1.0 { sum as usize } else { self.contacts.len().min(1) }
+        self.faces.share_out(&self.spare, nodes, at, |node| node, &mut self.contacts);
     }
 
     /// Elastic energy of the contacts that were found [J].
     pub fn energy(&self, laws: SurfaceLaws) -> f64 {
-        let of = |c: &SurfaceContact| c.share * laws.of(c.triangle).normal.load(c.radius, c.overlap).energy;
+        let of = |c: &Touch| c.share * laws.of(c.element).normal.load(c.radius, c.overlap).energy;
         self.contacts.iter().map(of).sum()
     }
 
@@ -249,15 +149,15 @@ impl SurfaceContacts {
         }
         if laws.any(|law| law.remembers()) {
             let neighbours = |a: u32, b: u32| ground.is_some_and(|ground| ground.share_a_node(a, b));
-            let view = |contact| SurfaceSuccessor { contact, slip: fastest * h };
+            let frame = Frame { to_space: |v: &Vector3<f64>| *v, slip: fastest * h };
             let beside = ground.is_some_and(|ground| ground.continuous);
-            self.transfer.find(&self.contacts, view, before, neighbours, beside);
+            self.transfer.find(&self.contacts, frame, before, neighbours, beside);
         }
-        let (spin, count) = (rock.spin(now), self.count());
+        let (spin, count) = (rock.spin(now), count(&self.contacts));
         let inertia = rock.inertia.min() / count as f64;
         let mover = Mover { velocity: now.velocity, spin, relative_spin: spin, inertia };
         let Self { contacts, transfer, rows, histories, .. } = self;
-        let first = &laws.laws[usize::from(laws.number(contacts[0].triangle))];
+        let first = &laws.laws[usize::from(laws.number(contacts[0].element))];
         let known = (first, dashpot(first, rock.mass, count));
         let mut partner = OnSurface { laws, mass: rock.mass, count, known, transfer, before, histories };
         let sums = forces(&mut partner, contacts, &mover, laws.laws, rows, h);
@@ -268,7 +168,7 @@ impl SurfaceContacts {
     /// [`crate::contact::mesh::MeshForces::passed_centre`] has it.
     pub fn passed_centre(&self, rock: &Rock, now: &Motion, h: f64, depth: f64) -> Option<u32> {
         let spin = rock.spin(now);
-        let passed = |contact: &&SurfaceContact| {
+        let passed = |contact: &&Touch| {
             let point = contact.centre + contact.normal * contact.distance;
             let relative = now.velocity + spin.cross(&contact.centre);
             rock.holds(&now.orientation.inverse_transform_vector(&point), depth)
@@ -298,40 +198,33 @@ fn dashpot(law: &Law, mass: f64, count: usize) -> f64 {
 }
 
 impl<'a> Partner for OnSurface<'a> {
-    type Contact = SurfaceContact;
+    type Contact = Touch;
 
     #[inline(always)]
-    fn law(&self, contact: &SurfaceContact) -> u16 {
-        self.laws.number(contact.triangle)
+    fn law(&self, contact: &Touch) -> u16 {
+        self.laws.number(contact.element)
     }
 
     #[inline(always)]
-    fn site(&self, contact: &SurfaceContact) -> Site {
-        Site {
-            normal: contact.normal,
-            overlap: contact.overlap,
-            radius: contact.radius,
-            smaller: contact.radius,
-            arm: contact.arm(),
-            weight: contact.share,
-        }
+    fn site(&self, contact: &Touch) -> Site {
+        contact.site()
     }
 
     #[inline(always)]
-    fn dashpot(&mut self, contact: &SurfaceContact, law: &Law) -> f64 {
+    fn dashpot(&mut self, contact: &Touch, law: &Law) -> f64 {
         if !std::ptr::eq(law, self.known.0) {
-            self.known = (self.laws.of(contact.triangle), dashpot(law, self.mass, self.count));
+            self.known = (self.laws.of(contact.element), dashpot(law, self.mass, self.count));
         }
         self.known.1
     }
 
     #[inline(always)]
-    fn history(&mut self, number: usize, _: &SurfaceContact) -> History {
+    fn history(&mut self, number: usize, _: &Touch) -> History {
         self.transfer.of(number, self.before).unwrap_or_default()
     }
 
     #[inline(always)]
-    fn keep(&mut self, contact: &SurfaceContact, site: &Site, history: History) {
+    fn keep(&mut self, contact: &Touch, site: &Site, history: History) {
         let (sphere, element) = (contact.sphere, contact.key);
         self.histories.push(SurfaceHistory { sphere, element, normal: site.normal, history });
     }
@@ -355,26 +248,5 @@ impl Turned {
             Self::Centred => *own,
             Self::By(rotation) => rotation * own,
         }
-    }
-}
-
-struct SurfaceSuccessor<'a> {
-    contact: &'a SurfaceContact,
-    slip: f64,
-}
-
-impl Successor for SurfaceSuccessor<'_> {
-    fn sphere(&self) -> u32 {
-        self.contact.sphere
-    }
-    fn element(&self) -> u32 {
-        self.contact.key
-    }
-    fn normal(&self) -> Vector3<f64> {
-        self.contact.normal
-    }
-    fn turn(&self) -> f64 {
-        // Twice the slip, for the spin that it does not show; and rounding.
-        2.0 * self.slip / self.contact.distance.abs() + 1e-9
     }
 }

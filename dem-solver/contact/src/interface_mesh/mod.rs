@@ -50,18 +50,14 @@ impl ContactMesh {
         let nodes: Vec<_> =
             mesh.coordinates.chunks_exact(3).map(|c| Vector3::new(c[0], c[1], c[2])).collect();
         let mut held = vec![false; nodes.len()];
-        let mut elements = Vec::with_capacity(mesh.lines.len() + mesh.faces.len());
-        for (i, &[a, b]) in mesh.lines.iter().enumerate() {
-            let radius = mesh.line_radius.get(i).copied().unwrap_or(0.0);
-            elements.push(Element { kind: Kind::Line, nodes: [a, b, a], radius });
-        }
-        for &nodes in &mesh.faces {
-            elements.push(Element { kind: Kind::Face, nodes, radius: 0.0 });
-        }
-        for element in &elements {
-            for &node in element.own_nodes() {
-                held[node as usize] = true;
-            }
+        let radii = mesh.line_radius.iter().copied().chain(std::iter::repeat(0.0));
+        let line =
+            |(&[a, b], radius): (&[u32; 2], f64)| Element { kind: Kind::Line, nodes: [a, b, a], radius };
+        let face = |&nodes: &[u32; 3]| Element { kind: Kind::Face, nodes, radius: 0.0 };
+        let mut elements: Vec<_> =
+            mesh.lines.iter().zip(radii).map(line).chain(mesh.faces.iter().map(face)).collect();
+        for node in elements.iter().flat_map(Element::own_nodes) {
+            held[*node as usize] = true;
         }
         for node in (0..nodes.len()).filter(|n| !held[*n]) {
             elements.push(Element { kind: Kind::Point, nodes: [node as u32; 3], radius: 0.0 });

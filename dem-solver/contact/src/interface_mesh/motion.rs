@@ -44,7 +44,7 @@ impl MotionFields {
             [(&mut self.displacement, name::DISPLACEMENT), (&mut self.velocity, name::VELOCITY)]
         {
             places.clear();
-            places.extend((0..).map_while(|i| within(layout, field, i)));
+            places.extend((0..).map_while(|i| sample(layout, field, Sampling::FromStart, i)));
         }
     }
 
@@ -171,9 +171,10 @@ impl MotionFields {
     }
 }
 
-fn within(layout: &Layout, field: &str, sample: usize) -> Option<Range<usize>> {
-    let spec = layout.fields().find(|f| f.name == field && f.sampling == Sampling::FromStart)?;
-    (sample < spec.sample_count()).then(|| layout.sample(field, Sampling::FromStart, sample)).flatten()
+/// Sample `number` of a field, if there are so many.
+pub(super) fn sample(layout: &Layout, name: &str, sampling: Sampling, number: usize) -> Option<Range<usize>> {
+    let spec = layout.fields().find(|f| f.name == name && f.sampling == sampling)?;
+    (number < spec.sample_count()).then(|| layout.sample(name, sampling, number)).flatten()
 }
 
 #[inline]
@@ -213,10 +214,8 @@ impl NodeMotion {
     pub fn hold(&mut self, positions: impl Iterator<Item = Vector3<f64>>) {
         self.origin.clear();
         self.origin.extend(positions);
-        self.count = self.origin.len();
-        self.increment.clear();
-        self.increment.resize(self.count, Vector3::zeros());
         self.transmitted.clear();
+        self.stand();
         (self.segment, self.rate) = (0.0, 0.0);
     }
 
@@ -228,10 +227,14 @@ impl NodeMotion {
             self.origin.push(position);
             self.transmitted.push([velocity; 2]);
         }
+        self.stand();
+        self.instant = true;
+    }
+
+    fn stand(&mut self) {
         self.count = self.origin.len();
         self.increment.clear();
         self.increment.resize(self.count, Vector3::zeros());
-        self.instant = true;
     }
 
     /// Whether it is known where the nodes will be.

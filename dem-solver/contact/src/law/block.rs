@@ -50,11 +50,8 @@ struct Found {
     damping_power: Column,
     force: [Column; 3],
     spring: [Column; 3],
-    moment: [Column; 3],
-    rolled: [Column; 3],
     friction_power: Column,
     tangential_energy: Column,
-    jump_energy: Column,
 }
 
 /// Up to [`WIDTH`] contacts under one law.
@@ -70,6 +67,9 @@ pub struct Block {
     jumps: bool,
     given: Given,
     found: Found,
+    /// Whether they were computed one by one, and what that has given in place of `found`.
+    singly: bool,
+    alone: [Response; WIDTH],
 }
 
 const ZERO: Column = [0.0; WIDTH];
@@ -143,28 +143,32 @@ impl Block {
     /// The response of contact number `l`.
     #[inline(always)]
     pub fn response(&self, l: usize) -> Response {
+        if self.singly {
+            return self.alone[l];
+        }
         let (found, zero) = (&self.found, Vector3::zeros());
         let vector = |v: &[Column; 3]| Vector3::new(v[0][l], v[1][l], v[2][l]);
         let load = Load { stiffness: found.stiffness[l], force: found.elastic[l], energy: found.energy[l] };
         Response {
             load,
             force: vector(&found.force),
-            moment: if self.rolls { vector(&found.moment) } else { zero },
+            moment: zero,
             spring: vector(&found.spring),
-            rolled: if self.rolls { vector(&found.rolled) } else { zero },
+            rolled: zero,
             damping_power: found.damping_power[l],
             friction_power: found.friction_power[l],
             tangential_energy: found.tangential_energy[l],
-            jump_energy: if self.jumps { found.jump_energy[l] } else { 0.0 },
+            jump_energy: 0.0,
         }
     }
 
     /// Compute the responses in the middle of a step of `h` [s] (0: at an instant).
     pub fn compute(&mut self, law: &Law, h: f64) {
-        if self.count < WORTH || self.jumps || self.rolls {
+        self.singly = self.count < WORTH || self.jumps || self.rolls;
+        if self.singly {
             for l in 0..self.count {
                 let (point, history) = self.contact(l);
-                self.take(l, &law.respond(&point, &history, h));
+                self.alone[l] = law.respond(&point, &history, h);
             }
             return;
         }
@@ -177,29 +181,6 @@ impl Block {
             }
             None => (found.spring, found.friction_power, found.tangential_energy) = ([ZERO; 3], ZERO, ZERO),
         }
-    }
-
-    /// Keep the answer to contact number `l`.
-    #[inline(always)]
-    fn take(&mut self, l: usize, response: &Response) {
-        let found = &mut self.found;
-        for a in 0..3 {
-            found.force[a][l] = response.force[a];
-            found.spring[a][l] = response.spring[a];
-        }
-        if self.rolls {
-            for a in 0..3 {
-                found.moment[a][l] = response.moment[a];
-                found.rolled[a][l] = response.rolled[a];
-            }
-        }
-        found.stiffness[l] = response.load.stiffness;
-        found.elastic[l] = response.load.force;
-        found.energy[l] = response.load.energy;
-        found.damping_power[l] = response.damping_power;
-        found.friction_power[l] = response.friction_power;
-        found.tangential_energy[l] = response.tangential_energy;
-        found.jump_energy[l] = response.jump_energy;
     }
 }
 
@@ -337,7 +318,10 @@ mod tests {
 
     fn law(more: &str) -> Law {
         let text = format!("law = \"hertz_mindlin\"\nyoung = 1e8\npoisson = 0.2\n{more}");
-        Law::new(&toml::from_str::<ContactSettings>(&text).expect("a table"), PartnerKind::Surface)
+        Law::new(
+            &ContactSettings::of("", text.parse().expect("TOML")).expect("a table"),
+            PartnerKind::Surface,
+        )
     }
 
     fn bits(response: &Response) -> Vec<u64> {
@@ -386,8 +370,11 @@ mod tests {
         ];
         let mut all: Vec<Law> = laws.iter().map(|more| law(more)).collect();
         all.push(Law::new(
-            &toml::from_str::<ContactSettings>(
-                "law = \"linear\"\nstiffness = 1e6\npoisson = 0.2\nrestitution = 0.4\nfriction = 0.3\n",
+            &ContactSettings::of(
+                "",
+                "law = \"linear\"\nstiffness = 1e6\npoisson = 0.2\nrestitution = 0.4\nfriction = 0.3\n"
+                    .parse()
+                    .expect("TOML"),
             )
             .expect("a table"),
             PartnerKind::Surface,

@@ -55,7 +55,7 @@ impl History {
 }
 
 /// What the contact does to the first body in the middle of the step.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Response {
     /// Elastic load along the normal.
     pub load: Load,
@@ -111,23 +111,17 @@ impl Law {
     ) -> Response {
         let normal = &point.normal;
         let approach = point.velocity.dot(normal);
-        let zero = Vector3::zeros();
         let mut response = Response {
             load,
             force: normal * -pressed,
-            moment: zero,
-            spring: zero,
-            rolled: zero,
             damping_power: (pressed - load.force) * approach,
-            friction_power: 0.0,
-            tangential_energy: 0.0,
-            jump_energy: 0.0,
+            ..Response::default()
         };
         if let Some(tangential) = &self.tangential {
             let slip = point.velocity - normal * approach;
             let mut spring =
                 into_plane(&history.spring, normal) * tangential.carried(point.overlap, history.overlap);
-            if point.jump != zero {
+            if point.jump != Vector3::zeros() {
                 let stiffness = tangential.stiffness_ratio * load.stiffness;
                 let stretched = spring + (point.jump - normal * point.jump.dot(normal)) * stiffness;
                 response.jump_energy = (stretched.norm_squared() - spring.norm_squared()) / (2.0 * stiffness);

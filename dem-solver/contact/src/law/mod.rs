@@ -15,12 +15,9 @@ pub mod contact_point;
 pub mod damping;
 pub mod elastic;
 pub mod growing;
-mod idle_keys;
 pub mod load;
 pub mod normal;
-pub mod own_keys;
 pub mod presets;
-pub mod refusal;
 pub mod restitution;
 pub mod rolling;
 pub mod rut;
@@ -32,7 +29,7 @@ pub mod yielding;
 
 use damping::Damping;
 use growing::Growing;
-use normal::{LawName, Normal};
+use normal::Normal;
 use rolling::Rolling;
 use rut::Rut;
 use scarring::Scarring;
@@ -106,8 +103,7 @@ impl Law {
             damping: settings.rolling_damping.unwrap_or(0.0),
             stiffening: normal.stiffening(),
         });
-        let of_rock = matches!(settings.law, LawName::HertzRock | LawName::Ground);
-        let whole = of_rock && partner == PartnerKind::Surface;
+        let whole = settings.is_of_rock() && partner == PartnerKind::Surface;
         let growing = settings.friction_max.map(|most| Growing {
             most,
             growth: settings.friction_growth.expect("checked: beside friction_max"),
@@ -134,40 +130,23 @@ impl Law {
         self.tangential.is_some() || self.rolling.is_some_and(|r| r.kind == RollingName::Spring)
     }
 
-    fn use_rocks_mass(&mut self) {
-        if let Some(damping) = &mut self.damping {
-            damping.mass = EffectiveMass::Rock;
-        }
-    }
-
     /// In words, with numbers.
     pub fn describe(&self) -> String {
         let mut text = self.normal.describe();
         if self.whole {
             text += " of the rock as a whole with terrain";
         }
-        match (&self.damping, &self.yielding) {
-            (_, Some(yielding)) => text += &yielding.describe(),
+        text += &match (&self.damping, &self.yielding) {
+            (_, Some(yielding)) => yielding.describe(),
             (Some(d), None) => {
-                text += &format!(
-                    ", damping ratio {:.6} scaled with {} mass",
-                    d.ratio,
-                    match d.mass {
-                        EffectiveMass::Local => "the local",
-                        EffectiveMass::Rock => "the rock's whole",
-                    }
-                )
+                let whose = if d.mass == EffectiveMass::Local { "the local" } else { "the rock's whole" };
+                format!(", damping ratio {:.6} scaled with {whose} mass", d.ratio)
             }
-            (None, None) => text += ", no dashpot",
-        }
-        match &self.tangential {
-            Some(t) => {
-                text += &format!(", friction {}", t.friction);
-                if let Some(s) = &t.sliding {
-                    text += &format!(" at rest and {} in slip", s.friction);
-                }
-            }
-            None => text += ", no friction",
+            (None, None) => ", no dashpot".into(),
+        };
+        text += &self.tangential.map_or(", no friction".into(), |t| format!(", friction {}", t.friction));
+        if let Some(s) = self.tangential.and_then(|t| t.sliding) {
+            text += &format!(" at rest and {} in slip", s.friction);
         }
         if let Some(g) = &self.growing {
             text += &format!(" that grows to {} over {} m and more", g.most, 1.0 / g.growth);

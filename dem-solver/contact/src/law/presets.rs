@@ -24,50 +24,48 @@ const FRICTION_MAX: f64 = 2.0;
 /// Tangential over normal stiffness: of Poisson's ratio 0.33.
 const STIFFNESS_RATIO: f64 = 0.8;
 
+const fn ground(
+    name: &'static str,
+    modulus: f64,
+    restitution: f64,
+    friction: [f64; 3],
+    source: &'static str,
+) -> Preset {
+    Preset { name, modulus, restitution, friction, source }
+}
+
 /// All of them.
 pub const ALL: [Preset; 6] = [
-    Preset {
-        name: "bedrock",
-        modulus: 1e10,
-        restitution: 0.53,
-        friction: [0.8, 4.0, 200.0],
-        source: "Rockyfor3D class 6, RAMMS extra hard, modulus assumed",
-    },
-    Preset {
-        name: "scree",
-        modulus: 1e8,
-        restitution: 0.33,
-        friction: [0.35, 2.0, 150.0],
-        source: "Rockyfor3D class 3, RAMMS medium, modulus assumed",
-    },
-    Preset {
-        name: "meadow",
-        modulus: 15e6,
-        restitution: 0.28,
-        friction: [0.3, 1.5, 125.0],
-        source: "Rockyfor3D class 2, RAMMS medium soft, modulus of Lu et al. (2019)",
-    },
-    Preset {
-        name: "soil",
-        modulus: 10e6,
-        restitution: 0.23,
-        friction: [0.25, 1.25, 100.0],
-        source: "Rockyfor3D class 1, RAMMS soft, modulus of Lu et al. (2019)",
-    },
-    Preset {
-        name: "wetland",
-        modulus: 3e6,
-        restitution: 0.05,
-        friction: [0.2, 1.0, 50.0],
-        source: "Rockyfor3D class 0 (0, and 0.05 is the least that is computed), RAMMS extra soft, modulus assumed",
-    },
-    Preset {
-        name: "forest",
-        modulus: 15e6,
-        restitution: 0.28,
-        friction: [0.3, 1.5, 125.0],
-        source: "the ground of a forest: Rockyfor3D class 2, RAMMS medium soft, modulus assumed as of meadow",
-    },
+    ground("bedrock", 1e10, 0.53, [0.8, 4.0, 200.0], "Rockyfor3D class 6, RAMMS extra hard, modulus assumed"),
+    ground("scree", 1e8, 0.33, [0.35, 2.0, 150.0], "Rockyfor3D class 3, RAMMS medium, modulus assumed"),
+    ground(
+        "meadow",
+        15e6,
+        0.28,
+        [0.3, 1.5, 125.0],
+        "Rockyfor3D class 2, RAMMS medium soft, modulus of Lu et al. (2019)",
+    ),
+    ground(
+        "soil",
+        10e6,
+        0.23,
+        [0.25, 1.25, 100.0],
+        "Rockyfor3D class 1, RAMMS soft, modulus of Lu et al. (2019)",
+    ),
+    ground(
+        "wetland",
+        3e6,
+        0.05,
+        [0.2, 1.0, 50.0],
+        "Rockyfor3D class 0 (0, and 0.05 is the least that is computed), RAMMS extra soft, modulus assumed",
+    ),
+    ground(
+        "forest",
+        15e6,
+        0.28,
+        [0.3, 1.5, 125.0],
+        "the ground of a forest: Rockyfor3D class 2, RAMMS medium soft, modulus assumed as of meadow",
+    ),
 ];
 
 /// The preset of that name.
@@ -75,36 +73,27 @@ pub fn named(name: &str) -> Option<&'static Preset> {
     ALL.iter().find(|preset| preset.name == name)
 }
 
-/// Keys of a table that give way where another stands in it.
-const REPLACED: [(&str, &[&str]); 4] = [
-    ("ground_modulus", &["ground_stiffness", "ground_pressure"]),
-    ("friction_max", &["friction_dynamic"]),
-    ("friction_growth", &["friction_dynamic"]),
-    ("friction_relaxation", &["friction_dynamic"]),
-];
-
-/// What `preset = "name"` adds to a table that has the keys `given`. Of an unknown name that of soil, so that the table can be
+/// What `preset = "name"` adds to a table that does not say it. Of an unknown name that of soil, so that the table can be
 /// read and the name be refused.
-pub fn fill(name: &str, given: &[String]) -> Vec<(String, toml::Value)> {
+pub fn fill(table: &mut toml::Table) {
+    let Some(name) = table.get("preset").and_then(|name| name.as_str()) else { return };
     let preset = named(name).unwrap_or(&ALL[3]);
     let [friction, growth, relaxation] = preset.friction;
-    let has = |key: &str| given.iter().any(|g| g == key);
-    let replaced =
-        |key: &str| REPLACED.iter().any(|(own, others)| *own == key && others.iter().any(|o| has(o)));
-    let mut all: Vec<(&str, toml::Value)> =
-        vec![("law", "ground".into()), ("restitution_law", "pfeiffer_bowen".into())];
-    all.extend(
-        [
-            ("ground_modulus", preset.modulus),
-            ("restitution", preset.restitution),
-            ("stiffness_ratio", STIFFNESS_RATIO),
-            ("friction", friction),
-            ("friction_max", FRICTION_MAX),
-            ("friction_growth", growth),
-            ("friction_relaxation", relaxation),
-        ]
-        .map(|(key, value)| (key, value.into())),
-    );
-    all.retain(|(key, _)| !has(key) && !replaced(key));
-    all.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
+    // With the keys in whose place it stands.
+    let all: [(&str, toml::Value, &[&str]); 9] = [
+        ("law", "ground".into(), &[]),
+        ("restitution_law", "pfeiffer_bowen".into(), &[]),
+        ("ground_modulus", preset.modulus.into(), &["ground_stiffness", "ground_pressure"]),
+        ("restitution", preset.restitution.into(), &[]),
+        ("stiffness_ratio", STIFFNESS_RATIO.into(), &[]),
+        ("friction", friction.into(), &[]),
+        ("friction_max", FRICTION_MAX.into(), &["friction_dynamic"]),
+        ("friction_growth", growth.into(), &["friction_dynamic"]),
+        ("friction_relaxation", relaxation.into(), &["friction_dynamic"]),
+    ];
+    for (key, value, others) in all {
+        if !others.iter().any(|other| table.contains_key(*other)) {
+            table.entry(key).or_insert(value);
+        }
+    }
 }

@@ -33,11 +33,6 @@ pub fn as_linear(g: f64, n: f64) -> f64 {
     (2.0 * (n - 1.0) / n).sqrt() * g
 }
 
-/// Restitution of a contact whose energy goes with overlap^`n`, with damping ratio `g` >= 0.
-pub fn restitution(g: f64, n: f64) -> f64 {
-    linear_restitution(as_linear(g, n))
-}
-
 /// Damping ratio of a linear contact with restitution `e` in (0, 1].
 pub fn linear_ratio(e: f64) -> f64 {
     assert!(e > 0.0 && e <= 1.0, "restitution {e}");
@@ -85,7 +80,7 @@ mod tests {
             assert!((linear_restitution(g) - linear).abs() < 6e-9);
             let scaled = 1.2_f64.sqrt() * g;
             assert!((whole(scaled) - hertz_whole).abs() < 1.1e-8, "{}", whole(scaled));
-            assert!((restitution(g, 2.5) - hertz).abs() < 6e-9);
+            assert!((linear_restitution(as_linear(g, 2.5)) - hertz).abs() < 6e-9);
         }
     }
 

@@ -15,7 +15,7 @@
 use crate::law::contact_point::{ContactPoint, History};
 use crate::law::normal::Load;
 use crate::law::settings::RollingName;
-use crate::law::tangential::left_on_unloading;
+use crate::law::tangential::{cut, left_on_unloading};
 use nalgebra::Vector3;
 
 /// `k_r / (k_n (mu_r R*)^2)`.
@@ -78,11 +78,7 @@ impl Rolling {
                     let c = 2.0 * self.damping * (point.inertia * stiffness).sqrt();
                     (trial, trial - point.spin * c)
                 };
-                let mut spring = elastic - half;
-                let size = spring.norm();
-                if size > limit {
-                    spring *= limit / size;
-                }
+                let spring = cut(elastic - half, limit);
                 RollingMoment { moment, spring, energy: 0.5 * spring.norm_squared() / stiffness }
             }
         }

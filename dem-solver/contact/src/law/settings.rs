@@ -2,95 +2,78 @@
 
 use super::PartnerKind;
 use super::elastic::Elastic;
-use super::normal::LawName;
-use super::own_keys::{self, Split};
+use super::normal::{LawName, names};
 use super::presets;
+use crate::keys::Keys;
 use interface_defs::diagnostic::{Diagnostic, code};
 use schemars::{JsonSchema, Schema};
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use toolkit::scene::Scene;
+use serde::{Deserialize, Serialize};
+use toolkit::explain::suggestion;
+use toolkit::scene::{KEYS, Scene, read_value};
 
-// Keys that one law alone has are set aside in `own`, and read by that law.
+// Keys that one law alone has are set aside in `own` (`ContactSettings::of`), and read by that law.
 
 /// The contact law of a pair of materials. A net and a terrain are rigid unless their modulus is given; two rocks in
 /// contact are both elastic.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(remote = "Self", deny_unknown_fields)]
+#[serde(deny_unknown_fields)]
 #[schemars(transform = with_own_keys)]
 pub struct ContactSettings {
     /// Names of the two materials: that of the rock first, if the other is that of net, terrain or box. Default: every
     /// pair that no other table names.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub between: Option<[String; 2]>,
     /// Kind of ground whose values fill in what the table does not say: `bedrock`, `scree`, `meadow`, `soil`, `wetland` or
     /// `forest`, of `law = "ground"`. None is calibrated: docs/ground.md.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub preset: Option<String>,
     /// Normal law: `hertz_rock` (force ~ overlap^1.5 of the rock as a whole: does not depend on the number of spheres; for
     /// terrain), `hertz_mindlin` (the same of each sphere by its own radius), `linear` (force ~ overlap) or `ground` (terrain that
     /// gives way and remembers it; see docs/ground.md).
     pub law: LawName,
     /// Young's modulus of the rock [Pa]. `linear` takes it or `stiffness`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub young: Option<f64>,
     /// Poisson's ratio of the rock, 0 to 0.5. Needed with `young` and with friction (unless
     /// `stiffness_ratio` is given).
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub poisson: Option<f64>,
     /// Young's modulus of the other side [Pa]. Default: net and terrain are rigid, another rock is as `young`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub partner_young: Option<f64>,
     /// Poisson's ratio of the other side. Needed with `partner_young`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub partner_poisson: Option<f64>,
     /// Restitution coefficient of one contact as measured, above 0 up to 1 (no dashpot is built at 1).
     /// Exactly one of `restitution` and `damping_ratio`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub restitution: Option<f64>,
     /// Damping ratio g in `c = 2 g sqrt(m* k)`; 0: no dashpot is built.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub damping_ratio: Option<f64>,
     /// Coulomb coefficient (at rest, if `friction_dynamic` is given). Default 0: no tangential part is built.
     #[serde(default)]
     pub friction: f64,
     /// Coulomb coefficient in fast slip: `mu_d + (mu - mu_d) exp(-decay |v_t|)`. Default: as `friction`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub friction_dynamic: Option<f64>,
     /// How fast friction falls from `friction` to `friction_dynamic` [s/m]. Default 500.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub friction_decay: Option<f64>,
     /// Terrain: coefficient to which friction grows with the distance s that the rock's centre travels in contact,
     /// `mu(s) = mu + 2/pi (mu_max - mu) atan(kappa s)`; in flight s decays with `exp(-beta t)`. Default: it does not grow.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub friction_max: Option<f64>,
     /// kappa of `friction_max` [1/m]. Required beside it.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub friction_growth: Option<f64>,
     /// beta of `friction_max` [1/s]. Required beside it.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub friction_relaxation: Option<f64>,
     /// Terrain, `ground` and `hertz_rock`: drag coefficient C of the ground that the rock ploughs through while it touches,
     /// `C rho A v^2 / 2` with the outline A below the surface. Default: none.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub scarring_drag: Option<f64>,
     /// Density of the ground for `scarring_drag` [kg/m3]. Default 1700.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub ground_density: Option<f64>,
     /// How the tangential spring follows the overlap. Default `unloading_scaled`, the one of the three
     /// that never creates energy.
     #[serde(default, skip_serializing_if = "TangentialName::is_default")]
     pub tangential: TangentialName,
     /// Tangential over normal stiffness. Default: Mindlin's, from the Poisson's ratios.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub stiffness_ratio: Option<f64>,
     /// Rolling resistance: limit of its moment over radius and normal force. Default 0: none is built.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub rolling_friction: f64,
     /// Kind of rolling resistance. Default `constant`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub rolling: Option<RollingName>,
     /// Damping ratio of the spring of `rolling = "spring"`. Default 0.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub rolling_damping: Option<f64>,
     /// Which mass a contact's dashpot is scaled with. Default `local`.
     #[serde(default)]
@@ -99,20 +82,6 @@ pub struct ContactSettings {
     #[serde(skip_deserializing, flatten)]
     #[schemars(skip)]
     pub own: toml::Table,
-}
-
-impl<'de> Deserialize<'de> for ContactSettings {
-    fn deserialize<D: Deserializer<'de>>(table: D) -> Result<Self, D::Error> {
-        let mut own = toml::Table::new();
-        let common = Self::deserialize(Split { table, own: &mut own })?;
-        Ok(Self { own, ..common })
-    }
-}
-
-impl Serialize for ContactSettings {
-    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        Self::serialize(self, to)
-    }
 }
 
 /// Adds to the schema the keys that one law alone has.
@@ -127,6 +96,11 @@ fn with_own_keys(schema: &mut Schema) {
             properties.insert(key.clone(), value);
         }
     }
+}
+
+/// The law that has this key for its own.
+fn owner(key: &str) -> Option<LawName> {
+    LawName::ALL.iter().copied().find(|law| law.own_keys().iter().any(|own| own == key))
 }
 
 /// Least restitution that is computed.
@@ -187,166 +161,204 @@ impl ContactSettings {
     /// Density of the ground where the scene does not say [kg/m3].
     pub const GROUND_DENSITY: f64 = 1700.0;
 
+    /// All tables of a scene, unchecked.
+    pub fn read(scene: &Scene) -> Result<Vec<Self>, Diagnostic> {
+        let tables: Vec<toml::Table> = scene.read("contact")?.unwrap_or_default();
+        let of = |(number, table)| Self::of(&format!("contact.{number}"), table);
+        tables.into_iter().enumerate().map(|it| of(it).map_err(|e| scene.placed(e))).collect()
+    }
+
+    /// From the table at `key`: its preset fills in what it does not say, and keys that one law alone has are set aside.
+    ///
+    /// # Errors
+    /// With the key that is not known or has another type, without a place.
+    pub fn of(key: &str, mut table: toml::Table) -> Result<Self, Diagnostic> {
+        presets::fill(&mut table);
+        let known = names(&schemars::schema_for!(Self));
+        let is_known = |name: &&String| known.contains(name) || KEYS.contains(&name.as_str());
+        if let Some(name) = table.keys().find(|name| !is_known(name)) {
+            let error = Diagnostic::error(code::UNKNOWN_KEY, format!("unknown key `{name}`"));
+            return Err(error.about(format!("{key}.{name}")).try_if(suggestion(name, &known)));
+        }
+        let (own, common) = table.into_iter().partition(|(key, _)| owner(key).is_some());
+        Ok(Self { own, ..read_value(key, &toml::Value::Table(common))? })
+    }
+
     /// Refuse what makes no sense; this is table number `number`.
-    pub(super) fn check(&self, scene: &Scene, number: usize) -> Result<(), Diagnostic> {
-        let invalid = |key: &str, what: String| scene.invalid(&format!("contact.{number}.{key}"), what);
-        if let Some(name) = &self.preset {
+    fn check(&self, scene: &Scene, number: usize) -> Result<(), Diagnostic> {
+        let keys = Keys::of(scene, format!("contact.{number}"));
+        let name = self.law.name();
+        if let Some(preset) = &self.preset {
             let known = presets::ALL.map(|preset| preset.name).join(", ");
-            if presets::named(name).is_none() {
-                return Err(invalid("preset", format!("there is no ground `{name}`")).try_instead(known));
-            }
-            if self.law != LawName::Ground {
-                let what =
-                    format!("the preset `{name}` is of law = \"ground\", and this is `{}`", self.law.name());
-                return Err(invalid("preset", what).try_instead("leave `preset` or `law` out"));
-            }
+            let what = format!("there is no ground `{preset}`");
+            keys.refuse(presets::named(preset).is_none(), "preset", what, known)?;
+            let what = format!("the preset `{preset}` is of law = \"ground\", and this is `{name}`");
+            keys.refuse(self.law != LawName::Ground, "preset", what, "leave `preset` or `law` out")?;
         }
-        let as_a_whole = matches!(self.law, LawName::HertzRock | LawName::Ground);
-        if as_a_whole && self.effective_mass == EffectiveMass::Rock {
-            let what = format!("`{}` knows the mass that its force acts on", self.law.name());
-            return Err(invalid("effective_mass", what).try_instead("leave it out"));
-        }
-        if self.law == LawName::Ground && self.damping_ratio.is_some() {
-            let what = "`ground` has no dashpot that this could be the ratio of".into();
-            return Err(invalid("damping_ratio", what)
-                .try_instead("write restitution, that of a slow impact: 0.25 on soft soil, 0.5 on bedrock"));
-        }
-        let above_zero = [
-            ("young", self.young),
-            ("partner_young", self.partner_young),
-            ("stiffness_ratio", self.stiffness_ratio),
-            ("friction_max", self.friction_max),
-            ("friction_growth", self.friction_growth),
-            ("scarring_drag", self.scarring_drag),
-            ("ground_density", self.ground_density),
-        ];
-        for (key, value) in above_zero {
-            if let Some(v) = value.filter(|v| *v <= 0.0) {
-                return Err(invalid(key, format!("{key} = {v}: it must lie above 0")));
-            }
-        }
-        self.check_law(scene, number)?;
-        self.check_numbers(&invalid)?;
-        let not_negative = [
-            ("friction", Some(self.friction)),
-            ("friction_dynamic", self.friction_dynamic),
-            ("friction_decay", self.friction_decay),
-            ("friction_relaxation", self.friction_relaxation),
-            ("rolling_friction", Some(self.rolling_friction)),
-            ("rolling_damping", self.rolling_damping),
-        ];
-        for (key, value) in not_negative {
-            if let Some(v) = value.filter(|v| *v < 0.0) {
-                let words = key.replace('_', " ");
-                return Err(invalid(key, format!("a {words} of {v}: it must be 0 or more"))
-                    .try_instead(format!("turn its sign round: {key} = {}", -v)));
-            }
-        }
-        self.check_sides(&invalid)?;
-        self.check_parts(&invalid)
+        let rocks_mass = self.is_of_rock() && self.effective_mass == EffectiveMass::Rock;
+        let what = format!("`{name}` knows the mass that its force acts on");
+        keys.refuse(rocks_mass, "effective_mass", what, "leave it out")?;
+        keys.refuse(
+            self.law == LawName::Ground && self.damping_ratio.is_some(),
+            "damping_ratio",
+            "`ground` has no dashpot that this could be the ratio of",
+            "write restitution, that of a slow impact: 0.25 on soft soil, 0.5 on bedrock",
+        )?;
+        keys.above_zero(&[
+            ("young", self.young, ""),
+            ("partner_young", self.partner_young, ""),
+            ("stiffness_ratio", self.stiffness_ratio, ""),
+            ("friction_max", self.friction_max, ""),
+            ("friction_growth", self.friction_growth, ""),
+            ("scarring_drag", self.scarring_drag, ""),
+            ("ground_density", self.ground_density, ""),
+        ])?;
+        self.check_law(&keys)?;
+        self.check_numbers(&keys)?;
+        keys.not_negative(&[
+            ("friction", Some(self.friction), ""),
+            ("friction_dynamic", self.friction_dynamic, ""),
+            ("friction_decay", self.friction_decay, ""),
+            ("friction_relaxation", self.friction_relaxation, ""),
+            ("rolling_friction", Some(self.rolling_friction), ""),
+            ("rolling_damping", self.rolling_damping, ""),
+        ])?;
+        self.check_parts(&keys)
+    }
+
+    /// Whether the law is that of the rock as a whole on terrain.
+    pub(super) fn is_of_rock(&self) -> bool {
+        matches!(self.law, LawName::HertzRock | LawName::Ground)
+    }
+
+    /// A number of the law's own keys.
+    pub fn own_number(&self, key: &str) -> Option<f64> {
+        let value = self.own.get(key)?;
+        value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64))
     }
 
     /// `ground_pressure` of `law = "ground"` [Pa].
     pub(super) fn ground_pressure(&self) -> Option<f64> {
-        let value = self.own.get("ground_pressure").filter(|_| self.law == LawName::Ground)?;
-        value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64))
+        self.own_number("ground_pressure").filter(|_| self.law == LawName::Ground)
     }
 
     /// What only the law knows.
-    fn check_law(&self, scene: &Scene, number: usize) -> Result<(), Diagnostic> {
-        let place = |key: &str| format!("contact.{number}.{key}");
-        let invalid = |key: &str, what: String| scene.invalid(&place(key), what);
-        let name = self.law.name();
-        let own = own_keys::of(self.law);
+    fn check_law(&self, keys: &Keys) -> Result<(), Diagnostic> {
+        let (name, own) = (self.law.name(), self.law.own_keys());
         if let Some(key) = self.own.keys().find(|key| !own.contains(*key)) {
-            let owner = own_keys::owner(key).expect("others are refused when read").name();
-            return Err(invalid(key, format!("`{key}` belongs to law = \"{owner}\", and this is `{name}`"))
+            let owner = owner(key).expect("others are refused when read").name();
+            return Err(keys
+                .invalid(key, format!("`{key}` belongs to law = \"{owner}\", and this is `{name}`"))
                 .try_instead(format!("leave it out, or write law = \"{owner}\"")));
         }
-        // A Poisson's ratio that is missing is asked for later.
+        let hertzian = matches!(self.law, LawName::HertzRock | LawName::HertzMindlin);
+        keys.refuse(hertzian && self.young.is_none(), "young", format!("`{name}` needs `young` [Pa]"), "")?;
         let sides =
             self.young.map(|young| Elastic { own: (young, self.poisson.unwrap_or(0.0)), other: None });
-        if matches!(self.law, LawName::HertzRock | LawName::HertzMindlin) && sides.is_none() {
-            return Err(invalid("young", format!("`{name}` needs `young` [Pa]")));
-        }
-        self.law.build(&self.own, sides.as_ref()).map(drop).map_err(|refusal| {
-            let code = if refusal.misread { code::WRONG_TYPE } else { code::INVALID_VALUE };
-            invalid(&refusal.key, refusal.what).coded(code).try_if(refusal.cure)
-        })
+        self.law.build(&self.own, sides.as_ref()).map(drop).map_err(|e| keys.placed(e, "law"))
     }
 
-    /// The moduli of both sides; `None` without `young`.
+    /// The two sides; `None` without `young`.
     pub fn sides(&self, partner: PartnerKind) -> Option<Elastic> {
         let own = self.young.zip(self.poisson)?;
         let given = self.partner_young.zip(self.partner_poisson);
         Some(Elastic { own, other: given.or((partner == PartnerKind::Rock).then_some(own)) })
     }
 
-    /// What the force is in proportion to: the key and its value, if the table has one.
+    /// The key that makes it stiff, with its value: `young`, else the law's own; its restitution is none of them.
     pub fn strength(&self) -> Option<(&str, f64)> {
-        let number =
-            |value: &toml::Value| value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64));
         let own = || {
-            let mut stiff = self.own.iter().filter(|(key, _)| !key.starts_with("restitution"));
-            stiff.find_map(|(key, value)| Some((key.as_str(), number(value)?)))
+            let mut stiff = self.own.keys().filter(|key| !key.starts_with("restitution"));
+            stiff.find_map(|key| Some((key.as_str(), self.own_number(key)?)))
         };
         self.young.map(|young| ("young", young)).or_else(own)
     }
 
-    /// Poisson's ratio, restitution and damping ratio.
-    fn check_numbers(&self, invalid: &dyn Fn(&str, String) -> Diagnostic) -> Result<(), Diagnostic> {
-        match self.poisson {
-            Some(nu) if !(0.0..=0.5).contains(&nu) => {
-                return Err(invalid("poisson", format!("a Poisson's ratio of {nu}: 0 to 0.5 is possible"))
-                    .try_instead("rock has 0.2 to 0.3; 25 % is poisson = 0.25"));
-            }
-            None if self.young.is_some() || (self.friction > 0.0 && self.stiffness_ratio.is_none()) => {
-                return Err(invalid(
-                    "poisson",
-                    "Poisson's ratio is needed with `young` and with friction".into(),
-                )
-                .try_instead("write poisson = 0.2 for rock"));
-            }
-            _ => {}
+    fn check_numbers(&self, keys: &Keys) -> Result<(), Diagnostic> {
+        let poissons = [
+            ("poisson", self.poisson, "rock has 0.2 to 0.3; 25 % is poisson = 0.25"),
+            ("partner_poisson", self.partner_poisson, ""),
+        ];
+        for (key, nu, cure) in poissons {
+            let nu = nu.unwrap_or_default();
+            let what = format!("a Poisson's ratio of {nu}: 0 to 0.5 is possible");
+            keys.refuse(!(0.0..=0.5).contains(&nu), key, what, cure)?;
         }
-        match (self.restitution, self.damping_ratio) {
-            (Some(_), Some(_)) => {
-                return Err(invalid(
-                    "damping_ratio",
-                    "restitution and damping_ratio define one thing twice".into(),
-                )
-                .try_instead("keep one of them"));
-            }
-            (None, None) => {
-                return Err(invalid(
-                    "restitution",
-                    "the contact has neither restitution nor damping_ratio".into(),
-                )
-                .try_instead("restitution = 1 is a contact without a dashpot"));
-            }
-            (Some(e), None) if e > 0.0 && e < LEAST_RESTITUTION => {
-                let what = format!("a restitution of {e:e}: its dashpot would ask for steps of no length");
-                return Err(invalid("restitution", what)
-                    .try_instead(format!("{LEAST_RESTITUTION:e} and more can be computed")));
-            }
-            (Some(e), None) if !(e > 0.0 && e <= 1.0) => {
-                let what = format!("a restitution of {e}: above 0 up to 1 is possible");
-                let percent =
-                    (e > 1.0 && e <= 100.0).then(|| format!("; {e} % is restitution = {}", e / 100.0));
-                let cure = "it is the speed after an impact over that before it";
-                return Err(
-                    invalid("restitution", what).try_instead(cure.to_owned() + &percent.unwrap_or_default())
-                );
-            }
-            (None, Some(g)) if g < 0.0 => {
-                return Err(invalid(
-                    "damping_ratio",
-                    format!("a damping ratio of {g}: it must be 0 or more"),
-                ));
-            }
-            _ => {}
+        let shears = self.friction > 0.0 && self.stiffness_ratio.is_none();
+        keys.refuse(
+            self.poisson.is_none() && (self.young.is_some() || shears),
+            "poisson",
+            "Poisson's ratio is needed with `young` and with friction",
+            "write poisson = 0.2 for rock",
+        )?;
+        keys.twice(
+            ["restitution", "damping_ratio"],
+            self.restitution.is_some() && self.damping_ratio.is_some(),
+        )?;
+        keys.refuse(
+            self.restitution.is_none() && self.damping_ratio.is_none(),
+            "restitution",
+            "the contact has neither restitution nor damping_ratio",
+            "restitution = 1 is a contact without a dashpot",
+        )?;
+        let e = self.restitution.unwrap_or(1.0);
+        keys.refuse(
+            e > 0.0 && e < LEAST_RESTITUTION,
+            "restitution",
+            format!("a restitution of {e:e}: its dashpot would ask for steps of no length"),
+            format!("{LEAST_RESTITUTION:e} and more can be computed"),
+        )?;
+        let percent = (e > 1.0 && e <= 100.0).then(|| format!("; {e} % is restitution = {}", e / 100.0));
+        let cure = "it is the speed after an impact over that before it".to_owned();
+        let what = format!("a restitution of {e}: above 0 up to 1 is possible");
+        keys.refuse(!(e > 0.0 && e <= 1.0), "restitution", what, cure + &percent.unwrap_or_default())?;
+        keys.not_negative(&[("damping_ratio", self.damping_ratio, "")])
+    }
+
+    /// Keys that go together, and those of parts that are not built.
+    fn check_parts(&self, keys: &Keys) -> Result<(), Diagnostic> {
+        let partner = (self.partner_young.is_some(), self.partner_poisson.is_some());
+        let what = "partner_young is the partner of `young`, which is missing";
+        keys.refuse(partner.0 && self.young.is_none(), "partner_young", what, "")?;
+        let what = "Poisson's ratio of the partner is needed with `partner_young`";
+        keys.refuse(partner == (true, false), "partner_poisson", what, "")?;
+        let what = "partner_poisson without `partner_young`";
+        keys.refuse(partner == (false, true), "partner_poisson", what, "leave it out: the partner is rigid")?;
+        let most = self.friction_max.unwrap_or(f64::INFINITY);
+        let what =
+            format!("friction_max = {most} lies below friction = {}, from which it grows", self.friction);
+        keys.refuse(most < self.friction, "friction_max", what, "are the two exchanged?")?;
+        let (grows, growth, relaxes) =
+            (self.friction_max.is_some(), self.friction_growth.is_some(), self.friction_relaxation.is_some());
+        for (key, there) in [("friction_growth", growth), ("friction_relaxation", relaxes)] {
+            let cure = "medium ground of RAMMS has friction_growth = 2.0 and friction_relaxation = 150.0";
+            keys.refuse(grows && !there, "friction_max", format!("`friction_max` needs `{key}`"), cure)?;
         }
-        Ok(())
+        let rut = self.rolling == Some(RollingName::Rut);
+        keys.refuse(
+            rut && self.ground_pressure().is_none(),
+            "rolling",
+            "the rut is that of ground which resists with a pressure",
+            "law = \"ground\" with ground_pressure; or rolling = \"constant\" with rolling_friction",
+        )?;
+        let (slides, rolls) = (self.friction > 0.0, self.rolling_friction > 0.0);
+        let springs = self.rolling == Some(RollingName::Spring);
+        let (dynamic, decays) = (self.friction_dynamic.is_some(), self.friction_decay.is_some());
+        let (ploughs, of_rock) = (self.scarring_drag.is_some(), self.is_of_rock());
+        keys.idle(&[
+            ("friction_dynamic", dynamic && !slides, "without `friction`"),
+            ("friction_decay", decays && !dynamic, "without `friction_dynamic`"),
+            ("stiffness_ratio", self.stiffness_ratio.is_some() && !slides, "without `friction`"),
+            ("friction_max", grows && !slides, "without `friction`"),
+            ("friction_max", grows && dynamic, "beside `friction_dynamic`"),
+            ("friction_growth", growth && !grows, "without `friction_max`"),
+            ("friction_relaxation", relaxes && !grows, "without `friction_max`"),
+            ("scarring_drag", ploughs && !of_rock, "without law = \"ground\" or \"hertz_rock\""),
+            ("ground_density", self.ground_density.is_some() && !ploughs, "without `scarring_drag`"),
+            ("rolling_friction", rut && rolls, "beside rolling = \"rut\""),
+            ("rolling", self.rolling.is_some() && !rut && !rolls, "without `rolling_friction`"),
+            ("rolling_damping", self.rolling_damping.is_some() && !springs, "without rolling = \"spring\""),
+        ])
     }
 
     /// Whether this table names the pair, in either order; a table without names does not.
@@ -364,16 +376,13 @@ pub fn check_all(contacts: &[ContactSettings], known: &[String], scene: &Scene) 
             (None, None) => true,
             _ => false,
         });
-        if let Some(first) = twice {
-            let key = if contact.between.is_some() { ".between" } else { "" };
+        if let Some(first) = twice.map(|first| first + 1) {
             let what = match &contact.between {
-                Some([a, b]) => format!("the pair `{a}`, `{b}` has a table already, number {}", first + 1),
-                None => {
-                    format!("two tables [[contact]] without `between`, the first is number {}", first + 1)
-                }
+                Some([a, b]) => format!("the pair `{a}`, `{b}` has a table already, number {first}"),
+                None => format!("two tables [[contact]] without `between`, the first is number {first}"),
             };
             return Err(scene
-                .invalid(&format!("contact.{number}{key}"), what)
+                .invalid(&format!("contact.{number}.between"), what)
                 .try_instead("keep one of them, or name another pair: between = [\"rock\", \"structure\"]"));
         }
         if let Some(unknown) = contact.between.iter().flatten().find(|name| !known.contains(name)) {
@@ -412,7 +421,7 @@ mod tests {
     use super::*;
 
     fn table(text: &str) -> ContactSettings {
-        toml::from_str(text).unwrap_or_else(|e| panic!("{e}"))
+        ContactSettings::of("contact.0", text.parse().expect("TOML")).unwrap_or_else(|e| panic!("{e}"))
     }
 
     #[test]

@@ -57,8 +57,8 @@ impl Laws {
 
     /// The same with the rock's whole mass in every dashpot: for a mesh whose masses are not known.
     pub fn without_local_masses(mut self) -> Self {
-        for law in &mut self.surfaces {
-            law.use_rocks_mass();
+        for damping in self.surfaces.iter_mut().filter_map(|law| law.damping.as_mut()) {
+            damping.mass = EffectiveMass::Rock;
         }
         self
     }
@@ -113,13 +113,11 @@ impl<'a> SurfaceLaws<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::law::normal::Normal;
 
     fn tables(text: &str) -> Vec<ContactSettings> {
-        #[derive(serde::Deserialize)]
-        struct Tables {
-            contact: Vec<ContactSettings>,
-        }
-        toml::from_str::<Tables>(text).expect("tables").contact
+        let scene = toolkit::scene::Scene::from_text("test.toml", text).expect("a scene");
+        ContactSettings::read(&scene).expect("tables")
     }
 
     #[test]
@@ -137,11 +135,14 @@ mod tests {
         let row = laws.row("granite", &surfaces).expect("all have a law");
         let materials = [1, 0, 1];
         let of_rock = SurfaceLaws { laws: &laws.surfaces, row: &row, materials: &materials };
-        let moduli = [0, 1, 2].map(|e| of_rock.of(e).normal.modulus());
-        let hertz = |modulus| Some(modulus);
-        assert_eq!(moduli, [hertz(1e9), hertz(2e9), hertz(1e9)]);
+        let modulus = |normal| match normal {
+            Normal::HertzMindlin(law) => law.modulus,
+            other => panic!("{other:?}"),
+        };
+        let moduli = [0, 1, 2].map(|e| modulus(of_rock.of(e).normal));
+        assert_eq!(moduli, [1e9, 2e9, 1e9]);
         // Two rocks are both elastic.
-        assert_eq!(laws.rocks[1].normal.modulus(), hertz(1e9));
+        assert_eq!(modulus(laws.rocks[1].normal), 1e9);
         assert_eq!(laws.of("net").count(), 2);
         assert_eq!(laws.of("soil").count(), 1);
         let only = Laws::new(&tables(&part("between = [\"granite\", \"net\"]", "1e9"))).expect("one");

@@ -107,13 +107,16 @@ impl Tangential {
             let viscous = slip * (-dashpot * stiffness.sqrt());
             (trial, trial + within(limit, &trial, viscous))
         };
-        let mut end = elastic - half;
-        let size = end.norm();
-        if size > limit {
-            end *= limit / size;
-        }
-        Grip { force, spring: end, energy: 0.5 * end.norm_squared() / stiffness }
+        let spring = cut(elastic - half, limit);
+        Grip { force, spring, energy: 0.5 * spring.norm_squared() / stiffness }
     }
+}
+
+/// A force, shortened to `limit` [N].
+#[inline]
+pub(super) fn cut(force: Vector3<f64>, limit: f64) -> Vector3<f64> {
+    let size = force.norm();
+    if size > limit { force * (limit / size) } else { force }
 }
 
 /// What of a spring's force is left as its contact unloads from `before` to `overlap` [m]: it goes with the contact area, and

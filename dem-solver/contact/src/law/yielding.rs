@@ -18,7 +18,7 @@
 
 use super::Law;
 use super::load::Load;
-use super::refusal::Refusal;
+use interface_defs::diagnostic::Diagnostic;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -56,44 +56,36 @@ pub enum Rule {
 
 impl Rule {
     /// From the keys of a scene.
-    pub fn new(name: Option<RuleName>, speed: Option<f64>, softening: Option<f64>) -> Result<Self, Refusal> {
+    pub fn new(
+        name: Option<RuleName>,
+        speed: Option<f64>,
+        softening: Option<f64>,
+    ) -> Result<Self, Diagnostic> {
+        let wrong = |key: &str, what: String| Diagnostic::new(what).about(key);
         for (key, value) in [("restitution_speed", speed), ("restitution_softening", softening)] {
             if let Some(v) = value.filter(|v| *v <= 0.0) {
-                return Err(Refusal::of(key, format!("{key} = {v}: it must lie above 0")));
+                return Err(wrong(key, format!("{key} = {v}: it must lie above 0")));
             }
         }
-        let idle = |key: &str, owner: &str| {
-            let what = format!("`{key}` does nothing without restitution_law = {owner}");
-            Refusal::of(key, what).try_instead("leave it out")
-        };
         let name = name.unwrap_or_default();
-        let fast = matches!(name, RuleName::PfeifferBowen | RuleName::Bourrier);
-        match (fast, speed, softening) {
-            (false, Some(_), _) => {
-                return Err(idle("restitution_speed", "\"pfeiffer_bowen\" or \"bourrier\""));
+        let (fast, walton) =
+            (matches!(name, RuleName::PfeifferBowen | RuleName::Bourrier), name == RuleName::Walton);
+        for (key, idle, owner) in [
+            ("restitution_speed", speed.is_some() && !fast, "\"pfeiffer_bowen\" or \"bourrier\""),
+            ("restitution_softening", softening.is_some() && !walton, "\"walton\""),
+        ] {
+            if idle {
+                let what = format!("`{key}` does nothing without restitution_law = {owner}");
+                return Err(wrong(key, what).try_instead("leave it out"));
             }
-            (_, _, Some(_)) if name != RuleName::Walton => {
-                return Err(idle("restitution_softening", "\"walton\""));
-            }
-            _ => {}
         }
+        let needed = || wrong("restitution_law", "\"walton\" needs `restitution_softening` [1/m]".into());
         Ok(match name {
             RuleName::Constant => Self::Constant,
             RuleName::PfeifferBowen => Self::PfeifferBowen(speed.unwrap_or(9.144)),
             RuleName::Bourrier => Self::Bourrier(speed.unwrap_or(10.0)),
-            RuleName::Walton => Self::Walton(softening.ok_or_else(|| {
-                Refusal::of("restitution_law", "\"walton\" needs `restitution_softening` [1/m]")
-            })?),
+            RuleName::Walton => Self::Walton(softening.ok_or_else(needed)?),
         })
-    }
-
-    fn describe(&self) -> String {
-        match self {
-            Self::Constant => String::new(),
-            Self::PfeifferBowen(k) => format!(" / (1 + (v / {k} m/s)^2)"),
-            Self::Bourrier(k) => format!(" * {k} / ({k} + v)"),
-            Self::Walton(s) => format!(" / sqrt(1 + {s} depth)"),
-        }
     }
 }
 
@@ -121,7 +113,13 @@ impl Yielding {
 
     /// In words, with numbers.
     pub fn describe(&self) -> String {
-        format!(", restitution {}{}", self.restitution, self.rule.describe())
+        let rule = match self.rule {
+            Rule::Constant => String::new(),
+            Rule::PfeifferBowen(k) => format!(" / (1 + (v / {k} m/s)^2)"),
+            Rule::Bourrier(k) => format!(" * {k} / ({k} + v)"),
+            Rule::Walton(s) => format!(" / sqrt(1 + {s} depth)"),
+        };
+        format!(", restitution {}{rule}", self.restitution)
     }
 }
 
@@ -167,7 +165,7 @@ pub struct Pressing {
 }
 
 /// What a rock feels of ground that gives way.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Felt {
     /// Stiffness of the first loading there [N/m], force [N] and energy that may come back [J].
     pub load: Load,
@@ -179,16 +177,6 @@ pub struct Felt {
     pub dashpot: f64,
     /// Its g.
     pub ratio: f64,
-}
-
-impl Felt {
-    const NOTHING: Self = Self {
-        load: Load { stiffness: 0.0, force: 0.0, energy: 0.0 },
-        depth: 0.0,
-        lost: 0.0,
-        dashpot: 0.0,
-        ratio: 0.0,
-    };
 }
 
 impl Dent {
@@ -229,7 +217,7 @@ impl Dent {
         let depth = overlap - self.level;
         if depth <= 0.0 {
             *self = Self { law: self.law, level: overlap, ..Self::default() };
-            return Felt::NOTHING;
+            return Felt::default();
         }
         let first = law.normal.load(radius, depth.max(self.deepest));
         if depth >= self.deepest {
@@ -245,7 +233,7 @@ impl Dent {
                 ..*self
             };
             let load = Load { energy: kept, ..first };
-            return Felt { load, depth, lost: first.energy - kept - before, ..Felt::NOTHING };
+            return Felt { load, depth, lost: first.energy - kept - before, ..Felt::default() };
         }
         let (stiffness, free) = self.unloading(law, radius);
         if depth <= free {
@@ -253,7 +241,7 @@ impl Dent {
             if self.travel * self.travel > 2.0 * radius * (self.level + free) {
                 *self = Self { law: self.law, level: overlap, ..Self::default() };
             }
-            return Felt::NOTHING;
+            return Felt::default();
         }
         self.travel = 0.0;
         self.seated |= rate > 0.0;
@@ -273,12 +261,9 @@ impl Dent {
             *self = Self { law: number, level, ..Self::default() };
             return 0.0;
         }
-        let force = if depth >= self.deepest {
-            from.normal.load(radius, depth).force
-        } else {
-            let (stiffness, free) = self.unloading(from, radius);
-            stiffness * (depth - free)
-        };
+        let (stiffness, free) = self.unloading(from, radius);
+        let loading = depth >= self.deepest;
+        let force = if loading { from.normal.load(radius, depth).force } else { stiffness * (depth - free) };
         let unit = to.normal.load(radius, 1.0);
         let deepest = (force / unit.force).powf(1.0 / (to.normal.powers().overlap - 1.0));
         let whole = to.normal.load(radius, deepest).energy;

@@ -56,18 +56,10 @@ pub struct Rock {
 }
 
 impl Rock {
-    /// Rock number `at` of the scene, from its table, which has been checked. Reads the files that it
-    /// names and makes its spheres. The second part is what the user should know.
+    /// Rock number `at` of the scene, from its table, which has been checked. Reads the files that it names and makes its spheres;
+    /// those that were made for it before are looked for beside the scene and in the folders `more`. The second part is what the
+    /// user should know.
     pub fn new(
-        at: usize,
-        settings: &RockSettings,
-        scene: &Scene,
-    ) -> Result<(Self, Vec<Diagnostic>), Diagnostic> {
-        Self::with_kept(at, settings, scene, &[])
-    }
-
-    /// The same; spheres that were made for it before are looked for beside the scene and in the folders `more`.
-    pub fn with_kept(
         at: usize,
         settings: &RockSettings,
         scene: &Scene,
@@ -161,13 +153,9 @@ impl Rock {
         let solid = self.solid.scaled(factor);
         let grown = |s: &Sphere| Sphere { centre: s.centre * factor, radius: s.radius * factor };
         Self {
-            name: self.name.clone(),
             mass,
             inertia: solid.inertia(mass),
             spheres: self.spheres.iter().map(grown).collect(),
-            outermost: self.outermost.clone(),
-            origin: self.origin.clone(),
-            facing: self.facing,
             lowest_corner: self.lowest_corner * factor,
             highest_corner: self.highest_corner * factor,
             reach: self.reach * factor,
@@ -178,6 +166,7 @@ impl Rock {
             accuracy: None,
             made: None,
             unscaled: None,
+            ..self.clone()
         }
     }
 
@@ -298,7 +287,7 @@ mod tests {
 
     fn rock(settings: &RockSettings) -> (Rock, Vec<Diagnostic>) {
         let scene = Scene::from_text("test.toml", "").expect("a scene");
-        Rock::new(0, settings, &scene).unwrap_or_else(|e| panic!("{e}"))
+        Rock::new(0, settings, &scene, &[]).unwrap_or_else(|e| panic!("{e}"))
     }
 
     /// V-D10. The printed inertia has four digits; ours is the formula itself.

@@ -1,5 +1,6 @@
 //! The spheres that stand for a rock in contact: read, a lattice, or made, as the scene asks for.
 
+use crate::keys::Keys;
 use crate::settings::Cluster;
 use dem_solid::cluster::{Accuracy, Bound, MOST_SPHERES, Wish, files, kept, lattice};
 use dem_solid::geometry::sphere::{Sphere, extent};
@@ -18,18 +19,14 @@ pub fn check_smallest(
 ) -> Result<(), Diagnostic> {
     let edges = extent(surface.points.iter().map(|p| (*p, 0.0)));
     let half = 0.5 * edges.into_iter().fold(f64::INFINITY, f64::min);
-    match cluster.smallest_radius.filter(|radius| *radius > half) {
-        Some(radius) => Err(scene
-            .invalid(
-                &format!("rock.{at}.cluster.smallest_radius"),
-                format!("smallest_radius = {radius} m, and no sphere above {half:.4} m fits into the rock"),
-            )
-            .try_instead("it is written in metres: 50 mm is 0.05")),
-        None => Ok(()),
-    }
+    let radius = cluster.smallest_radius.unwrap_or_default();
+    let what = format!("smallest_radius = {radius} m, and no sphere above {half:.4} m fits into the rock");
+    let cure = "it is written in metres: 50 mm is 0.05";
+    Keys::of(scene, format!("rock.{at}.cluster")).refuse(radius > half, "smallest_radius", what, cure)
 }
 
 /// The spheres of a rock in its shape's own axes, and what is known of them from how they were made.
+#[derive(Default)]
 pub struct PlacedSpheres {
     pub spheres: Vec<Sphere>,
     pub origin: String,
@@ -69,9 +66,7 @@ impl PlacedSpheres {
             origin: "itself".into(),
             outermost: Some(vec![0]),
             facing: Some(1.0),
-            notice: None,
-            accuracy: None,
-            made: None,
+            ..Self::default()
         }
     }
 
@@ -90,8 +85,7 @@ impl PlacedSpheres {
             outermost: Some(lattice::outermost(lattice.counts)),
             facing: Some((x * y).max(y * z).max(x * z)),
             notice,
-            accuracy: None,
-            made: None,
+            ..Self::default()
         })
     }
 
@@ -117,14 +111,13 @@ impl PlacedSpheres {
         };
         let text = kept::text(surface, &wish, &bound, &spheres);
         let notice = (spheres.len() < wish.spheres as usize).then(|| {
+            let (made, asked) = (spheres.len(), wish.spheres);
             format!(
-                "{} spheres cover the shape down to the chords of its triangles; {} were asked for",
-                spheres.len(),
-                wish.spheres
+                "{made} spheres cover the shape down to the chords of its triangles; {asked} were asked for"
             )
         });
         let (origin, made) = ("medial".into(), Some(text));
-        Ok(Self { spheres, origin, outermost: None, facing: None, notice, accuracy, made })
+        Ok(Self { spheres, origin, notice, accuracy, made, ..Self::default() })
     }
 
     /// The spheres that `file` lists, with a notice where they do not hang together.
@@ -137,6 +130,6 @@ impl PlacedSpheres {
             )
         });
         let origin = format!("of {}", file.display());
-        Ok(Self { spheres, origin, outermost: None, facing: None, notice, accuracy: None, made: None })
+        Ok(Self { spheres, origin, notice, ..Self::default() })
     }
 }

@@ -47,7 +47,8 @@ pub fn turn(
     if angular_momentum.norm_squared() * h * h <= SHORT * SHORT * inertia.min().powi(2) {
         return short(q, angular_momentum, inertia, h);
     }
-    let pieces = pieces(angular_momentum, inertia, h, TURN);
+    // Never more than so many: a body that diverges has to end as well.
+    let pieces = (angular_momentum.norm() / inertia.min() * h.abs() / TURN).ceil().clamp(1.0, MOST);
     (0..pieces as u64).fold(*q, |q, _| series(&q, angular_momentum, inertia, h / pieces))
 }
 
@@ -142,12 +143,6 @@ fn turn_by(angle: &Vector3<f64>) -> UnitQuaternion<f64> {
     let cos = 1.0 - square / 2.0 * (1.0 - square / 12.0 * (1.0 - square / 30.0));
     let sin = 1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0));
     UnitQuaternion::new_unchecked(Quaternion::from_parts(cos, angle * (0.5 * sin)))
-}
-
-/// Equal pieces of `h` [s] in which a body turns by `limit` [rad] at most. Never more than [`MOST`]: a body that
-/// diverges has to end as well.
-fn pieces(angular_momentum: &Vector3<f64>, inertia: &Vector3<f64>, h: f64, limit: f64) -> f64 {
-    (angular_momentum.norm() / inertia.min() * h.abs() / limit).ceil().clamp(1.0, MOST)
 }
 
 #[cfg(test)]

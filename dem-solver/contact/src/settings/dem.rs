@@ -1,5 +1,6 @@
 //! `[dem]`: the solver's own step.
 
+use crate::keys::Keys;
 use dem_solid::geometry::shared_nodes::Unshared;
 use interface_defs::diagnostic::Diagnostic;
 use schemars::JsonSchema;
@@ -11,17 +12,14 @@ use toolkit::scene::Scene;
 #[serde(deny_unknown_fields)]
 pub struct DemSettings {
     /// The solver's own step [s]. Excludes `steps_per_contact`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub time_step: Option<f64>,
     /// Steps in the shortest contact that is expected; of one rock on terrain without a structure, in the contact at
     /// hand, which is longer where fewer spheres touch or the rock is slower. More: more accurate, as its
     /// square, and more costly. Default 50.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub steps_per_contact: Option<f64>,
     /// A step that follows from `steps_per_contact` is shortened to this fraction of the critical one, above 0 to 1.
     /// Default: 0.5 where the scene does not name `steps_per_contact`; else it is not shortened, and refused above the
     /// critical one. Excludes `time_step`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub time_step_scale: Option<f64>,
     /// How rocks rotate between two steps. Default `exact`; of separate spheres always `exact`.
     #[serde(default)]
@@ -31,7 +29,6 @@ pub struct DemSettings {
     #[serde(default)]
     pub contact_selection: ContactSelection,
     /// Threads for many separate spheres; the results do not depend on it. Default 1.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub threads: Option<usize>,
     /// Whether a step above the critical one is taken all the same. Default false.
     #[serde(default)]
@@ -56,19 +53,16 @@ pub enum ContactSelection {
 impl ContactSelection {
     /// Whether it is `continuous` on a mesh, and why, in words: `unshared` says where its elements touch without a common node.
     pub fn choose(self, mesh: &str, unshared: impl FnOnce() -> Option<Unshared>) -> (bool, String) {
-        match self {
-            Self::Nearest => (false, format!("contact selection on the {mesh}: nearest, as the scene says")),
-            Self::Continuous => {
-                (true, format!("contact selection on the {mesh}: continuous, as the scene says"))
-            }
+        let (continuous, why) = match self {
+            Self::Nearest => (false, "as the scene says".into()),
+            Self::Continuous => (true, "as the scene says".into()),
             Self::Automatic => match unshared() {
-                None => (
-                    true,
-                    format!("contact selection on the {mesh}: continuous, its elements share their nodes"),
-                ),
-                Some(place) => (false, format!("contact selection on the {mesh}: nearest, because {place}")),
+                None => (true, "its elements share their nodes".into()),
+                Some(place) => (false, format!("because {place}")),
             },
-        }
+        };
+        let name = if continuous { "continuous" } else { "nearest" };
+        (continuous, format!("contact selection on the {mesh}: {name}, {why}"))
     }
 }
 
@@ -105,34 +99,24 @@ impl DemSettings {
 
     /// Refuse what makes no sense.
     pub(super) fn check(&self, scene: &Scene) -> Result<(), Diagnostic> {
-        if let (Some(_), Some(_)) = (self.time_step, self.steps_per_contact) {
-            return Err(scene
-                .invalid("dem.steps_per_contact", "time_step and steps_per_contact define one thing twice")
-                .try_instead("keep one of them"));
-        }
-        if let (Some(_), Some(_)) = (self.time_step, self.time_step_scale) {
-            return Err(scene
-                .invalid(
-                    "dem.time_step_scale",
-                    "a given time_step is not shortened to a fraction of the critical one",
-                )
-                .try_instead("keep one of time_step and time_step_scale"));
-        }
-        if let Some(scale) = self.time_step_scale.filter(|s| !(*s > 0.0 && *s <= 1.0)) {
-            let what =
-                format!("a fraction of {scale} of the critical step: it must be above 0 and at most 1");
-            return Err(scene.invalid("dem.time_step_scale", what));
-        }
-        if let Some(step) = self.time_step.filter(|s| *s <= 0.0) {
-            return Err(scene.invalid("dem.time_step", format!("a step of {step} s: it must lie above 0")));
-        }
-        if let Some(threads) = self.threads.filter(|t| !(1..=256).contains(t)) {
-            return Err(scene.invalid("dem.threads", format!("{threads} threads: 1 to 256 are possible")));
-        }
-        if let Some(steps) = self.steps_per_contact.filter(|s| *s < 1.0) {
-            let what = format!("{steps} steps per contact: at least 1 is needed");
-            return Err(scene.invalid("dem.steps_per_contact", what));
-        }
-        Ok(())
+        let keys = Keys::of(scene, "dem");
+        let given = self.time_step.is_some();
+        keys.twice(["time_step", "steps_per_contact"], given && self.steps_per_contact.is_some())?;
+        keys.refuse(
+            given && self.time_step_scale.is_some(),
+            "time_step_scale",
+            "a given time_step is not shortened to a fraction of the critical one",
+            "keep one of time_step and time_step_scale",
+        )?;
+        let scale = self.time_step_scale.unwrap_or(1.0);
+        let what = format!("a fraction of {scale} of the critical step: it must be above 0 and at most 1");
+        keys.refuse(!(scale > 0.0 && scale <= 1.0), "time_step_scale", what, "")?;
+        keys.above_zero(&[("time_step", self.time_step, " s")])?;
+        let threads = self.threads.unwrap_or(1);
+        let what = format!("{threads} threads: 1 to 256 are possible");
+        keys.refuse(!(1..=256).contains(&threads), "threads", what, "")?;
+        let steps = self.steps_per_contact.unwrap_or(1.0);
+        let what = format!("{steps} steps per contact: at least 1 is needed");
+        keys.refuse(steps < 1.0, "steps_per_contact", what, "")
     }
 }

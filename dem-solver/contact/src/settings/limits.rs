@@ -45,17 +45,18 @@ fn outside(
 
 /// Warnings about the laws of contact.
 pub fn of_contacts(contacts: &[ContactSettings]) -> Vec<Diagnostic> {
-    let mut found = Vec::new();
-    for (number, contact) in contacts.iter().enumerate() {
+    let of_one = |(number, contact): (usize, &ContactSettings)| {
         let of = |key: &str, value: Option<f64>, unit: &str, range: [f64; 2]| {
             outside(format!("contact.{number}.{key}"), &format!("a {key}"), value?, unit, range)
         };
-        found.extend(of("young", contact.young, "Pa", YOUNG));
-        found.extend(of("partner_young", contact.partner_young, "Pa", YOUNG));
-        found.extend(of("restitution", contact.restitution, "", [RESTITUTION, f64::INFINITY]));
-        found.extend(of("friction", Some(contact.friction), "", [f64::NEG_INFINITY, FRICTION]));
-    }
-    found
+        [
+            of("young", contact.young, "Pa", YOUNG),
+            of("partner_young", contact.partner_young, "Pa", YOUNG),
+            of("restitution", contact.restitution, "", [RESTITUTION, f64::INFINITY]),
+            of("friction", Some(contact.friction), "", [f64::NEG_INFINITY, FRICTION]),
+        ]
+    };
+    contacts.iter().enumerate().flat_map(of_one).flatten().collect()
 }
 
 /// Warnings about rock number `at`, of `mass` [kg].

@@ -61,17 +61,9 @@ impl Settings {
                 .try_instead("add a table [[rock]] with position, mass and shape"));
         }
         rock::complete(&mut rocks, scene)?;
-        let sides: Option<BoxSettings> = scene.read("box")?;
-        if let Some(sides) = &sides {
-            sides.check(scene)?;
-        }
-        let mut groups: Vec<SpheresSettings> = scene.read("spheres")?.unwrap_or_default();
-        spheres::complete(&mut groups, sides.as_ref(), scene)?;
-        let group = placement::as_rocks(&groups, &mut rocks, scene)?;
-        let contacts: Vec<ContactSettings> = scene.read("contact")?.unwrap_or_default();
-        let dem: DemSettings = scene.read("dem")?.unwrap_or_default();
-        dem.check(scene)?;
-        if dem.threads.is_some() {
+        let common = Self::without_rocks(scene)?;
+        let group = placement::as_rocks(&common.spheres, &mut rocks, scene)?;
+        if common.dem.threads.is_some() {
             return Err(scene
                 .invalid(
                     "dem.threads",
@@ -80,27 +72,67 @@ impl Settings {
                 .try_instead("leave it out"));
         }
         let mut terrain = TerrainSettings::of(scene)?;
-        let mut forests = Vec::new();
-        if let Some(terrain) = &mut terrain {
-            forests = terrain.plant(scene)?;
+        let notices = terrain.as_mut().map_or(Ok(Vec::new()), |terrain| terrain.plant(scene))?;
+        let it = Self { rocks, group, terrain, notices, ..common };
+        check_all(&it.contacts, &it.materials(), scene)?;
+        Ok(it)
+    }
+
+    /// Of separate spheres without rocks: read and check them.
+    pub fn of_spheres(scene: &Scene) -> Result<Self, Diagnostic> {
+        refuse_of_rocks(scene)?;
+        let it = Self::without_rocks(scene)?;
+        let materials = it.spheres.iter().map(|g| &g.material).chain(it.sides.iter().map(|b| &b.material));
+        check_all(&it.contacts, &materials.cloned().collect::<Vec<_>>(), scene)?;
+        if it.contacts.is_empty() {
+            return Err(scene
+                .invalid("spheres", "there are spheres and no contact law")
+                .try_instead("add a table [[contact]]"));
         }
-        let known = materials(&rocks, terrain.as_ref(), sides.as_ref());
-        check_all(&contacts, &known, scene)?;
+        Ok(it)
+    }
+
+    /// All but rocks and terrain, with the laws unchecked.
+    fn without_rocks(scene: &Scene) -> Result<Self, Diagnostic> {
+        let sides: Option<BoxSettings> = scene.read("box")?;
+        if let Some(sides) = &sides {
+            sides.check(scene)?;
+        }
+        let mut spheres: Vec<SpheresSettings> = scene.read("spheres")?.unwrap_or_default();
+        spheres::complete(&mut spheres, sides.as_ref(), scene)?;
+        let dem: DemSettings = scene.read("dem")?.unwrap_or_default();
+        dem.check(scene)?;
         let output = Output::of(scene)?;
         Ok(Self {
-            rocks,
-            spheres: groups,
-            group,
+            rocks: Vec::new(),
+            spheres,
+            group: Vec::new(),
             sides,
-            contacts,
-            terrain,
+            contacts: ContactSettings::read(scene)?,
+            terrain: None,
             dem,
             gravity: scene.gravity()?.into(),
             end_time: scene.end_time()?,
             interval: output.interval,
             fields: output.fields,
-            notices: forests,
+            notices: Vec::new(),
         })
+    }
+
+    /// Names of all materials that a law may name, each once.
+    fn materials(&self) -> Vec<String> {
+        let of_terrain = self.terrain.iter().flat_map(|terrain| {
+            [&*terrain.material].into_iter().chain(terrain.zone.iter().map(|zone| &*zone.material))
+        });
+        let of_rocks = self.rocks.iter().map(|rock| &*rock.material);
+        let of_box = self.sides.iter().map(|sides| &*sides.material);
+        let mut names: Vec<String> = Vec::new();
+        for name in of_rocks.chain([STRUCTURE]).chain(of_terrain).chain(of_box) {
+            if !names.iter().any(|n| n == name) {
+                names.push(name.into());
+            }
+        }
+        names
     }
 
     /// Number of rocks with a table `[[rock]]`; those that come after are spheres.
@@ -151,115 +183,44 @@ impl Settings {
     }
 }
 
-/// All that many separate spheres take from a scene, checked, with defaults filled in.
-#[derive(Debug, Clone, PartialEq)]
-pub struct GranularSettings {
-    /// `[[spheres]]`, at least one.
-    pub spheres: Vec<SpheresSettings>,
-    /// `[box]`.
-    pub sides: Option<BoxSettings>,
-    /// `[[contact]]`, at least one.
-    pub contacts: Vec<ContactSettings>,
-    /// `[dem]`.
-    pub dem: DemSettings,
-    /// `gravity` [m/s2].
-    pub gravity: Vector3<f64>,
-    /// `end_time` [s].
-    pub end_time: f64,
-    /// `[output] fields`: interval of the field files [s].
-    pub fields: Option<f64>,
-}
+/// Keys of `[[contact]]` that separate spheres do not have, and why.
+pub const OF_ROCKS_IN_CONTACT: [(&str, &str); 3] = [
+    ("effective_mass", "each contact of two spheres has their reduced mass, one with the [box] the sphere's"),
+    ("friction_max", "it is of contacts with terrain"),
+    ("scarring_drag", "it is of contacts with terrain"),
+];
 
-impl GranularSettings {
-    /// Read and check them.
-    pub fn of(scene: &Scene) -> Result<Self, Diagnostic> {
-        refuse_of_rocks(scene)?;
-        let sides: Option<BoxSettings> = scene.read("box")?;
-        if let Some(sides) = &sides {
-            sides.check(scene)?;
-        }
-        let mut groups: Vec<SpheresSettings> = scene.read("spheres")?.unwrap_or_default();
-        spheres::complete(&mut groups, sides.as_ref(), scene)?;
-        let contacts: Vec<ContactSettings> = scene.read("contact")?.unwrap_or_default();
-        let mut known: Vec<String> = groups.iter().map(|g| g.material.clone()).collect();
-        known.extend(sides.iter().map(|w| w.material.clone()));
-        check_all(&contacts, &known, scene)?;
-        if contacts.is_empty() {
-            return Err(scene
-                .invalid("spheres", "there are spheres and no contact law")
-                .try_instead("add a table [[contact]]"));
-        }
-        let dem: DemSettings = scene.read("dem")?.unwrap_or_default();
-        dem.check(scene)?;
-        Ok(Self {
-            spheres: groups,
-            sides,
-            contacts,
-            dem,
-            gravity: scene.gravity()?.into(),
-            end_time: scene.end_time()?,
-            fields: Output::of(scene)?.fields,
-        })
-    }
-}
+/// The same of `[dem]`.
+pub const OF_ROCKS_IN_DEM: [(&str, &str); 2] = [
+    ("contact_selection", "a sphere touches each other sphere and each side of the [box] once"),
+    ("rotation", "a sphere turns exactly"),
+];
 
-/// Keys of `[[contact]]` that rocks alone have.
-pub const OF_ROCKS_IN_CONTACT: [&str; 3] = ["effective_mass", "friction_max", "scarring_drag"];
-
-/// Keys of `[dem]` that rocks alone have.
-pub const OF_ROCKS_IN_DEM: [&str; 2] = ["contact_selection", "rotation"];
-
-/// Refuse beside `[[spheres]]` what rocks alone have.
+/// Refuse what rocks alone have.
 fn refuse_of_rocks(scene: &Scene) -> Result<(), Diagnostic> {
     let contacts: Vec<toml::Table> = scene.read("contact")?.unwrap_or_default();
     let dem: toml::Table = scene.read("dem")?.unwrap_or_default();
-    let of_rocks = |table: &toml::Table| {
-        let name = table.get("law").and_then(|law| law.as_str());
-        ["hertz_rock", "ground"].into_iter().find(|of_terrain| name == Some(of_terrain))
-    };
-    let first = contacts.iter().enumerate().find_map(|(number, table)| Some((number, of_rocks(table)?)));
-    if let Some((number, name)) = first {
-        return Err(scene
-            .invalid(&format!("contact.{number}.law"), format!("`{name}` is a contact of rocks with terrain"))
-            .try_instead("separate spheres take hertz_mindlin: each is a rock of its own"));
+    let mut tables = vec![("dem".into(), &dem, &OF_ROCKS_IN_DEM[..])];
+    for (number, table) in contacts.iter().enumerate().rev() {
+        tables.insert(0, (format!("contact.{number}"), table, &OF_ROCKS_IN_CONTACT[..]));
     }
-    let of_contacts = contacts.iter().enumerate().flat_map(|(number, table)| {
-        let keys = OF_ROCKS_IN_CONTACT.into_iter().filter(|key| table.contains_key(*key));
-        keys.map(move |key| (format!("contact.{number}.{key}"), key))
-    });
-    let of_dem = OF_ROCKS_IN_DEM.into_iter().filter(|key| dem.contains_key(*key));
-    let mut found = of_contacts.chain(of_dem.map(|key| (format!("dem.{key}"), key)));
-    let Some((place, key)) = found.next() else { return Ok(()) };
-    let why = match key {
-        "effective_mass" => {
-            "each contact of two spheres has their reduced mass, one with the [box] the sphere's"
+    for (place, table, _) in &tables {
+        let name = table.get("law").and_then(|law| law.as_str()).unwrap_or_default();
+        if ["hertz_rock", "ground"].contains(&name) {
+            let what = format!("`{name}` is a contact of rocks with terrain");
+            return Err(scene
+                .invalid(&format!("{place}.law"), what)
+                .try_instead("separate spheres take hertz_mindlin: each is a rock of its own"));
         }
-        "rotation" => "a sphere turns exactly",
-        "friction_max" | "scarring_drag" => "it is of contacts with terrain",
-        _ => "a sphere touches each other sphere and each side of the [box] once",
-    };
-    Err(scene.invalid(&place, format!("`{key}` beside [[spheres]]: {why}")).try_instead("leave it out"))
+    }
+    for (place, table, keys) in tables {
+        if let Some((key, why)) = keys.iter().find(|(key, _)| table.contains_key(*key)) {
+            let what = format!("`{key}` beside [[spheres]]: {why}");
+            return Err(scene.invalid(&format!("{place}.{key}"), what).try_instead("leave it out"));
+        }
+    }
+    Ok(())
 }
 
 /// Material of the structure's surface.
 pub const STRUCTURE: &str = "structure";
-
-/// Names of all materials of the scene, each once: those of the rocks, the structure's, the terrain's, the box's.
-fn materials(
-    rocks: &[RockSettings],
-    terrain: Option<&TerrainSettings>,
-    sides: Option<&BoxSettings>,
-) -> Vec<String> {
-    let of_rocks = rocks.iter().map(|r| r.material.as_str());
-    let of_terrain = terrain.into_iter().flat_map(|t| {
-        [t.material.as_str()].into_iter().chain(t.zone.iter().map(|zone| zone.material.as_str()))
-    });
-    let mut names: Vec<String> = Vec::new();
-    let of_box = sides.map(|sides| sides.material.as_str());
-    for name in of_rocks.chain([STRUCTURE]).chain(of_terrain).chain(of_box) {
-        if !names.iter().any(|n| n == name) {
-            names.push(name.into());
-        }
-    }
-    names
-}

@@ -1,7 +1,7 @@
 //! Where the spheres of a scene start: each in its own cell of a lattice that fills the region, at a
 //! random place within the room that is left there.
 
-use super::rock::RockSettings;
+use super::rock::{RockSettings, Shape};
 use super::spheres::SpheresSettings;
 use dem_solid::cluster::index::SphereIndex;
 use dem_solid::geometry::sphere::Sphere;
@@ -26,23 +26,9 @@ pub struct Start {
     pub velocity: Vec<Vector3<f64>>,
 }
 
-/// Numbers that look random.
-struct Random(SplitMix);
-
-impl Random {
-    /// From 0 to 1.
-    fn next(&mut self) -> f64 {
-        self.0.share()
-    }
-
-    /// From -1 to 1.
-    fn around_zero(&mut self) -> f64 {
-        2.0 * self.next() - 1.0
-    }
-
-    fn vector(&mut self) -> Vector3<f64> {
-        Vector3::from_fn(|_, _| self.around_zero())
-    }
+/// Three numbers from -1 to 1.
+fn around_zero(random: &mut SplitMix) -> Vector3<f64> {
+    Vector3::from_fn(|_, _| 2.0 * random.share() - 1.0)
 }
 
 /// Cells along each axis of the coarsest lattice that holds `count` spheres in a region of `size` [m],
@@ -68,11 +54,9 @@ impl Start {
         let mut start = Self::default();
         for (number, group) in groups.iter().enumerate() {
             start.add(number, group).map_err(|room| {
-                let what = format!(
-                    "{} spheres of up to {} m radius: the region has room for {room}",
-                    group.total(),
-                    group.radii()[1]
-                );
+                let (count, most) = (group.total(), group.radii()[1]);
+                let what =
+                    format!("{count} spheres of up to {most} m radius: the region has room for {room}");
                 scene
                     .invalid(&format!("spheres.{number}.count"), what)
                     .try_instead("fewer spheres, smaller ones or a larger region")
@@ -84,12 +68,17 @@ impl Start {
     /// Add the spheres of table number `number`, which has been checked, from the bottom up. Errs with
     /// how many would fit if not all do.
     pub fn add(&mut self, number: usize, group: &SpheresSettings) -> Result<(), usize> {
-        let mut random = Random(SplitMix(group.seed));
-        let velocity = Vector3::from(group.velocity);
+        let mut random = SplitMix(group.seed);
+        let mut push = |place: Vector3<f64>, radius: f64, scatter: Vector3<f64>| {
+            self.position.push(place);
+            self.velocity.push(Vector3::from(group.velocity) + scatter * group.velocity_scatter);
+            self.radius.push(radius);
+            self.mass.push(4.0 / 3.0 * PI * radius.powi(3) * group.density);
+            self.group.push(number as u16);
+        };
         if group.file.is_some() {
             for sphere in &group.read {
-                let scatter = random.vector() * group.velocity_scatter;
-                self.push(number, sphere.centre, sphere.radius, velocity + scatter, group.density);
+                push(sphere.centre, sphere.radius, around_zero(&mut random));
             }
             return Ok(());
         }
@@ -104,29 +93,12 @@ impl Start {
         for i in 0..count {
             let at = [i % cells[0], i / cells[0] % cells[1], i / (cells[0] * cells[1])];
             let middle = lowest + Vector3::from_fn(|a, _| (at[a] as f64 + 0.5) * cell[a]);
-            let radius = least + (most - least) * random.next();
+            let radius = least + (most - least) * random.share();
             let room = (cell * 0.5).add_scalar(-radius);
-            let place = middle + room.component_mul(&random.vector());
-            let scatter = random.vector() * group.velocity_scatter;
-            self.push(number, place, radius, velocity + scatter, group.density);
+            let place = middle + room.component_mul(&around_zero(&mut random));
+            push(place, radius, around_zero(&mut random));
         }
         Ok(())
-    }
-
-    /// One sphere more, of table number `number`: place [m], radius [m], velocity [m/s], density [kg/m3].
-    fn push(
-        &mut self,
-        number: usize,
-        place: Vector3<f64>,
-        radius: f64,
-        velocity: Vector3<f64>,
-        density: f64,
-    ) {
-        self.position.push(place);
-        self.velocity.push(velocity);
-        self.radius.push(radius);
-        self.mass.push(4.0 / 3.0 * PI * radius.powi(3) * density);
-        self.group.push(number as u16);
     }
 
     /// Of the spheres that overlap at the start the two that do most: their numbers, and how deep in smaller radii.
@@ -171,13 +143,19 @@ pub(super) fn as_rocks(
         let group = &groups[usize::from(start.group[k])];
         let number = &mut before[usize::from(start.group[k])];
         *number += 1;
-        rocks.push(RockSettings::sphere(
-            format!("{}_{number}", group.name),
-            group.material.clone(),
-            start.radius[k],
-            group.density,
-            [start.position[k].into(), start.velocity[k].into()],
-        ));
+        rocks.push(RockSettings {
+            name: format!("{}_{number}", group.name),
+            material: group.material.clone(),
+            position: start.position[k].into(),
+            velocity: start.velocity[k].into(),
+            orientation: [1.0, 0.0, 0.0, 0.0],
+            angular_velocity: [0.0; 3],
+            mass: None,
+            density: Some(group.density),
+            shape: Shape::Sphere { radius: start.radius[k] },
+            cluster: None,
+            scale: None,
+        });
     }
     Ok(start.group)
 }

@@ -1,5 +1,6 @@
 //! `[[rock]]`: a rigid body and the spheres that stand for it in contact.
 
+use crate::keys::Keys;
 use dem_solid::cluster::lattice::Lattice;
 use dem_solid::cluster::{Fit, MOST_SPHERES};
 use dem_solid::input::LENGTHS;
@@ -34,19 +35,15 @@ pub struct RockSettings {
     #[serde(default)]
     pub angular_velocity: [f64; 3],
     /// Mass [kg]. Exactly one of `mass` and `density`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub mass: Option<f64>,
     /// Density of the true solid [kg/m3]. Exactly one of `mass` and `density`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub density: Option<f64>,
     /// The true solid: its mass, centre and inertia are the rock's.
     pub shape: Shape,
     /// The spheres that represent the solid in contact.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub cluster: Option<Cluster>,
     /// All lengths of the shape and of the spheres that were made for it times this: the same rock, larger or smaller. A mass
     /// stays as it is stated. Default 1.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub scale: Option<f64>,
 }
 
@@ -57,26 +54,20 @@ pub struct Cluster {
     /// Most spheres, 1 to 50 000. A box takes the largest number that fills it as a lattice (a
     /// cube: a cube number); other methods take exactly so many, or fewer on round shapes.
     /// Default: up to 64 for a box, 1 for a sphere, else 500.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub spheres: Option<u32>,
     /// How to place them. Default: `lattice` for a box, else `medial`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub method: Option<Method>,
     /// With `medial`: where the spheres end. Default `volume`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub fit: Option<Fit>,
     /// With `medial`: least radius [m]. Small spheres make edges sharp, and are soft: a wire is pulled past
     /// their centre early; what only smaller ones could reach stays uncovered. Default 0: as the error asks for.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub smallest_radius: Option<f64>,
     /// Largest distance of the spheres' surface from the true one [m]: a scene that passes it is refused.
     /// A lattice keeps the default but for single spheres.
     /// Default: the smaller one of 15 % of the diagonal of the shape's box and 0.9 radii of the largest ball in it.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub largest_error: Option<f64>,
     /// In place of all these: spheres from a file, `x y z r` text or Kratos `.clu`, in the shape's own axes;
     /// relative to the scene file.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<PathBuf>,
 }
 
@@ -90,31 +81,6 @@ pub enum Method {
     Medial,
 }
 
-impl RockSettings {
-    /// A sphere of `radius` [m] and `density` [kg/m3] that starts with this position [m] and velocity [m/s].
-    pub fn sphere(
-        name: String,
-        material: String,
-        radius: f64,
-        density: f64,
-        [position, velocity]: [[f64; 3]; 2],
-    ) -> Self {
-        Self {
-            name,
-            material,
-            position,
-            velocity,
-            orientation: no_turn(),
-            angular_velocity: [0.0; 3],
-            mass: None,
-            density: Some(density),
-            shape: Shape::Sphere { radius },
-            cluster: None,
-            scale: None,
-        }
-    }
-}
-
 impl Cluster {
     /// So many spheres.
     pub fn of(spheres: u32) -> Self {
@@ -125,7 +91,7 @@ impl Cluster {
 /// Most spheres of a box where the scene does not say.
 const IN_A_BOX: u32 = 64;
 
-fn rock_material() -> String {
+pub(super) fn rock_material() -> String {
     "rock".into()
 }
 
@@ -133,104 +99,78 @@ fn no_turn() -> [f64; 4] {
     [1.0, 0.0, 0.0, 0.0]
 }
 
-/// Fill in names and clusters; refuse what makes no sense.
+/// Fill in names and numbers of spheres; refuse what makes no sense.
 pub(super) fn complete(rocks: &mut [RockSettings], scene: &Scene) -> Result<(), Diagnostic> {
     for at in 0..rocks.len() {
-        let key = |name: &str| format!("rock.{at}.{name}");
+        let keys = Keys::of(scene, format!("rock.{at}"));
         let rock = &mut rocks[at];
         if rock.name.is_empty() {
             rock.name = if at == 0 { "rock".into() } else { format!("rock_{}", at + 1) };
         }
-        if !rock.name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-') {
-            let what = format!("`{}` cannot begin a column: letters, digits, `_` and `-` can", rock.name);
-            return Err(scene.invalid(&key("name"), what));
-        }
-        if rock.orientation.iter().all(|c| *c == 0.0) {
-            return Err(scene
-                .invalid(&key("orientation"), "a quaternion of zeros is no orientation")
-                .try_instead("no turn is [1, 0, 0, 0]"));
-        }
-        check_mass(rock, &key, scene)?;
-        check_shape(rock, &key, scene)?;
+        let letters = rock.name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-');
+        let what = format!("`{}` cannot begin a column: letters, digits, `_` and `-` can", rock.name);
+        keys.refuse(!letters, "name", what, "")?;
+        keys.refuse(
+            rock.orientation == [0.0; 4],
+            "orientation",
+            "a quaternion of zeros is no orientation",
+            "no turn is [1, 0, 0, 0]",
+        )?;
+        keys.twice(["mass", "density"], rock.mass.is_some() && rock.density.is_some())?;
+        let what = format!("rock `{}` has neither mass nor density", rock.name);
+        let cure = "write one of them: mass [kg], density [kg/m3]";
+        keys.refuse(rock.mass.is_none() && rock.density.is_none(), "mass", what, cure)?;
+        keys.above_zero(&[("mass", rock.mass, " kg"), ("density", rock.density, " kg/m3")])?;
+        check_shape(rock, &keys, scene)?;
         let name = rock.name.clone();
         if let Some(other) = rocks[..at].iter().position(|r| r.name == name) {
             let what = format!("two rocks are named `{name}`: number {} and {}", other + 1, at + 1);
-            return Err(scene
-                .invalid(&format!("rock.{at}.name"), what)
-                .try_instead(format!("a name of its own, as name = \"{name}_{}\"", at + 1)));
+            let cure = format!("a name of its own, as name = \"{name}_{}\"", at + 1);
+            keys.refuse(true, "name", what, cure)?;
         }
     }
     Ok(())
 }
 
-fn check_mass(rock: &RockSettings, key: &dyn Fn(&str) -> String, scene: &Scene) -> Result<(), Diagnostic> {
-    match (rock.mass, rock.density) {
-        (Some(_), Some(_)) => Err(scene
-            .invalid(&key("density"), "mass and density together define one thing twice")
-            .try_instead("keep one of them")),
-        (None, None) => Err(scene
-            .invalid(&key("mass"), format!("rock `{}` has neither mass nor density", rock.name))
-            .try_instead("write one of them: mass [kg], density [kg/m3]")),
-        (Some(m), None) if m <= 0.0 => {
-            Err(scene.invalid(&key("mass"), format!("a mass of {m} kg: it must lie above 0")))
-        }
-        (None, Some(d)) if d <= 0.0 => {
-            Err(scene.invalid(&key("density"), format!("a density of {d} kg/m3: it must lie above 0")))
-        }
-        _ => Ok(()),
-    }
-}
-
-fn check_shape(
-    rock: &mut RockSettings,
-    key: &dyn Fn(&str) -> String,
-    scene: &Scene,
-) -> Result<(), Diagnostic> {
-    if let Err((name, what)) = rock.shape.check() {
-        return Err(scene.invalid(&key(&format!("shape.{name}")), what));
-    }
-    if let Some(scale) = rock.scale.filter(|scale| !LENGTHS.contains(scale)) {
-        let what = format!(
-            "scale = {scale}: it must lie above 0, from {:e} to {:e}",
-            LENGTHS.start(),
-            LENGTHS.end()
-        );
-        return Err(scene
-            .invalid(&key("scale"), what)
-            .try_instead("1 leaves the rock as it is, 2 doubles its edges"));
-    }
+/// Shape, scale and cluster.
+fn check_shape(rock: &mut RockSettings, keys: &Keys, scene: &Scene) -> Result<(), Diagnostic> {
+    rock.shape.check().map_err(|(name, what)| keys.invalid(&format!("shape.{name}"), what))?;
+    let scale = rock.scale.unwrap_or(1.0);
+    keys.refuse(
+        !LENGTHS.contains(&scale),
+        "scale",
+        format!("scale = {scale}: it must lie above 0, from {:e} to {:e}", LENGTHS.start(), LENGTHS.end()),
+        "1 leaves the rock as it is, 2 doubles its edges",
+    )?;
     if let Shape::Mesh { file, .. } = &mut rock.shape {
         *file = absolute(file, scene);
     }
     let cluster = rock.cluster.get_or_insert_default();
-    let medial = match (&rock.shape, cluster.method) {
-        (Shape::Box { .. }, method) => method == Some(Method::Medial),
-        (_, Some(Method::Lattice)) => {
-            return Err(scene
-                .invalid(&key("cluster.method"), "a lattice fills a box, not this shape")
-                .try_instead("leave `method` out"));
-        }
-        (_, _) => true,
-    };
+    let is_box = matches!(rock.shape, Shape::Box { .. });
+    let medial = !is_box || cluster.method == Some(Method::Medial);
+    keys.refuse(
+        !is_box && cluster.method == Some(Method::Lattice),
+        "cluster.method",
+        "a lattice fills a box, not this shape",
+        "leave `method` out",
+    )?;
+    let (fit, smallest) = (cluster.fit.is_some(), cluster.smallest_radius.is_some());
     if let Some(file) = &mut cluster.file {
         *file = absolute(file, scene);
-        let rest = [
-            ("spheres", cluster.spheres.is_some()),
-            ("method", cluster.method.is_some()),
-            ("fit", cluster.fit.is_some()),
-            ("smallest_radius", cluster.smallest_radius.is_some()),
-            ("largest_error", cluster.largest_error.is_some()),
-        ];
-        return match rest.iter().find(|(_, there)| *there) {
-            Some((name, _)) => Err(scene
-                .invalid(&key(&format!("cluster.{name}")), "the cluster is read from a file as it is")
-                .try_instead(format!("keep one of `file` and `{name}`"))),
-            None => Ok(()),
-        };
+        return keys.beside_file(
+            "the cluster is",
+            &[
+                ("cluster.spheres", cluster.spheres.is_some()),
+                ("cluster.method", cluster.method.is_some()),
+                ("cluster.fit", fit),
+                ("cluster.smallest_radius", smallest),
+                ("cluster.largest_error", cluster.largest_error.is_some()),
+            ],
+        );
     }
-    if let (Shape::Sphere { .. }, Some(n)) = (&rock.shape, cluster.spheres.filter(|n| *n != 1)) {
+    if let (Shape::Sphere { .. }, Some(n)) = (&rock.shape, cluster.spheres) {
         let what = format!("a sphere is one sphere, not {n}");
-        return Err(scene.invalid(&key("cluster.spheres"), what).try_instead("leave `cluster` out"));
+        keys.refuse(n != 1, "cluster.spheres", what, "leave `cluster` out")?;
     }
     let spheres = *cluster.spheres.get_or_insert(match rock.shape {
         // As many as fill the box evenly, so that who asks for nothing hears nothing.
@@ -241,28 +181,15 @@ fn check_shape(
         Shape::Sphere { .. } => 1,
         _ => 500,
     });
-    if !(1..=MOST_SPHERES).contains(&spheres) {
-        let what = format!("{spheres} spheres: 1 to {MOST_SPHERES} are possible");
-        return Err(scene.invalid(&key("cluster.spheres"), what));
+    let what = format!("{spheres} spheres: 1 to {MOST_SPHERES} are possible");
+    keys.refuse(!(1..=MOST_SPHERES).contains(&spheres), "cluster.spheres", what, "")?;
+    for (name, there) in [("fit", fit), ("smallest_radius", smallest)] {
+        let what = format!("`{name}` belongs to the method `medial`");
+        let cure = "write cluster.method = \"medial\"";
+        keys.refuse(there && !medial, &format!("cluster.{name}"), what, cure)?;
     }
-    for (name, there) in
-        [("fit", cluster.fit.is_some()), ("smallest_radius", cluster.smallest_radius.is_some())]
-    {
-        if there && !medial {
-            return Err(scene
-                .invalid(&key(&format!("cluster.{name}")), format!("`{name}` belongs to the method `medial`"))
-                .try_instead("write cluster.method = \"medial\""));
-        }
-    }
-    if let Some(error) = cluster.largest_error.filter(|e| e.is_nan() || *e <= 0.0) {
-        let what = format!("an error of {error} m: it must lie above 0");
-        return Err(scene.invalid(&key("cluster.largest_error"), what));
-    }
-    match cluster.smallest_radius {
-        Some(r) if r < 0.0 => Err(scene
-            .invalid(&key("cluster.smallest_radius"), format!("a radius of {r} m: 0 or more is possible"))),
-        _ => Ok(()),
-    }
+    keys.above_zero(&[("cluster.largest_error", cluster.largest_error, " m")])?;
+    keys.not_negative(&[("cluster.smallest_radius", cluster.smallest_radius, " m")])
 }
 
 /// A path of the scene that means the same from anywhere.

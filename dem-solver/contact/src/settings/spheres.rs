@@ -1,5 +1,6 @@
 //! `[[spheres]]` and `[box]`: many separate spheres, and the sides around them and around rocks.
 
+use crate::keys::Keys;
 use dem_solid::cluster::files;
 use dem_solid::geometry::sphere::Sphere;
 use dem_solid::input::{LARGEST, read_bytes};
@@ -21,17 +22,14 @@ pub struct SpheresSettings {
     #[serde(default)]
     pub name: String,
     /// Name of their material, for `[[contact]] between`. Default `rock`.
-    #[serde(default = "rock")]
+    #[serde(default = "super::rock::rock_material")]
     pub material: String,
     /// How many; with `radius`, or `file` in place of both.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub count: Option<usize>,
     /// Smallest and largest radius [m]; in between all are equally likely.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub radius: Option<[f64; 2]>,
     /// In place of `count`, `radius` and a region: a text file with one sphere per line, `x y z r` in metres; relative to the
     /// scene file.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<PathBuf>,
     /// The spheres of the file.
     #[serde(skip)]
@@ -39,10 +37,8 @@ pub struct SpheresSettings {
     /// Density [kg/m3].
     pub density: f64,
     /// Lowest corner of the region that they are placed in [m]. Default: the box.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub lowest: Option<[f64; 3]>,
     /// Highest corner of that region [m]. Default: the box.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub highest: Option<[f64; 3]>,
     /// Velocity [m/s]. Default 0.
     #[serde(default)]
@@ -72,12 +68,17 @@ pub struct BoxSettings {
     pub material: String,
 }
 
+/// A plane with all spheres on one side: `normal . x = offset` on it, the normal points out of the room.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plane {
+    /// Unit vector out of the room.
+    pub normal: Vector3<f64>,
+    /// Distance of the plane from the origin along it [m].
+    pub offset: f64,
+}
+
 /// Names of the sides of a box, by axis, lower first.
 pub const SIDES: [&str; 6] = ["-x", "+x", "-y", "+y", "-z", "+z"];
-
-fn rock() -> String {
-    "rock".into()
-}
 
 fn wall() -> String {
     "wall".into()
@@ -103,15 +104,15 @@ impl BoxSettings {
         sides.filter(closed).find(|(_, by)| *by > RESTING * sphere.radius)
     }
 
-    /// The planes of the sides that are closed: unit normal out of the box, and distance from the origin along it [m].
-    pub fn planes(&self) -> Vec<(Vector3<f64>, f64)> {
+    /// The planes of the sides that are closed.
+    pub fn planes(&self) -> Vec<Plane> {
         let plane = |(number, side): (usize, &&str)| {
             let axis = number / 2;
             let upper = number % 2 == 1;
             let mut normal = Vector3::zeros();
             normal[axis] = if upper { 1.0 } else { -1.0 };
             let offset = if upper { self.highest[axis] } else { -self.lowest[axis] };
-            (!self.open.iter().any(|open| open == side)).then_some((normal, offset))
+            (!self.open.iter().any(|open| open == side)).then_some(Plane { normal, offset })
         };
         SIDES.iter().enumerate().filter_map(plane).collect()
     }
@@ -127,27 +128,25 @@ impl BoxSettings {
 
     /// Refuse what makes no sense.
     pub(super) fn check(&self, scene: &Scene) -> Result<(), Diagnostic> {
+        let keys = Keys::of(scene, "box");
         if let Some(axis) = (0..3).find(|a| self.highest[*a] <= self.lowest[*a]) {
-            let (low, high) = (self.lowest[axis], self.highest[axis]);
-            return Err(scene
-                .invalid("box.highest", format!("the box reaches from {low} to {high} m"))
-                .try_instead("exchange them: `lowest` is the corner with the smaller numbers"));
+            let what = format!("the box reaches from {} to {} m", self.lowest[axis], self.highest[axis]);
+            let cure = "exchange them: `lowest` is the corner with the smaller numbers";
+            keys.refuse(true, "highest", what, cure)?;
         }
-        if let Some(side) = self.open.iter().find(|side| !SIDES.contains(&side.as_str())) {
-            return Err(scene
-                .invalid("box.open", format!("a box has no side `{side}`"))
-                .try_instead(format!("its sides are {}", SIDES.join(", "))));
+        for (at, side) in self.open.iter().enumerate() {
+            let cure = format!("its sides are {}", SIDES.join(", "));
+            let known = SIDES.contains(&side.as_str());
+            keys.refuse(!known, "open", format!("a box has no side `{side}`"), cure)?;
+            let what = format!("the side `{side}` is named twice");
+            keys.refuse(self.open[..at].contains(side), "open", what, "name each side once")?;
         }
-        if let Some(twice) = (1..self.open.len()).find(|k| self.open[..*k].contains(&self.open[*k])) {
-            let what = format!("the side `{}` is named twice", self.open[twice]);
-            return Err(scene.invalid("box.open", what).try_instead("name each side once"));
-        }
-        if self.open.len() == SIDES.len() {
-            return Err(scene
-                .invalid("box.open", "all six sides are open: there is no box")
-                .try_instead("leave [box] out, and give [[spheres]] a region with lowest and highest"));
-        }
-        Ok(())
+        keys.refuse(
+            self.open.len() == SIDES.len(),
+            "open",
+            "all six sides are open: there is no box",
+            "leave [box] out, and give [[spheres]] a region with lowest and highest",
+        )
     }
 }
 
@@ -175,108 +174,88 @@ pub(super) fn complete(
 ) -> Result<(), Diagnostic> {
     let mut total = 0_usize;
     for (at, group) in groups.iter_mut().enumerate() {
-        let invalid = |key: &str, what: String| scene.invalid(&format!("spheres.{at}.{key}"), what);
+        let keys = Keys::of(scene, format!("spheres.{at}"));
         if group.name.is_empty() {
             group.name = if at == 0 { "spheres".into() } else { format!("spheres_{}", at + 1) };
         }
-        if group.density <= 0.0 {
-            return Err(invalid(
-                "density",
-                format!("a density of {} kg/m3: it must lie above 0", group.density),
-            ));
-        }
-        if group.velocity_scatter < 0.0 {
-            let what = format!("a scatter of {} m/s: it must be 0 or more", group.velocity_scatter);
-            return Err(invalid("velocity_scatter", what));
-        }
+        keys.above_zero(&[("density", Some(group.density), " kg/m3")])?;
+        keys.not_negative(&[("velocity_scatter", Some(group.velocity_scatter), " m/s")])?;
         if group.file.is_some() {
-            read(at, group, MOST - total, sides, scene)?;
+            read(group, MOST - total, sides, scene, &keys)?;
         } else {
-            place(at, group, total, sides, scene)?;
+            place(group, total, sides, &keys)?;
         }
         total += group.total();
     }
     Ok(())
 }
 
-/// Read the spheres of table number `at`, at most so many, and see that they lie in the box.
+/// Read the spheres of a table, at most so many, and see that they lie in the box.
 fn read(
-    at: usize,
     group: &mut SpheresSettings,
     most: usize,
     sides: Option<&BoxSettings>,
     scene: &Scene,
+    keys: &Keys,
 ) -> Result<(), Diagnostic> {
-    let invalid = |key: &str, what: String| scene.invalid(&format!("spheres.{at}.{key}"), what);
-    let given = [
-        ("count", group.count.is_some()),
-        ("radius", group.radius.is_some()),
-        ("lowest", group.lowest.is_some()),
-        ("highest", group.highest.is_some()),
-    ];
-    if let Some((key, _)) = given.into_iter().find(|(_, given)| *given) {
-        return Err(invalid(
-            key,
-            format!("the spheres of `{}` are read from a file as they are", group.name),
-        )
-        .try_instead(format!("keep one of `file` and `{key}`")));
-    }
+    keys.beside_file(
+        &format!("the spheres of `{}` are", group.name),
+        &[
+            ("count", group.count.is_some()),
+            ("radius", group.radius.is_some()),
+            ("lowest", group.lowest.is_some()),
+            ("highest", group.highest.is_some()),
+        ],
+    )?;
     let Some(file) = &mut group.file else { return Ok(()) };
     let path = scene.resolve(file);
     *file = std::path::absolute(&path).unwrap_or(path);
     let spheres = read_bytes(file, LARGEST)
         .and_then(|bytes| files::read_at_most(&bytes, most).map_err(|e| e.in_file(file)))
-        .map_err(|e| invalid("file", format!("`{}`: {e}", group.name)))?;
+        .map_err(|e| keys.invalid("file", format!("`{}`: {e}", group.name)))?;
     for (k, sphere) in spheres.iter().enumerate() {
         let Some((side, by)) = sides.and_then(|sides| sides.left_by(sphere)) else { continue };
-        let [x, y, z]: [f64; 3] = sphere.centre.into();
+        let ([x, y, z], radius): ([f64; 3], f64) = (sphere.centre.into(), sphere.radius);
         let what = format!(
-            "sphere {} of {} ({x} {y} {z}, radius {} m) reaches {by:.3e} m beyond the side `{side}` of the box",
+            "sphere {} of {} ({x} {y} {z}, radius {radius} m) reaches {by:.3e} m beyond the side `{side}` of the box",
             k + 1,
             spheres.len(),
-            sphere.radius
         );
-        return Err(invalid("file", what).try_instead("make the box larger, or leave this side open"));
+        keys.refuse(true, "file", what, "make the box larger, or leave this side open")?;
     }
     group.read = spheres;
     Ok(())
 }
 
-/// Check the number, radii and region of table number `at`, before which there are `before` spheres, and fill in the region.
+/// Check number, radii and region of a table, before which there are `before` spheres, and fill in the region.
 fn place(
-    at: usize,
     group: &mut SpheresSettings,
     before: usize,
     sides: Option<&BoxSettings>,
-    scene: &Scene,
+    keys: &Keys,
 ) -> Result<(), Diagnostic> {
-    let invalid = |key: &str, what: String| scene.invalid(&format!("spheres.{at}.{key}"), what);
     let absent = |key: &str, example: &str| {
-        scene
-            .invalid(&format!("spheres.{at}"), format!("`{}` has no `{key}`", group.name))
+        keys.invalid(key, format!("`{}` has no `{key}`", group.name))
             .try_instead(format!("add {example}, or read spheres with file = \"spheres.xyzr\""))
     };
     let count = group.count.ok_or_else(|| absent("count", "count = 1000"))?;
     let [least, most] = group.radius.ok_or_else(|| absent("radius", "radius = [0.01, 0.02]"))?;
     let total = before.saturating_add(count);
-    if count == 0 || total > MOST {
-        return Err(invalid("count", format!("{total} spheres in all: 1 to {MOST} are possible")));
-    }
-    if !(least > 0.0 && most >= least) {
-        let what = format!("radii from {least} to {most} m: both must lie above 0, the smaller first");
-        let cure = format!("radius = [{}, {}]", least.min(most).abs(), least.max(most).abs());
-        return Err(invalid("radius", what).try_instead(cure));
-    }
+    let what = format!("{total} spheres in all: 1 to {MOST} are possible");
+    keys.refuse(count == 0 || total > MOST, "count", what, "")?;
+    let what = format!("radii from {least} to {most} m: both must lie above 0, the smaller first");
+    let cure = format!("radius = [{}, {}]", least.min(most).abs(), least.max(most).abs());
+    keys.refuse(!(least > 0.0 && most >= least), "radius", what, cure)?;
     let missing = |key: &str| {
-        invalid("count", format!("`{}` has no `{key}`, and there is no [box]", group.name))
+        keys.invalid("count", format!("`{}` has no `{key}`, and there is no [box]", group.name))
             .try_instead("give the region with lowest and highest, or add a table [box]")
     };
     let lowest = group.lowest.or(sides.map(|b| b.lowest)).ok_or_else(|| missing("lowest"))?;
     let highest = group.highest.or(sides.map(|b| b.highest)).ok_or_else(|| missing("highest"))?;
-    if let Some(axis) = (0..3).find(|a| highest[*a] - lowest[*a] < 2.0 * most) {
-        let room = highest[axis] - lowest[axis];
-        return Err(invalid("radius", format!("the region is {room} m wide, a sphere {} m", 2.0 * most))
-            .try_instead("lengths are in metres: 9 mm is 0.009"));
+    let room = (0..3).map(|a| highest[a] - lowest[a]).find(|room| *room < 2.0 * most);
+    if let Some(room) = room {
+        let what = format!("the region is {room} m wide, a sphere {} m", 2.0 * most);
+        keys.refuse(true, "radius", what, "lengths are in metres: 9 mm is 0.009")?;
     }
     (group.lowest, group.highest) = (Some(lowest), Some(highest));
     Ok(())

@@ -132,9 +132,7 @@ fn of_ground(number: usize, contact: &ContactSettings, scene: &Scene) -> Result<
     }
     let mut warnings = Vec::new();
     for it in &OF_GROUND {
-        let value = contact.own.get(it.key);
-        let value = value.and_then(|v| v.as_float().or_else(|| v.as_integer().map(|whole| whole as f64)));
-        let Some(value) = value.filter(|value| *value < it.soft) else { continue };
+        let Some(value) = contact.own_number(it.key).filter(|value| *value < it.soft) else { continue };
         let what = format!("{} = {} {}: {}", it.key, short(value), it.unit, it.usual);
         // The unit in which it is as hard as ground, the larger ones first where it is next to nothing.
         let (unit, factor) = it.units[usize::from(value >= it.least)];
@@ -155,7 +153,7 @@ mod tests {
     use super::*;
 
     fn of(keys: &str) -> Result<Vec<Diagnostic>, String> {
-        let contact: ContactSettings = toml::from_str(keys).expect("a table");
+        let contact = ContactSettings::of("contact.0", keys.parse().expect("TOML")).expect("a table");
         let scene = Scene::from_text("s.toml", &format!("[[contact]]\n{keys}\n")).expect("a scene");
         of_contact(0, &contact, &scene).map_err(|e| e.to_string())
     }

@@ -26,7 +26,7 @@ pub mod units;
 
 use crate::model::Model;
 use dem_contact::rock::Rock;
-use dem_contact::settings::{GranularSettings, Settings};
+use dem_contact::settings::Settings;
 use interface_defs::diagnostic::Diagnostic;
 use toolkit::scene::Scene;
 
@@ -47,7 +47,7 @@ pub fn of_scene(settings: &Settings, rocks: &[Rock], scene: &Scene) -> Result<Ve
 }
 
 /// The same for many spheres.
-pub fn of_spheres(settings: &GranularSettings, scene: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
+pub fn of_spheres(settings: &Settings, scene: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
     let mut warnings = gravity::check(settings.gravity, false, scene)?;
     warnings.extend(units::of_region(settings));
     for (at, group) in settings.spheres.iter().enumerate() {

@@ -1,7 +1,7 @@
 //! Units: values that are right in another unit than the one that the scene is written in.
 
 use dem_contact::rock::Rock;
-use dem_contact::settings::{GranularSettings, RockSettings, Shape, SpheresSettings};
+use dem_contact::settings::{RockSettings, Settings, Shape, SpheresSettings};
 use dem_solid::geometry::sphere::extent;
 use interface_defs::diagnostic::{Code, Diagnostic, code};
 use toolkit::scene::Scene;
@@ -218,7 +218,7 @@ pub fn of_spheres(
 }
 
 /// What is said of a [box] in which all spheres together are next to nothing.
-pub fn of_region(settings: &GranularSettings) -> Option<Diagnostic> {
+pub fn of_region(settings: &Settings) -> Option<Diagnostic> {
     let sides = settings.sides.as_ref()?;
     let edges = [0, 1, 2].map(|axis| sides.highest[axis] - sides.lowest[axis]);
     let largest = settings.spheres.iter().map(|group| group.radii()[1]).fold(0.0, f64::max);

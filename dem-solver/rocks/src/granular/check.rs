@@ -77,10 +77,10 @@ pub fn check(scene: &Scene) -> Result<CheckReport, Diagnostic> {
 /// Leave out what rocks alone have: written down it would be refused.
 fn leave_out_of_rocks(resolved: &mut toml::Table) {
     if let Some(dem) = resolved.get_mut("dem").and_then(toml::Value::as_table_mut) {
-        dem.retain(|key, _| !OF_ROCKS_IN_DEM.contains(&key));
+        dem.retain(|key, _| !OF_ROCKS_IN_DEM.iter().any(|(own, _)| **own == *key));
     }
     let contacts = resolved.get_mut("contact").and_then(toml::Value::as_array_mut);
     for table in contacts.into_iter().flatten().filter_map(toml::Value::as_table_mut) {
-        table.retain(|key, _| !OF_ROCKS_IN_CONTACT.contains(&key));
+        table.retain(|key, _| !OF_ROCKS_IN_CONTACT.iter().any(|(own, _)| **own == *key));
     }
 }

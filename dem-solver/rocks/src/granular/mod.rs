@@ -21,7 +21,7 @@ use dem_contact::contact::broad_phase::cell_grid::{Plane, SpherePair};
 use dem_contact::law::Law;
 use dem_contact::law::table::Laws;
 use dem_contact::settings::placement::Start;
-use dem_contact::settings::{BoxSettings, GranularSettings, RollingName, limits};
+use dem_contact::settings::{BoxSettings, RollingName, Settings, limits};
 use fields::GranularFields;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::message::{Gauge, Hello, Role};
@@ -46,7 +46,7 @@ pub fn are_alone(scene: &Scene) -> bool {
 /// What does not change in a run.
 pub struct GranularModel {
     /// What the scene says.
-    pub settings: GranularSettings,
+    pub settings: Settings,
     /// Radius of each sphere [m].
     pub radius: Vec<f64>,
     /// Mass [kg].
@@ -79,7 +79,7 @@ pub struct GranularModel {
 impl GranularModel {
     /// Of a scene, and where its spheres start.
     pub fn new(scene: &Scene) -> Result<(Self, Start), Diagnostic> {
-        let settings = GranularSettings::of(scene)?;
+        let settings = Settings::of_spheres(scene)?;
         let start = Start::of(&settings.spheres, scene)?;
         let laws = Laws::new(&settings.contacts).expect("checked: there is a contact");
         let table = law_table(&settings, &laws).map_err(|(a, b)| {
@@ -106,7 +106,7 @@ impl GranularModel {
             inertia,
             group: start.group.clone(),
             smallest,
-            planes: settings.sides.iter().flat_map(BoxSettings::planes).map(Plane::from).collect(),
+            planes: settings.sides.iter().flat_map(BoxSettings::planes).collect(),
             laws: all,
             table,
             rolls,
@@ -152,7 +152,7 @@ impl GranularModel {
 }
 
 /// Law numbers of all pairs of groups and of groups with surfaces. Errs with the pair that has none.
-fn law_table<'a>(settings: &'a GranularSettings, laws: &Laws) -> Result<Vec<u16>, (&'a str, &'a str)> {
+fn law_table<'a>(settings: &'a Settings, laws: &Laws) -> Result<Vec<u16>, (&'a str, &'a str)> {
     let mut table = Vec::new();
     for a in &settings.spheres {
         for b in &settings.spheres {

@@ -12,7 +12,7 @@ use crate::model::critical::{DEEP, critical};
 use dem_contact::law::Law;
 use dem_contact::law::rolling::STIFFNESS;
 use dem_contact::settings::placement::Start;
-use dem_contact::settings::{DemSettings, GranularSettings};
+use dem_contact::settings::{DemSettings, Settings};
 use interface_defs::diagnostic::Diagnostic;
 use toolkit::scene::Scene;
 
@@ -37,7 +37,7 @@ pub struct GranularSteps {
 impl GranularSteps {
     /// For the spheres of `start` under `laws`; a step above the critical one is refused unless allowed.
     pub fn new(
-        settings: &GranularSettings,
+        settings: &Settings,
         start: &Start,
         laws: &[Law],
         springs: bool,
@@ -91,7 +91,7 @@ impl GranularSteps {
 }
 
 /// How far down a sphere may fall [m]: through the box, or until `end_time`.
-fn height(settings: &GranularSettings, start: &Start) -> f64 {
+fn height(settings: &Settings, start: &Start) -> f64 {
     let Some(down) = settings.gravity.try_normalize(0.0) else { return 0.0 };
     let free = 0.5 * settings.gravity.norm() * settings.end_time * settings.end_time;
     let fastest = start.velocity.iter().map(|v| v.norm()).fold(0.0, f64::max);

@@ -150,7 +150,7 @@ impl MeshStage {
         };
         let most = rock.reach / speed.max(f64::MIN_POSITIVE);
         // All were at least as far as the nearest one when the list was made. If that is not enough, what is listed is measured.
-        let sure = clear(self.near.nearest() - approach);
+        let sure = clear(self.near.nearest - approach);
         if sure >= most {
             return most;
         }
@@ -164,7 +164,7 @@ impl MeshStage {
     }
 
     fn need_of_pairs(&self, view: MeshWindow) -> f64 {
-        view.model.rocks[self.rock].reach + view.contact_mesh.largest_radius + self.pairs.skin()
+        view.model.rocks[self.rock].reach + view.contact_mesh.largest_radius + self.pairs.skin
     }
 
     /// Bounds on the displacement of any node since the near list was made; and, where not all are sent, on how much nearer the

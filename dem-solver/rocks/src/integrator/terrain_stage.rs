@@ -168,7 +168,7 @@ impl TerrainStage {
             let sums = landed.forces(it, whole, laws, now, h, memory);
             watch_whole(model, rock, whole, now, &sums, h, time)?;
             std::mem::swap(&mut body.terrain_histories, &mut landed.histories);
-            slide(body, landed.contacts.first().map(|c| c.triangle));
+            slide(body, landed.contacts.first().map(|c| c.element));
             return Ok((sums, landed.contacts.len()));
         }
         standing.find(it, ground, around, now);
@@ -181,7 +181,7 @@ impl TerrainStage {
             Some((sphere, format!("near ({x:.2}, {y:.2}, {z:.2}) the terrain")))
         })?;
         std::mem::swap(&mut body.terrain_histories, &mut standing.histories);
-        slide(body, standing.contacts.first().map(|c| c.triangle));
+        slide(body, standing.contacts.first().map(|c| c.element));
         Ok((sums, standing.contacts.len()))
     }
 

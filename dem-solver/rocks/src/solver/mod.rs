@@ -79,8 +79,7 @@ impl DemSolver {
     /// The same; spheres of rocks that were made before are looked for beside the scene and in these folders.
     pub fn with_kept(scene: &Scene, options: &Options, folders: &[PathBuf]) -> Result<Self, Diagnostic> {
         let settings = Settings::of(scene)?;
-        let rocks =
-            settings.rocks.iter().enumerate().map(|(at, rock)| Rock::with_kept(at, rock, scene, folders));
+        let rocks = settings.rocks.iter().enumerate().map(|(at, rock)| Rock::new(at, rock, scene, folders));
         let (rocks, notices): (Vec<Rock>, Vec<_>) = rocks.collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
         let mut notices: Vec<Diagnostic> = notices.into_iter().flatten().collect();
         for (at, (rock, table)) in rocks.iter().zip(&settings.rocks).enumerate().take(settings.named()) {

@@ -68,7 +68,7 @@ pub(super) fn are_apart(model: &Model, state: &mut State, scene: &Scene) -> Resu
 /// The sides of the box of a scene, seen from `origin` [m].
 pub(super) fn planes(settings: &Settings, origin: &Vector3<f64>) -> Vec<Plane> {
     let planes = settings.sides.iter().flat_map(BoxSettings::planes);
-    planes.map(|(normal, offset)| Plane { normal, offset: offset - normal.dot(origin) }).collect()
+    planes.map(|plane| Plane { offset: plane.offset - plane.normal.dot(origin), ..plane }).collect()
 }
 
 /// For each rock the number of its law with the sides of the box; empty without one.

@@ -4,10 +4,11 @@
 //! moved by half of it. Pairs stand by their first sphere, then by the second, whatever the age of the
 //! list: what is summed up in their order does not depend on when the list was made.
 
+pub use crate::settings::spheres::Plane;
 use nalgebra::Vector3;
 
 /// A pair: the second is a sphere, or a mesh (number of spheres plus number of the mesh).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct SpherePair {
     /// Number of the second.
     pub second: u32,
@@ -17,21 +18,6 @@ pub struct SpherePair {
     pub radius: f64,
     /// `sqrt(m*)` [kg^(1/2)].
     pub root_mass: f64,
-}
-
-/// A plane with all spheres on one side: `normal . x = offset` on it, the normal points out of the room.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Plane {
-    /// Unit vector out of the room.
-    pub normal: Vector3<f64>,
-    /// Distance of the plane from the origin along it [m].
-    pub offset: f64,
-}
-
-impl From<(Vector3<f64>, f64)> for Plane {
-    fn from((normal, offset): (Vector3<f64>, f64)) -> Self {
-        Self { normal, offset }
-    }
 }
 
 /// The pairs, by first sphere.

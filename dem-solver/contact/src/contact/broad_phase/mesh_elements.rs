@@ -25,7 +25,8 @@ pub struct NearList {
     pub nodes: Vec<u32>,
     centre: Vector3<f64>,
     coverage: f64,
-    nearest: f64,
+    /// Distance of the nearest element from the rock's centre when the list was made [m].
+    pub nearest: f64,
     place: Vec<u32>,
 }
 
@@ -51,11 +52,6 @@ impl NearList {
     /// How far from a rock at `at`, as it was when the list was made, nothing is left out [m]; and where that was.
     pub fn coverage(&self) -> (f64, Vector3<f64>) {
         (self.coverage, self.centre)
-    }
-
-    /// Distance of the nearest element from the rock's centre when the list was made [m].
-    pub fn nearest(&self) -> f64 {
-        self.nearest
     }
 
     /// Distance of the nearest listed element from `centre` at the end of the window that `motion` is of [m].

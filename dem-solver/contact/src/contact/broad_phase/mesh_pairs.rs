@@ -52,7 +52,8 @@ pub struct MeshPairs {
     /// Times that the pairs were searched.
     pub searches: u64,
     valid: bool,
-    skin: f64,
+    /// Distance between surfaces up to which pairs are listed [m].
+    pub skin: f64,
     /// Nodes relative to the rock's centre when the pairs were searched [m].
     relative: Vec<Vector3<f64>>,
     orientation: UnitQuaternion<f64>,
@@ -114,11 +115,6 @@ impl MeshPairs {
         }
     }
 
-    /// Distance between surfaces up to which pairs are listed [m].
-    pub fn skin(&self) -> f64 {
-        self.skin
-    }
-
     /// The list is no longer good: its nodes are not those of the near list.
     pub fn invalidate(&mut self) {
         self.valid = false;
@@ -137,14 +133,24 @@ impl MeshPairs {
     fn measure(&mut self, nodes: &NodeMotion, first: usize) {
         for s in first..self.slack.len() {
             let (segment, along) = if s == 0 { (0, 0.0) } else { (s - 1, 1.0) };
-            let rock = self.course.at(nodes.segment * s as f64);
-            let mut most = 0.0_f64;
-            for (a, seen) in self.relative.iter().enumerate() {
-                let apart = (nodes.position(segment, a, along) - rock - seen).norm_squared();
-                most = if apart > most { apart } else { most };
-            }
-            self.slack[s] = most.sqrt();
+            self.slack[s] = self.moved(nodes, (segment, along), &self.course.at(nodes.segment * s as f64));
         }
+    }
+
+    /// How far a node at the share `along` of `segment` is from where the search saw it, relative to a rock at `rock` [m].
+    fn moved(&self, nodes: &NodeMotion, (segment, along): (usize, f64), rock: &Vector3<f64>) -> f64 {
+        let mut most = 0.0_f64;
+        for (a, seen) in self.relative.iter().enumerate() {
+            let apart = (nodes.position(segment, a, along) - rock - seen).norm_squared();
+            most = if apart > most { apart } else { most };
+        }
+        most.sqrt()
+    }
+
+    /// How far a point of the rock has moved by its turn since the search [m]: at distance r by 2 r sin(angle / 2).
+    fn turned(&self, rock: &Rock, now: &Motion) -> f64 {
+        let turn = self.orientation.inverse() * now.orientation;
+        2.0 * turn.imag().norm() * rock.arm
     }
 
     /// True if every pair that touches at `now` is listed.
@@ -160,23 +166,12 @@ impl MeshPairs {
         let share = if from < 1.0 { (at.along - from) / (1.0 - from) } else { 0.0 };
         let moved = first + (self.slack[at.segment + 1] - first) * share;
         let off_course = (now.position - self.course.at(at.elapsed)).norm();
-        let turn = self.orientation.inverse() * now.orientation;
-        // A point at distance r moves by 2 r sin(angle / 2).
-        moved + off_course + 2.0 * turn.imag().norm() * rock.arm <= self.skin
+        moved + off_course + self.turned(rock, now) <= self.skin
     }
 
     /// The same for nodes that stand where `nodes` has them at this instant, whatever their course.
     pub fn is_good_for(&self, rock: &Rock, now: &Motion, nodes: &NodeMotion) -> bool {
-        if !self.valid {
-            return false;
-        }
-        let mut most = 0.0_f64;
-        for (a, seen) in self.relative.iter().enumerate() {
-            let apart = (nodes.position(0, a, 0.0) - now.position - seen).norm_squared();
-            most = if apart > most { apart } else { most };
-        }
-        let turn = self.orientation.inverse() * now.orientation;
-        most.sqrt() + 2.0 * turn.imag().norm() * rock.arm <= self.skin
+        self.valid && self.moved(nodes, (0, 0.0), &now.position) + self.turned(rock, now) <= self.skin
     }
 
     /// Search the pairs at `now`; of nodes without a course these are good until [`MeshPairs::is_good_for`] says no.
@@ -196,7 +191,11 @@ impl MeshPairs {
         for a in 0..near.nodes.len() {
             self.relative.push(nodes.position(at.segment, a, at.along) - now.position);
         }
-        self.clear(near.nodes.len());
+        self.pairs.clear();
+        self.elements.clear();
+        self.nodes.clear();
+        self.numbers.clear();
+        self.place[..near.nodes.len()].fill(u32::MAX);
         let to_own = now.rotation().transpose();
         for element in &near.elements {
             let it = &contact_mesh.elements[element.number as usize];
@@ -234,14 +233,6 @@ impl MeshPairs {
         if nodes.has_course() {
             self.measure(nodes, at.segment + 1);
         }
-    }
-
-    fn clear(&mut self, near_nodes: usize) {
-        self.pairs.clear();
-        self.elements.clear();
-        self.nodes.clear();
-        self.numbers.clear();
-        self.place[..near_nodes].fill(u32::MAX);
     }
 
     fn place_of(&mut self, node: u32, near: &NearList) -> u32 {

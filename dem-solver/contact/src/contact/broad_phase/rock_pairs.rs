@@ -3,7 +3,7 @@
 //! A pair is listed while its surfaces are closer than a skin. The list is good until the second rock,
 //! seen from the first, has moved by the skin: by the displacement of its centre and by its turn.
 
-use crate::contact::broad_phase::cell_grid::SpherePairs;
+use crate::contact::broad_phase::cell_grid::{SpherePair, SpherePairs};
 use crate::rock::{Motion, Rock};
 use dem_solid::geometry::sphere_tree::SphereTree;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
@@ -62,10 +62,9 @@ impl RockPairs {
         let few = surface(a).min(surface(b));
         Self {
             pairs: Vec::with_capacity((16 * few + 64).min(a.spheres.len() * b.spheres.len())),
-            made: None,
             skin: SKIN * a.smallest_radius.min(b.smallest_radius),
             found: Vec::with_capacity(b.spheres.len()),
-            searches: 0,
+            ..Self::default()
         }
     }
 
@@ -147,12 +146,7 @@ impl NearRocks {
         if known && self.position.iter().zip(&self.list.reference).all(near) {
             return false;
         }
-        let pair = |_, second| crate::contact::broad_phase::cell_grid::SpherePair {
-            second,
-            law: 0,
-            radius: 0.0,
-            root_mass: 0.0,
-        };
+        let pair = |_, second| SpherePair { second, ..SpherePair::default() };
         self.list.build(&self.position, &self.reach, &[], self.skin, pair);
         true
     }
@@ -220,7 +214,7 @@ mod tests {
             scale: None,
         };
         let scene = Scene::from_text("test.toml", "").expect("a scene");
-        Rock::new(0, &settings, &scene).unwrap_or_else(|e| panic!("{e}")).0
+        Rock::new(0, &settings, &scene, &[]).unwrap_or_else(|e| panic!("{e}")).0
     }
 
     fn motion(position: Vector3<f64>, turn: Vector3<f64>, velocity: Vector3<f64>) -> Motion {

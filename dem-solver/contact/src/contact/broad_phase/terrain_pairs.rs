@@ -209,32 +209,24 @@ impl TerrainPairs {
                 continue;
             }
             let (face, it, triangle) = (place as u32, &self.faces[place], self.near[place]);
-            let mut add = |sphere: u32, gap: f64| {
-                if gap <= skin {
-                    pairs.push(TerrainPair { sphere, triangle, face, gap });
-                }
-            };
             match single {
                 Some(radius) => {
                     if it.off_plane(&now.position) <= radius + skin {
-                        add(0, it.closest(&now.position).0.norm() - radius);
+                        let gap = it.closest(&now.position).0.norm() - radius;
+                        if gap <= skin {
+                            pairs.push(TerrainPair { sphere: 0, triangle, face, gap });
+                        }
                     }
                 }
-                None if deep > 0.0 => {
+                None => {
                     let seen = it.seen(&to_own, &now.position);
+                    // The tree holds the spheres with their radii.
                     tree.near_face(&Slab::new(&seen), skin, deep, |sphere, k| {
                         let distance = seen.closest(&sphere.centre).0.norm();
                         let gap = distance - sphere.radius;
                         if gap <= skin || (distance <= deep && seen.over_plane(&sphere.centre) <= 0.0) {
                             pairs.push(TerrainPair { sphere: k, triangle, face, gap });
                         }
-                    });
-                }
-                None => {
-                    let seen = it.seen(&to_own, &now.position);
-                    // The tree holds the spheres with their radii.
-                    tree.near_face(&Slab::new(&seen), skin, 0.0, |sphere, k| {
-                        add(k, seen.closest(&sphere.centre).0.norm() - sphere.radius);
                     });
                 }
             }

@@ -69,13 +69,12 @@ impl Course {
     /// [m] of its reach; 0 where they touch already.
     pub fn meets(&self, tree: &SphereTree, face: &Face, far: f64, least: f64) -> f64 {
         // At a glance, with the sphere around the whole rock.
-        let off = face.off_plane(&self.position) - self.reach;
-        if off > far || (off > 0.0 && arrival(off, self.speed, self.bow) >= least) {
+        let late = |off: f64| off > far || (off > 0.0 && arrival(off, self.speed, self.bow) >= least);
+        if late(face.off_plane(&self.position) - self.reach) {
             return least;
         }
         let (to_point, _) = face.closest(&self.position);
-        let off = to_point.norm() - self.reach;
-        if off > far || (off > 0.0 && arrival(off, self.speed, self.bow) >= least) {
+        if late(to_point.norm() - self.reach) {
             return least;
         }
         if let Some(radius) = tree.single() {

@@ -16,51 +16,13 @@
 //! sphere does not reach is not asked: where an edge or a corner is within it, all their faces are. Faces must share the nodes
 //! that they share: two that lie on each other with nodes of their own count twice.
 
+use super::Touch;
 use crate::contact::broad_phase::mesh_elements::inverse_square;
 use dem_solid::geometry::closest::{Feature, on_line};
 use nalgebra::Vector3;
 
 /// Number that edges begin with: beyond all nodes.
 const EDGES: u32 = 1 << 31;
-
-/// A face that a sphere overlaps, by its closest point.
-#[derive(Debug, Clone, Copy)]
-pub struct TouchedFace {
-    /// Its nodes, by any numbers that they have.
-    pub nodes: [u32; 3],
-    /// Its own number.
-    pub number: u32,
-    /// Weights of the nodes at the closest point, exactly 0 where that lies on the edge or the node opposite.
-    pub weights: [f64; 3],
-    /// What the closest point lies on.
-    pub feature: Feature,
-}
-
-/// What a contact stands for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FacePart {
-    /// The face itself.
-    Face,
-    /// An edge, by a number of its own beyond all nodes.
-    Edge(u32),
-    /// A node, by its number in [`TouchedFace`].
-    Node(u32),
-}
-
-/// A contact of the sphere, if it reaches the point.
-#[derive(Debug, Clone, Copy)]
-pub struct Shared {
-    /// Place of a face that it belongs to among those touched.
-    pub face: usize,
-    /// What it stands for.
-    pub part: FacePart,
-    /// From the sphere's centre to its point [m]; of a face as it was touched.
-    pub to_point: Vector3<f64>,
-    /// Weights of the face's nodes there; of a face as it was touched.
-    pub weights: [f64; 3],
-    /// How often it counts.
-    pub share: f64,
-}
 
 #[derive(Debug, Clone, Copy)]
 struct Edge {
@@ -83,6 +45,29 @@ struct Corner {
     end: usize,
 }
 
+/// A contact with an edge or a corner of a face, with what it stands for, if the sphere reaches it.
+fn part(
+    face: &Touch,
+    to_point: Vector3<f64>,
+    weights: [f64; 3],
+    share: f64,
+    (number, feature): (u32, Feature),
+) -> Option<Touch> {
+    let distance = to_point.norm();
+    let overlap = face.radius + face.thickness - distance;
+    let normal = to_point / distance;
+    (overlap > 0.0).then_some(Touch {
+        normal,
+        distance,
+        overlap,
+        weights,
+        share,
+        key: !number,
+        feature,
+        ..*face
+    })
+}
+
 /// Buffers that are used again and again.
 #[derive(Debug, Clone, Default)]
 pub struct Faces {
@@ -91,31 +76,32 @@ pub struct Faces {
 }
 
 impl Faces {
-    /// Call `found` with the contacts of a sphere with the faces `touched_faces`, which are all that it overlaps; `at` gives a
-    /// node's place from the sphere's centre [m].
+    /// Add to `contacts` those of a sphere with the faces `touched`, which are all that it overlaps. `nodes` are those of an element,
+    /// `at` gives a node's place from the sphere's centre [m], `number` its number in the mesh.
     pub fn share_out(
         &mut self,
-        touched_faces: &[TouchedFace],
+        touched: &[Touch],
+        nodes: impl Fn(&Touch) -> [u32; 3],
         at: impl Fn(u32) -> Vector3<f64>,
-        mut found: impl FnMut(Shared),
+        number: impl Fn(u32) -> u32,
+        contacts: &mut Vec<Touch>,
     ) {
         self.edges.clear();
         self.corners.clear();
-        let sorted = |face: &TouchedFace| {
-            let mut nodes = face.nodes;
+        let sorted = |face: &Touch| {
+            let mut nodes = nodes(face);
             nodes.sort_unstable();
             nodes
         };
-        for (k, face) in touched_faces.iter().enumerate() {
+        for (k, face) in touched.iter().enumerate() {
             // A line, a point, and the twin of another are nothing of their own.
             let [a, b, c] = sorted(face);
-            if a == b || b == c || touched_faces[..k].iter().any(|twin| sorted(twin) == [a, b, c]) {
+            if a == b || b == c || touched[..k].iter().any(|twin| sorted(twin) == [a, b, c]) {
                 continue;
             }
-            self.count(k, face);
+            self.count(k, face, nodes(face));
             if face.feature == Feature::Face {
-                let (to_point, weights) = (Vector3::zeros(), face.weights);
-                found(Shared { face: k, part: FacePart::Face, to_point, weights, share: 1.0 });
+                contacts.push(*face);
             }
         }
         for edge in &self.edges {
@@ -127,14 +113,15 @@ impl Faces {
             if edge.faces < 2.0 && edge.share == 0.0 {
                 continue;
             }
-            let face = &touched_faces[edge.face];
-            let [a, b] = edge.ends.map(|k| at(face.nodes[k]));
+            let face = &touched[edge.face];
+            let ends = edge.ends.map(|k| nodes(face)[k]);
+            let [a, b] = ends.map(&at);
             let way = b - a;
             let closest = on_line(&Vector3::zeros(), &a, &way, inverse_square(&way));
             let mut share = edge.share;
             match closest.feature {
                 Feature::Node => {
-                    let end = face.nodes[edge.ends[usize::from(closest.weights[1] > 0.0)]];
+                    let end = ends[usize::from(closest.weights[1] > 0.0)];
                     for corner in self.corners.iter_mut().filter(|c| c.node == end) {
                         corner.share -= edge.faces - 1.0;
                     }
@@ -145,33 +132,26 @@ impl Faces {
                 let mut weights = [0.0; 3];
                 weights[edge.ends[0]] = closest.weights[0];
                 weights[edge.ends[1]] = closest.weights[1];
-                let part = FacePart::Edge(EDGES | (3 * face.number + edge.ends[0] as u32));
-                found(Shared { face: edge.face, part, to_point: closest.to_point, weights, share });
+                let number = EDGES | (3 * face.key + edge.ends[0] as u32);
+                contacts.extend(part(face, closest.to_point, weights, share, (number, Feature::Edge)));
             }
         }
         for corner in self.corners.iter().filter(|c| c.share != 0.0) {
             let mut weights = [0.0; 3];
             weights[corner.end] = 1.0;
-            let (to_point, part) = (at(corner.node), FacePart::Node(corner.node));
-            found(Shared { face: corner.face, part, to_point, weights, share: corner.share });
+            let (face, of) = (&touched[corner.face], (number(corner.node), Feature::Node));
+            contacts.extend(part(face, at(corner.node), weights, corner.share, of));
         }
     }
 
     /// Count in the edges and corners of face number `place`, and the one of them that its closest point lies on.
-    fn count(&mut self, place: usize, face: &TouchedFace) {
-        let [a, b, c] = face.weights;
+    fn count(&mut self, place: usize, face: &Touch, nodes_of_face: [u32; 3]) {
         // The parts that the closest point lies on are those whose weights are not exactly 0.
-        let zero = if c == 0.0 {
-            2
-        } else if b == 0.0 {
-            1
-        } else {
-            0
-        };
+        let zero = face.weights.iter().rposition(|weight| *weight == 0.0).unwrap_or(0);
         let on_edge =
             |ends: [usize; 2]| f64::from(u8::from(face.feature == Feature::Edge && !ends.contains(&zero)));
         for ends in [[0, 1], [1, 2], [2, 0]] {
-            let mut nodes = ends.map(|k| face.nodes[k]);
+            let mut nodes = ends.map(|k| nodes_of_face[k]);
             nodes.sort_unstable();
             let share = on_edge(ends);
             match self.edges.iter_mut().find(|e| e.nodes == nodes) {
@@ -182,7 +162,7 @@ impl Faces {
                 None => self.edges.push(Edge { nodes, faces: 1.0, share, face: place, ends }),
             }
         }
-        for (end, (node, weight)) in face.nodes.into_iter().zip([a, b, c]).enumerate() {
+        for (end, (node, weight)) in nodes_of_face.into_iter().zip(face.weights).enumerate() {
             let on_node = f64::from(u8::from(face.feature == Feature::Node && weight == 1.0));
             match self.corners.iter_mut().find(|c| c.node == node) {
                 Some(corner) => corner.share += on_node - 1.0,

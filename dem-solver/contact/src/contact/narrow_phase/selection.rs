@@ -31,8 +31,7 @@
 //! Source: Santasusana et al. (2016), Computational Particle Mechanics 3, 407-428; handbook 1.9; the
 //! sum over segments and nodes is the inclusion and exclusion of a wire's parts, derived here.
 
-use dem_solid::geometry::closest::Feature;
-use nalgebra::Vector3;
+use super::Touch;
 use std::cmp::Ordering;
 
 /// Share by which a point may lie before the plane and still count as on it.
@@ -42,26 +41,14 @@ use std::cmp::Ordering;
 /// is 1.4e-5 rad, count as one plane.
 const LEVEL: f64 = 1e-10;
 
-/// What the hierarchy needs to know of a point.
-pub trait Candidate {
-    /// Distance from the sphere's centre [m].
-    fn distance(&self) -> f64;
-    /// Unit vector from the sphere's centre to it.
-    fn normal(&self) -> &Vector3<f64>;
-    /// What it lies on.
-    fn feature(&self) -> Feature;
-    /// Number of its element.
-    fn element(&self) -> u32;
-}
-
 /// Move those of one sphere's candidates that are contacts to the front, in the order of the
 /// hierarchy, and say how many they are.
-pub fn keep_contacts<C: Candidate>(candidates: &mut [C]) -> usize {
+pub fn keep_contacts(candidates: &mut [Touch]) -> usize {
     candidates.sort_unstable_by(order);
     let mut kept = candidates.len().min(1);
     for next in 1..candidates.len() {
         let (b, nearer) = (&candidates[next], &candidates[..kept]);
-        let behind = |a: &C| a.normal().dot(b.normal()) * b.distance() >= a.distance() * (1.0 - LEVEL);
+        let behind = |a: &Touch| a.normal.dot(&b.normal) * b.distance >= a.distance * (1.0 - LEVEL);
         if !nearer.iter().any(behind) {
             candidates.swap(kept, next);
             kept += 1;
@@ -70,48 +57,25 @@ pub fn keep_contacts<C: Candidate>(candidates: &mut [C]) -> usize {
     kept
 }
 
-fn order<C: Candidate>(a: &C, b: &C) -> Ordering {
-    a.distance()
-        .total_cmp(&b.distance())
-        .then(a.feature().cmp(&b.feature()))
-        .then(a.element().cmp(&b.element()))
+fn order(a: &Touch, b: &Touch) -> Ordering {
+    a.distance.total_cmp(&b.distance).then(a.feature.cmp(&b.feature)).then(a.element.cmp(&b.element))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use dem_solid::geometry::closest::Feature;
+    use dem_solid::geometry::sphere::Sphere;
+    use nalgebra::Vector3;
 
-    #[derive(Debug, Clone, Copy, PartialEq)]
-    struct Point {
-        to_point: Vector3<f64>,
-        distance: f64,
-        normal: Vector3<f64>,
-        feature: Feature,
-        element: u32,
-    }
-
-    impl Candidate for Point {
-        fn distance(&self) -> f64 {
-            self.distance
-        }
-        fn normal(&self) -> &Vector3<f64> {
-            &self.normal
-        }
-        fn feature(&self) -> Feature {
-            self.feature
-        }
-        fn element(&self) -> u32 {
-            self.element
-        }
-    }
-
-    fn point(element: u32, feature: Feature, to_point: [f64; 3]) -> Point {
+    fn point(element: u32, feature: Feature, to_point: [f64; 3]) -> Touch {
         let to_point = Vector3::from(to_point);
         let distance = to_point.norm();
-        Point { to_point, distance, normal: to_point / distance, feature, element }
+        let ball = Sphere { centre: Vector3::zeros(), radius: distance };
+        Touch::new((&ball, 0), ball.centre, element, (to_point / distance, distance), feature)
     }
 
-    fn survivors(points: &[Point]) -> Vec<u32> {
+    fn survivors(points: &[Touch]) -> Vec<u32> {
         let mut points = points.to_vec();
         let kept = keep_contacts(&mut points);
         points.truncate(kept);

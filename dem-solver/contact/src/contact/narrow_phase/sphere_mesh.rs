@@ -2,9 +2,10 @@
 //! in which the spheres stand still: some ten nodes are turned instead of hundreds of spheres.
 
 use crate::contact::broad_phase::mesh_elements::inverse_square;
-use crate::contact::broad_phase::mesh_pairs::{Instant, MeshPair, MeshPairs, PairElement};
-use crate::contact::narrow_phase::faces::{FacePart, Faces, TouchedFace};
-use crate::contact::narrow_phase::selection::{Candidate, keep_contacts};
+use crate::contact::broad_phase::mesh_pairs::{Instant, MeshPair, MeshPairs};
+use crate::contact::narrow_phase::Touch;
+use crate::contact::narrow_phase::faces::Faces;
+use crate::contact::narrow_phase::selection::keep_contacts;
 use crate::interface_mesh::Kind;
 use crate::interface_mesh::crossings::Crossings;
 use crate::interface_mesh::motion::NodeMotion;
@@ -12,36 +13,6 @@ use crate::rock::{Motion, Rock};
 use dem_solid::geometry::closest::{Feature, on_face, on_line};
 use dem_solid::geometry::sphere::Sphere;
 use nalgebra::{Matrix3, Vector3};
-
-/// A contact of a sphere with a mesh element, in the rock's own frame.
-#[derive(Debug, Clone, Copy)]
-pub struct MeshContact {
-    /// Unit vector from the sphere's centre to the mesh's point.
-    pub normal: Vector3<f64>,
-    /// Distance of the two [m].
-    pub distance: f64,
-    /// Overlap, above 0 [m].
-    pub overlap: f64,
-    /// Weights of the element's nodes at the point.
-    pub weights: [f64; 3],
-    /// How often it counts: 1, but for nodes that several wires share.
-    pub share: f64,
-    /// Number of the sphere.
-    pub sphere: u32,
-    /// Place of the element in the pair list.
-    pub element: u32,
-    /// Number of the mesh's node (with its radius) or edge that it stands for, if it counts for all elements there.
-    pub node: Option<u32>,
-    /// What the point lies on.
-    pub feature: Feature,
-}
-
-impl MeshContact {
-    /// What its memory is kept under: the element's number `element`, or a number beyond all elements.
-    pub fn key(&self, element: u32) -> u32 {
-        self.node.map_or(element, |node| !node)
-    }
-}
 
 /// A node of wires of one radius within reach of a sphere.
 #[derive(Debug, Clone, Copy)]
@@ -55,21 +26,6 @@ struct Corner {
     /// A wire that it belongs to, and which of its ends.
     element: u32,
     end: usize,
-}
-
-impl Candidate for MeshContact {
-    fn distance(&self) -> f64 {
-        self.distance
-    }
-    fn normal(&self) -> &Vector3<f64> {
-        &self.normal
-    }
-    fn feature(&self) -> Feature {
-        self.feature
-    }
-    fn element(&self) -> u32 {
-        self.element
-    }
 }
 
 /// A line of the pair list as the rock sees it; a point is one without length. Of a face: a corner, and
@@ -88,13 +44,12 @@ pub struct MeshContacts {
     /// From the rock's own frame to space.
     pub rotation: Matrix3<f64>,
     /// The contacts, by sphere, in the order in which `selection` keeps them.
-    pub contacts: Vec<MeshContact>,
+    pub contacts: Vec<Touch>,
     nodes: Vec<Vector3<f64>>,
     segments: Vec<Segment>,
     corners: Vec<Corner>,
-    spare: Vec<MeshContact>,
+    spare: Vec<Touch>,
     faces: Faces,
-    touched_faces: Vec<TouchedFace>,
 }
 
 impl MeshContacts {
@@ -103,12 +58,6 @@ impl MeshContacts {
         self.nodes.reserve(nodes);
         self.segments.reserve(elements);
         self.contacts.reserve(contacts);
-    }
-
-    /// Number of contacts, shared points counted by their shares.
-    pub fn count(&self) -> usize {
-        let sum: f64 = self.contacts.iter().map(|c| c.share).sum();
-        if sum >= 1.0 { sum as usize } else { self.contacts.len().min(1) }
     }
 
     /// Find the contacts of `rock` at `now`. With `crossings` they are continuous.
@@ -159,40 +108,14 @@ impl MeshContacts {
             return;
         }
         self.split_lines(first, sphere, list, crossings);
-        let is_face = |c: &MeshContact| list.elements[c.element as usize].kind == Kind::Face;
+        let is_face = |c: &Touch| list.elements[c.element as usize].kind == Kind::Face;
         self.spare.sort_by_key(|c| !is_face(c));
         let faces = self.spare.iter().take_while(|c| is_face(c)).count();
         let (faces, points) = self.spare.split_at_mut(faces);
-        self.touched_faces.clear();
-        self.touched_faces.extend(faces.iter().map(|face| {
-            let PairElement { nodes, number, .. } = list.elements[face.element as usize];
-            TouchedFace { nodes, number, weights: face.weights, feature: face.feature }
-        }));
+        let nodes = |face: &Touch| list.elements[face.element as usize].nodes;
         let at = |node: u32| self.nodes[node as usize] - sphere.centre;
-        let contacts = &mut self.contacts;
-        self.faces.share_out(&self.touched_faces, at, |shared| {
-            let face = faces[shared.face];
-            let (node, feature) = match shared.part {
-                FacePart::Face => return contacts.push(face),
-                FacePart::Edge(number) => (number, Feature::Edge),
-                FacePart::Node(place) => (list.numbers[place as usize], Feature::Node),
-            };
-            let distance = shared.to_point.norm();
-            let overlap = sphere.radius + list.elements[face.element as usize].radius - distance;
-            if overlap > 0.0 {
-                contacts.push(MeshContact {
-                    normal: shared.to_point / distance,
-                    distance,
-                    overlap,
-                    weights: shared.weights,
-                    share: shared.share,
-                    sphere: number,
-                    element: face.element,
-                    node: Some(node),
-                    feature,
-                });
-            }
-        });
+        let number_of = |node: u32| list.numbers[node as usize];
+        self.faces.share_out(faces, nodes, at, number_of, &mut self.contacts);
         let others = keep_contacts(points);
         self.contacts.extend_from_slice(&points[..others]);
         self.push_corners(sphere, number, list);
@@ -203,7 +126,7 @@ impl MeshContacts {
     fn split_lines(&mut self, first: usize, sphere: &Sphere, list: &MeshPairs, crossings: &Crossings) {
         self.corners.clear();
         self.spare.clear();
-        let is_line = |c: &MeshContact| list.elements[c.element as usize].kind == Kind::Line;
+        let is_line = |c: &Touch| list.elements[c.element as usize].kind == Kind::Line;
         let mut kept = first;
         for i in first..self.contacts.len() {
             let contact = self.contacts[i];
@@ -248,16 +171,15 @@ impl MeshContacts {
             let distance = to_point.norm();
             let mut weights = [0.0; 3];
             weights[corner.end] = 1.0;
-            self.contacts.push(MeshContact {
-                normal: to_point / distance,
-                distance,
-                overlap: sphere.radius + list.elements[corner.element as usize].radius - distance,
+            let thickness = list.elements[corner.element as usize].radius;
+            let (ball, point) = ((sphere, number), (to_point / distance, distance));
+            self.contacts.push(Touch {
+                overlap: sphere.radius + thickness - distance,
+                thickness,
                 weights,
                 share: corner.share,
-                sphere: number,
-                element: corner.element,
-                node: Some(Crossings::key(list.numbers[corner.node as usize], corner.thickness)),
-                feature: Feature::Node,
+                key: !Crossings::key(list.numbers[corner.node as usize], corner.thickness),
+                ..Touch::new(ball, sphere.centre, corner.element, point, Feature::Node)
             });
         }
     }
@@ -301,16 +223,13 @@ impl MeshContacts {
         let square = closest.to_point.norm_squared();
         if square < reach * reach {
             let distance = square.sqrt();
-            self.contacts.push(MeshContact {
-                normal: closest.to_point / distance,
-                distance,
+            let (ball, point) = ((sphere, pair.sphere), (closest.to_point / distance, distance));
+            self.contacts.push(Touch {
                 overlap: reach - distance,
+                thickness: segment.radius,
                 weights: closest.weights,
-                share: 1.0,
-                sphere: pair.sphere,
-                element: pair.element,
-                node: None,
-                feature: closest.feature,
+                key: element.number,
+                ..Touch::new(ball, sphere.centre, pair.element, point, closest.feature)
             });
         }
     }

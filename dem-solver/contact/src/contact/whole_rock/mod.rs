@@ -16,7 +16,6 @@
 //! One ball is the contact of Hertz to the last digit. The same energy by volume of overlap (p = 1) is that of Feng (2021),
 //! Comput. Methods Appl. Mech. Engrg. 373, 113454; there the stiffness of a face is infinite at the first touch.
 
-pub mod ground;
 pub mod terrain;
 
 use crate::law::Law;
@@ -45,19 +44,6 @@ pub struct Whole {
     /// Radius of the ball of its volume [m].
     pub radius: f64,
     caps: Vec<Cap>,
-}
-
-/// Of a rock in contact: its equivalent overlap, and what follows from it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pressed {
-    /// Equivalent overlap D [m].
-    pub overlap: f64,
-    /// Its stiffness dF/dD [N/m].
-    pub stiffness: f64,
-    /// Force dU/dD [N].
-    pub force: f64,
-    /// Energy U [J].
-    pub energy: f64,
 }
 
 impl Whole {
@@ -106,14 +92,6 @@ impl Whole {
         cap.size * (power(overlap) - power((overlap - cap.height).max(0.0)))
     }
 
-    /// Energy and force at an equivalent overlap [m] with modulus E* [Pa].
-    #[inline]
-    pub fn pressed(&self, modulus: f64, overlap: f64) -> Pressed {
-        let stiffness = 2.0 * modulus * (self.radius * overlap).sqrt();
-        let force = 2.0 / 3.0 * stiffness * overlap;
-        Pressed { overlap, stiffness, force, energy: 0.4 * force * overlap }
-    }
-
     /// The stiffest landing at `speed` [m/s] under `law`: flat, on a plane face as wide as the rock, where the force acts on the
     /// inverse mass `mobility` [1/kg].
     pub fn landing(&self, rock: &Rock, law: &Law, mobility: f64, speed: f64) -> Landing {
@@ -127,20 +105,25 @@ impl Whole {
         let p = f64::from(POWER);
         let overlap = self.of_face(rim, equivalent);
         let scale = energy / (overlap * overlap);
-        let inertia = rock.inertia.min();
-        let turning = rim * rim / inertia;
-        let mut square = scale * (SEAT[0] * mobility).max(SEAT[1] * turning);
+        let turning = rim * rim / rock.inertia.min();
+        let square = scale * (SEAT[0] * mobility).max(SEAT[1] * turning);
         // dF/dD (dD/dd)^2, of a face.
         let stiffness = 3.75 * scale * (p / (p + 1.0)).powi(2);
-        if let Some(tangential) = &law.tangential {
-            square = square.max(tangential.stiffness_ratio * stiffness * (mobility + turning));
-        }
-        if let Some(rolling) = law.rolling.filter(|r| r.kind == RollingName::Spring) {
-            let arm = rolling.friction * self.radius;
-            square = square.max(STIFFNESS * arm * arm * stiffness / inertia);
-        }
+        let square = square.max(self.fastest_beside(law, [stiffness, 1.0], mobility + turning, rock));
         let duration = SEAT_DURATION * overlap / speed;
         Landing { duration, stiffness, square, ratio: law.damping.map_or(0.0, |d| d.ratio) }
+    }
+
+    /// Square of the fastest frequency of the tangential and the rolling spring [1/s2] at a normal stiffness [N/m] that goes with the
+    /// square of `slope`, where the first one moves `mobility` [1/kg].
+    fn fastest_beside(&self, law: &Law, [stiffness, slope]: [f64; 2], mobility: f64, rock: &Rock) -> f64 {
+        let along = law.tangential.map_or(0.0, |t| t.stiffness_ratio * stiffness * slope * slope * mobility);
+        let spring = law.rolling.filter(|r| r.kind == RollingName::Spring);
+        let turn = spring.map_or(0.0, |rolling| {
+            let arm = rolling.friction * self.radius;
+            STIFFNESS * arm * arm * stiffness * slope * slope / rock.inertia.min()
+        });
+        along.max(turn)
     }
 
     /// Overlap of a face with this `rim` [m] that has the equivalent overlap `equivalent` [m]:
@@ -167,18 +150,10 @@ impl Whole {
         let load = law.normal.load(self.radius, deepest);
         let steeper = yielding::stiffening(law.normal.powers().overlap, restitution);
         let stiffness = steeper * load.force / deepest * slope * slope;
-        let inertia = rock.inertia.min();
-        let turning = rim * rim / inertia;
+        let turning = rim * rim / rock.inertia.min();
         // Where a tilt makes the overlaps differ, the force grows by its p-th part of the overlap, too.
-        let mut square = (stiffness * (mobility + turning)).max(load.force * slope * p / overlap * turning);
-        if let Some(tangential) = &law.tangential {
-            let along = tangential.stiffness_ratio * load.stiffness * slope * slope;
-            square = square.max(along * (mobility + turning));
-        }
-        if let Some(rolling) = law.rolling.filter(|r| r.kind == RollingName::Spring) {
-            let arm = rolling.friction * self.radius;
-            square = square.max(STIFFNESS * arm * arm * load.stiffness * slope * slope / inertia);
-        }
+        let square = (stiffness * (mobility + turning)).max(load.force * slope * p / overlap * turning);
+        let square = square.max(self.fastest_beside(law, [load.stiffness, slope], mobility + turning, rock));
         let duration = PI / (stiffness * mobility).sqrt();
         Landing { duration, stiffness, square, ratio: yielding::seat_damping(restitution) }
     }
@@ -260,7 +235,7 @@ mod tests {
             let weight = whole.weight(k as u32, depths[k], at);
             assert!((slope - weight).abs() < 1e-7, "{k}: {slope} {weight}");
         }
-        let of = |d: f64| whole.pressed(2e9, d);
+        let of = |d: f64| crate::law::load::Load::hertz(2e9, whole.radius, d);
         let h = 1e-6 * at;
         assert!(((of(at + h).energy - of(at - h).energy) / (2.0 * h) / of(at).force - 1.0).abs() < 1e-8);
         assert!(((of(at + h).force - of(at - h).force) / (2.0 * h) / of(at).stiffness - 1.0).abs() < 1e-8);

@@ -4,75 +4,36 @@
 //! height over the surface, which is below 0 inside: where the sphere that is first is small, the surface passes its
 //! centre, and what follows is as deep in as it looks. The overlap is a continuous function of place alone, and so is the energy.
 //!
+//! On ground that gives way ([`crate::law::yielding`]) the rock has one depth and one memory, whatever spheres touch and whatever zones
+//! they lie in: the equivalent overlap of all its contacts. The law is that of the ground below the sphere that is pressed in most;
+//! where another takes over, the force stays.
+//!
 //! Source of the inside: Baerentzen and Aanaes (2005), IEEE Trans. Vis. Comput. Graph. 11, 243.
 
 use crate::contact::broad_phase::terrain_pairs::{TerrainPair, TerrainPairs};
 use crate::contact::history::SurfaceHistory;
+use crate::contact::narrow_phase::Touch;
 use crate::contact::pipeline::{Site, Sums};
 use crate::contact::terrain::Turned;
-use crate::contact::whole_rock::{Pressed, Whole};
+use crate::contact::whole_rock::Whole;
 use crate::law::Law;
 use crate::law::contact_point::{ContactPoint, History};
 use crate::law::normal::Load;
 use crate::law::restitution;
 use crate::law::table::SurfaceLaws;
-use crate::law::yielding::Dent;
+use crate::law::yielding::{Dent, Pressing};
 use crate::rock::{Motion, Rock};
 use dem_solid::geometry::closest::{Feature, on_face};
 use dem_solid::geometry::triangle::Nearest;
 use dem_terrain::Terrain;
 use nalgebra::Vector3;
 
-/// A sphere near the terrain, along the axes of space.
-#[derive(Debug, Clone, Copy)]
-pub struct WholeRockContact {
-    /// Unit vector from the sphere into the terrain.
-    pub normal: Vector3<f64>,
-    /// Height of the sphere's centre over the surface, along the normal; below 0 inside [m].
-    pub height: f64,
-    /// Overlap; below 0 where it does not touch [m].
-    pub overlap: f64,
-    /// The sphere's centre from the rock's centre of mass [m].
-    pub centre: Vector3<f64>,
-    /// Number of the sphere.
-    pub sphere: u32,
-    /// Number of a triangle that the nearest point lies on.
-    pub triangle: u32,
-}
-
-impl WholeRockContact {
-    /// The nearest point, from the rock's centre of mass [m].
-    pub fn arm(&self) -> Vector3<f64> {
-        self.centre + self.normal * self.height
-    }
-}
-
-/// The contacts that share one law, at one instant.
-#[derive(Debug, Clone, Copy)]
-pub struct Group<'a> {
-    pub(super) law: &'a Law,
-    /// Its equivalent overlap and what follows.
-    pub pressed: Pressed,
-    /// Sum of the weights.
-    pub(super) weights: f64,
-    /// Rate of the equivalent overlap [m/s].
-    pub(super) rate: f64,
-    /// Speed of the centre along the ground [m/s].
-    pub(super) travel: f64,
-    /// Dashpot force along the sum of the contacts [N].
-    pub(super) viscous: f64,
-    /// Mass that the force acts on [kg].
-    pub(super) mass: f64,
-    /// About a seat in ground that gives way: dashpot of all contacts along their normals [N s/m], and `2 g sqrt(m*)` of those
-    /// along the surface.
-    pub(super) seated: [f64; 2],
-}
-
 /// The contacts, and buffers that are used again and again.
 #[derive(Debug, Clone, Default)]
 pub struct WholeRockContacts {
-    /// The contacts, by sphere.
-    pub contacts: Vec<WholeRockContact>,
+    /// The contacts, by sphere: their distance is the height of the centre over the surface, below 0 inside, and their overlap below 0
+    /// where they do not touch.
+    pub contacts: Vec<Touch>,
     /// The histories after the step.
     pub histories: Vec<SurfaceHistory>,
 }
@@ -103,87 +64,61 @@ impl WholeRockContacts {
             let sphere = &rock.spheres[number as usize];
             let centre = rotation.of(&sphere.centre);
             let place = now.position + centre;
-            let Some(near) = look(ground, around, own, &place) else { continue };
-            let overlap = sphere.radius - near.height;
-            if overlap > -reach {
-                let (normal, height) = (near.normal, near.height);
-                self.contacts.push(WholeRockContact {
-                    normal,
-                    height,
-                    overlap,
-                    centre,
-                    sphere: number,
-                    triangle: near.triangle,
-                });
+            let Some((normal, height, triangle)) = look(ground, around, own, &place) else { continue };
+            let touch = Touch::new((sphere, number), centre, triangle, (normal, height), Feature::Face);
+            if touch.overlap > -reach {
+                self.contacts.push(touch);
             }
         }
     }
 
+    /// Those that touch.
+    fn touching(&self) -> impl Iterator<Item = &Touch> {
+        self.contacts.iter().filter(|c| c.overlap > 0.0)
+    }
+
     /// Those of law number `law` that touch.
-    fn of<'a>(&'a self, laws: SurfaceLaws<'a>, law: u16) -> impl Iterator<Item = &'a WholeRockContact> {
-        self.contacts.iter().filter(move |c| c.overlap > 0.0 && laws.number(c.triangle) == law)
+    fn of<'a>(&'a self, laws: SurfaceLaws<'a>, law: u16) -> impl Iterator<Item = &'a Touch> {
+        self.touching().filter(move |c| laws.number(c.element) == law)
     }
 
-    /// What the contacts of law number `law` amount to, without velocities; `None` if there is none.
-    pub fn group<'a>(&self, whole: &Whole, laws: SurfaceLaws<'a>, law: u16) -> Option<Group<'a>> {
+    /// The equivalent overlap of the contacts of law number `law` [m], and its elastic load; `None` if there is none.
+    fn pressed(&self, whole: &Whole, laws: SurfaceLaws, law: u16) -> Option<(f64, Load)> {
         let sum: f64 = self.of(laws, law).map(|c| whole.part(c.sphere, c.overlap)).sum();
-        let law = &laws.laws[law as usize];
-        let modulus = law.normal.modulus().expect("checked: it has a modulus");
-        let pressed = whole.pressed(modulus, whole.equivalent(sum));
+        let overlap = whole.equivalent(sum);
         // Too little for a number: nothing.
-        (pressed.overlap > f64::MIN_POSITIVE).then_some(Group {
-            law,
-            pressed,
-            weights: 0.0,
-            rate: 0.0,
-            travel: 0.0,
-            viscous: 0.0,
-            mass: 0.0,
-            seated: [0.0; 2],
-        })
+        (overlap > f64::MIN_POSITIVE)
+            .then(|| (overlap, laws.laws[law as usize].normal.load(whole.radius, overlap)))
     }
 
-    /// Elastic energy of the contacts that were found [J]; `dent` is what the ground remembers.
+    /// The equivalent overlap of all that touch [m], and the law below the one that is pressed in most; `None` if none touches.
+    fn in_ground(&self, whole: &Whole, laws: SurfaceLaws) -> Option<(f64, u16)> {
+        let (mut sum, mut most) = (0.0, (0.0, 0));
+        for contact in self.touching() {
+            let part = whole.part(contact.sphere, contact.overlap);
+            sum += part;
+            if part > most.0 {
+                most = (part, contact.element);
+            }
+        }
+        let overlap = whole.equivalent(sum);
+        (overlap > f64::MIN_POSITIVE).then(|| (overlap, laws.number(most.1)))
+    }
+
+    /// Energy of the contacts that were found, as far as it may come back [J]; `dent` is what the ground remembers.
     pub fn energy(&self, whole: &Whole, laws: SurfaceLaws, dent: &Dent) -> f64 {
-        if laws.any(|law| law.yielding.is_some()) {
-            return self.energy_on_ground(whole, laws, dent);
+        if !laws.any(|law| law.yielding.is_some()) {
+            let pressed = laws.distinct().filter_map(|law| self.pressed(whole, laws, law));
+            return pressed.map(|(_, load)| load.energy).sum();
         }
-        laws.distinct().filter_map(|law| self.group(whole, laws, law)).map(|g| g.pressed.energy).sum()
+        let Some((overlap, law)) = self.in_ground(whole, laws) else { return 0.0 };
+        // The memory is that of the step's middle; another law takes over in the next.
+        let law = if dent.deepest > 0.0 { dent.law } else { law };
+        dent.stored(&laws.laws[law as usize], whole.radius, overlap)
     }
 
-    /// Weights, mass and dashpot of a group, which is that of `contacts`.
-    pub(super) fn weigh<'c>(
-        group: &mut Group,
-        whole: &Whole,
-        contacts: impl Iterator<Item = &'c WholeRockContact>,
-        rock: &Rock,
-        now: &Motion,
-    ) {
-        let spin = rock.spin(now);
-        let (mut rate, mut push, mut turn) = (0.0, Vector3::zeros(), Vector3::zeros());
-        for contact in contacts {
-            let weight = whole.weight(contact.sphere, contact.overlap, group.pressed.overlap);
-            let arm = contact.arm();
-            group.weights += weight;
-            rate += weight * (now.velocity + spin.cross(&arm)).dot(&contact.normal);
-            push += contact.normal * weight;
-            turn += arm.cross(&contact.normal) * weight;
-        }
-        let own = now.orientation.inverse_transform_vector(&turn);
-        let mobility = push.norm_squared() / rock.mass + own.dot(&own.component_div(&rock.inertia));
-        group.mass = group.weights * group.weights / mobility;
-        group.rate = rate;
-        group.travel = now.velocity.cross(&push).norm() / push.norm();
-        if let Some(damping) = &group.law.damping {
-            let ratio = restitution::as_linear(damping.ratio, 2.5);
-            // ds/dt = F dD/dt / s with s = sqrt(2 U).
-            let rising = group.pressed.force * rate / (2.0 * group.pressed.energy).sqrt();
-            group.viscous = 2.0 * ratio * group.mass.sqrt() * rising;
-        }
-    }
-
-    /// Forces of the contacts that were found at `now`, in the middle of a step of `h` [s]; the histories after
-    /// it go to [`WholeRockContacts::histories`].
+    /// Forces of the contacts that were found at `now`, in the middle of a step of `h` [s]; the histories after it go to
+    /// [`WholeRockContacts::histories`]. `dent` is what the ground remembers from the step before, and then after this one.
     pub fn forces(
         &mut self,
         rock: &Rock,
@@ -193,57 +128,162 @@ impl WholeRockContacts {
         h: f64,
         (before, dent): (&[SurfaceHistory], &mut Dent),
     ) -> Sums {
-        if laws.any(|law| law.yielding.is_some()) {
-            return self.forces_on_ground(rock, whole, laws, now, h, (before, dent));
-        }
         let mut histories = std::mem::take(&mut self.histories);
         histories.clear();
         let mut sums = Sums { fastest: now.velocity.norm(), ..Sums::default() };
-        for law in laws.distinct() {
-            let Some(mut group) = self.group(whole, laws, law) else { continue };
-            Self::weigh(&mut group, whole, self.of(laws, law), rock, now);
-            sums.elastic += group.pressed.energy;
-            sums.scar(group.law, whole.radius, group.pressed.overlap, now);
-            let seat = Seat { group: &group, rock, whole, now, spin: rock.spin(now), h, before };
-            self.of(laws, law).for_each(|contact| seat.add(contact, &mut histories, &mut sums));
+        if laws.any(|law| law.yielding.is_some()) {
+            let Some((overlap, number)) = self.in_ground(whole, laws) else {
+                *dent = Dent::default();
+                self.histories = histories;
+                return sums;
+            };
+            if dent.law != number {
+                let both = [dent.law, number].map(|n| &laws.laws[n as usize]);
+                sums.yielded += dent.pass_to(number, both, whole.radius, overlap);
+            }
+            let law = &laws.laws[number as usize];
+            let mut seat = Seat::new(law, whole, overlap, self.touching(), rock, now);
+            seat.press(dent, h, &mut sums);
+            if seat.load.force > 0.0 {
+                seat.scar(&mut sums);
+                seat.roll(h, &mut sums);
+                self.touching().for_each(|contact| seat.add(contact, before, h, &mut histories, &mut sums));
+            }
+            let deepest = self.touching().map(|c| c.overlap).fold(0.0, f64::max);
+            sums.penetration = sums.penetration.max(deepest / whole.radius);
+        } else {
+            for law in laws.distinct() {
+                let Some((overlap, load)) = self.pressed(whole, laws, law) else { continue };
+                let of = &laws.laws[law as usize];
+                let mut seat = Seat::new(of, whole, overlap, self.of(laws, law), rock, now);
+                seat.load_elastically(load);
+                sums.elastic += load.energy;
+                seat.scar(&mut sums);
+                self.of(laws, law)
+                    .for_each(|contact| seat.add(contact, before, h, &mut histories, &mut sums));
+            }
+            histories.sort_unstable_by_key(|m| m.sphere);
         }
-        histories.sort_unstable_by_key(|m| m.sphere);
         self.histories = histories;
         sums
     }
 }
 
-/// What the contacts of a group are computed with.
-pub(super) struct Seat<'a> {
-    pub(super) group: &'a Group<'a>,
-    pub(super) rock: &'a Rock,
-    pub(super) whole: &'a Whole,
-    pub(super) now: &'a Motion,
-    pub(super) spin: Vector3<f64>,
-    pub(super) h: f64,
-    pub(super) before: &'a [SurfaceHistory],
+/// Contacts that share one law, at one instant.
+struct Seat<'a> {
+    law: &'a Law,
+    rock: &'a Rock,
+    whole: &'a Whole,
+    now: &'a Motion,
+    /// Angular velocity [rad/s].
+    spin: Vector3<f64>,
+    /// Equivalent overlap [m], and what it answers.
+    overlap: f64,
+    load: Load,
+    /// Sum of the weights.
+    weights: f64,
+    /// Rate of the equivalent overlap [m/s].
+    rate: f64,
+    /// Speed of the centre along the ground [m/s].
+    travel: f64,
+    /// Mass that the force acts on [kg].
+    mass: f64,
+    /// Dashpot force along the sum of the contacts [N].
+    viscous: f64,
+    /// About a seat in ground that gives way: dashpot of all contacts along their normals [N s/m], and `2 g sqrt(m*)` of those
+    /// along the surface.
+    seated: [f64; 2],
 }
 
-impl Seat<'_> {
-    /// Add the forces of one contact.
-    pub(super) fn add(
+impl<'a> Seat<'a> {
+    /// Of `contacts`, without a load.
+    fn new<'c>(
+        law: &'a Law,
+        whole: &'a Whole,
+        overlap: f64,
+        contacts: impl Iterator<Item = &'c Touch>,
+        rock: &'a Rock,
+        now: &'a Motion,
+    ) -> Self {
+        let spin = rock.spin(now);
+        let (mut weights, mut rate) = (0.0, 0.0);
+        let (mut push, mut turn) = (Vector3::zeros(), Vector3::zeros());
+        for contact in contacts {
+            let weight = whole.weight(contact.sphere, contact.overlap, overlap);
+            let arm = contact.arm();
+            weights += weight;
+            rate += weight * (now.velocity + spin.cross(&arm)).dot(&contact.normal);
+            push += contact.normal * weight;
+            turn += arm.cross(&contact.normal) * weight;
+        }
+        let own = now.orientation.inverse_transform_vector(&turn);
+        let mobility = push.norm_squared() / rock.mass + own.dot(&own.component_div(&rock.inertia));
+        let mass = weights * weights / mobility;
+        let travel = now.velocity.cross(&push).norm() / push.norm();
+        let load = Load::default();
+        let (viscous, seated) = (0.0, [0.0; 2]);
+        Self { law, rock, whole, now, spin, overlap, load, weights, rate, travel, mass, viscous, seated }
+    }
+
+    /// Be loaded with `load`, and with the dashpot that belongs to it.
+    fn load_elastically(&mut self, load: Load) {
+        self.load = load;
+        if let Some(damping) = &self.law.damping {
+            let ratio = restitution::as_linear(damping.ratio, 2.5);
+            // ds/dt = F dD/dt / s with s = sqrt(2 U).
+            let rising = load.force * self.rate / (2.0 * load.energy).sqrt();
+            self.viscous = 2.0 * ratio * self.mass.sqrt() * rising;
+        }
+    }
+
+    /// Be loaded by ground that remembers `dent`, in a step of `h` [s].
+    fn press(&mut self, dent: &mut Dent, h: f64, sums: &mut Sums) {
+        let Self { overlap, rate, travel, mass, .. } = *self;
+        let felt =
+            dent.press(self.law, self.whole.radius, &Pressing { overlap, rate, travel: travel * h, mass });
+        self.load = felt.load;
+        self.seated = [felt.dashpot * self.weights, 2.0 * felt.ratio].map(|c| c * mass.sqrt());
+        sums.yielded += felt.lost;
+        sums.elastic += felt.load.energy;
+    }
+
+    /// Add the drag of the ground.
+    fn scar(&self, sums: &mut Sums) {
+        let Some(scarring) = &self.law.scarring else { return };
+        let force = scarring.force(self.whole.radius, self.overlap, &self.now.velocity);
+        sums.force += force;
+        sums.damping_power -= force.dot(&self.now.velocity);
+    }
+
+    /// Add the rolling resistance of the rut, in a step of `h` [s].
+    fn roll(&self, h: f64, sums: &mut Sums) {
+        let Some(rut) = &self.law.rut else { return };
+        let force = self.load.force * self.weights;
+        let moment = rut.moment(self.whole.radius, force, &self.spin, self.rock.inertia.min(), h);
+        sums.torque += moment;
+        sums.friction_power -= moment.dot(&self.spin);
+    }
+
+    /// Add the forces of one contact in a step of `h` [s]; `before` are the histories, by sphere.
+    fn add(
         &self,
-        contact: &WholeRockContact,
+        contact: &Touch,
+        before: &[SurfaceHistory],
+        h: f64,
         histories: &mut Vec<SurfaceHistory>,
         sums: &mut Sums,
     ) {
-        let Self { group, rock, whole, now, spin, .. } = self;
-        let (pressed, law) = (group.pressed, group.law);
-        let weight = whole.weight(contact.sphere, contact.overlap, pressed.overlap);
-        let share = weight / group.weights;
+        let Self { law, rock, whole, now, spin, load: pressed, .. } = self;
+        let weight = whole.weight(contact.sphere, contact.overlap, self.overlap);
+        let share = weight / self.weights;
         if share == 0.0 {
             return;
         }
-        let elastic = pressed.force * group.weights;
+        let elastic = pressed.force * self.weights;
         // Rocks do not stick.
-        let force = (elastic + group.viscous).max(0.0);
-        let [along_normal, along_surface] = group.seated;
-        let dashpot = law.damping.map_or(along_surface, |d| 2.0 * d.ratio * group.mass.sqrt());
+        let force = (elastic + self.viscous).max(0.0);
+        let [along_normal, along_surface] = self.seated;
+        let dashpot = law.damping.map_or(along_surface, |d| 2.0 * d.ratio * self.mass.sqrt());
         let arm = contact.arm();
         let velocity = now.velocity + spin.cross(&arm);
         // Of each contact its own: a rock that rocks in its seat comes to rest, too.
@@ -251,9 +291,9 @@ impl Seat<'_> {
         if along_normal > 0.0 {
             pressed_by = (pressed_by + along_normal * share * velocity.dot(&contact.normal)).max(0.0);
         }
-        let stiffness = pressed.stiffness * weight * group.weights;
+        let stiffness = pressed.stiffness * weight * self.weights;
         // Of the contact of Hertz of the rock's radius that is as stiff.
-        let overlap = pressed.overlap * (stiffness / pressed.stiffness).powi(2);
+        let overlap = self.overlap * (stiffness / pressed.stiffness).powi(2);
         let load = Load { stiffness, force: elastic * share, energy: pressed.energy * share };
         let point = ContactPoint {
             normal: contact.normal,
@@ -265,48 +305,33 @@ impl Seat<'_> {
             dashpot: dashpot * share.sqrt(),
             jump: Vector3::zeros(),
         };
-        let found = self.before.binary_search_by_key(&contact.sphere, |m| m.sphere);
-        let history = found.map_or(History::default(), |at| self.before[at].history);
-        let response = law.respond_pressed(load, pressed_by, &point, &history, self.h);
+        let found = before.binary_search_by_key(&contact.sphere, |m| m.sphere);
+        let history = found.map_or(History::default(), |at| before[at].history);
+        let response = law.respond_pressed(load, pressed_by, &point, &history, h);
         if law.remembers() {
             histories.push(SurfaceHistory {
                 sphere: contact.sphere,
-                element: contact.triangle,
+                element: contact.element,
                 normal: contact.normal,
                 history: response.history(overlap),
             });
         }
         // The energy of the normal springs is that of the group.
-        let site = Site {
-            normal: contact.normal,
-            overlap: contact.overlap,
-            radius: whole.radius,
-            smaller: whole.radius,
-            arm,
-            weight: 1.0,
-        };
+        let site = Site { radius: whole.radius, smaller: whole.radius, ..contact.site() };
         let elastic = sums.elastic;
         sums.add(&response, &site);
         sums.elastic = elastic;
     }
 }
 
-/// Where the terrain is nearest to a point.
-struct NearestPoint {
-    /// Unit vector into the terrain.
-    normal: Vector3<f64>,
-    /// Height over it, below 0 inside [m].
-    height: f64,
-    triangle: u32,
-}
-
-/// Where the surface is from `place`, of which `pairs` hold what may be nearest; `None` beside the border.
+/// Where the surface is nearest to `place`, of which `pairs` hold what may be nearest: unit vector into the terrain, height over it,
+/// below 0 inside [m], and a triangle; `None` beside the border.
 fn look(
     ground: &Terrain,
     around: &TerrainPairs,
     pairs: &[TerrainPair],
     place: &Vector3<f64>,
-) -> Option<NearestPoint> {
+) -> Option<(Vector3<f64>, f64, u32)> {
     let (mut nearest, mut triangle) = (Nearest::default(), pairs[0].triangle);
     for pair in pairs {
         if nearest.take(&around.faces[pair.face as usize], place) {
@@ -315,10 +340,10 @@ fn look(
     }
     let distance = nearest.square.sqrt();
     if distance == 0.0 {
-        return Some(NearestPoint { normal: -nearest.up.normalize(), height: 0.0, triangle });
+        return Some((-nearest.up.normalize(), 0.0, triangle));
     }
     if !nearest.is_inside() {
-        return Some(NearestPoint { normal: nearest.to_point / distance, height: distance, triangle });
+        return Some((nearest.to_point / distance, distance, triangle));
     }
     // Below the border and beside it nothing is inside.
     let beside = match nearest.feature {
@@ -326,7 +351,7 @@ fn look(
         Feature::Edge => nearest.as_near < 2,
         Feature::Node => around.is_on_border(ground, node_of(ground, triangle, place)),
     };
-    (!beside).then(|| NearestPoint { normal: -nearest.to_point / distance, height: -distance, triangle })
+    (!beside).then(|| (-nearest.to_point / distance, -distance, triangle))
 }
 
 /// The corner of a triangle that is nearest to `place`.

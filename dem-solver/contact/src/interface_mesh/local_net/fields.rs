@@ -1,5 +1,6 @@
 //! Where a request has what a yielding net needs.
 
+use crate::interface_mesh::motion::sample;
 use interface_defs::{Layout, Plan, Sampling, name};
 use std::ops::Range;
 
@@ -38,10 +39,4 @@ impl LocalFields {
     pub fn own_samples(&self) -> usize {
         self.own.len()
     }
-}
-
-/// Sample `number` of a field, if the plan has so many.
-fn sample(layout: &Layout, name: &str, sampling: Sampling, number: usize) -> Option<Range<usize>> {
-    let spec = layout.fields().find(|f| f.name == name && f.sampling == sampling)?;
-    (number < spec.sample_count()).then(|| layout.sample(name, sampling, number)).flatten()
 }

@@ -8,9 +8,10 @@
 //!
 //! Source: Lu et al. (2019), Rock Mech. Rock Eng. 52, 2343 (the formula of Gerber); the rest is derived in docs/ground.md.
 
-use super::{Load, NormalLaw, Powers, Refusal};
+use super::{Load, NormalLaw, Powers};
 use crate::law::elastic::Elastic;
 use crate::law::yielding::{Rule, RuleName};
+use interface_defs::diagnostic::Diagnostic;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::f64::consts::PI;
@@ -67,9 +68,10 @@ pub fn hertz_over_plate() -> f64 {
 impl NormalLaw for Ground {
     type Keys = GroundKeys;
 
-    fn new(keys: GroundKeys, sides: Option<&Elastic>) -> Result<Self, Refusal> {
+    fn new(keys: GroundKeys, sides: Option<&Elastic>) -> Result<Self, Diagnostic> {
         if sides.is_some() {
-            return Err(Refusal::of("young", "`ground` is not elastic: it takes no `young`")
+            return Err(Diagnostic::new("`ground` is not elastic: it takes no `young`")
+                .about("young")
                 .try_instead("write ground_modulus, the modulus of the ground in a plate test [Pa]"));
         }
         let given = [
@@ -81,14 +83,16 @@ impl NormalLaw for Ground {
         let Some((key, value)) = named.next() else {
             let what =
                 "`ground` needs `ground_modulus` [Pa], `ground_pressure` [Pa] or `ground_stiffness` [N/m]";
-            return Err(Refusal::of("law", what).try_instead("pasture soil: ground_modulus = 15e6"));
+            return Err(Diagnostic::new(what)
+                .about("law")
+                .try_instead("pasture soil: ground_modulus = 15e6"));
         };
         if let Some((other, _)) = named.next() {
-            let what = format!("{key} and {other} together define one thing twice");
-            return Err(Refusal::of(other, what).try_instead("keep one of them"));
+            let what = format!("{key} and {other} define one thing twice");
+            return Err(Diagnostic::new(what).about(other).try_instead("keep one of them"));
         }
         if value <= 0.0 {
-            return Err(Refusal::of(key, format!("{key} = {value}: it must lie above 0")));
+            return Err(Diagnostic::new(format!("{key} = {value}: it must lie above 0")).about(key));
         }
         let loading = match key {
             "ground_stiffness" => Loading::Stiffness(value),
@@ -101,33 +105,18 @@ impl NormalLaw for Ground {
 
     #[inline(always)]
     fn load(&self, radius: f64, overlap: f64) -> Load {
-        let linear = |stiffness: f64| {
-            let force = stiffness * overlap;
-            Load { stiffness, force, energy: 0.5 * force * overlap }
-        };
         match self.loading {
-            Loading::Stiffness(k) => linear(k),
-            Loading::Pressure(p) => linear(2.0 * PI * radius * p),
-            Loading::Modulus(modulus) => {
-                let stiffness = 2.0 * modulus * (radius * overlap).sqrt();
-                let force = 2.0 / 3.0 * stiffness * overlap;
-                Load { stiffness, force, energy: 0.4 * force * overlap }
-            }
+            Loading::Stiffness(k) => Load::linear(k, overlap),
+            Loading::Pressure(p) => Load::linear(2.0 * PI * radius * p, overlap),
+            Loading::Modulus(modulus) => Load::hertz(modulus, radius, overlap),
         }
     }
 
     fn powers(&self) -> Powers {
         match self.loading {
-            Loading::Stiffness(_) => Powers { overlap: 2.0, radius: 0.0 },
-            Loading::Pressure(_) => Powers { overlap: 2.0, radius: 1.0 },
-            Loading::Modulus(_) => Powers { overlap: 2.5, radius: 0.5 },
-        }
-    }
-
-    fn rebound(&self) -> f64 {
-        match self.loading {
-            Loading::Stiffness(_) | Loading::Pressure(_) => PI,
-            Loading::Modulus(_) => 2.943_275_184_3,
+            Loading::Stiffness(_) => Powers::LINEAR,
+            Loading::Pressure(_) => Powers { radius: 1.0, ..Powers::LINEAR },
+            Loading::Modulus(_) => Powers::HERTZ,
         }
     }
 
@@ -136,14 +125,12 @@ impl NormalLaw for Ground {
     }
 
     fn describe(&self) -> String {
-        match self.loading {
-            Loading::Stiffness(k) => format!("ground that gives way, k = {k:.4e} N/m"),
-            Loading::Pressure(p) => format!("ground that gives way, pressure {p:.4e} Pa"),
-            Loading::Modulus(modulus) => {
-                let plate = modulus / hertz_over_plate();
-                format!("ground that gives way, plate modulus {plate:.4e} Pa")
-            }
-        }
+        let loading = match self.loading {
+            Loading::Stiffness(k) => format!("k = {k:.4e} N/m"),
+            Loading::Pressure(p) => format!("pressure {p:.4e} Pa"),
+            Loading::Modulus(modulus) => format!("plate modulus {:.4e} Pa", modulus / hertz_over_plate()),
+        };
+        format!("ground that gives way, {loading}")
     }
 }
 

@@ -3,8 +3,9 @@
 //!
 //! Source: handbook 1.2, 1.5.
 
-use super::{Load, NoKeys, NormalLaw, Powers, Refusal};
+use super::{Load, NoKeys, NormalLaw, Powers};
 use crate::law::elastic::Elastic;
+use interface_defs::diagnostic::Diagnostic;
 
 /// Force ~ overlap^1.5.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,32 +17,22 @@ pub struct Hertz {
 impl NormalLaw for Hertz {
     type Keys = NoKeys;
 
-    fn new(_: NoKeys, sides: Option<&Elastic>) -> Result<Self, Refusal> {
-        let sides = sides.ok_or_else(|| Refusal::of("young", "it needs `young` [Pa]"))?;
+    fn new(_: NoKeys, sides: Option<&Elastic>) -> Result<Self, Diagnostic> {
+        let sides = sides.ok_or_else(|| Diagnostic::new("it needs `young` [Pa]").about("young"))?;
         Ok(Self { modulus: sides.modulus() })
     }
 
     #[inline(always)]
     fn load(&self, radius: f64, overlap: f64) -> Load {
-        let stiffness = 2.0 * self.modulus * (radius * overlap).sqrt();
-        let force = 2.0 / 3.0 * stiffness * overlap;
-        Load { stiffness, force, energy: 0.4 * force * overlap }
+        Load::hertz(self.modulus, radius, overlap)
     }
 
     fn powers(&self) -> Powers {
-        Powers { overlap: 2.5, radius: 0.5 }
+        Powers::HERTZ
     }
 
     fn deepest(&self, radius: f64, energy: f64) -> f64 {
         (energy * 15.0 / (8.0 * self.modulus * radius.sqrt())).powf(0.4)
-    }
-
-    fn rebound(&self) -> f64 {
-        2.943_275_184_3
-    }
-
-    fn modulus(&self) -> Option<f64> {
-        Some(self.modulus)
     }
 
     fn describe(&self) -> String {

@@ -3,8 +3,9 @@
 //!
 //! Source: handbook 1.3.
 
-use super::{Load, NormalLaw, Powers, Refusal};
+use super::{Load, NormalLaw, Powers};
 use crate::law::elastic::Elastic;
+use interface_defs::diagnostic::Diagnostic;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::f64::consts::PI;
@@ -32,16 +33,12 @@ pub struct Linear {
 impl NormalLaw for Linear {
     type Keys = LinearKeys;
 
-    fn new(keys: LinearKeys, sides: Option<&Elastic>) -> Result<Self, Refusal> {
+    fn new(keys: LinearKeys, sides: Option<&Elastic>) -> Result<Self, Diagnostic> {
+        let wrong = |what: &str| Err(Diagnostic::new(what).about("stiffness"));
         match (keys.stiffness, sides) {
-            (Some(_), Some(_)) => {
-                let what = "young and stiffness together define one thing twice";
-                Err(Refusal::of("stiffness", what).try_instead("keep one of them"))
-            }
-            (None, None) => Err(Refusal::of("stiffness", "`linear` needs `stiffness` [N/m] or `young` [Pa]")),
-            (Some(k), None) if k <= 0.0 => {
-                Err(Refusal::of("stiffness", format!("stiffness = {k}: it must lie above 0")))
-            }
+            (Some(_), Some(_)) => wrong("young and stiffness define one thing twice: keep one of them"),
+            (None, None) => wrong("`linear` needs `stiffness` [N/m] or `young` [Pa]"),
+            (Some(k), None) if k <= 0.0 => wrong(&format!("stiffness = {k}: it must lie above 0")),
             (Some(stiffness), None) => Ok(Self { stiffness, per_radius: false }),
             (None, Some(sides)) => {
                 let area = (INDENTATION * (2.0 - INDENTATION)).sqrt();
@@ -53,12 +50,11 @@ impl NormalLaw for Linear {
     #[inline(always)]
     fn load(&self, radius: f64, overlap: f64) -> Load {
         let stiffness = if self.per_radius { self.stiffness * radius } else { self.stiffness };
-        let force = stiffness * overlap;
-        Load { stiffness, force, energy: 0.5 * force * overlap }
+        Load::linear(stiffness, overlap)
     }
 
     fn powers(&self) -> Powers {
-        Powers { overlap: 2.0, radius: if self.per_radius { 1.0 } else { 0.0 } }
+        Powers { radius: if self.per_radius { 1.0 } else { 0.0 }, ..Powers::LINEAR }
     }
 
     fn deepest(&self, radius: f64, energy: f64) -> f64 {
@@ -68,10 +64,6 @@ impl NormalLaw for Linear {
     fn impact(&self, radius: f64, mass: f64, speed: f64) -> (f64, f64) {
         let duration = PI * (mass / self.load(radius, 1.0).stiffness).sqrt();
         (self.deepest(radius, 0.5 * mass * speed * speed), duration)
-    }
-
-    fn rebound(&self) -> f64 {
-        PI
     }
 
     fn describe(&self) -> String {

@@ -9,12 +9,13 @@ pub mod linear;
 
 use super::elastic::Elastic;
 pub use super::load::{Load, Powers};
-pub use super::refusal::Refusal;
+use super::restitution;
 use super::yielding::Rule;
-use super::{refusal, restitution};
+use interface_defs::diagnostic::Diagnostic;
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use toolkit::scene::read_value;
 
 /// The laws by their names in a scene: [`LawName`] for the table, [`Normal`] for the contact. What a law does not say does not
 /// compile.
@@ -44,10 +45,10 @@ macro_rules! laws {
             ///
             /// # Errors
             /// As [`NormalLaw::new`]; of one of its own keys in the reader's words where it cannot be read.
-            pub fn build(self, own: &toml::Table, sides: Option<&Elastic>) -> Result<Normal, Refusal> {
+            pub fn build(self, own: &toml::Table, sides: Option<&Elastic>) -> Result<Normal, Diagnostic> {
                 match self {
                     $(Self::$kind => {
-                        let keys = refusal::read(own)?;
+                        let keys = read_value("", &own.clone().into())?;
                         Ok(Normal::$kind(<$law>::new(keys, sides)?))
                     })+
                 }
@@ -96,11 +97,6 @@ macro_rules! laws {
                 match self { $(Self::$kind(law) => law.impact(radius, mass, speed),)+ }
             }
 
-            /// `E*` [Pa], where the force follows from it by Hertz.
-            pub fn modulus(&self) -> Option<f64> {
-                match self { $(Self::$kind(law) => law.modulus(),)+ }
-            }
-
             /// How its restitution depends on the impact, where it gives way.
             pub fn rule(&self) -> Option<Rule> {
                 match self { $(Self::$kind(law) => law.rule(),)+ }
@@ -132,17 +128,13 @@ pub trait NormalLaw: Copy {
     ///
     /// # Errors
     /// With the key that is wrong, what is wrong with it and what to try.
-    fn new(keys: Self::Keys, sides: Option<&Elastic>) -> Result<Self, Refusal>;
+    fn new(keys: Self::Keys, sides: Option<&Elastic>) -> Result<Self, Diagnostic>;
 
     /// Load at effective radius `radius` [m] and `overlap` > 0 [m]. It is computed for eight contacts at once: `#[inline(always)]`.
     fn load(&self, radius: f64, overlap: f64) -> Load;
 
     /// With which powers its energy grows.
     fn powers(&self) -> Powers;
-
-    /// Duration of an elastic impact in deepest overlap over speed: the integral of `2 dx / sqrt(1 - x^n)` from 0 to 1, that is
-    /// `2 sqrt(pi) G(1 + 1/n) / G(1/2 + 1/n)` with the gamma function G.
-    fn rebound(&self) -> f64;
 
     /// In words, with numbers.
     fn describe(&self) -> String;
@@ -156,12 +148,7 @@ pub trait NormalLaw: Copy {
     /// `speed` [m/s].
     fn impact(&self, radius: f64, mass: f64, speed: f64) -> (f64, f64) {
         let deepest = self.deepest(radius, 0.5 * mass * speed * speed);
-        (deepest, self.rebound() * deepest / speed)
-    }
-
-    /// `E*` [Pa], where the force follows from it by Hertz: what `hertz_rock` takes.
-    fn modulus(&self) -> Option<f64> {
-        None
+        (deepest, self.powers().rebound * deepest / speed)
     }
 
     /// How its restitution depends on the impact, where it gives way and remembers it.
@@ -174,6 +161,19 @@ pub trait NormalLaw: Copy {
 #[derive(Debug, Clone, Copy, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NoKeys {}
+
+/// Names of the keys in a schema.
+pub(super) fn names(schema: &schemars::Schema) -> Vec<String> {
+    let properties = schema.get("properties").and_then(|all| all.as_object());
+    properties.into_iter().flatten().map(|(key, _)| key.clone()).collect()
+}
+
+impl LawName {
+    /// Names of its own keys.
+    pub fn own_keys(self) -> Vec<String> {
+        names(&self.keys())
+    }
+}
 
 impl Normal {
     /// Damping ratio that gives the restitution `e`, in (0, 1].
@@ -200,7 +200,7 @@ mod tests {
         for law in LawName::ALL {
             let before = laws.len();
             laws.extend(law.build(&none, Some(&sides)).ok());
-            for key in crate::law::own_keys::of(*law) {
+            for key in law.own_keys() {
                 let own = [(key, toml::Value::Float(3e6))].into_iter().collect();
                 laws.extend(law.build(&own, None).ok());
             }

@@ -4,7 +4,7 @@ use crate::settings::ContactSettings;
 
 fn law(more: &str) -> Law {
     let text = format!("law = \"ground\"\n{more}");
-    Law::new(&toml::from_str::<ContactSettings>(&text).expect("a table"), PartnerKind::Surface)
+    Law::new(&ContactSettings::of("", text.parse().expect("TOML")).expect("a table"), PartnerKind::Surface)
 }
 
 /// What came of an impact.
@@ -147,7 +147,7 @@ fn what_lies_on_the_ground_comes_to_rest() {
     for _ in 0..200_000 {
         x += 0.5 * h * v;
         let rate = v + 0.5 * h * a;
-        let felt = if x > 0.0 { dent.press(&law, 0.4, &at(x, rate)) } else { Felt::NOTHING };
+        let felt = if x > 0.0 { dent.press(&law, 0.4, &at(x, rate)) } else { Felt::default() };
         let push = (felt.load.force + felt.dashpot * f64::sqrt(mass) * rate).max(0.0);
         a = g - push / mass;
         v += h * a;
