@@ -3,7 +3,7 @@
 use super::lengths::{distance, height};
 use super::units::{LIMIT, short};
 use super::{place, reach};
-use crate::model::Model;
+use crate::model::{Model, halved};
 use dem_contact::contact::broad_phase::cell_grid::Plane;
 use dem_contact::interface_mesh::{ContactMesh, Kind};
 use dem_contact::law::Law;
@@ -65,26 +65,14 @@ impl<'a> StartPose<'a> {
         while inside(high) && high < 1e9 {
             high *= 2.0;
         }
-        let mut low = 0.0;
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (low + high);
-            if inside(middle) { low = middle } else { high = middle }
-        }
-        high
+        halved(0.0, high, HALVINGS, inside)
     }
 }
 
 /// Overlap at which a law carries `force` [N] [m], by halving; 0 without force.
 fn resting(law: &Law, radius: f64, force: f64) -> f64 {
-    let (mut low, mut high) = (0.0, 2.0 * radius);
-    if law.normal.load(radius, high).force < force {
-        return high;
-    }
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if law.normal.load(radius, middle).force < force { low = middle } else { high = middle }
-    }
-    high
+    // Where it carries less at most, that is the most.
+    halved(0.0, 2.0 * radius, 60, |overlap| law.normal.load(radius, overlap).force < force)
 }
 
 /// `position` moved by `by` along `direction`, rounded to whole millimetres away from where it is.
