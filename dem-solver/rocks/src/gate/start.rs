@@ -75,6 +75,11 @@ fn resting(law: &Law, radius: f64, force: f64) -> f64 {
     halved(0.0, 2.0 * radius, 60, |overlap| law.normal.load(radius, overlap).force < force)
 }
 
+/// That rock number `at` starts where it cannot.
+fn misplaced(settings: &Settings, at: usize, scene: &Scene, what: String) -> Diagnostic {
+    scene.invalid(&settings.place_key(at), what).coded(code::PLACE)
+}
+
 /// `position` moved by `by` along `direction`, rounded to whole millimetres away from where it is.
 fn freed(settings: &Settings, at: usize, direction: &Vector3<f64>, by: f64) -> String {
     let position = settings.rocks[at].position;
@@ -100,9 +105,7 @@ pub fn on_terrain(model: &Model, ground: &Terrain, at: usize, scene: &Scene) -> 
     let table = &settings.rocks[at];
     let down = settings.down();
     let name = &start.rock.name;
-    let refuse = |what: String, cure: String| {
-        Err(scene.invalid(&settings.place_key(at), what).coded(code::PLACE).try_instead(cure))
-    };
+    let refuse = |what: String, cure: String| Err(misplaced(settings, at, scene, what).try_instead(cure));
     let free = || {
         let by = start.until_free(&-down, |motion| in_terrain(&start, ground, motion, &down));
         freed(settings, at, &-down, by)
@@ -175,7 +178,7 @@ pub fn in_box(model: &Model, scene: &Scene) -> Result<(), Diagnostic> {
                 deepest.sphere,
                 short(start.rock.spheres[deepest.sphere as usize].radius)
             );
-            let refused = scene.invalid(&model.settings.place_key(at), what).coded(code::PLACE);
+            let refused = misplaced(&model.settings, at, scene, what);
             return Err(refused.try_instead(freed(&model.settings, at, &direction, by)));
         }
     }
@@ -250,20 +253,15 @@ pub fn in_net(
             Kind::Point => format!("node {a}"),
         };
         let [x, y, z] = (contact_mesh.nodes[a as usize] + model.origin).into();
-        return Err(scene
-            .invalid(
-                &settings.place_key(at),
-                format!(
-                    "rock `{}` starts inside the net: its sphere {} of radius {} m overlaps {what} at ({x:.3}, {y:.3}, {z:.3}) \
-                     by {} m",
-                    start.rock.name,
-                    deepest.sphere,
-                    short(start.rock.spheres[deepest.sphere as usize].radius),
-                    short(deepest.overlap)
-                ),
-            )
-            .coded(code::PLACE)
-            .try_instead(freed(settings, at, &direction, by)));
+        let what = format!(
+            "rock `{}` starts inside the net: its sphere {} of radius {} m overlaps {what} at ({x:.3}, {y:.3}, {z:.3}) by {} m",
+            start.rock.name,
+            deepest.sphere,
+            short(start.rock.spheres[deepest.sphere as usize].radius),
+            short(deepest.overlap)
+        );
+        let refused = misplaced(settings, at, scene, what);
+        return Err(refused.try_instead(freed(settings, at, &direction, by)));
     }
     let mut warnings = reach::check(model, contact_mesh);
     warnings.extend((0..settings.named()).filter_map(|at| too_soft(model, at)));

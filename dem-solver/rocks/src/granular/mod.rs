@@ -279,10 +279,8 @@ impl GranularSolver {
     }
 
     fn write_fields(&mut self) -> Result<(), Fault> {
-        match &mut self.fields {
-            Some(fields) => fields.write_if_due(&self.model, &self.committed),
-            None => Ok(()),
-        }
+        let (model, state) = (&self.model, &self.committed);
+        self.fields.as_mut().map_or(Ok(()), |fields| fields.write_if_due(model, state))
     }
 }
 

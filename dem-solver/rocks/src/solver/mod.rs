@@ -339,7 +339,7 @@ impl Solver for DemSolver {
     }
 
     fn solve(&mut self, window: &Window, input: &[f64], output: &mut [f64]) -> Result<(), Fault> {
-        let run = self.run.as_mut().ok_or_else(|| Fault::broken("asked to solve before it was prepared"))?;
+        let run = prepared(self.run.as_mut(), "to solve")?;
         let mut finer = self.committed.finer;
         loop {
             self.trial.copy(&self.committed);
@@ -358,14 +358,12 @@ impl Solver for DemSolver {
     }
 
     fn select(&mut self, selection: Option<&mut Selection>) -> Result<(), Fault> {
-        let run = self.run.as_mut().ok_or_else(|| Fault::broken("asked to select before it was prepared"))?;
-        run.select(selection.as_deref(), &mut self.committed);
+        prepared(self.run.as_mut(), "to select")?.select(selection.as_deref(), &mut self.committed);
         Ok(())
     }
 
     fn reach(&mut self, window: &Window, input: &[f64], nodes: &mut Vec<u32>) -> Result<(), Fault> {
-        let run =
-            self.run.as_mut().ok_or_else(|| Fault::broken("asked for its reach before it was prepared"))?;
+        let run = prepared(self.run.as_mut(), "for its reach")?;
         run.reach(&self.model, &self.committed, window, input, nodes)
     }
 
@@ -427,11 +425,13 @@ impl DemSolver {
     }
 
     fn write_fields(&mut self) -> Result<(), Fault> {
-        match &mut self.fields {
-            Some(fields) => fields.write_if_due(&self.model, &self.committed),
-            None => Ok(()),
-        }
+        let (model, state) = (&self.model, &self.committed);
+        self.fields.as_mut().map_or(Ok(()), |fields| fields.write_if_due(model, state))
     }
+}
+
+fn prepared<T>(run: Option<T>, what: &str) -> Result<T, Fault> {
+    run.ok_or_else(|| Fault::broken(format!("asked {what} before it was prepared")))
 }
 
 /// Refuse a plan that asks for what was not offered.
