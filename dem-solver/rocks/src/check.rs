@@ -24,19 +24,25 @@ const NEIGHBOURS: f64 = 6.0;
 const SECONDS_PER_PAIR: f64 = 5e-8;
 
 #[derive(Serialize)]
-struct ResolvedTables<'a> {
-    gravity: [f64; 3],
+pub(crate) struct ResolvedTables<'a> {
+    pub gravity: [f64; 3],
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
-    rock: &'a [RockSettings],
+    pub rock: &'a [RockSettings],
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
-    spheres: &'a [SpheresSettings],
+    pub spheres: &'a [SpheresSettings],
     #[serde(rename = "box", skip_serializing_if = "Option::is_none")]
-    sides: Option<&'a BoxSettings>,
+    pub sides: Option<&'a BoxSettings>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    contact: Option<&'a [ContactSettings]>,
+    pub contact: Option<&'a [ContactSettings]>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    terrain: Option<&'a TerrainSettings>,
-    dem: DemSettings,
+    pub terrain: Option<&'a TerrainSettings>,
+    pub dem: DemSettings,
+}
+
+impl ResolvedTables<'_> {
+    pub fn table(self) -> toml::Table {
+        toml::Table::try_from(self).expect("tables of numbers and text are valid TOML")
+    }
 }
 
 /// Build everything of the scene but the net, and say what it is.
@@ -175,13 +181,7 @@ fn add_steps(model: &Model, report: &mut CheckReport) {
         }
         None => report.builds.push(format!("no contact; step {:.4e} s", steps.step)),
     }
-    if steps.step > steps.critical {
-        let what = format!(
-            "{:.3e} s lies above the critical step of {:.3e} s (allow_unstable)",
-            steps.step, steps.critical
-        );
-        report.warnings.push(Diagnostic::warning(code::TIME_STEP, what).about("dem.time_step"));
-    }
+    report.warnings.extend(above_critical(steps.step, steps.critical));
     let numbers = [
         ("critical_step_s", steps.critical),
         ("time_step_s", steps.step),
@@ -191,9 +191,15 @@ fn add_steps(model: &Model, report: &mut CheckReport) {
     report.numbers.extend(numbers.map(|(name, value)| (name.to_owned(), value)));
 }
 
+/// What is said of a step [s] above the critical one.
+pub(crate) fn above_critical(step: f64, critical: f64) -> Option<Diagnostic> {
+    let what = || format!("{step:.3e} s lies above the critical step of {critical:.3e} s (allow_unstable)");
+    (step > critical).then(|| Diagnostic::warning(code::TIME_STEP, what()).about("dem.time_step"))
+}
+
 fn resolved(settings: &Settings) -> toml::Table {
     let dem = if settings.contacts.is_empty() { settings.dem.clone() } else { settings.dem.filled_in() };
-    let tables = ResolvedTables {
+    ResolvedTables {
         gravity: settings.gravity.into(),
         rock: &settings.rocks[..settings.named()],
         spheres: &settings.spheres,
@@ -201,6 +207,6 @@ fn resolved(settings: &Settings) -> toml::Table {
         contact: (!settings.contacts.is_empty()).then_some(&settings.contacts),
         terrain: settings.terrain.as_ref(),
         dem,
-    };
-    toml::Table::try_from(tables).expect("tables of numbers and text are valid TOML")
+    }
+    .table()
 }

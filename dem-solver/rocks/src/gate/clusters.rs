@@ -30,7 +30,7 @@ pub fn check(
     let (points, triangles) = rock.solid.surface();
     let spheres = || rock.spheres.iter().map(|s| (s.centre, s.radius));
     let (ours, theirs) = (extent(points.iter().map(|p| (*p, 0.0))), extent(spheres()));
-    let middle = middle(points.iter().copied(), points.iter().copied());
+    let middle = middle(&points);
     let off = rock.lowest_corner * 0.5 + rock.highest_corner * 0.5 - middle;
     let name =
         file.file_name().map_or_else(|| file.display().to_string(), |n| n.to_string_lossy().into_owned());
@@ -86,9 +86,9 @@ pub fn check(
     Ok(warnings)
 }
 
-fn middle(low: impl Iterator<Item = Vector3<f64>>, high: impl Iterator<Item = Vector3<f64>>) -> Vector3<f64> {
-    let low = low.fold(Vector3::repeat(f64::INFINITY), |l, p| l.inf(&p));
-    let high = high.fold(Vector3::repeat(f64::NEG_INFINITY), |h, p| h.sup(&p));
+fn middle(points: &[Vector3<f64>]) -> Vector3<f64> {
+    let low = points.iter().fold(Vector3::repeat(f64::INFINITY), |l, p| l.inf(p));
+    let high = points.iter().fold(Vector3::repeat(f64::NEG_INFINITY), |h, p| h.sup(p));
     low * 0.5 + high * 0.5
 }
 

@@ -1,8 +1,8 @@
 //! Units of a contact: moduli, friction, damping and the properties of yielding ground.
 
-use super::units::{of_no_solid, short};
+use super::units::{Found, of_no_solid, short};
 use dem_contact::settings::ContactSettings;
-use interface_defs::diagnostic::{Diagnostic, code};
+use interface_defs::diagnostic::Diagnostic;
 use toolkit::scene::Scene;
 
 /// Least modulus [Pa]: a rubber has 1e6, a gel 1e3. There is no largest one: who wants no overlap writes what no solid has.
@@ -61,91 +61,76 @@ pub fn of_contact(
     contact: &ContactSettings,
     scene: &Scene,
 ) -> Result<Vec<Diagnostic>, Diagnostic> {
-    let doubt =
-        |own: &str, what: String| Diagnostic::warning(code::UNUSUAL_VALUE, what).about(key(number, own));
+    let mut all = Vec::new();
     for (key, value) in [("young", contact.young), ("partner_young", contact.partner_young)] {
-        if let Some(e) = value.filter(|e| *e < SOFTEST) {
-            return Err(scene
-                .invalid(&self::key(number, key), format!("a Young's modulus of {e:e} Pa"))
-                .coded(code::LIKELY_UNIT)
-                .try_instead(format!("30 GPa are {key} = 30e9: here perhaps {key} = {:e}", e * 1e9)));
-        }
+        all.extend(value.filter(|e| *e < SOFTEST).map(|e| {
+            let cure = format!("30 GPa are {key} = 30e9: here perhaps {key} = {:e}", e * 1e9);
+            Found::refused(key, format!("a Young's modulus of {e:e} Pa"), cure)
+        }));
     }
-    let mut warnings = Vec::new();
-    warnings.extend(of_ground(number, contact, scene)?);
+    let density = contact.ground_density.and_then(|density| of_no_solid("ground_density", density));
+    all.extend(density.map(|(what, cure)| Found::refused("ground_density", what, cure)));
+    all.extend(OF_GROUND.iter().filter_map(|it| it.check(contact)));
     let friction = contact.friction;
-    let coefficients = [
+    for (key, value) in [
         ("friction", Some(friction)),
         ("friction_max", contact.friction_max),
         ("friction_dynamic", contact.friction_dynamic),
-    ];
-    for (key, value) in coefficients {
-        if let Some(value) = value.filter(|value| *value > ANGLE && *value < 90.0) {
+    ] {
+        all.extend(value.filter(|value| *value > ANGLE && *value < 90.0).map(|value| {
             let slope = value.atan().to_degrees();
             let what = format!("a friction of {}, at which slopes of {slope:.0} degrees hold", short(value));
             let angle = value.to_radians().tan();
             let cure = format!("were it an angle in degrees, its coefficient would be {angle:.3}");
-            warnings.push(doubt(key, what).coded(code::LIKELY_UNIT).try_instead(cure));
-        }
+            Found::likely(key, what, cure)
+        }));
     }
-    if let Some(fast) = contact.friction_dynamic.filter(|fast| *fast > friction) {
+    all.extend(contact.friction_dynamic.filter(|fast| *fast > friction).map(|fast| {
+        let (fast, slow) = (short(fast), short(friction));
         let what = format!(
-            "{} in fast slip is more than friction = {} at rest, and what slips resists less",
-            short(fast),
-            short(friction)
+            "{fast} in fast slip is more than friction = {slow} at rest, and what slips resists less"
         );
-        warnings.push(doubt("friction_dynamic", what).try_instead("are the two exchanged?"));
-    }
-    if let Some(ratio) = contact.damping_ratio.filter(|ratio| *ratio > CRITICAL) {
+        Found::doubted("friction_dynamic", what, "are the two exchanged?".into())
+    }));
+    all.extend(contact.damping_ratio.filter(|ratio| *ratio > CRITICAL).map(|ratio| {
         let what = format!("a damping ratio of {}, and a contact at 1 does not rebound", short(ratio));
         let percent = format!("{} % is damping_ratio = {}", short(ratio), short(0.01 * ratio));
-        if ratio > OVERDAMPED {
-            let refused = scene.invalid(&key(number, "damping_ratio"), what);
-            return Err(refused.coded(code::LIKELY_UNIT).try_instead(percent));
-        }
-        warnings.push(doubt("damping_ratio", what).coded(code::LIKELY_UNIT).try_instead(percent));
-    }
-    if contact.rolling_friction > STEEP {
+        let found = if ratio > OVERDAMPED { Found::refused } else { Found::likely };
+        found("damping_ratio", what, percent)
+    }));
+    let rolling = contact.rolling_friction;
+    if rolling > STEEP {
         let what = format!(
             "a rolling friction of {}, at which nothing rolls down a slope of {:.0} degrees",
-            short(contact.rolling_friction),
-            contact.rolling_friction.atan().to_degrees()
+            short(rolling),
+            rolling.atan().to_degrees()
         );
         let cure = "it is a length over the radius, without unit: 0.1 is much";
-        warnings.push(doubt("rolling_friction", what).try_instead(cure));
+        all.push(Found::doubted("rolling_friction", what, cure.into()));
     }
-    Ok(warnings)
+    all.into_iter().map(|found| found.at(&format!("contact.{number}"), scene)).collect()
 }
 
-/// `key` of `[[contact]]` number `number`.
-fn key(number: usize, key: &str) -> String {
-    format!("contact.{number}.{key}")
-}
-
-/// Properties of yielding ground, with its density.
-fn of_ground(number: usize, contact: &ContactSettings, scene: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
-    if let Some((what, cure)) =
-        contact.ground_density.and_then(|density| of_no_solid("ground_density", density))
-    {
-        let refused = scene.invalid(&key(number, "ground_density"), what);
-        return Err(refused.coded(code::LIKELY_UNIT).try_instead(cure));
-    }
-    let mut warnings = Vec::new();
-    for it in &OF_GROUND {
-        let Some(value) = contact.own_number(it.key).filter(|value| *value < it.soft) else { continue };
-        let what = format!("{} = {} {}: {}", it.key, short(value), it.unit, it.usual);
+impl Strength {
+    fn check(&self, contact: &ContactSettings) -> Option<Found> {
+        let value = contact.own_number(self.key).filter(|value| *value < self.soft)?;
+        let what = format!("{} = {} {}: {}", self.key, short(value), self.unit, self.usual);
         // The unit in which it is as hard as ground, the larger ones first where it is next to nothing.
-        let (unit, factor) = it.units[usize::from(value >= it.least)];
-        if value < it.least {
-            let cure = format!("were it in {unit}, it would be {} = {:e}", it.key, factor * value);
-            let refused = scene.invalid(&key(number, it.key), what);
-            return Err(refused.coded(code::LIKELY_UNIT).try_instead(cure));
-        }
-        let in_unit = format!("were it in {unit}, it would be {:e} {}", factor * value, it.unit);
-        let doubted = Diagnostic::warning(code::LIKELY_UNIT, what).about(key(number, it.key));
-        warnings.push(doubted.try_instead(in_unit));
+        let (unit, factor) = self.units[usize::from(value >= self.least)];
+        let right = factor * value;
+        Some(match value < self.least {
+            true => Found::refused(
+                self.key,
+                what,
+                format!("were it in {unit}, it would be {} = {right:e}", self.key),
+            ),
+            false => Found::likely(
+                self.key,
+                what,
+                format!("were it in {unit}, it would be {right:e} {}", self.unit),
+            ),
+        })
     }
-    Ok(warnings)
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@
 use super::lengths::height as height_at_start;
 pub use super::units::LIMIT;
 use super::units::short;
-use crate::model::Model;
+use crate::model::{Model, halved};
 use dem_contact::contact::whole_rock::Whole;
 use dem_contact::law::normal::{LawName, Normal};
 use dem_contact::rock::Rock;
@@ -111,12 +111,7 @@ pub fn worst_whole(rock: &Rock, whole: &Whole, normal: &Normal, energy: f64) -> 
             let sum = overlaps.filter(|(_, d)| *d > 0.0).map(|(k, d)| whole.part(k, d)).sum();
             normal.load(whole.radius, whole.equivalent(sum)).energy
         };
-        let (mut low, mut high) = (0.0, 2.0 * whole.radius);
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (low + high);
-            if stored(middle) < energy { low = middle } else { high = middle }
-        }
-        high / whole.radius
+        halved(0.0, 2.0 * whole.radius, HALVINGS, |travel| stored(travel) < energy) / whole.radius
     };
     (0..TURNS).map(of).fold(0.0, f64::max)
 }
@@ -172,11 +167,7 @@ fn pressed(rock: &Rock, normal: &Normal, energy: f64, down: &Vector3<f64>) -> f6
     if stored(most) < energy {
         return f64::INFINITY;
     }
-    let (mut low, mut high) = (0.0, most);
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (low + high);
-        if stored(middle) < energy { low = middle } else { high = middle }
-    }
+    let high = halved(0.0, most, HALVINGS, |travel| stored(travel) < energy);
     near.iter().map(|(behind, radius)| (high - behind) / radius).fold(0.0, f64::max)
 }
 

@@ -26,7 +26,7 @@ pub mod units;
 
 use crate::model::Model;
 use dem_contact::rock::Rock;
-use dem_contact::settings::Settings;
+use dem_contact::settings::{ContactSettings, Settings, SpheresSettings};
 use interface_defs::diagnostic::Diagnostic;
 use toolkit::scene::Scene;
 
@@ -37,10 +37,19 @@ pub fn of_scene(settings: &Settings, rocks: &[Rock], scene: &Scene) -> Result<Ve
         warnings.extend(units::of_rock(at, rock, table, scene)?);
         warnings.extend(clusters::check(at, rock, table, scene)?);
     }
-    for (at, group) in settings.spheres.iter().enumerate() {
+    of_tables(&settings.spheres, &settings.contacts, scene, warnings)
+}
+
+fn of_tables(
+    spheres: &[SpheresSettings],
+    contacts: &[ContactSettings],
+    scene: &Scene,
+    mut warnings: Vec<Diagnostic>,
+) -> Result<Vec<Diagnostic>, Diagnostic> {
+    for (at, group) in spheres.iter().enumerate() {
         warnings.extend(units::of_spheres(at, group, scene)?);
     }
-    for (number, contact) in settings.contacts.iter().enumerate() {
+    for (number, contact) in contacts.iter().enumerate() {
         warnings.extend(contacts::of_contact(number, contact, scene)?);
     }
     Ok(warnings)
@@ -50,13 +59,7 @@ pub fn of_scene(settings: &Settings, rocks: &[Rock], scene: &Scene) -> Result<Ve
 pub fn of_spheres(settings: &Settings, scene: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
     let mut warnings = gravity::check(settings.gravity, false, scene)?;
     warnings.extend(units::of_region(settings));
-    for (at, group) in settings.spheres.iter().enumerate() {
-        warnings.extend(units::of_spheres(at, group, scene)?);
-    }
-    for (number, contact) in settings.contacts.iter().enumerate() {
-        warnings.extend(contacts::of_contact(number, contact, scene)?);
-    }
-    Ok(warnings)
+    of_tables(&settings.spheres, &settings.contacts, scene, warnings)
 }
 
 /// The same for rocks that start in the terrain, and for how they come down on it.

@@ -5,6 +5,7 @@ use super::units::short;
 use crate::model::Model;
 use dem_contact::interface_mesh::ContactMesh;
 use dem_terrain::Terrain;
+use dem_terrain::queries::Parabola;
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::Vector3;
 
@@ -16,20 +17,6 @@ const FEW: u32 = 50;
 const LONGEST: f64 = 60.0;
 /// Distance of a net from the map of the terrain from which on something is said [m].
 const APART: f64 = 5.0;
-
-/// A throw through empty space, in local coordinates.
-#[derive(Debug, Clone, Copy)]
-struct Throw {
-    position: Vector3<f64>,
-    velocity: Vector3<f64>,
-    gravity: Vector3<f64>,
-}
-
-impl Throw {
-    fn at(&self, time: f64) -> Vector3<f64> {
-        self.position + self.velocity * time + self.gravity * (0.5 * time * time)
-    }
-}
 
 /// The box around the net at rest.
 struct Net {
@@ -50,7 +37,7 @@ impl Net {
     }
 
     /// The first instant at which the throw comes within `reach` of the box.
-    fn arrival(&self, throw: &Throw, reach: f64, end: f64) -> Option<f64> {
+    fn arrival(&self, throw: &Parabola, reach: f64, end: f64) -> Option<f64> {
         instants(INSTANTS, end).find(|t| self.gap(&throw.at(*t)) <= reach)
     }
 }
@@ -72,10 +59,10 @@ fn instants(count: u32, end: f64) -> impl Iterator<Item = f64> {
     (0..=count).map(move |i| end * f64::from(i) / f64::from(count))
 }
 
-fn throw(model: &Model, at: usize) -> Throw {
+fn throw(model: &Model, at: usize) -> Parabola {
     let settings = &model.settings;
     let start = model.rocks[at].start(&settings.rocks[at], settings.gravity);
-    Throw { position: start.position - model.origin, velocity: start.velocity, gravity: settings.gravity }
+    Parabola { position: start.position - model.origin, velocity: start.velocity, gravity: settings.gravity }
 }
 
 /// Without terrain nothing but another rock can turn a rock.
@@ -116,7 +103,7 @@ fn in_flight(model: &Model, contact_mesh: &ContactMesh, net: &Net, at: usize) ->
 }
 
 /// Whether it never comes nearer to any element than it is at the start.
-fn leaves(contact_mesh: &ContactMesh, throw: &Throw, end: f64) -> bool {
+fn leaves(contact_mesh: &ContactMesh, throw: &Parabola, end: f64) -> bool {
     let nearest = |time: f64| {
         let place = throw.at(time);
         let to = |e: &dem_contact::interface_mesh::Element| {
@@ -131,7 +118,7 @@ fn leaves(contact_mesh: &ContactMesh, throw: &Throw, end: f64) -> bool {
 }
 
 /// Whether its trajectory crosses that of another rock. Both fall alike, so that one moves straight past the other.
-fn touches_another(model: &Model, throw: &Throw, at: usize) -> bool {
+fn touches_another(model: &Model, throw: &Parabola, at: usize) -> bool {
     (0..model.rocks.len()).filter(|other| *other != at).any(|other| {
         let theirs = self::throw(model, other);
         let (apart, speed) = (theirs.position - throw.position, theirs.velocity - throw.velocity);
@@ -142,14 +129,14 @@ fn touches_another(model: &Model, throw: &Throw, at: usize) -> bool {
 }
 
 /// The one change with which the rock would reach the net.
-fn cure(model: &Model, net: &Net, throw: &Throw, at: usize) -> String {
+fn cure(model: &Model, net: &Net, throw: &Parabola, at: usize) -> String {
     let (reach, end) = (model.rocks[at].reach, model.settings.end_time);
-    let reaches = |changed: Throw, end: f64| net.arrival(&changed, reach, end);
+    let reaches = |changed: Parabola, end: f64| net.arrival(&changed, reach, end);
     let (g, v) = (throw.gravity, throw.velocity);
     let longer = end.max(2.0);
     // Away from the net from the first moment on.
     let away = net.gap(&throw.at(1e-3)) > net.gap(&throw.position) || net.gap(&throw.position) == 0.0;
-    if away && v != Vector3::zeros() && reaches(Throw { velocity: -v, ..*throw }, longer).is_some() {
+    if away && v != Vector3::zeros() && reaches(Parabola { velocity: -v, ..*throw }, longer).is_some() {
         return format!("is the sign of its velocity wrong? velocity = {}", vector(&-v));
     }
     if let Some(time) = reaches(*throw, LONGEST).filter(|time| *time > end) {
@@ -159,7 +146,7 @@ fn cure(model: &Model, net: &Net, throw: &Throw, at: usize) -> String {
     let end = longer;
     // Who writes gravity along -z means it.
     let usual = g.z < -0.9 * g.norm();
-    if !usual && reaches(Throw { gravity: -g, ..*throw }, end).is_some() {
+    if !usual && reaches(Parabola { gravity: -g, ..*throw }, end).is_some() {
         return format!("is the sign of gravity wrong? gravity = {}", vector(&-g));
     }
     let own = Vector3::from(model.settings.rocks[at].position);
@@ -172,7 +159,7 @@ fn cure(model: &Model, net: &Net, throw: &Throw, at: usize) -> String {
         ("are two coordinates exchanged?", [y, x, z]),
     ] {
         let position = Vector3::new(x, y, z) - model.origin;
-        if reaches(Throw { position, ..*throw }, end).is_some() {
+        if reaches(Parabola { position, ..*throw }, end).is_some() {
             return format!("{what} position = [{x:?}, {y:?}, {z:?}]");
         }
     }

@@ -3,7 +3,7 @@
 use super::lengths::{distance, height};
 use super::units::{LIMIT, short};
 use super::{place, reach};
-use crate::model::Model;
+use crate::model::{Model, halved};
 use dem_contact::contact::broad_phase::cell_grid::Plane;
 use dem_contact::interface_mesh::{ContactMesh, Kind};
 use dem_contact::law::Law;
@@ -65,26 +65,19 @@ impl<'a> StartPose<'a> {
         while inside(high) && high < 1e9 {
             high *= 2.0;
         }
-        let mut low = 0.0;
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (low + high);
-            if inside(middle) { low = middle } else { high = middle }
-        }
-        high
+        halved(0.0, high, HALVINGS, inside)
     }
 }
 
 /// Overlap at which a law carries `force` [N] [m], by halving; 0 without force.
 fn resting(law: &Law, radius: f64, force: f64) -> f64 {
-    let (mut low, mut high) = (0.0, 2.0 * radius);
-    if law.normal.load(radius, high).force < force {
-        return high;
-    }
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if law.normal.load(radius, middle).force < force { low = middle } else { high = middle }
-    }
-    high
+    // Where it carries less at most, that is the most.
+    halved(0.0, 2.0 * radius, 60, |overlap| law.normal.load(radius, overlap).force < force)
+}
+
+/// That rock number `at` starts where it cannot.
+fn misplaced(settings: &Settings, at: usize, scene: &Scene, what: String) -> Diagnostic {
+    scene.invalid(&settings.place_key(at), what).coded(code::PLACE)
 }
 
 /// `position` moved by `by` along `direction`, rounded to whole millimetres away from where it is.
@@ -112,9 +105,7 @@ pub fn on_terrain(model: &Model, ground: &Terrain, at: usize, scene: &Scene) -> 
     let table = &settings.rocks[at];
     let down = settings.down();
     let name = &start.rock.name;
-    let refuse = |what: String, cure: String| {
-        Err(scene.invalid(&settings.place_key(at), what).coded(code::PLACE).try_instead(cure))
-    };
+    let refuse = |what: String, cure: String| Err(misplaced(settings, at, scene, what).try_instead(cure));
     let free = || {
         let by = start.until_free(&-down, |motion| in_terrain(&start, ground, motion, &down));
         freed(settings, at, &-down, by)
@@ -187,7 +178,7 @@ pub fn in_box(model: &Model, scene: &Scene) -> Result<(), Diagnostic> {
                 deepest.sphere,
                 short(start.rock.spheres[deepest.sphere as usize].radius)
             );
-            let refused = scene.invalid(&model.settings.place_key(at), what).coded(code::PLACE);
+            let refused = misplaced(&model.settings, at, scene, what);
             return Err(refused.try_instead(freed(&model.settings, at, &direction, by)));
         }
     }
@@ -262,20 +253,15 @@ pub fn in_net(
             Kind::Point => format!("node {a}"),
         };
         let [x, y, z] = (contact_mesh.nodes[a as usize] + model.origin).into();
-        return Err(scene
-            .invalid(
-                &settings.place_key(at),
-                format!(
-                    "rock `{}` starts inside the net: its sphere {} of radius {} m overlaps {what} at ({x:.3}, {y:.3}, {z:.3}) \
-                     by {} m",
-                    start.rock.name,
-                    deepest.sphere,
-                    short(start.rock.spheres[deepest.sphere as usize].radius),
-                    short(deepest.overlap)
-                ),
-            )
-            .coded(code::PLACE)
-            .try_instead(freed(settings, at, &direction, by)));
+        let what = format!(
+            "rock `{}` starts inside the net: its sphere {} of radius {} m overlaps {what} at ({x:.3}, {y:.3}, {z:.3}) by {} m",
+            start.rock.name,
+            deepest.sphere,
+            short(start.rock.spheres[deepest.sphere as usize].radius),
+            short(deepest.overlap)
+        );
+        let refused = misplaced(settings, at, scene, what);
+        return Err(refused.try_instead(freed(settings, at, &direction, by)));
     }
     let mut warnings = reach::check(model, contact_mesh);
     warnings.extend((0..settings.named()).filter_map(|at| too_soft(model, at)));

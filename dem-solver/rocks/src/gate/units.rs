@@ -44,12 +44,23 @@ pub struct Found {
 }
 
 impl Found {
-    fn refused(key: &'static str, what: String, hint: String) -> Self {
+    pub(super) fn refused(key: &'static str, what: String, hint: String) -> Self {
         Self { key, code: code::LIKELY_UNIT, what, hint, refused: true }
     }
 
-    fn doubted(key: &'static str, what: String, hint: String) -> Self {
+    pub(super) fn doubted(key: &'static str, what: String, hint: String) -> Self {
         Self { key, code: code::UNUSUAL_VALUE, what, hint, refused: false }
+    }
+
+    pub(super) fn likely(key: &'static str, what: String, hint: String) -> Self {
+        Self { refused: false, ..Self::refused(key, what, hint) }
+    }
+
+    /// [`diagnostic`](Self::diagnostic) at its key of `table`.
+    pub(super) fn at(mut self, table: &str, scene: &Scene) -> Result<Diagnostic, Diagnostic> {
+        let what = std::mem::take(&mut self.what);
+        let key = format!("{table}.{}", self.key);
+        self.diagnostic(&key, what, scene)
     }
 
     /// What is found of the rock of that name.
@@ -173,48 +184,33 @@ impl Measured<'_> {
 
     fn speed(&self) -> Option<Found> {
         let speed = norm(&self.table.velocity);
-        if speed > FASTEST {
-            let cure = "it is written in m/s; 25 m/s are 90 km/h";
-            return Some(Found::refused("velocity", format!("a speed of {} m/s", short(speed)), cure.into()));
-        }
-        (speed > FAST).then(|| {
-            Found::doubted(
-                "velocity",
-                format!("starts with {} m/s, {} km/h", short(speed), short(3.6 * speed)),
-                format!("were it in km/h, it would be {} m/s", short(speed / 3.6)),
-            )
+        too_fast("velocity", speed, "").or_else(|| {
+            let what = format!("starts with {} m/s, {} km/h", short(speed), short(3.6 * speed));
+            let hint = format!("were it in km/h, it would be {} m/s", short(speed / 3.6));
+            (speed > FAST).then(|| Found::doubted("velocity", what, hint))
         })
     }
 }
 
 /// Of `[[spheres]]` number `at`: refuse a density that no solid has; else what the user should know.
-pub fn of_spheres(
-    at: usize,
-    group: &SpheresSettings,
-    scene: &Scene,
-) -> Result<Option<Diagnostic>, Diagnostic> {
-    if let Some((what, cure)) = of_no_solid("density", group.density) {
-        let what = format!("spheres `{}`: {what}", group.name);
-        let refused = scene.invalid(&format!("spheres.{at}.density"), what);
-        return Err(refused.coded(code::LIKELY_UNIT).try_instead(cure));
+pub fn of_spheres(at: usize, group: &SpheresSettings, scene: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
+    let (name, density) = (format!("spheres `{}`", group.name), group.density);
+    let mut all = Vec::new();
+    if let Some((what, cure)) = of_no_solid("density", density) {
+        all.push(Found::refused("density", format!("{name}: {what}"), cure));
+    } else if !(DENSITY[0]..=DENSITY[1]).contains(&density) {
+        let what = format!("{name} have a density of {} kg/m3", short(density));
+        all.push(Found::doubted("density", what, OF_ROCK.into()));
     }
-    let speed = norm(&group.velocity).max(group.velocity_scatter);
-    if speed > FASTEST {
-        let key = if norm(&group.velocity) > FASTEST { "velocity" } else { "velocity_scatter" };
-        return Err(scene
-            .invalid(
-                &format!("spheres.{at}.{key}"),
-                format!("spheres `{}`: a speed of {} m/s", group.name, short(speed)),
-            )
-            .coded(code::LIKELY_UNIT)
-            .try_instead("it is written in m/s; 25 m/s are 90 km/h"));
+    for (key, speed) in [("velocity", norm(&group.velocity)), ("velocity_scatter", group.velocity_scatter)] {
+        all.extend(too_fast(key, speed, &format!("{name}: ")));
     }
-    let usual = (DENSITY[0]..=DENSITY[1]).contains(&group.density);
-    Ok((!usual).then(|| {
-        let what = format!("spheres `{}` have a density of {} kg/m3", group.name, short(group.density));
-        let doubted = Diagnostic::warning(code::UNUSUAL_VALUE, what);
-        doubted.about(format!("spheres.{at}.density")).try_instead(OF_ROCK)
-    }))
+    all.into_iter().map(|found| found.at(&format!("spheres.{at}"), scene)).collect()
+}
+
+fn too_fast(key: &'static str, speed: f64, whose: &str) -> Option<Found> {
+    let what = || format!("{whose}a speed of {} m/s", short(speed));
+    (speed > FASTEST).then(|| Found::refused(key, what(), "it is written in m/s; 25 m/s are 90 km/h".into()))
 }
 
 /// What is said of a [box] in which all spheres together are next to nothing.

@@ -1,27 +1,16 @@
 //! What would be built of a scene of many spheres, with which step and at what cost.
 
 use super::GranularSolver;
+use crate::check::{ResolvedTables, above_critical};
 use dem_contact::law::table::Laws;
-use dem_contact::settings::{BoxSettings, ContactSettings, DemSettings, SpheresSettings};
 use dem_contact::settings::{OF_ROCKS_IN_CONTACT, OF_ROCKS_IN_DEM};
-use interface_defs::diagnostic::{Diagnostic, code};
-use serde::Serialize;
+use interface_defs::diagnostic::Diagnostic;
 use toolkit::check::CheckReport;
 use toolkit::program::Options;
 use toolkit::scene::Scene;
 
 /// Seconds per sphere and step, as measured for a packing with friction on one core of 2.5 GHz.
 const SECONDS_PER_SPHERE: f64 = 4e-7;
-
-#[derive(Serialize)]
-struct Resolved<'a> {
-    gravity: [f64; 3],
-    spheres: &'a [SpheresSettings],
-    #[serde(rename = "box", skip_serializing_if = "Option::is_none")]
-    sides: Option<&'a BoxSettings>,
-    contact: &'a [ContactSettings],
-    dem: &'a DemSettings,
-}
 
 /// Build everything of the scene, and say what it is.
 pub fn check(scene: &Scene) -> Result<CheckReport, Diagnostic> {
@@ -46,13 +35,7 @@ pub fn check(scene: &Scene) -> Result<CheckReport, Diagnostic> {
         "step {:.4e} s; critical {:.4e} s for impacts at {:.2} m/s and the weight of the packing",
         steps.step, steps.critical, steps.speed
     ));
-    if steps.step > steps.critical {
-        let what = format!(
-            "{:.3e} s lies above the critical step of {:.3e} s (allow_unstable)",
-            steps.step, steps.critical
-        );
-        report.warnings.push(Diagnostic::warning(code::TIME_STEP, what).about("dem.time_step"));
-    }
+    report.warnings.extend(above_critical(steps.step, steps.critical));
     let numbers = [
         ("critical_step_s", steps.critical),
         ("time_step_s", steps.step),
@@ -62,14 +45,16 @@ pub fn check(scene: &Scene) -> Result<CheckReport, Diagnostic> {
         ("mass_kg", model.mass.iter().sum()),
     ];
     report.numbers = numbers.map(|(name, value)| (name.to_owned(), value)).into();
-    let tables = Resolved {
+    let tables = ResolvedTables {
         gravity: settings.gravity.into(),
+        rock: &[],
         spheres: &settings.spheres,
         sides: settings.sides.as_ref(),
-        contact: &settings.contacts,
-        dem: &settings.dem,
+        contact: Some(&settings.contacts),
+        terrain: None,
+        dem: settings.dem.clone(),
     };
-    report.resolved = toml::Table::try_from(tables).expect("tables of numbers and text are valid TOML");
+    report.resolved = tables.table();
     leave_out_of_rocks(&mut report.resolved);
     Ok(report)
 }

@@ -2,8 +2,8 @@
 
 use super::GranularModel;
 use super::state::GranularState;
+use crate::results::fields::unwritable;
 use interface_defs::Fault;
-use std::io;
 use std::path::Path;
 use toolkit::vtu::{Cells, Series, Vtu};
 
@@ -52,8 +52,4 @@ impl GranularFields {
         };
         self.series.add(state.time, &vtu).map_err(unwritable)
     }
-}
-
-fn unwritable(e: io::Error) -> Fault {
-    Fault::broken(format!("the field files cannot be written: {e}"))
 }

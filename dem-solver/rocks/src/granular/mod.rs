@@ -15,6 +15,7 @@ pub mod state;
 pub mod steps;
 
 use crate::gate;
+use crate::results::gauges::energies;
 use crate::results::measures::penetration;
 use crate::results::not_written;
 use dem_contact::contact::broad_phase::cell_grid::{Plane, SpherePair};
@@ -24,7 +25,7 @@ use dem_contact::settings::placement::Start;
 use dem_contact::settings::{BoxSettings, RollingName, Settings, limits};
 use fields::GranularFields;
 use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::message::{Gauge, Hello, Role};
+use interface_defs::message::{Gauge, Hello};
 use interface_defs::solver::OnProgress;
 use interface_defs::{Fault, Plan, Ready, Solver, Statistics, Window};
 use nalgebra::Vector3;
@@ -247,20 +248,9 @@ impl GranularSolver {
 
     /// Names of the numbers that come with every answer.
     fn gauges() -> Vec<Gauge> {
-        let mut gauges: Vec<Gauge> = [
-            ("energy_kinetic_dem", Role::Kinetic),
-            ("energy_potential_dem", Role::Potential),
-            ("energy_stored_dem", Role::Stored),
-            ("energy_dissipated_dem", Role::Dissipated),
-        ]
-        .map(|(name, role)| Gauge { role, ..Gauge::new(name, "J") })
-        .into();
-        gauges.push(Gauge::new("contacts", "1"));
-        gauges.push(Gauge::new("fastest", "m/s"));
-        for axis in ["x", "y", "z"] {
-            gauges.push(Gauge::new(format!("centre_of_mass_{axis}"), "m"));
-        }
-        gauges
+        let others = [Gauge::new("contacts", "1"), Gauge::new("fastest", "m/s")];
+        let centre = ["x", "y", "z"].map(|axis| Gauge::new(format!("centre_of_mass_{axis}"), "m"));
+        energies().into_iter().chain(others).chain(centre).collect()
     }
 
     /// Their values.
@@ -289,10 +279,8 @@ impl GranularSolver {
     }
 
     fn write_fields(&mut self) -> Result<(), Fault> {
-        match &mut self.fields {
-            Some(fields) => fields.write_if_due(&self.model, &self.committed),
-            None => Ok(()),
-        }
+        let (model, state) = (&self.model, &self.committed);
+        self.fields.as_mut().map_or(Ok(()), |fields| fields.write_if_due(model, state))
     }
 }
 

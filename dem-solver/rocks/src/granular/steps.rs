@@ -9,6 +9,7 @@
 //! With damping ratio z the limit shrinks by `sqrt(1 + 4 z^2) - 2 z` ([`crate::model::critical`]).
 
 use crate::model::critical::{DEEP, critical};
+use crate::model::halved;
 use dem_contact::law::Law;
 use dem_contact::law::rolling::STIFFNESS;
 use dem_contact::settings::placement::Start;
@@ -102,10 +103,5 @@ fn height(settings: &Settings, start: &Start) -> f64 {
 /// Overlap at which `law` carries `force` [N] at effective radius `radius`.
 fn overlap_under(law: &Law, radius: f64, force: f64) -> f64 {
     // Bisection in powers of two of the radius: the law grows steadily.
-    let (mut low, mut high) = (0.0, DEEP * radius);
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if law.normal.load(radius, middle).force < force { low = middle } else { high = middle }
-    }
-    high
+    halved(0.0, DEEP * radius, 60, |overlap| law.normal.load(radius, overlap).force < force)
 }

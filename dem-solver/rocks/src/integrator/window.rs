@@ -33,6 +33,7 @@ pub use kept::KeptIntegrator;
 const FEWEST: usize = 4;
 
 /// A prepared run.
+#[derive(Default)]
 pub struct RockIntegrator {
     pub(super) contact_mesh: Option<ContactMesh>,
     pub(super) mesh_stages: Vec<MeshStage>,
@@ -115,34 +116,24 @@ impl RockIntegrator {
         let mut integrator = Self {
             mesh_stages,
             fields,
-            broken: None,
-            answer: Answer::default(),
             takes,
             gives,
             all: Items::of(mesh),
             lines: Vec::with_capacity(mesh.lines.len()),
             remembered: Vec::with_capacity(3 * mesh.node_count()),
-            travel_at: None,
-            free_time_at: None,
-            travel: 0.0,
-            half_acceleration: 0.0,
-            local: LocalFields::default(),
             is_local: LocalFields::are_in(plan),
-            net: LocalNet::default(),
-            live: false,
             gauges: Gauges::new(&model.settings, model.origin),
             terrain: model.ground.as_ref().map(|_| TerrainStage::new(model, rows)),
             rock_stage: RockStage::new(model),
             sides: (!model.planes.is_empty()).then(|| BoxStage::new(model)),
-            secondary_impacts: SecondaryImpacts::default(),
             middles: Vec::with_capacity(model.rocks.len()),
             loads: Vec::with_capacity(model.rocks.len()),
-            counts: Counts::default(),
             most_contacts: (0..model.rocks.len()).map(contacts).max().unwrap_or(0),
             usual: plan.window,
             rest: contact_mesh.as_ref().map(|w| w.at_rest(&model.settings.down())),
             instants: Vec::with_capacity(16 * model.rocks.len() + 16),
             contact_mesh,
+            ..Self::default()
         };
         if integrator.is_local {
             integrator.net.reserve(mesh.node_count());

@@ -139,37 +139,50 @@ impl Steps {
     }
 
     fn limit(&mut self, rock: &Rock, law: &Law, speed: f64) -> Mode {
-        let radius = rock.smallest_radius;
-        let face = rock.facing;
-        let stiffness = |mass: f64| {
-            let overlap = law.normal.deepest(radius, mass, speed).min(DEEP * radius);
-            law.normal.load(radius, overlap).stiffness
-        };
-        let flat = stiffness(rock.mass / face);
-        let single = stiffness(rock.mass);
         let inertia = rock.inertia.min();
         // A force with a lever turns the rock too, and so less than its mass resists.
-        let mobility = |lever: f64| 1.0 / rock.mass + lever * lever / inertia;
-        let mut fastest = (face * flat / rock.mass).max(single * mobility(rock.arm));
+        let mobility = |lever: fn(&Rock) -> f64| 1.0 / rock.mass + lever(rock) * lever(rock) / inertia;
+        let radius = rock.smallest_radius;
+        let touch = Touch { radius, deepest: DEEP * radius, mass: rock.mass, face: rock.facing };
+        self.touching(&touch, law, speed, mobility, |square| square / inertia)
+    }
+
+    /// Spheres that touch flat, or one alone: `mobility` [1/kg] is that of a point with this lever, `turned` what rolling springs
+    /// do to the rocks' inertia.
+    fn touching(
+        &mut self,
+        touch: &Touch,
+        law: &Law,
+        speed: f64,
+        mobility: impl Fn(fn(&Rock) -> f64) -> f64,
+        turned: impl Fn(f64) -> f64,
+    ) -> Mode {
+        let &Touch { radius, deepest, mass, face } = touch;
+        let stiffness = |mass: f64| {
+            let overlap = law.normal.deepest(radius, mass, speed).min(deepest);
+            law.normal.load(radius, overlap).stiffness
+        };
+        let (flat, single) = (stiffness(mass / face), stiffness(mass));
+        let mut square = (face * flat / mass).max(single * mobility(|rock| rock.arm));
         if let Some(tangential) = &law.tangential {
             let ratio = tangential.stiffness_ratio;
-            let half_edge = rock.highest_corner.max().max(-rock.lowest_corner.min());
-            fastest = fastest.max(ratio * face * flat * mobility(half_edge));
-            fastest = fastest.max(ratio * single * mobility(rock.arm + radius));
+            let half_edge = |rock: &Rock| rock.highest_corner.max().max(-rock.lowest_corner.min());
+            square = square.max(ratio * face * flat * mobility(half_edge));
+            square = square.max(ratio * single * mobility(|rock| rock.arm + rock.smallest_radius));
         }
         if let Some(rolling) = law.rolling.filter(|r| r.kind == RollingName::Spring) {
             let arm = rolling.friction * radius;
-            let turned = STIFFNESS * arm * arm / inertia;
-            fastest = fastest.max(turned * face * flat).max(turned * single);
+            let turned = turned(STIFFNESS * arm * arm);
+            square = square.max(turned * face * flat).max(turned * single);
         }
         let ratio = law.damping.map_or(0.0, |d| match d.mass {
             EffectiveMass::Local => d.ratio,
             EffectiveMass::Rock => d.ratio * face.sqrt(),
         });
-        self.critical = self.critical.min(critical(fastest.sqrt(), ratio));
-        self.contact = self.contact.min(law.normal.impact(radius, rock.mass / face, speed).1);
+        self.critical = self.critical.min(critical(square.sqrt(), ratio));
+        self.contact = self.contact.min(law.normal.impact(radius, mass / face, speed).1);
         self.stiffness = self.stiffness.max(flat);
-        Mode { square: fastest, ratio }
+        Mode { square, ratio }
     }
 
     /// A rock that touches as a whole, at the stiffest on its widest face.
@@ -221,37 +234,30 @@ impl Steps {
         let mass = 1.0 / (1.0 / a.mass + 1.0 / b.mass);
         let single_spheres = a.spheres.len() == 1 && b.spheres.len() == 1;
         let face = a.facing.min(b.facing) * if single_spheres { 1.0 } else { BETWEEN };
-        let stiffness = |mass: f64| {
-            let overlap = law.normal.deepest(radius, mass, speed).min(DEEP * 2.0 * radius);
-            law.normal.load(radius, overlap).stiffness
+        let mobility = |lever: fn(&Rock) -> f64| {
+            let turned = |rock: &Rock| lever(rock) * lever(rock) / rock.inertia.min();
+            1.0 / mass + turned(a) + turned(b)
         };
-        let (flat, single) = (stiffness(mass / face), stiffness(mass));
-        let mobility = |levers: [f64; 2]| {
-            let turned = |rock: &Rock, lever: f64| lever * lever / rock.inertia.min();
-            1.0 / mass + turned(a, levers[0]) + turned(b, levers[1])
-        };
-        let mut square = (face * flat / mass).max(single * mobility([a.arm, b.arm]));
-        if let Some(tangential) = &law.tangential {
-            let ratio = tangential.stiffness_ratio;
-            let half_edge = |rock: &Rock| rock.highest_corner.max().max(-rock.lowest_corner.min());
-            let end = |rock: &Rock| rock.arm + rock.smallest_radius;
-            square = square.max(ratio * face * flat * mobility([half_edge(a), half_edge(b)]));
-            square = square.max(ratio * single * mobility([end(a), end(b)]));
-        }
-        if let Some(rolling) = law.rolling.filter(|r| r.kind == RollingName::Spring) {
-            let arm = rolling.friction * radius;
-            let turned = STIFFNESS * arm * arm * (1.0 / a.inertia.min() + 1.0 / b.inertia.min());
-            square = square.max(turned * face * flat).max(turned * single);
-        }
-        let ratio = law.damping.map_or(0.0, |d| match d.mass {
-            EffectiveMass::Local => d.ratio,
-            EffectiveMass::Rock => d.ratio * face.sqrt(),
-        });
-        self.critical = self.critical.min(critical(square.sqrt(), ratio));
-        self.contact = self.contact.min(law.normal.impact(radius, mass / face, speed).1);
-        self.stiffness = self.stiffness.max(flat);
-        Mode { square, ratio }
+        let turned = |square: f64| square * (1.0 / a.inertia.min() + 1.0 / b.inertia.min());
+        self.touching(
+            &Touch { radius, deepest: DEEP * 2.0 * radius, mass, face },
+            law,
+            speed,
+            mobility,
+            turned,
+        )
     }
+}
+
+/// Spheres that touch together.
+struct Touch {
+    /// Effective radius of each contact, and the largest overlap in it [m].
+    radius: f64,
+    deepest: f64,
+    /// Mass that they share [kg].
+    mass: f64,
+    /// How many there are when they touch flat.
+    face: f64,
 }
 
 /// The fastest oscillation of some contacts.

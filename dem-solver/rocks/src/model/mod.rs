@@ -86,3 +86,12 @@ pub fn prefix(model: &Model, rock: usize) -> String {
 pub fn name_of(model: &Model, rock: usize) -> &str {
     &model.rocks[rock].name
 }
+
+/// Where `is_below` ends between `low` and `high`, from above, after so many halvings.
+pub fn halved(mut low: f64, mut high: f64, halvings: usize, is_below: impl Fn(f64) -> bool) -> f64 {
+    for _ in 0..halvings {
+        let middle = 0.5 * (low + high);
+        if is_below(middle) { low = middle } else { high = middle }
+    }
+    high
+}

@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 /// State of all rocks at one instant.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct State {
     /// Time [s].
     pub time: f64,
@@ -155,15 +155,11 @@ impl BetweenRocks {
     }
 }
 
-impl State {
-    /// At t = 0; positions count from `origin` [m].
-    pub fn start(settings: &Settings, rocks: &[Rock], origin: &Vector3<f64>) -> Self {
-        let at = |rock: &Rock, table| {
-            let motion = rock.start(table, settings.gravity);
-            Motion { position: motion.position - origin, ..motion }
-        };
-        let body = |(rock, table): (&Rock, _)| Body {
-            motion: at(rock, table),
+impl Body {
+    /// In motion, with nothing behind it.
+    pub fn new(motion: Motion) -> Self {
+        Self {
+            motion,
             flight: None,
             histories: Vec::new(),
             terrain_histories: Vec::new(),
@@ -177,18 +173,19 @@ impl State {
             track: ImpactRecord::default(),
             path: RunOut::default(),
             deepest: Depths::default(),
-        };
-        Self {
-            time: 0.0,
-            bodies: rocks.iter().zip(&settings.rocks).map(body).collect(),
-            between_rocks: BetweenRocks::default(),
-            dissipated: 0.0,
-            received: 0.0,
-            broken: 0,
-            predicted: Vec::new(),
-            pushed: Vec::new(),
-            finer: 1,
         }
+    }
+}
+
+impl State {
+    /// At t = 0; positions count from `origin` [m].
+    pub fn start(settings: &Settings, rocks: &[Rock], origin: &Vector3<f64>) -> Self {
+        let at = |rock: &Rock, table| {
+            let motion = rock.start(table, settings.gravity);
+            Motion { position: motion.position - origin, ..motion }
+        };
+        let bodies = rocks.iter().zip(&settings.rocks).map(|(rock, table)| Body::new(at(rock, table)));
+        Self { bodies: bodies.collect(), finer: 1, ..Self::default() }
     }
 
     /// Become `other`, without allocating while its histories fit.

@@ -165,6 +165,7 @@ fn terrain(ground: &Terrain) -> Vec<u8> {
         .to_bytes()
 }
 
-fn unwritable(e: io::Error) -> Fault {
+/// The fault of a field file that cannot be written.
+pub(crate) fn unwritable(e: io::Error) -> Fault {
     Fault::broken(format!("the field files cannot be written: {e}"))
 }

@@ -25,7 +25,7 @@ pub enum Moment {
 }
 
 /// What the gauges are read against.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Gauges {
     /// What is added to local positions.
     origin: Vector3<f64>,
@@ -34,6 +34,17 @@ pub struct Gauges {
     /// Energy of all springs in the middle of the present step [J].
     springs: f64,
     values: Vec<f64>,
+}
+
+/// The energies that every run of rocks has.
+pub fn energies() -> [Gauge; 4] {
+    [
+        ("energy_kinetic_dem", Role::Kinetic),
+        ("energy_potential_dem", Role::Potential),
+        ("energy_stored_dem", Role::Stored),
+        ("energy_dissipated_dem", Role::Dissipated),
+    ]
+    .map(|(name, role)| Gauge { role, ..Gauge::new(name, "J") })
 }
 
 impl Gauges {
@@ -59,34 +70,18 @@ impl Gauges {
         let settings = &model.settings;
         let mut gauges = Vec::with_capacity(Self::count(settings));
         for rock in model.rocks.iter().take(settings.named()) {
-            for (name, unit) in [
-                ("x", "m"),
-                ("y", "m"),
-                ("z", "m"),
-                ("vx", "m/s"),
-                ("vy", "m/s"),
-                ("vz", "m/s"),
-                ("lowest", "m"),
-                ("wx", "rad/s"),
-                ("wy", "rad/s"),
-                ("wz", "rad/s"),
-                ("orientation_w", "1"),
-                ("orientation_x", "1"),
-                ("orientation_y", "1"),
-                ("orientation_z", "1"),
+            for (names, unit) in [
+                (&["x", "y", "z"][..], "m"),
+                (&["vx", "vy", "vz"], "m/s"),
+                (&["lowest"], "m"),
+                (&["wx", "wy", "wz"], "rad/s"),
+                (&["orientation_w", "orientation_x", "orientation_y", "orientation_z"], "1"),
             ] {
-                gauges.push(Gauge::new(format!("{}_{name}", rock.name), unit));
+                gauges.extend(names.iter().map(|name| Gauge::new(format!("{}_{name}", rock.name), unit)));
             }
         }
-        for (name, role) in [
-            ("energy_kinetic_dem", Role::Kinetic),
-            ("energy_potential_dem", Role::Potential),
-            ("energy_stored_dem", Role::Stored),
-            ("energy_dissipated_dem", Role::Dissipated),
-            ("energy_received_dem", Role::Received),
-        ] {
-            gauges.push(Gauge { role, ..Gauge::new(name, "J") });
-        }
+        gauges.extend(energies());
+        gauges.push(Gauge { role: Role::Received, ..Gauge::new("energy_received_dem", "J") });
         gauges.push(Gauge::new("contacts", "1"));
         for group in &settings.spheres {
             gauges.push(Gauge::new(format!("{}_fastest", group.name), "m/s"));

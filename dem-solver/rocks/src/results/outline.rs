@@ -95,15 +95,14 @@ impl<F: Fn(u32) -> Vector3<f64>> Outline<'_, F> {
 
     /// The closest that a rock in flight comes to the net: when [s] and where, within `horizon` [s] to either side.
     pub fn approach(&self, flight: &Parabola, horizon: f64) -> Option<(f64, Vector3<f64>, NearestOfNet)> {
-        let at = |t: f64| flight.position + (flight.velocity + flight.gravity * (0.5 * t)) * t;
         let (mut middle, mut half, mut best) = (0.0, horizon, None);
         // Thirty-two points of the flight, then ever closer around the best of them.
         for _ in 0..12 {
             let looks = (0..=32).map(|k| middle + half * (f64::from(k) / 16.0 - 1.0));
-            let seen = looks.filter_map(|t| Some((t, self.closest(&at(t))?)));
+            let seen = looks.filter_map(|t| Some((t, self.closest(&flight.at(t))?)));
             let distance = |near: &NearestOfNet| near.to_point.norm() - near.radius;
             let (t, near) = seen.min_by(|a, b| distance(&a.1).total_cmp(&distance(&b.1)))?;
-            (middle, half, best) = (t, half / 12.0, Some((t, at(t), near)));
+            (middle, half, best) = (t, half / 12.0, Some((t, flight.at(t), near)));
         }
         best
     }

@@ -1,6 +1,6 @@
 //! What the solver writes down of itself at the end of a committed window, and how it goes on from that.
 
-use super::DemSolver;
+use super::{DemSolver, prepared};
 use crate::integrator::window::KeptIntegrator;
 use crate::model::state::State;
 use crate::results::fields::{FieldFiles, KeptFields};
@@ -29,8 +29,7 @@ impl Kept {
 impl DemSolver {
     /// What is committed, as bytes.
     pub(super) fn keep(&mut self) -> Result<Vec<u8>, Fault> {
-        let run =
-            self.run.as_ref().ok_or_else(|| Fault::broken("asked for its state before it was prepared"))?;
+        let run = prepared(self.run.as_ref(), "for its state")?;
         let (integrator, state) = run.kept(&self.committed);
         let fields = self.fields.as_mut().map(FieldFiles::kept).transpose()?;
         let trajectory = self.trajectory.as_ref().map(Trajectory::kept).transpose()?;

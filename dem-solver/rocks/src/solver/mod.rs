@@ -5,21 +5,19 @@
 
 use crate::gate;
 use crate::integrator::window::{RockIntegrator, Solved};
+use crate::model::Model;
 use crate::model::between::{Between, rows};
 use crate::model::critical::Steps;
-use crate::model::state::{self, State};
-use crate::model::{Model, impact, runout};
+use crate::model::state::{Body, State};
 use crate::results::fields::{self, FieldFiles};
 use crate::results::gauges::Gauges;
 use crate::results::trajectory::{self, Row, Trajectory};
 use crate::results::{self, map, measures, verdict};
 use dem_contact::interface_mesh::ContactMesh;
 use dem_contact::interface_mesh::crossings::Crossings;
-use dem_contact::law::growing::Slip;
 use dem_contact::law::settings::of_presets;
 use dem_contact::law::table::Laws;
-use dem_contact::law::yielding::Dent;
-use dem_contact::rock::Rock;
+use dem_contact::rock::{Motion, Rock};
 use dem_contact::settings::{ContactSelection, STRUCTURE, Settings, limits};
 use dem_solid::geometry::sphere_tree::SphereTree;
 use dem_terrain::Terrain;
@@ -107,7 +105,6 @@ impl DemSolver {
         let origin = ground.as_ref().map_or_else(Vector3::zeros, |g| g.origin);
         let steps = Steps::new(&settings, &rocks, &wholes, laws.as_ref(), ground.as_ref(), scene)?;
         let trees = rocks.iter().map(|r| SphereTree::new(&r.spheres)).collect();
-        let mut state = State::start(&settings, &rocks, &origin);
         let planes = planes(&settings, &origin);
         let model = Model {
             settings,
@@ -126,23 +123,11 @@ impl DemSolver {
             shortcuts: options.shortcuts,
         };
         cautions.extend(gate::of_model(&model, scene)?);
-        are_apart(&model, &mut state, scene)?;
-        Ok(Self {
-            model,
-            notices,
-            cautions,
-            scene: scene.clone(),
-            guarded: false,
-            choices,
-            options: options.clone(),
-            run: None,
-            committed: state.clone(),
-            trial: state,
-            fields: None,
-            trajectory: None,
-            keeps_rows: false,
-            resume: None,
-        })
+        let options = options.clone();
+        let mut it = Self { notices, cautions, choices, options, ..Self::of_model(model, scene, false) };
+        are_apart(&it.model, &mut it.committed, scene)?;
+        it.trial = it.committed.clone();
+        Ok(it)
     }
 
     /// The solver of a model that has been prepared and checked. It writes no files, and keeps the rows of the trajectories where
@@ -226,24 +211,15 @@ impl DemSolver {
 
     /// Begin anew at t = 0 with rock number `rock` in another motion, its position in the user's
     /// coordinates; terrain and trees stay. To be called between prepare and the first solve.
-    pub fn release(&mut self, rock: usize, motion: dem_contact::rock::Motion) {
+    pub fn release(&mut self, rock: usize, motion: Motion) {
         let body = &mut self.committed.bodies[rock];
         self.model.settings.rocks[rock].position = motion.position.into();
-        *body = state::Body {
-            motion: dem_contact::rock::Motion { position: motion.position - self.model.origin, ..motion },
-            flight: None,
+        let motion = Motion { position: motion.position - self.model.origin, ..motion };
+        *body = Body {
             histories: std::mem::take(&mut body.histories),
             terrain_histories: std::mem::take(&mut body.terrain_histories),
             box_histories: std::mem::take(&mut body.box_histories),
-            dent: Dent::default(),
-            slip: Slip::default(),
-            tangential_energy: 0.0,
-            elastic: 0.0,
-            contacts: 0,
-            rock_contacts: 0,
-            track: impact::ImpactRecord::default(),
-            path: runout::RunOut::default(),
-            deepest: state::Depths::default(),
+            ..Body::new(motion)
         };
         body.part();
         self.committed.between_rocks.end();
@@ -362,7 +338,7 @@ impl Solver for DemSolver {
     }
 
     fn solve(&mut self, window: &Window, input: &[f64], output: &mut [f64]) -> Result<(), Fault> {
-        let run = self.run.as_mut().ok_or_else(|| Fault::broken("asked to solve before it was prepared"))?;
+        let run = prepared(self.run.as_mut(), "to solve")?;
         let mut finer = self.committed.finer;
         loop {
             self.trial.copy(&self.committed);
@@ -381,14 +357,12 @@ impl Solver for DemSolver {
     }
 
     fn select(&mut self, selection: Option<&mut Selection>) -> Result<(), Fault> {
-        let run = self.run.as_mut().ok_or_else(|| Fault::broken("asked to select before it was prepared"))?;
-        run.select(selection.as_deref(), &mut self.committed);
+        prepared(self.run.as_mut(), "to select")?.select(selection.as_deref(), &mut self.committed);
         Ok(())
     }
 
     fn reach(&mut self, window: &Window, input: &[f64], nodes: &mut Vec<u32>) -> Result<(), Fault> {
-        let run =
-            self.run.as_mut().ok_or_else(|| Fault::broken("asked for its reach before it was prepared"))?;
+        let run = prepared(self.run.as_mut(), "for its reach")?;
         run.reach(&self.model, &self.committed, window, input, nodes)
     }
 
@@ -450,11 +424,13 @@ impl DemSolver {
     }
 
     fn write_fields(&mut self) -> Result<(), Fault> {
-        match &mut self.fields {
-            Some(fields) => fields.write_if_due(&self.model, &self.committed),
-            None => Ok(()),
-        }
+        let (model, state) = (&self.model, &self.committed);
+        self.fields.as_mut().map_or(Ok(()), |fields| fields.write_if_due(model, state))
     }
+}
+
+fn prepared<T>(run: Option<T>, what: &str) -> Result<T, Fault> {
+    run.ok_or_else(|| Fault::broken(format!("asked {what} before it was prepared")))
 }
 
 /// Refuse a plan that asks for what was not offered.

@@ -1,5 +1,6 @@
 //! What the parts of the picture share: what is drawn, sizes, colours, numbers at axes.
 
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
 /// One moment of a trajectory.
@@ -110,6 +111,8 @@ pub const INK: RGBColor = RGBColor(40, 40, 40);
 
 /// What is drawn on.
 pub type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
+/// A plot with its axes.
+pub type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 /// Whether it could be drawn.
 pub type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
 

@@ -2,8 +2,8 @@
 
 use super::net::{self, Net};
 use super::page::{
-    Area, Drawn, EDGE, FEW, FINE, INK, LEFT, Line, RIGHT, SECTIONS, TrajectoryPoint, WIDTH, colour, font,
-    number, px, spacing, thinned,
+    Area, Chart, Drawn, EDGE, FEW, FINE, INK, LEFT, Line, RIGHT, SECTIONS, TrajectoryPoint, WIDTH, colour,
+    font, number, px, spacing, thinned,
 };
 use plotters::prelude::*;
 
@@ -163,7 +163,7 @@ impl<'a> Panels<'a> {
         unit: &str,
         levels: [f64; 2],
         below: i32,
-    ) -> Result<PanelChart<'b, 'c>, DrawingAreaErrorKind<std::io::Error>> {
+    ) -> Result<Chart<'b, 'c>, DrawingAreaErrorKind<std::io::Error>> {
         let mut chart = ChartBuilder::on(area)
             .margin_top(ABOVE * FINE)
             .margin_right(RIGHT * FINE)
@@ -196,9 +196,3 @@ fn significant(value: f64) -> String {
     let digits = (2 - value.abs().max(1e-9).log10().floor() as i32).clamp(0, 6) as usize;
     format!("{value:.digits$}")
 }
-
-type PanelChart<'a, 'b> = ChartContext<
-    'a,
-    SVGBackend<'b>,
-    Cartesian2d<plotters::coord::types::RangedCoordf64, plotters::coord::types::RangedCoordf64>,
->;

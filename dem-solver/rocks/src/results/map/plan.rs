@@ -3,11 +3,12 @@
 use super::contours;
 use super::net::{self, Net};
 use super::page::{
-    Area, Drawn, EDGE, FEW, FINE, HeightMap, INK, LEFT, Line, RIGHT, WIDTH, colour, font, number, px,
+    Area, Chart, Drawn, EDGE, FEW, FINE, HeightMap, INK, LEFT, Line, RIGHT, WIDTH, colour, font, number, px,
     round_step, spacing, thinned,
 };
 use super::shade::ShadedGrid;
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// Highest plan [px].
 const HIGHEST: f64 = 640.0;
@@ -131,18 +132,15 @@ impl<'a> Plan<'a> {
         self.north(&plot)
     }
 
-    fn marks(&self, chart: &PlanChart, line: &Line, colour: RGBColor, few: bool) -> Drawn {
+    fn marks(&self, chart: &Chart, line: &Line, colour: RGBColor, few: bool) -> Drawn {
         let at = |k: usize| (line.points[k].place[0], line.points[k].place[1]);
         let plot = chart.plotting_area();
         for k in line.landings().filter(|_| few) {
             plot.draw(&Circle::new(at(k), px(2.6), colour.filled()))?;
         }
         plot.draw(&Circle::new(at(0), px(if few { 5.0 } else { 3.0 }), colour.stroke_width(px(1.8) as u32)))?;
-        plot.draw(&Cross::new(
-            at(line.points.len() - 1),
-            px(if few { 4.5 } else { 3.0 }),
-            colour.stroke_width(px(1.8) as u32),
-        ))
+        let (size, style) = (px(if few { 4.5 } else { 3.0 }), colour.stroke_width(px(1.8) as u32));
+        plot.draw(&Cross::new(at(line.points.len() - 1), size, style))
     }
 
     /// Lowest and highest level of the terrain that is drawn, and the interval of the contours [m].
@@ -168,7 +166,7 @@ impl<'a> Plan<'a> {
         line.first() == line.last() && length < ISLET * self.per_pixel()
     }
 
-    fn contours(&self, chart: &mut PlanChart) -> Drawn {
+    fn contours(&self, chart: &mut Chart) -> Drawn {
         let Some((low, high, step)) = self.levels() else { return Ok(()) };
         let first = (low / step).ceil() as i64;
         let last = (high / step).floor() as i64;
@@ -194,7 +192,7 @@ impl<'a> Plan<'a> {
     /// The height at a quarter of the line, where there is room.
     fn contour_label(
         &self,
-        chart: &PlanChart,
+        chart: &Chart,
         line: &[(f64, f64)],
         level: f64,
         step: f64,
@@ -236,10 +234,7 @@ impl<'a> Plan<'a> {
             plot.draw(&Rectangle::new(corners, style))?;
             plot.draw(&Rectangle::new(corners, INK.stroke_width(px(0.8) as u32)))?;
         }
-        let style = font(11.5).pos(plotters::style::text_anchor::Pos::new(
-            plotters::style::text_anchor::HPos::Center,
-            plotters::style::text_anchor::VPos::Bottom,
-        ));
+        let style = font(11.5).pos(Pos::new(HPos::Center, VPos::Bottom));
         plot.draw(&Text::new(label, (px(x + 0.5 * long), px(y - 3.0)), style))
     }
 
@@ -254,13 +249,6 @@ impl<'a> Plan<'a> {
     }
 }
 
-fn middle() -> plotters::style::text_anchor::Pos {
-    use plotters::style::text_anchor::{HPos, Pos, VPos};
+fn middle() -> Pos {
     Pos::new(HPos::Center, VPos::Center)
 }
-
-type PlanChart<'a, 'b> = ChartContext<
-    'a,
-    SVGBackend<'b>,
-    Cartesian2d<plotters::coord::types::RangedCoordf64, plotters::coord::types::RangedCoordf64>,
->;
