@@ -413,6 +413,9 @@ impl Study<'_> {
             let count = self.arguments.worst as usize;
             comings.write(self.base, barrier, &owner.dir().join(worst::FOLDER), count)?;
         }
+        if let Err(e) = owner.seal() {
+            tracing::warn!("{}: no manifest: {e}", owner.dir().display());
+        }
         // With a barrier more follows, and its command says it at its own end.
         if summary.status != RunStatus::Done && self.barrier.is_none() {
             summary.complain();

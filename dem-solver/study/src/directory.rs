@@ -13,7 +13,7 @@ use interface_defs::diagnostic::Diagnostic;
 use std::io;
 use std::path::{Path, PathBuf};
 use toolkit::files::{self, Dir};
-use toolkit::run_dir::{CLUSTERS, SCENE, SUMMARY};
+use toolkit::run_dir::{CLUSTERS, MANIFEST, SCENE, SUMMARY};
 use toolkit::scene::Scene;
 
 /// What the study was computed from ([`inputs`]).
@@ -111,7 +111,7 @@ impl Directory {
 
     /// Remove what a study has written here, and no other file.
     pub fn clear(&self) -> io::Result<()> {
-        for name in [RECORD, STUDY, SCENE, MEMBERS, SUMMARY] {
+        for name in [RECORD, STUDY, SCENE, MEMBERS, SUMMARY, MANIFEST] {
             files::remove(&self.path(name))?;
         }
         for (folder, ends) in [
