@@ -5,7 +5,7 @@
 
 use super::knobs::{Class, Knob};
 use super::point::{Point, Space};
-use super::result::{Outcome, Purpose, Record, Status};
+use super::result::{Outcome, Purpose, Status};
 use super::setup::numbers;
 use super::study::{Finished, Study};
 use super::{Work, report};
@@ -174,10 +174,9 @@ impl Atlas<'_, '_> {
         };
         let key = format!("atlas {}", sets.join(" "));
         // What was too slow may have been so because the machine was busy.
-        let counts = |run: &&Finished| run.record.key == key && run.record.outcome.status != Status::Stopped;
-        let known = self.study.runs.iter().find(counts).map(|run| run.record.outcome.clone());
-        let outcome = match known {
-            Some(outcome) => outcome,
+        let counts = |run: &&Finished| run.key == key && run.outcome.status != Status::Stopped;
+        let at = match self.study.runs.iter().position(|run| counts(&run)) {
+            Some(at) => at,
             None => {
                 let slowest = self.study.outcome(&Point::new()).map_or(0.0, |run| run.seconds);
                 let limit =
@@ -190,19 +189,15 @@ impl Atlas<'_, '_> {
                     push.knob.name,
                     push.knob.number_at(factor).map_or(String::new(), three)
                 );
-                self.work.progress.begin(self.study, &label);
-                let outcome = self.work.runner.run(&sets, &self.work.store.next(), limit)?;
-                let record = Record { key, purpose: Purpose::Atlas, sets, outcome: outcome.clone() };
-                let run = Finished { point: Point::new(), record };
-                self.work.store.keep(&run)?;
-                self.study.runs.push(run);
-                self.work
-                    .progress
-                    .ended(self.study, &format!("{}, {label}", self.study.space.label(&push.arm)));
-                outcome
+                let (purpose, outcome) = (Purpose::Atlas, Outcome::default());
+                let run = Finished { point: Point::new(), key, purpose, sets, outcome };
+                self.work.make(self.study, run, limit, &label)?;
+                let label = format!("{}, {label}", self.study.space.label(&push.arm));
+                self.work.progress.ended(self.study, &label);
+                self.study.runs.len() - 1
             }
         };
-        Ok(self.judge(&outcome, push.knob.class))
+        Ok(self.judge(&self.study.runs[at].outcome, push.knob.class))
     }
 
     /// Whether a run holds. Another model has other measures: its status alone counts.
@@ -211,8 +206,7 @@ impl Atlas<'_, '_> {
             return Fared::Not(format!("not searched further: {}", outcome.message()));
         }
         if outcome.status != Status::Done {
-            let what = report::shortened(&outcome.message());
-            return Fared::Broke(format!("{}: {what}", outcome.status.word()));
+            return Fared::Broke(report::why(outcome));
         }
         for (name, known) in &self.study.reference.0 {
             let Some(value) = outcome.measure(name) else {

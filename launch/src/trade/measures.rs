@@ -19,10 +19,10 @@ pub fn choose(study: &mut Study, asked: &[String]) -> Result<(), Stop> {
     if !study.measures.is_empty() {
         return Ok(());
     }
-    let Some(run) = study.runs.iter().find(|run| !run.record.outcome.measures.is_empty()) else {
+    let Some(run) = study.runs.iter().find(|run| !run.outcome.measures.is_empty()) else {
         return Ok(());
     };
-    let there = &run.record.outcome.measures;
+    let there = &run.outcome.measures;
     let known: Vec<&String> = there.keys().collect();
     let named = asked
         .iter()
