@@ -17,21 +17,8 @@ use toolkit::history::column;
 use toolkit::summary::RunStatus;
 
 /// Columns of the table of crossings, after member and number of the crossing.
-const COLUMNS: [&str; 13] = [
-    "time_s",
-    "along_m",
-    "x_m",
-    "y_m",
-    "z_m",
-    "centre_height_m",
-    "passing_height_m",
-    "speed_m_per_s",
-    "kinetic_energy_J",
-    "rotation_energy_J",
-    "vx_m_per_s",
-    "vy_m_per_s",
-    "vz_m_per_s",
-];
+const COLUMNS: &str = "time_s,along_m,x_m,y_m,z_m,centre_height_m,passing_height_m,speed_m_per_s,kinetic_energy_J,\
+                       rotation_energy_J,vx_m_per_s,vy_m_per_s,vz_m_per_s";
 
 /// The largest values of each member that passes: name, unit, which column.
 const LARGEST: [(&str, &str, usize); 4] = [
@@ -55,7 +42,7 @@ pub fn write(base: &Base, dir: &Path, all: All, study: &Reliability, found: &mut
     let mut passing = Vec::new();
     for line in &base.study.lines {
         let mut table = csv::Writer::from_writer(files::create(&dir.join(format!("{}.csv", line.name)))?);
-        table.write_record(["member", "crossing"].into_iter().chain(COLUMNS))?;
+        table.write_record(["member", "crossing"].into_iter().chain(COLUMNS.split(',')))?;
         passing.push(Passing { table, largest: Default::default(), masses: Vec::new() });
     }
     let origin = [base.ground.origin.x, base.ground.origin.y, base.ground.origin.z];
