@@ -29,6 +29,7 @@ pub mod place;
 pub mod quantity;
 pub mod record;
 pub mod reference;
+mod refuse;
 pub mod results;
 pub mod runner;
 pub mod sampling;

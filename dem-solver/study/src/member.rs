@@ -15,6 +15,7 @@ use dem_solid::geometry::sphere_tree::SphereTree;
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
+use toolkit::coordinates::Form;
 
 /// Numbers that are drawn for every member: two of its place, three of its orientation, two of the axis of its spin.
 const DRAWN: usize = 7;
@@ -104,15 +105,11 @@ impl Base {
         let release = self.starts.partition_point(|start| *start <= index) - 1;
         let (sampler, within) = (&self.samplers[release], index - self.starts[release]);
         let draw = |dimension: usize| sampler.at(dimension, within);
-        let origin = self.ground.origin;
-        let local = |[x, y]: [f64; 2]| [x - origin.x, y - origin.y];
-        let place = match self.study.releases[release].place() {
-            Place::Points(points) => local(points[(within % points.len() as u64) as usize]),
-            Place::Line(line) => local(plan::along(line, draw(0))),
-            Place::Polygon(_) => {
-                let area = self.areas[release].as_ref().expect("made for every polygon");
-                area.at(draw(0), draw(1))
-            }
+        let Place { form, corners, .. } = self.study.releases[release].place();
+        let place = match (form, &self.areas[release]) {
+            (_, Some(area)) => area.at(draw(0), draw(1)),
+            (Form::Points, _) => self.local(&corners[(within % corners.len() as u64) as usize]),
+            _ => self.local(&plan::along(corners, draw(0))),
         };
         let values: Vec<toml::Value> = (self.study.variables.iter().enumerate())
             .map(|(at, variable)| variable.distribution.value(draw(DRAWN + at)))
