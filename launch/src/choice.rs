@@ -6,7 +6,7 @@
 
 use crate::numbers::Numbers;
 use crate::plan::{Part, Plan};
-use crate::preset::Preset;
+use crate::preset::{Chosen, Preset, two_digits};
 use crate::stability;
 use interface_defs::diagnostic::Diagnostic;
 use toml::{Table, Value};
@@ -20,32 +20,6 @@ const RESOLVED: f64 = 1e-4;
 const PARTS: u32 = 2;
 /// Shortest weak window that is cheaper than strong coupling: [s], and over the structure's step.
 const WORTH: (f64, f64) = (4e-5, 0.5);
-
-/// A value that the scene leaves open, and that was chosen.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Chosen {
-    /// Table and key.
-    pub key: (&'static str, &'static str),
-    /// The value.
-    pub value: Value,
-}
-
-impl Chosen {
-    /// Whether a scene would name it; what is for messages alone is none of its choices.
-    pub fn is_of_scene(&self) -> bool {
-        self.key.1 != "longest_weak_window"
-    }
-
-    /// As a person reads it.
-    pub fn text(&self) -> String {
-        let value = match &self.value {
-            Value::Float(number) => short(*number),
-            Value::String(text) => text.clone(),
-            other => other.to_string(),
-        };
-        format!("{}.{} = {value}", self.key.0, self.key.1)
-    }
-}
 
 /// Choose what `scene` leaves open, and write it into the reports of the programs. Nothing if it is not coupled.
 pub fn complete(
@@ -61,13 +35,13 @@ pub fn complete(
     let document = scene.document()?;
     let open = Open::of(&document);
     let preset = Preset::of(&document);
-    let mut chosen = Vec::new();
-    if let Some(preset) = preset {
-        chosen = preset.choose(scene, plan, &numbers)?;
-    } else if open.scheme || open.window {
-        chosen = coupling(scene, open, &numbers)?;
-    }
-    let weak = numbers.weak_with(&chosen);
+    let mut chosen = match preset {
+        Some(preset) => preset.choose(scene, plan, &numbers)?,
+        None if open.scheme || open.window => coupling(scene, open, &numbers)?,
+        None => Vec::new(),
+    };
+    let scheme = chosen.iter().find(|c| c.key == ("coupling", "scheme"));
+    let weak = scheme.map_or(numbers.weak, |c| c.value.as_str() == Some("weak"));
     if weak && let Some(limit) = numbers.limit {
         chosen.push(Chosen {
             key: ("coupling", "longest_weak_window"),
@@ -116,18 +90,20 @@ fn coupling(scene: &Scene, open: Open, numbers: &Numbers) -> Result<Vec<Chosen>,
     let named = numbers.window.filter(|_| !open.window);
     let longest = numbers.limit.map(|limit| limit.window);
     let unknown = || {
-        if numbers.is_static {
-            let what = "scheme and time_window are not given and cannot be computed: a structure in statics has no masses that \
-                        limit a window";
-            return scene.invalid("fem.integrator", what).try_instead(
+        let (key, why, cure) = match numbers.is_static {
+            true => (
+                "fem.integrator",
+                "a structure in statics has no masses that limit a window",
                 "write integrator = \"central_difference\", or scheme and time_window of [coupling]",
-            );
-        }
-        let what = "scheme and time_window are not given and cannot be computed: a solver does not report the numbers of its \
-                    contact or of its structure";
-        scene
-            .invalid("coupling", what)
-            .try_instead("add [coupling] with scheme = \"weak\" or \"strong\" and time_window in seconds")
+            ),
+            false => (
+                "coupling",
+                "a solver does not report the numbers of its contact or of its structure",
+                "add [coupling] with scheme = \"weak\" or \"strong\" and time_window in seconds",
+            ),
+        };
+        let what = format!("scheme and time_window are not given and cannot be computed: {why}");
+        scene.invalid(key, what).try_instead(cure)
     };
     let weak = if !open.scheme {
         numbers.weak
@@ -183,21 +159,6 @@ fn of_whole_steps(most: f64, own: Option<f64>) -> f64 {
     }
 }
 
-/// `value`, its first two digits.
-pub fn two_digits(value: f64) -> f64 {
-    let power = value.log10().floor() as i32 - 1;
-    // Read from text, so that the number is the one that a person would write.
-    format!("{}e{power}", (value / 10.0_f64.powi(power) * (1.0 + 1e-9)).floor()).parse().unwrap_or(value)
-}
-
-impl Numbers {
-    /// Whether the coupling is weak, with what was chosen.
-    fn weak_with(&self, chosen: &[Chosen]) -> bool {
-        let scheme = chosen.iter().find(|c| c.key == ("coupling", "scheme"));
-        scheme.map_or(self.weak, |c| c.value.as_str() == Some("weak"))
-    }
-}
-
 /// Write a choice into the report of the program whose table it is in.
 fn enter(choice: &Chosen, reports: &mut [(Part, CheckReport)]) {
     let (table, key) = choice.key;
@@ -215,8 +176,5 @@ fn enter(choice: &Chosen, reports: &mut [(Part, CheckReport)]) {
             entry.remove("time_step_scale");
         }
     }
-    if let Some(value) = choice.value.as_float() {
-        let name = format!("{key}_s");
-        report.numbers.insert(name, value);
-    }
+    report.numbers.extend(choice.value.as_float().map(|value| (format!("{key}_s"), value)));
 }

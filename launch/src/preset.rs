@@ -3,13 +3,39 @@
 //! All of them let the net yield inside the contact solver, in windows of ten steps of the structure: measured on the drop test, the
 //! cable net and the barrier, that is the longest window whose first pass is accepted (`docs/coupling.md`).
 
-use crate::choice::{Chosen, two_digits};
 use crate::numbers::Numbers;
 use crate::plan::Plan;
 use crate::stability;
 use interface_defs::diagnostic::Diagnostic;
 use toml::{Table, Value};
 use toolkit::scene::Scene;
+use toolkit::summary::short;
+
+/// A value that the scene leaves open, and that was chosen.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chosen {
+    /// Table and key.
+    pub key: (&'static str, &'static str),
+    /// The value.
+    pub value: Value,
+}
+
+impl Chosen {
+    /// Whether a scene would name it; what is for messages alone is none of its choices.
+    pub fn is_of_scene(&self) -> bool {
+        self.key.1 != "longest_weak_window"
+    }
+
+    /// As a person reads it.
+    pub fn text(&self) -> String {
+        let value = match &self.value {
+            Value::Float(number) => short(*number),
+            Value::String(text) => text.clone(),
+            other => other.to_string(),
+        };
+        format!("{}.{} = {value}", self.key.0, self.key.1)
+    }
+}
 
 /// A preset.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,34 +90,35 @@ impl Preset {
     /// What it sets and the scene leaves open.
     pub fn choose(self, scene: &Scene, plan: &Plan, numbers: &Numbers) -> Result<Vec<Chosen>, Diagnostic> {
         let document = scene.document()?;
-        let refuse = |what: &str, cure: &str| Err(scene.invalid("coupling.preset", what).try_instead(cure));
         let named = |table: &str, key: &str| document.get(table).and_then(|t| t.get(key));
-        if plan.members.iter().any(|member| member.foreign) {
-            return refuse(
+        let own = numbers.net.step.filter(|step| step.is_finite() && !numbers.is_static);
+        let refused = [
+            (
+                plan.members.iter().any(|member| member.foreign),
                 "a preset is for the solvers of this project: of another program neither its steps are known nor whether it offers \
                  what a yielding net takes",
                 "leave the preset out, and name scheme and time_window",
-            );
-        }
-        if named("coupling", "scheme").and_then(Value::as_str) == Some("weak") {
-            return refuse(
+            ),
+            (
+                named("coupling", "scheme").and_then(Value::as_str) == Some("weak"),
                 "a preset lets the net yield inside the contact solver, which weak coupling does not",
                 "keep one of preset and scheme",
-            );
-        }
-        if named("coupling", "yielding_net").and_then(Value::as_bool) == Some(false) {
-            return refuse(
+            ),
+            (
+                named("coupling", "yielding_net").and_then(Value::as_bool) == Some(false),
                 "a preset lets the net yield inside the contact solver, and yielding_net = false does not",
                 "keep one of preset and yielding_net",
-            );
-        }
-        let own = numbers.net.step.filter(|step| step.is_finite() && !numbers.is_static);
-        let Some(own) = own else {
-            return refuse(
+            ),
+            (
+                own.is_none(),
                 "a preset needs steps of the structure in time: statics have none",
                 "write integrator = \"central_difference\", or leave the preset out",
-            );
-        };
+            ),
+        ];
+        if let Some((_, what, cure)) = refused.into_iter().find(|(refused, ..)| *refused) {
+            return Err(scene.invalid("coupling.preset", what).try_instead(cure));
+        }
+        let own = own.unwrap_or(f64::NAN);
         let open = |table: &str, key: &str| named(table, key).is_none();
         let step = if open("fem", "time_step") { self.structure * own } else { own };
         let window = numbers.window.filter(|_| !open("coupling", "time_window"));
@@ -126,4 +153,11 @@ impl Preset {
             self.name
         )
     }
+}
+
+/// `value`, its first two digits.
+pub fn two_digits(value: f64) -> f64 {
+    let power = value.log10().floor() as i32 - 1;
+    // Read from text, so that the number is the one that a person would write.
+    format!("{}e{power}", (value / 10.0_f64.powi(power) * (1.0 + 1e-9)).floor()).parse().unwrap_or(value)
 }

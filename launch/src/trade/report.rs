@@ -61,17 +61,12 @@ pub fn shortened(message: &str) -> String {
 
 /// The page.
 pub fn page(study: &Study, facts: &Facts) -> String {
-    let mut text = String::new();
-    let _ = writeln!(text, "# Accuracy against cost: {}\n", facts.scene);
-    let _ = writeln!(
-        text,
-        "`rockfall trade {}`, version {}: {} runs, one at a time, {} of a budget of {}, on {} processors. How to read it: `docs/trade.md`.\n",
-        facts.command,
-        env!("CARGO_PKG_VERSION"),
-        study.runs.len(),
-        seconds(study.spent()),
-        seconds(facts.budget),
-        facts.processors
+    let Facts { scene, command, processors, .. } = facts;
+    let (version, runs) = (env!("CARGO_PKG_VERSION"), study.runs.len());
+    let (spent, budget) = (seconds(study.spent()), seconds(facts.budget));
+    let mut text = format!(
+        "# Accuracy against cost: {scene}\n\n`rockfall trade {command}`, version {version}: {runs} runs, one at a time, {spent} of a \
+         budget of {budget}, on {processors} processors. How to read it: `docs/trade.md`.\n\n"
     );
     references(study, &mut text);
     recommendations(study, facts, &mut text);
@@ -92,14 +87,15 @@ fn references(study: &Study, text: &mut String) {
             own.map_or("absent".into(), |value| with_unit(value, name))
         })
         .with("reference", |name| known(name).map_or("none".into(), |known| with_unit(known.value, name)))
-        .with("may be off by", |name| {
-            known(name).and_then(|k| k.uncertainty).map_or("unknown".into(), percent)
-        })
-        .with("where it comes from", |name| known(name).map_or("no run gives it".into(), Known::words));
+        .with("uncertainty", |name| known(name).and_then(|k| k.uncertainty).map_or("unknown".into(), percent))
+        .with("source", |name| known(name).map_or("given by no run".into(), Known::words));
     let _ = write!(text, "## Reference\n\n{}", table.markdown(&study.measures));
     if let Some(off) = reference.uncertainty().filter(|off| *off > FINEST_ACCURACY) {
         let off = percent(off);
-        let _ = writeln!(text, "The reference itself may be off by {off}: errors below that say nothing.\n");
+        let _ = writeln!(
+            text,
+            "The reference has an uncertainty of {off}: errors below that are not significant.\n"
+        );
     }
 }
 
@@ -114,9 +110,8 @@ fn recommendations(study: &Study, facts: &Facts, text: &mut String) {
         return;
     }
     let recommended = study.recommended();
-    let of = |one: &Recommended, words: &dyn Fn(&Point) -> String| {
-        one.point.as_ref().map_or_else(String::new, words)
-    };
+    let of =
+        |one: &Recommended, words: &dyn Fn(&Point) -> String| one.point.as_ref().map_or("".into(), words);
     let table = Columns::new()
         .with("accuracy", |one: &Recommended| percent(one.accuracy))
         .with("settings", |one| {
@@ -132,10 +127,10 @@ fn recommendations(study: &Study, facts: &Facts, text: &mut String) {
         })
         .with("run again: error", |one| {
             of(one, &|point| match study.confirmation(point).map(|run| (run, study.error(run))) {
-                None => "not run again: no budget was left".into(),
-                Some((run, None)) => format!("does not hold: {}", run.status.word()),
+                None => "not run again: the budget is used up".into(),
+                Some((run, None)) => format!("not confirmed: {}", run.status.word()),
                 Some((_, Some(error))) if error > one.accuracy => {
-                    format!("does not hold: {}", percent(error))
+                    format!("not confirmed: {}", percent(error))
                 }
                 Some((_, Some(error))) => percent(error),
             })
@@ -143,7 +138,7 @@ fn recommendations(study: &Study, facts: &Facts, text: &mut String) {
         .with("run again: wall time", |one| {
             of(one, &|point| dash(study.confirmation(point).map(|run| run.wall), seconds))
         });
-    text.push_str("## Recommended\n\nThe cheapest settings that keep an accuracy in all measures, at the scene's own model.\n\n");
+    text.push_str("## Recommended\n\nThe cheapest settings whose error stays within an accuracy for all measures, with the scene's own model.\n\n");
     text.push_str(&table.markdown(&recommended));
     lines(study, facts, &recommended, text);
 }
@@ -153,10 +148,9 @@ fn lines(study: &Study, facts: &Facts, recommended: &[Recommended], text: &mut S
     let same = |a: &Recommended, b: &Recommended| a.point == b.point;
     for group in recommended.chunk_by(same) {
         let Some(sets) = group[0].point.as_ref().and_then(|point| study.space.sets(point)) else { continue };
-        let sets: String = sets.iter().fold(String::new(), |all, set| all + " --set " + &quoted(set));
+        let sets: String = sets.iter().map(|set| format!(" --set {}", quoted(set))).collect();
         let accuracies: Vec<String> = group.iter().map(|one| percent(one.accuracy)).collect();
-        let _ =
-            writeln!(text, "{}:\n\n```\nrockfall run {}{sets}\n```\n", accuracies.join(", "), facts.command);
+        *text += &format!("{}:\n\n```\nrockfall run {}{sets}\n```\n\n", accuracies.join(", "), facts.command);
     }
 }
 
@@ -178,15 +172,15 @@ pub fn unknown(study: &Study) -> Option<String> {
     let budget = super::plan::budget_of_reference(study);
     let more = budget.map_or("a larger --budget".into(), |b| format!("--budget {:.0}m", (b / 60.0).ceil()));
     Some(format!(
-        "nothing is recommended: the scene as it is is the only run to compare with, and its own error is not known; the same command \
-         with {more} adds two runs with finer steps and windows"
+        "nothing is recommended: the only run to compare with is the scene as it is, whose own error is unknown; the same command with \
+         {more} adds two runs with finer steps and windows"
     ))
 }
 
 fn unreached(study: &Study) -> String {
     let best = study.front().pop().map(|(point, trade)| (percent(trade.error), study.space.label(point)));
-    best.map_or("no run has an error".into(), |(error, settings)| {
-        format!("nothing reached it; the best is {error} with {settings}")
+    best.map_or("the error of no run is known".into(), |(error, settings)| {
+        format!("not reached; the smallest error is {error}, with {settings}")
     })
 }
 
@@ -225,7 +219,7 @@ fn numerical(study: &Study, facts: &Facts, text: &mut String) {
         .with("passes per ms", |run| dash(facts.passes_per_ms(&run.outcome), three))
         .with("memory [MB]", |run| dash(run.outcome.memory.map(|bytes| 1e-6 * bytes), three))
         .with("runs", |run| study.timed(&run.point).len().max(1).to_string());
-    text.push_str("## Settings that compute the scene's own model\n\n`*`: on the front, nothing is both cheaper and more accurate.\n\n");
+    text.push_str("## Settings of the scene's own model\n\n`*`: on the Pareto front, where no other run is both cheaper and more accurate.\n\n");
     text.push_str(&table.markdown(&sorted(study, Class::Numerical)));
 }
 
@@ -244,7 +238,7 @@ fn models(study: &Study, text: &mut String) {
     let table = table
         .with("`energy_error`", |run| dash(run.outcome.measure("energy_error"), percent))
         .with("wall [s]", |run| three(run.outcome.wall));
-    text.push_str("## Settings that change the model\n\nThey are no more or less accurate than the scene, they are another model: its measures beside those of the scene, both computed in the scene's own steps. No recommendation chooses them.\n\n");
+    text.push_str("## Settings that change the model\n\nThese settings define another model, which is neither more nor less accurate than the scene's. Its measures are compared with those of the scene, both computed with the scene's own steps. They are never recommended.\n\n");
     text.push_str(&table.markdown(&runs));
 }
 
@@ -324,7 +318,7 @@ pub fn table(study: &Study, facts: &Facts) -> Result<String, csv::Error> {
 pub fn screen(study: &Study) -> String {
     let mut text = String::new();
     for (name, known) in &study.reference.0 {
-        let off = known.uncertainty.map_or(String::new(), |u| format!(", may be off by {}", percent(u)));
+        let off = known.uncertainty.map_or(String::new(), |u| format!(", uncertainty {}", percent(u)));
         let unit = unit(study, name);
         let _ =
             writeln!(text, "reference    {name} = {} {unit} ({}{off})", short(known.value), known.words());
@@ -340,7 +334,7 @@ pub fn screen(study: &Study) -> String {
                     (Some(run), Some(error)) if error <= one.accuracy => {
                         format!("run again: {}, {}", percent(error), seconds(run.wall))
                     }
-                    (Some(_), _) => "run again: does not hold".into(),
+                    (Some(_), _) => "run again: not confirmed".into(),
                 };
                 let cost = study.cost(point).map_or("-".into(), seconds);
                 let error = study.error_at(point).map_or("-".into(), percent);
