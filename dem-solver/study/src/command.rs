@@ -158,8 +158,7 @@ impl Study<'_> {
             Some(barrier) => worst::scene_of_one(base, barrier, number)?,
             None => {
                 let member = base.member(number);
-                let body = toml::to_string(&base.scene_of(&member)?);
-                base.head(&member, "") + &body.map_err(|e| Diagnostic::new(e.to_string()))?
+                base.text(&member, "", &base.scene_of(&member)?)?
             }
         };
         match &self.arguments.output {
@@ -178,13 +177,9 @@ impl Study<'_> {
 
     /// What to try where the directory holds another study.
     fn of_another(&self, e: Diagnostic) -> Diagnostic {
-        match self.barrier {
-            Some(_) => e.try_instead(
-                "a study that was computed without the line of the barrier holds no rock that crosses it: choose another directory \
-                 with --out, or begin anew with --force",
-            ),
-            None => e,
-        }
+        let cure = "a study that was computed without the line of the barrier holds no rock that crosses it: choose another directory with \
+                    --out, or begin anew with --force";
+        if self.barrier.is_some() { e.try_instead(cure) } else { e }
     }
 
     fn progress(&self, total: u64, before: u64) -> Progress {

@@ -5,8 +5,8 @@
 //!
 //! - [`settings`], [`vary`], [`distribution`]: the study file; [`reference`](mod@reference): what editors know of it; [`design`]: what a barrier on a line is judged by
 //! - [`sampling`]: numbers from 0 to 1, a function of seed and member alone
-//! - [`base`](mod@base): what all members share; [`gate`]: what can be known of them before the start; [`member`]: what one has of its own; [`place`]: where it starts
-//! - [`scene_of`]: the scene of one member; [`runner`]: one member from start to end; [`execute`]: many on all cores, handed on in order
+//! - [`base`](mod@base): what all members share; [`gate`]: what can be known of them before the start; [`member`]: what one has of its own, and its scene; [`place`]: where it starts
+//! - [`runner`]: one member from start to end; [`execute`]: many on all cores, handed on in order
 //! - [`quantity`]: the quantities of a fall, each a line of one table
 //! - [`record`], [`journal`], [`directory`]: what is kept of each, so that a killed process loses nothing; [`inputs`]: what they were computed from
 //! - [`table`], [`summary`]: `members.csv`, `summary.json`
@@ -33,7 +33,6 @@ mod refuse;
 pub mod results;
 pub mod runner;
 pub mod sampling;
-pub mod scene_of;
 pub mod settings;
 pub mod summary;
 pub mod table;

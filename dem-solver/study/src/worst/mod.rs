@@ -121,11 +121,19 @@ pub fn scene(
     let is_far = |at| distance_from(line, &at) > barrier.margin + reach;
     let flight = flight_before(base, member, time, &is_far).map_err(fault)?;
     let table = barrier.with(base, member, flight.as_ref(), time)?;
-    let from =
-        flight.as_ref().map_or("its release".into(), |flight| format!("its flight at {} s", flight.time));
-    let more = format!(" against {}, from {from} on", barrier.name());
-    let body = toml::to_string(&table).map_err(|e| Diagnostic::new(e.to_string()))?;
-    Ok((base.head(member, &more) + &body, flight))
+    Ok((text(base, barrier, member, flight.as_ref(), &table)?, flight))
+}
+
+/// A scene with a head that says from where on it is computed.
+fn text(
+    base: &Base,
+    barrier: &Barrier,
+    member: &Member,
+    flight: Option<&Flight>,
+    table: &toml::Table,
+) -> Result<String, Diagnostic> {
+    let from = flight.map_or("its release".into(), |flight| format!("its flight at {} s", flight.time));
+    base.text(member, &format!(" against {}, from {from} on", barrier.name()), table)
 }
 
 /// The same of one member that has not been computed yet; one that does not reach the line starts at its release.
@@ -138,9 +146,7 @@ pub fn scene_of_one(base: &Base, barrier: &Barrier, number: u64) -> Result<Strin
     }
     tracing::warn!("member {number} does not reach the line of the barrier: its scene begins at its release");
     let table = barrier.with(base, &member, None, 0.0)?;
-    let more = format!(" against {}, from its release on", barrier.name());
-    let body = toml::to_string(&table).map_err(|e| Diagnostic::new(e.to_string()))?;
-    Ok(base.head(&member, &more) + &body)
+    text(base, barrier, &member, None, &table)
 }
 
 fn row(
