@@ -201,9 +201,7 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
             if removed.is_empty() {
                 show("nothing to remove: no dead run has left anything behind\n");
             }
-            for id in removed {
-                show(&format!("removed what run {id} left behind\n"));
-            }
+            removed.iter().for_each(|id| show(&format!("removed what run {id} left behind\n")));
             Ok(Exit::Done)
         }
     }
@@ -236,16 +234,11 @@ fn print_manual(dir: Option<&Path>) -> Result<Exit, Stop> {
     Ok(Exit::Done)
 }
 
-/// The arguments of this process after `word`, as they were given.
-fn arguments_after(word: &str) -> Vec<OsString> {
-    std::env::args_os().skip(1).skip_while(|argument| argument != word).skip(1).collect()
-}
-
 /// Become a program of this project beside this one: signals reach it, and it ends with its own code.
 fn become_program(program: &str, command: &str) -> Result<Exit, Stop> {
     // It returns only where the program cannot be started.
-    let e =
-        std::process::Command::new(own_program(program)?).arg(command).args(arguments_after(command)).exec();
+    let own = std::env::args_os().skip(1).skip_while(|argument| argument != command);
+    let e = std::process::Command::new(own_program(program)?).args(own).exec();
     Err(Stop::input(code::PROCESS, format!("{program} cannot be started: {e}")))
 }
 

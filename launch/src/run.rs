@@ -104,12 +104,11 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
         Job { name: (*name).into(), command, input: None, output }
     });
     let grace = Some(children::GRACE_OF_LEADER);
-    let mut say = |said: Said| {
-        if let Said::Line(line) = said {
-            bar.update(line);
-        }
+    let mut say = |said: Said| match said {
+        Said::Line(line) => bar.update(line),
+        Said::Seconds(_) => {}
     };
-    let rules = Rules { together: true, grace, limit: None, say: &mut say };
+    let rules = Rules { together: true, grace, limit: None, say: Some(&mut say) };
     let outcome = children::watch(jobs.collect(), rules, &events);
     bar.finish();
     let outcome = outcome?;
@@ -126,12 +125,8 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
         (Err(_), false) => RunStatus::Failed,
     };
     // A foreign leader may keep no summary; one of ours that has left none has not done its work.
-    let status =
-        if status == RunStatus::Done && !plan.members[0].foreign && !out.join(run_dir::SUMMARY).exists() {
-            RunStatus::Failed
-        } else {
-            status
-        };
+    let kept = plan.members[0].foreign || out.join(run_dir::SUMMARY).exists();
+    let status = if status == RunStatus::Done && !kept { RunStatus::Failed } else { status };
     let ended = with_warnings(summary(&owner, status, judged.as_ref().err()), &warnings, &out);
     // What was interrupted goes on.
     if ended.status != RunStatus::Interrupted && owner.check().is_ok() {
@@ -164,11 +159,8 @@ fn keep_logs(log: &Path, commands: &[(&str, Vec<OsString>)]) -> io::Result<()> {
 fn is_over(summary: &Summary, out: &Path, quiet: bool) -> Exit {
     if !quiet {
         summary.print_table(out);
-        screen::show(&format!(
-            "{}: this run is {}; there is nothing to resume\n",
-            out.display(),
-            summary.status.word()
-        ));
+        let (out, status) = (out.display(), summary.status.word());
+        screen::show(&format!("{out}: this run is {status}; there is nothing to resume\n"));
     }
     Exit::Done
 }
@@ -186,17 +178,12 @@ fn say(resume: &Resume, out: &Path) {
 fn clean(plan: &Plan) -> Result<(), Stop> {
     match ipc::clean() {
         Ok(removed) => {
-            for id in removed {
-                tracing::info!("removed what the dead run {id} left behind");
-            }
-            Ok(())
+            removed.iter().for_each(|id| tracing::info!("removed what the dead run {id} left behind"));
         }
-        Err(failure) if plan.is_coupled() => Err(Stop::failed(code::PROCESS, failure.to_string())),
-        Err(failure) => {
-            tracing::warn!("{failure}");
-            Ok(())
-        }
+        Err(failure) if plan.is_coupled() => return Err(Stop::failed(code::PROCESS, failure.to_string())),
+        Err(failure) => tracing::warn!("{failure}"),
     }
+    Ok(())
 }
 
 /// What will run, on disk before it runs.
@@ -236,8 +223,8 @@ fn summary(owner: &Owner, status: RunStatus, stop: Option<&Stop>) -> Summary {
     let lost = "the process that keeps the measures has ended without a summary";
     let mut summary = Summary::new(status);
     if status != RunStatus::Done {
-        let unsaid = || vec![Diagnostic::error(code::PROCESS, lost)];
-        summary.reasons = stop.map_or_else(unsaid, |stop| stop.errors.clone());
+        let unsaid = vec![Diagnostic::error(code::PROCESS, lost)];
+        summary.reasons = stop.map_or(unsaid, |stop| stop.errors.clone());
         let all: Vec<String> = summary.reasons.iter().map(Diagnostic::to_string).collect();
         summary.message = Some(all.join("\n"));
     }

@@ -46,18 +46,17 @@ impl Store {
             Diagnostic::in_file(out.display().to_string(), format!("no study can be written here: {e}"))
         };
         let owner = Owner::claim(out, &Claim { force, ..Claim::default() })?;
-        let there =
-            files::read_text(&out.join(STUDY)).ok().map(|text| serde_json::from_str::<Identity>(&text).ok());
-        match there {
-            Some(Some(there)) if there == *identity && !force => {}
-            Some(there) if !force => return Err(another(out, there.as_ref(), identity).into()),
-            _ => {
-                if there.is_some() {
-                    std::fs::remove_dir_all(out.join(RUNS)).or_else(absent).map_err(fault)?;
+        let there = files::read_text(&out.join(STUDY)).ok();
+        let known = there.as_ref().and_then(|text| serde_json::from_str::<Identity>(text).ok());
+        if force || known.as_ref() != Some(identity) {
+            if there.is_some() {
+                if !force {
+                    return Err(another(out, known.as_ref(), identity).into());
                 }
-                let text = serde_json::to_string_pretty(identity).map_err(io::Error::from).map_err(fault)?;
-                files::write(&out.join(STUDY), (text + "\n").as_bytes()).map_err(fault)?;
+                std::fs::remove_dir_all(out.join(RUNS)).or_else(absent).map_err(fault)?;
             }
+            let text = serde_json::to_string_pretty(identity).map_err(io::Error::from).map_err(fault)?;
+            files::write(&out.join(STUDY), (text + "\n").as_bytes()).map_err(fault)?;
         }
         Dir::create(&out.join(RUNS)).map_err(fault)?;
         Ok(Self { out: out.to_owned(), _owner: owner, last: 0 })

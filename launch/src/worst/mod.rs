@@ -185,8 +185,7 @@ impl Work<'_> {
     }
 
     fn wait(&self, job: Job) -> Result<children::End, Stop> {
-        let grace = Some(children::GRACE_OF_RUN);
-        let rules = Rules { together: false, grace, limit: None, say: &mut |_| {} };
+        let rules = Rules { grace: Some(children::GRACE_OF_RUN), ..Rules::default() };
         Ok(children::one(job, rules, self.events)?.0)
     }
 
