@@ -2,7 +2,7 @@
 
 use crate::command_line::own_program;
 use crate::estimate;
-use crate::run::{self, Request};
+use crate::run;
 use crate::stop::Stop;
 use crate::{manual, reference, schema, status, trade, verify, worst};
 use clap::{CommandFactory, Parser, Subcommand};
@@ -12,11 +12,10 @@ use serde_json::json;
 use std::ffi::OsString;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
-use toolkit::arguments::{AnswerForm, ClusterArguments, EnsembleArguments, Input, Logging, Results};
+use toolkit::arguments::{AnswerForm, ClusterArguments, EnsembleArguments, Input, Logging};
 use toolkit::check::Format;
 use toolkit::exit::Exit;
 use toolkit::log::{self, LogFormat};
-use toolkit::program::Savings;
 use toolkit::provenance;
 use toolkit::screen::{complain, show};
 
@@ -36,17 +35,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     /// Run a scene: start the processes that it requires, watch them, write the results
-    Run {
-        #[command(flatten)]
-        input: Input,
-        #[command(flatten)]
-        results: Results,
-        /// Print nothing but errors
-        #[arg(long, conflicts_with = "log_format", help_heading = "Results")]
-        quiet: bool,
-        #[command(flatten)]
-        savings: Savings,
-    },
+    Run(run::Arguments),
     /// Check a scene: processes, critical time steps [s], windows, cost, warnings; start nothing
     Check {
         #[command(flatten)]
@@ -164,13 +153,7 @@ fn scene_as_command(first: Option<OsString>) -> Option<String> {
 
 fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
     match command {
-        Command::Run { input, results, quiet, savings } => run::run(&Request {
-            input,
-            results,
-            shortcuts: !savings.no_shortcuts,
-            quiet,
-            bar: !quiet && !json,
-        }),
+        Command::Run(arguments) => run::run(&arguments, json),
         Command::Check { input, resolved, answer } => {
             let checked = estimate::check(&input, resolved.as_deref(), answer.format);
             shown(checked.map(|text| (text, Exit::Done)), answer.format)

@@ -1,9 +1,9 @@
 //! `rockfall check`: what would run, critical steps, windows, cost, from the programs' own numbers.
 
+use crate::choice::Preset;
 use crate::events::Events;
 use crate::numbers::{Numbers, Side};
 use crate::prepared::Prepared;
-use crate::preset::Preset;
 use crate::record;
 use crate::stop::Stop;
 use interface_defs::diagnostic::{Diagnostic, Severity, code};

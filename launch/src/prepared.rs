@@ -1,12 +1,11 @@
 //! A scene before its start: who takes part, what each program says of it, and what was chosen where it leaves something open.
 
-use crate::choice;
+use crate::choice::{self, Chosen};
 use crate::events::Events;
 use crate::ground::Ground;
 use crate::kind;
 use crate::numbers::Numbers;
 use crate::plan::{Part, Plan};
-use crate::preset::Chosen;
 use crate::record;
 use crate::stop::Stop;
 use crate::validate::validate;

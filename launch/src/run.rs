@@ -12,6 +12,7 @@ use crate::resume::{self, Resume};
 use crate::stop::Stop;
 use crate::verdict::verdict;
 use crate::verify;
+use clap::Args;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc::{self, Wait};
 use std::ffi::OsString;
@@ -22,6 +23,7 @@ use toolkit::arguments::{Input, Results};
 use toolkit::exit::Exit;
 use toolkit::files::Dir;
 use toolkit::owner::{Claim, Owner};
+use toolkit::program::Savings;
 use toolkit::run_dir;
 use toolkit::scene::Scene;
 use toolkit::screen;
@@ -29,21 +31,24 @@ use toolkit::start_from;
 use toolkit::summary::{RunStatus, Summary};
 
 /// What the command line asks for.
-pub struct Request {
+#[derive(Debug, Args)]
+pub struct Arguments {
     /// The scene.
+    #[command(flatten)]
     pub input: Input,
     /// Where the results go.
+    #[command(flatten)]
     pub results: Results,
-    /// Use savings.
-    pub shortcuts: bool,
-    /// Print nothing but errors.
+    /// Print nothing but errors
+    #[arg(long, conflicts_with = "log_format", help_heading = "Results")]
     pub quiet: bool,
-    /// Draw a bar where there is a terminal.
-    pub bar: bool,
+    /// Which savings are used.
+    #[command(flatten)]
+    pub savings: Savings,
 }
 
 /// Validate, start, watch; the summary on the screen at the end.
-pub fn run(request: &Request) -> Result<Exit, Stop> {
+pub fn run(request: &Arguments, json: bool) -> Result<Exit, Stop> {
     let events = Events::watch()?;
     let home = |scene: &Scene| children::path(&request.results.dir.of(scene));
     let prepared = Prepared::of(&request.input, |scene| Some(home(scene)), &events)?;
@@ -79,7 +84,7 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
     if results.resume && !request.quiet {
         say(&resume, &out);
     }
-    let show = request.bar && std::io::stderr().is_terminal();
+    let show = !request.quiet && !json && io::stderr().is_terminal();
     let commands: Vec<(&str, Vec<OsString>)> = (plan.members.iter())
         .map(|m| (m.part.name(), words(m, &plan, request, &owner, (show, goes_on))))
         .collect();
@@ -256,7 +261,7 @@ fn with_warnings(mut summary: Summary, before: &[Diagnostic], out: &Path) -> Sum
 fn words(
     member: &Member,
     plan: &Plan,
-    request: &Request,
+    request: &Arguments,
     owner: &Owner,
     (show, goes_on): (bool, bool),
 ) -> Vec<OsString> {
@@ -284,7 +289,7 @@ fn words(
     if leads && show {
         option("--progress", "json".into());
     }
-    if !request.shortcuts {
+    if request.savings.no_shortcuts {
         words.push("--no-shortcuts".into());
     }
     if leads && goes_on {

@@ -2,11 +2,11 @@
 
 use super::base::Base;
 use super::directory::{Directory, Index, MEMBERS};
-use super::execute::compute;
 use super::gate;
 use super::journal::{Found, Journal, taken};
 use super::record::Record;
 use super::results::{self, design::Reliability};
+use super::runner::Runner;
 use super::settings::{STUDY, StudySettings};
 use super::summary::Numbers;
 use super::table::Table;
@@ -17,8 +17,11 @@ use interface_defs::diagnostic::{Diagnostic, Place, Severity, code};
 use interface_defs::ipc::interrupt;
 use interface_defs::ipc::serve::peak_memory;
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc::{Sender, channel};
 use std::time::{Duration, Instant};
 use toolkit::arguments::{EnsembleArguments, MemberRange};
 use toolkit::exit::Exit;
@@ -54,12 +57,13 @@ const LOOK: Duration = Duration::from_millis(100);
 struct Progress {
     reporter: Reporter,
     bar: bool,
-    lines: bool,
+    /// How often it is shown.
+    every: Duration,
     total: u64,
     done: u64,
     begun: Instant,
     before: u64,
-    shown: Option<Instant>,
+    shown: Instant,
 }
 
 impl Progress {
@@ -73,12 +77,8 @@ impl Progress {
             what: "members".into(),
             ..Line::default()
         });
-        let due = match self.bar {
-            true => self.shown.is_none_or(|shown| shown.elapsed() >= SHOWN),
-            false => self.lines && self.shown.unwrap_or(self.begun).elapsed() >= LINES,
-        };
-        if due {
-            self.shown = Some(Instant::now());
+        if self.shown.elapsed() >= self.every {
+            self.shown = Instant::now();
             let rate = (done - self.before) as f64 / self.begun.elapsed().as_secs_f64();
             let left = if rate > 0.0 { (end - done) as f64 / rate } else { 0.0 };
             let (from, to) = if self.bar { ("\r", "   ") } else { ("", "\n") };
@@ -87,7 +87,7 @@ impl Progress {
     }
 
     fn end(&self) {
-        if self.bar && self.shown.is_some() {
+        if self.bar && self.shown > self.begun {
             let _ = writeln!(io::stderr());
         }
     }
@@ -183,16 +183,14 @@ impl Study<'_> {
     }
 
     fn progress(&self, total: u64, before: u64) -> Progress {
-        Progress {
-            reporter: Reporter::new(self.arguments.progress),
-            bar: !self.arguments.quiet && io::stderr().is_terminal(),
-            lines: !self.arguments.quiet,
-            total,
-            done: before,
-            begun: Instant::now(),
-            before,
-            shown: None,
-        }
+        let (reporter, begun) = (Reporter::new(self.arguments.progress), Instant::now());
+        let bar = !self.arguments.quiet && io::stderr().is_terminal();
+        let every = match bar {
+            _ if self.arguments.quiet => Duration::MAX,
+            true => SHOWN,
+            false => LINES,
+        };
+        Progress { reporter, bar, every, total, done: before, begun, before, shown: begun }
     }
 
     fn fault(&self, what: impl std::fmt::Display) -> Diagnostic {
@@ -413,4 +411,55 @@ fn follow(base: &Base, index: &mut Index, table: &mut Table, due: u64) -> io::Re
         table.add(base, &base.member(number), &record)?;
     }
     Ok(())
+}
+
+/// Members that may be computed before one that takes long: what is known of them waits in memory.
+const AHEAD: usize = 4096;
+/// How long a core waits for the others before it looks again.
+const WAIT: Duration = Duration::from_millis(2);
+
+/// Compute the members `todo`, on `threads` threads; `take` gets them in that order. False: a signal, or `take`, has ended it.
+fn compute(base: &Base, todo: &[u64], threads: usize, mut take: impl FnMut(Record) -> bool) -> bool {
+    let (next, taken, ended) = (AtomicUsize::new(0), AtomicUsize::new(0), AtomicBool::new(false));
+    let (to_main, from_all) = channel::<(usize, Option<Record>)>();
+    let work = |to_main: Sender<(usize, Option<Record>)>| {
+        let mut runner = Runner::new(base);
+        loop {
+            let at = next.fetch_add(1, Ordering::Relaxed);
+            let Some(number) = todo.get(at) else { return };
+            while at > taken.load(Ordering::Relaxed) + AHEAD && !ended.load(Ordering::Relaxed) {
+                std::thread::sleep(WAIT);
+            }
+            if ended.load(Ordering::Relaxed) || interrupt::requested() {
+                let _ = to_main.send((at, None));
+                return;
+            }
+            let outcome = runner.run(&base.member(*number));
+            let record = outcome.map(|(outcome, track)| Record { number: *number, outcome, track });
+            let stop = record.is_none();
+            if to_main.send((at, record)).is_err() || stop {
+                return;
+            }
+        }
+    };
+    std::thread::scope(|scope| {
+        for _ in 0..threads {
+            let to_main = to_main.clone();
+            scope.spawn(|| work(to_main));
+        }
+        drop(to_main);
+        let mut early = BTreeMap::new();
+        let mut due = 0;
+        for (at, record) in from_all {
+            early.insert(at, record);
+            while let Some(record) = early.remove(&due) {
+                due += 1;
+                taken.store(due, Ordering::Relaxed);
+                if ended.load(Ordering::Relaxed) || !record.is_some_and(&mut take) {
+                    ended.store(true, Ordering::Relaxed);
+                }
+            }
+        }
+        due == todo.len() && !ended.load(Ordering::Relaxed)
+    })
 }
