@@ -87,7 +87,8 @@ pub enum Said<'a> {
     Seconds(u64),
 }
 
-/// How children are watched.
+/// How children are watched; by default each for itself, silently, and all are killed by a signal.
+#[derive(Default)]
 pub struct Rules<'a> {
     /// Whether the end of one ends all.
     pub together: bool,
@@ -96,7 +97,7 @@ pub struct Rules<'a> {
     /// They are ended after this time.
     pub limit: Option<Duration>,
     /// Who is told how far they are.
-    pub say: &'a mut dyn FnMut(Said),
+    pub say: Option<&'a mut dyn FnMut(Said)>,
 }
 
 /// How a process has ended.
@@ -149,17 +150,14 @@ impl End {
     }
 }
 
-/// SIGBUS.
-const BUS: i32 = Signal::BUS.as_raw();
-
 /// Exit code or signal, in words.
 pub fn how(status: ExitStatus) -> String {
     match (status.code(), status.signal()) {
         (Some(code), _) => format!("exit code {code}"),
-        (None, Some(BUS)) => format!(
-            "killed by signal {BUS}: memory that it had mapped could not be had, as on a full /dev/shm or disk"
-        ),
-        (None, Some(signal)) => format!("killed by signal {signal}"),
+        (None, Some(signal)) => {
+            let full = ": memory that it had mapped could not be had, as on a full /dev/shm or disk";
+            format!("killed by signal {signal}{}", if signal == Signal::BUS.as_raw() { full } else { "" })
+        }
         (None, None) => "an unknown status".into(),
     }
 }
@@ -193,19 +191,17 @@ pub fn watch(jobs: Vec<Job>, rules: Rules, events: &Events) -> Result<Outcome, S
         rules,
     };
     for (index, mut job) in jobs.into_iter().enumerate() {
-        match start(&mut job, index, &events.sender) {
-            Ok(running) => watch.running.push(running),
-            Err(e) => {
-                watch.press(Pressure::Killed);
-                watch.until_all_ended(events);
-                let program = job.command.get_program().display().to_string();
-                return Err(Stop::input(code::PROCESS, format!("{program} cannot be started: {e}")));
-            }
+        let started = start(&mut job, index, &events.sender).map(|running| watch.running.push(running));
+        if let Err(e) = started {
+            watch.press(Pressure::Killed);
+            watch.until_all_ended(events);
+            let program = job.command.get_program().display();
+            return Err(Stop::input(code::PROCESS, format!("{program} cannot be started: {e}")));
         }
     }
     watch.until_all_ended(events);
-    for (name, log) in watch.running.iter_mut().filter_map(|one| Some((&one.name, one.log.as_mut()?))) {
-        if let Err(e) = log.finish() {
+    for Running { name, log, .. } in &mut watch.running {
+        if let Some(Err(e)) = log.as_mut().map(Log::finish) {
             tracing::warn!("the log of {name} cannot be shortened: {e}");
         }
     }
@@ -225,18 +221,13 @@ pub fn one(job: Job, rules: Rules, events: &Events) -> Result<(End, bool), Stop>
 pub fn ask(program: &Path, arguments: &[OsString], events: &Events) -> Result<String, Stop> {
     let mut command = Command::new(program);
     command.args(arguments);
-    one(Job::of(command), Rules { together: false, grace: None, limit: None, say: &mut |_| {} }, events)?
-        .0
-        .text()
+    one(Job::of(command), Rules::default(), events)?.0.text()
 }
 
 /// A path as an argument, which no program takes for an option.
 pub fn path(path: &Path) -> PathBuf {
-    if path.as_os_str().as_encoded_bytes().starts_with(b"-") {
-        Path::new(".").join(path)
-    } else {
-        path.into()
-    }
+    let option = path.as_os_str().as_encoded_bytes().starts_with(b"-");
+    if option { Path::new(".").join(path) } else { path.into() }
 }
 
 /// The scene and its `--set`s as arguments.
@@ -358,7 +349,7 @@ impl Watch<'_> {
             }
             let next = [self.deadline, self.limit].into_iter().flatten().fold(self.says, Instant::min);
             match events.receiver.recv_timeout(next.min(self.looks).saturating_duration_since(now)) {
-                Ok(Event::Progress(line)) => (self.rules.say)(Said::Line(&line)),
+                Ok(Event::Progress(line)) => self.say(Said::Line(&line)),
                 Ok(Event::Ended(index, output)) => self.ended(index, output),
                 Ok(Event::Signal) => self.signalled(),
                 Err(RecvTimeoutError::Timeout) => self.timed_out(Instant::now()),
@@ -367,10 +358,16 @@ impl Watch<'_> {
         }
     }
 
+    fn say(&mut self, what: Said) {
+        if let Some(say) = &mut self.rules.say {
+            say(what);
+        }
+    }
+
     fn timed_out(&mut self, now: Instant) {
         if self.says <= now {
             self.says = now + SAID;
-            (self.rules.say)(Said::Seconds(self.begun.elapsed().as_secs()));
+            self.say(Said::Seconds(self.begun.elapsed().as_secs()));
         }
         if self.limit.is_some_and(|limit| limit <= now) {
             self.limit = None;
@@ -390,12 +387,9 @@ impl Watch<'_> {
         // away: as long as one of the group lives it is taken, and else this comes at once.
         let _ = kill_process_group(one.group, Signal::KILL);
         // Waiting fails only for what is no child; then nothing is known of it.
-        let (status, stdout, stderr) =
-            output.map(|output| (output.status, output.stdout, output.stderr)).unwrap_or_default();
-        let forced = self.pressure > Pressure::None;
-        let name = one.name.clone();
-        tracing::info!("{name} ended: {status}");
-        let errors = one.errors.read();
+        let (status, stdout, stderr) = output.map(|it| (it.status, it.stdout, it.stderr)).unwrap_or_default();
+        tracing::info!("{} ended: {status}", one.name);
+        let (name, forced, errors) = (one.name.clone(), self.pressure > Pressure::None, one.errors.read());
         self.outcome.ends.push(End { index, name, status, forced, stdout, stderr, errors });
         if self.rules.together {
             self.within(if index > 0 && status.success() { GRACE_AFTER_SUCCESS } else { GRACE });

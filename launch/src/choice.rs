@@ -3,10 +3,14 @@
 //! Weak coupling where its longest window is about as long as the steps of the structure, which it then costs nothing to
 //! exchange at; else strong coupling, whose windows are limited by what they resolve. Measured on the drop test, the cable
 //! net and the barrier: `tests/tests/defaults.rs`.
+//!
+//! Presets of `[coupling]` name accuracy and cost.
+//!
+//! All presets let the net yield inside the contact solver, in windows of ten steps of the structure: measured on the drop test, the
+//! cable net and the barrier, that is the longest window whose first pass is accepted (`docs/coupling.md`).
 
 use crate::numbers::Numbers;
 use crate::plan::{Part, Plan};
-use crate::preset::Preset;
 use crate::stability;
 use interface_defs::diagnostic::Diagnostic;
 use toml::{Table, Value};
@@ -20,32 +24,6 @@ const RESOLVED: f64 = 1e-4;
 const PARTS: u32 = 2;
 /// Shortest weak window that is cheaper than strong coupling: [s], and over the structure's step.
 const WORTH: (f64, f64) = (4e-5, 0.5);
-
-/// A value that the scene leaves open, and that was chosen.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Chosen {
-    /// Table and key.
-    pub key: (&'static str, &'static str),
-    /// The value.
-    pub value: Value,
-}
-
-impl Chosen {
-    /// Whether a scene would name it; what is for messages alone is none of its choices.
-    pub fn is_of_scene(&self) -> bool {
-        self.key.1 != "longest_weak_window"
-    }
-
-    /// As a person reads it.
-    pub fn text(&self) -> String {
-        let value = match &self.value {
-            Value::Float(number) => short(*number),
-            Value::String(text) => text.clone(),
-            other => other.to_string(),
-        };
-        format!("{}.{} = {value}", self.key.0, self.key.1)
-    }
-}
 
 /// Choose what `scene` leaves open, and write it into the reports of the programs. Nothing if it is not coupled.
 pub fn complete(
@@ -61,13 +39,13 @@ pub fn complete(
     let document = scene.document()?;
     let open = Open::of(&document);
     let preset = Preset::of(&document);
-    let mut chosen = Vec::new();
-    if let Some(preset) = preset {
-        chosen = preset.choose(scene, plan, &numbers)?;
-    } else if open.scheme || open.window {
-        chosen = coupling(scene, open, &numbers)?;
-    }
-    let weak = numbers.weak_with(&chosen);
+    let mut chosen = match preset {
+        Some(preset) => preset.choose(scene, plan, &numbers)?,
+        None if open.scheme || open.window => coupling(scene, open, &numbers)?,
+        None => Vec::new(),
+    };
+    let scheme = chosen.iter().find(|c| c.key == ("coupling", "scheme"));
+    let weak = scheme.map_or(numbers.weak, |c| c.value.as_str() == Some("weak"));
     if weak && let Some(limit) = numbers.limit {
         chosen.push(Chosen {
             key: ("coupling", "longest_weak_window"),
@@ -116,18 +94,20 @@ fn coupling(scene: &Scene, open: Open, numbers: &Numbers) -> Result<Vec<Chosen>,
     let named = numbers.window.filter(|_| !open.window);
     let longest = numbers.limit.map(|limit| limit.window);
     let unknown = || {
-        if numbers.is_static {
-            let what = "scheme and time_window are not given and cannot be computed: a structure in statics has no masses that \
-                        limit a window";
-            return scene.invalid("fem.integrator", what).try_instead(
+        let (key, why, cure) = match numbers.is_static {
+            true => (
+                "fem.integrator",
+                "a structure in statics has no masses that limit a window",
                 "write integrator = \"central_difference\", or scheme and time_window of [coupling]",
-            );
-        }
-        let what = "scheme and time_window are not given and cannot be computed: a solver does not report the numbers of its \
-                    contact or of its structure";
-        scene
-            .invalid("coupling", what)
-            .try_instead("add [coupling] with scheme = \"weak\" or \"strong\" and time_window in seconds")
+            ),
+            false => (
+                "coupling",
+                "a solver does not report the numbers of its contact or of its structure",
+                "add [coupling] with scheme = \"weak\" or \"strong\" and time_window in seconds",
+            ),
+        };
+        let what = format!("scheme and time_window are not given and cannot be computed: {why}");
+        scene.invalid(key, what).try_instead(cure)
     };
     let weak = if !open.scheme {
         numbers.weak
@@ -183,21 +163,6 @@ fn of_whole_steps(most: f64, own: Option<f64>) -> f64 {
     }
 }
 
-/// `value`, its first two digits.
-pub fn two_digits(value: f64) -> f64 {
-    let power = value.log10().floor() as i32 - 1;
-    // Read from text, so that the number is the one that a person would write.
-    format!("{}e{power}", (value / 10.0_f64.powi(power) * (1.0 + 1e-9)).floor()).parse().unwrap_or(value)
-}
-
-impl Numbers {
-    /// Whether the coupling is weak, with what was chosen.
-    fn weak_with(&self, chosen: &[Chosen]) -> bool {
-        let scheme = chosen.iter().find(|c| c.key == ("coupling", "scheme"));
-        scheme.map_or(self.weak, |c| c.value.as_str() == Some("weak"))
-    }
-}
-
 /// Write a choice into the report of the program whose table it is in.
 fn enter(choice: &Chosen, reports: &mut [(Part, CheckReport)]) {
     let (table, key) = choice.key;
@@ -215,8 +180,156 @@ fn enter(choice: &Chosen, reports: &mut [(Part, CheckReport)]) {
             entry.remove("time_step_scale");
         }
     }
-    if let Some(value) = choice.value.as_float() {
-        let name = format!("{key}_s");
-        report.numbers.insert(name, value);
+    report.numbers.extend(choice.value.as_float().map(|value| (format!("{key}_s"), value)));
+}
+
+/// A value that the scene leaves open, and that was chosen.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chosen {
+    /// Table and key.
+    pub key: (&'static str, &'static str),
+    /// The value.
+    pub value: Value,
+}
+
+impl Chosen {
+    /// Whether a scene would name it; what is for messages alone is none of its choices.
+    pub fn is_of_scene(&self) -> bool {
+        self.key.1 != "longest_weak_window"
     }
+
+    /// As a person reads it.
+    pub fn text(&self) -> String {
+        let value = match &self.value {
+            Value::Float(number) => short(*number),
+            Value::String(text) => text.clone(),
+            other => other.to_string(),
+        };
+        format!("{}.{} = {value}", self.key.0, self.key.1)
+    }
+}
+
+/// A preset.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Preset {
+    /// Name in the scene.
+    pub name: &'static str,
+    /// Parts of a window.
+    pub samples: u32,
+    /// Share of the window's increment by which both motions of the net may differ.
+    pub share: f64,
+    /// Step of the structure over the one that it takes by itself.
+    pub structure: f64,
+    /// Longest step of the contact solver times the frequency of the stiffest contact on the lightest node of the net.
+    pub contact: f64,
+    /// Bounds [%] that the deviations of deflection and `max_reaction_1ms` and the energy error kept when measured.
+    pub measured: [f64; 3],
+}
+
+/// All, the fastest first. What was measured: `docs/coupling.md`, held by `tests/tests/presets.rs`.
+pub const PRESETS: [Preset; 3] = [
+    Preset { name: "fast", samples: 5, share: 0.3, structure: 1.2, contact: 0.7, measured: [0.05, 0.5, 0.5] },
+    Preset {
+        name: "balanced",
+        samples: 10,
+        share: 0.2,
+        structure: 1.0,
+        contact: 0.4,
+        measured: [0.05, 0.5, 1.1],
+    },
+    Preset {
+        name: "accurate",
+        samples: 10,
+        share: 0.02,
+        structure: 0.5,
+        contact: 0.16,
+        measured: [0.05, 0.5, 0.1],
+    },
+];
+
+/// Steps of the structure in a window.
+const STEPS: f64 = 10.0;
+/// Longest window [s]: what reactions are averaged over.
+const LONGEST: f64 = 1e-3;
+
+impl Preset {
+    /// The one that a scene names, if it names one.
+    pub fn of(document: &Table) -> Option<Self> {
+        let name = document.get("coupling")?.get("preset")?.as_str()?;
+        PRESETS.into_iter().find(|preset| preset.name == name)
+    }
+
+    /// What it sets and the scene leaves open.
+    pub fn choose(self, scene: &Scene, plan: &Plan, numbers: &Numbers) -> Result<Vec<Chosen>, Diagnostic> {
+        let document = scene.document()?;
+        let named = |table: &str, key: &str| document.get(table).and_then(|t| t.get(key));
+        let own = numbers.net.step.filter(|step| step.is_finite() && !numbers.is_static);
+        let refused = [
+            (
+                plan.members.iter().any(|member| member.foreign),
+                "a preset is for the solvers of this project: of another program neither its steps are known nor whether it offers \
+                 what a yielding net takes",
+                "leave the preset out, and name scheme and time_window",
+            ),
+            (
+                named("coupling", "scheme").and_then(Value::as_str) == Some("weak"),
+                "a preset lets the net yield inside the contact solver, which weak coupling does not",
+                "keep one of preset and scheme",
+            ),
+            (
+                named("coupling", "yielding_net").and_then(Value::as_bool) == Some(false),
+                "a preset lets the net yield inside the contact solver, and yielding_net = false does not",
+                "keep one of preset and yielding_net",
+            ),
+            (
+                own.is_none(),
+                "a preset needs steps of the structure in time: statics have none",
+                "write integrator = \"central_difference\", or leave the preset out",
+            ),
+        ];
+        if let Some((_, what, cure)) = refused.into_iter().find(|(refused, ..)| *refused) {
+            return Err(scene.invalid("coupling.preset", what).try_instead(cure));
+        }
+        let own = own.unwrap_or(f64::NAN);
+        let open = |table: &str, key: &str| named(table, key).is_none();
+        let step = if open("fem", "time_step") { self.structure * own } else { own };
+        let window = numbers.window.filter(|_| !open("coupling", "time_window"));
+        let window = window.unwrap_or(two_digits((STEPS * step).min(LONGEST)));
+        let samples = if open("coupling", "samples") { self.samples } else { numbers.samples };
+        let part = window / f64::from(samples);
+        let divide = |longest: f64| part / stability::steps(part, longest) as f64;
+        let on_node = numbers.node_mass.zip(numbers.stiffness).map(|(m, k)| self.contact * (m / k).sqrt());
+        let longest = [numbers.contact.longest, on_node].into_iter().flatten().fold(part, f64::min);
+        let contact = divide(longest);
+        let all: [((&str, &str), Value); 7] = [
+            (("coupling", "scheme"), "strong".into()),
+            (("coupling", "yielding_net"), true.into()),
+            (("coupling", "time_window"), window.into()),
+            (("coupling", "samples"), i64::from(samples).into()),
+            (("coupling", "yielding_share"), self.share.into()),
+            (("dem", "time_step"), contact.into()),
+            (("fem", "time_step"), divide(step).into()),
+        ];
+        let by_steps = document.contains_key("terrain") || !open("dem", "steps_per_contact");
+        let left = |key: &(&str, &str)| open(key.0, key.1) && !(*key == ("dem", "time_step") && by_steps);
+        let left = all.into_iter().filter(|(key, _)| left(key));
+        Ok(left.map(|(key, value)| Chosen { key, value }).collect())
+    }
+
+    /// What is known of it, for `rockfall check`.
+    pub fn quote(self) -> String {
+        let [deflection, reaction, energy] = self.measured;
+        format!(
+            "{}: deflection within {deflection} %, reaction (1 ms) within {reaction} %, energy within {energy} % on the drop test and \
+             the barrier (docs/coupling.md)",
+            self.name
+        )
+    }
+}
+
+/// `value`, its first two digits.
+pub fn two_digits(value: f64) -> f64 {
+    let power = value.log10().floor() as i32 - 1;
+    // Read from text, so that the number is the one that a person would write.
+    format!("{}e{power}", (value / 10.0_f64.powi(power) * (1.0 + 1e-9)).floor()).parse().unwrap_or(value)
 }

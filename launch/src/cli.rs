@@ -2,7 +2,7 @@
 
 use crate::command_line::own_program;
 use crate::estimate;
-use crate::run::{self, Request};
+use crate::run;
 use crate::stop::Stop;
 use crate::{manual, reference, schema, status, trade, verify, worst};
 use clap::{CommandFactory, Parser, Subcommand};
@@ -12,11 +12,10 @@ use serde_json::json;
 use std::ffi::OsString;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
-use toolkit::arguments::{AnswerForm, ClusterArguments, EnsembleArguments, Input, Logging, Results};
+use toolkit::arguments::{AnswerForm, ClusterArguments, EnsembleArguments, Input, Logging};
 use toolkit::check::Format;
 use toolkit::exit::Exit;
 use toolkit::log::{self, LogFormat};
-use toolkit::program::Savings;
 use toolkit::provenance;
 use toolkit::screen::{complain, show};
 
@@ -36,17 +35,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     /// Run a scene: start the processes that it requires, watch them, write the results
-    Run {
-        #[command(flatten)]
-        input: Input,
-        #[command(flatten)]
-        results: Results,
-        /// Print nothing but errors
-        #[arg(long, conflicts_with = "log_format", help_heading = "Results")]
-        quiet: bool,
-        #[command(flatten)]
-        savings: Savings,
-    },
+    Run(run::Arguments),
     /// Check a scene: processes, critical time steps [s], windows, cost, warnings; start nothing
     Check {
         #[command(flatten)]
@@ -164,13 +153,7 @@ fn scene_as_command(first: Option<OsString>) -> Option<String> {
 
 fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
     match command {
-        Command::Run { input, results, quiet, savings } => run::run(&Request {
-            input,
-            results,
-            shortcuts: !savings.no_shortcuts,
-            quiet,
-            bar: !quiet && !json,
-        }),
+        Command::Run(arguments) => run::run(&arguments, json),
         Command::Check { input, resolved, answer } => {
             let checked = estimate::check(&input, resolved.as_deref(), answer.format);
             shown(checked.map(|text| (text, Exit::Done)), answer.format)
@@ -201,9 +184,7 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
             if removed.is_empty() {
                 show("nothing to remove: no dead run has left anything behind\n");
             }
-            for id in removed {
-                show(&format!("removed what run {id} left behind\n"));
-            }
+            removed.iter().for_each(|id| show(&format!("removed what run {id} left behind\n")));
             Ok(Exit::Done)
         }
     }
@@ -236,16 +217,11 @@ fn print_manual(dir: Option<&Path>) -> Result<Exit, Stop> {
     Ok(Exit::Done)
 }
 
-/// The arguments of this process after `word`, as they were given.
-fn arguments_after(word: &str) -> Vec<OsString> {
-    std::env::args_os().skip(1).skip_while(|argument| argument != word).skip(1).collect()
-}
-
 /// Become a program of this project beside this one: signals reach it, and it ends with its own code.
 fn become_program(program: &str, command: &str) -> Result<Exit, Stop> {
     // It returns only where the program cannot be started.
-    let e =
-        std::process::Command::new(own_program(program)?).arg(command).args(arguments_after(command)).exec();
+    let own = std::env::args_os().skip(1).skip_while(|argument| argument != command);
+    let e = std::process::Command::new(own_program(program)?).args(own).exec();
     Err(Stop::input(code::PROCESS, format!("{program} cannot be started: {e}")))
 }
 

@@ -33,12 +33,10 @@ pub fn split(text: &str) -> Result<Vec<String>, String> {
 pub fn find(name: &str, base: &Path) -> Result<PathBuf, String> {
     if name.contains('/') {
         let path = base.join(name);
-        return if is_program(&path) {
-            Ok(path)
-        } else if path.exists() {
-            Err(format!("{} is not a program that may be started", path.display()))
-        } else {
-            Err(format!("there is no program {}", path.display()))
+        return match path.exists() {
+            _ if is_program(&path) => Ok(path),
+            true => Err(format!("{} is not a program that may be started", path.display())),
+            false => Err(format!("there is no program {}", path.display())),
         };
     }
     let own = own_directory();

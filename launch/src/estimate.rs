@@ -1,9 +1,9 @@
 //! `rockfall check`: what would run, critical steps, windows, cost, from the programs' own numbers.
 
+use crate::choice::Preset;
 use crate::events::Events;
 use crate::numbers::{Numbers, Side};
 use crate::prepared::Prepared;
-use crate::preset::Preset;
 use crate::record;
 use crate::stop::Stop;
 use interface_defs::diagnostic::{Diagnostic, Severity, code};
@@ -52,10 +52,8 @@ impl Prepared {
             let program = member.program.display();
             let _ = writeln!(text, "\n{}: {program} {}", member.part.name(), member.arguments.join(" "));
             match self.report(member.part) {
-                Some(report) => report.builds.iter().for_each(|line| {
-                    let _ = writeln!(text, "  {line}");
-                }),
-                None => text.push_str("  named by the scene: it is not asked, and starts as it is\n"),
+                Some(report) => report.builds.iter().for_each(|line| text += &format!("  {line}\n")),
+                None => text += "  named by the scene: it is not asked, and starts as it is\n",
             }
         }
         text.push('\n');
@@ -102,25 +100,19 @@ impl Numbers {
                 let _ = writeln!(text, "{name:<28} {} s{note}", short(critical));
             }
         };
+        let of = |before: &str, value: Option<f64>, unit: &str| {
+            value.map_or(String::new(), |v| format!("{before}{} {unit}", short(v)))
+        };
         let own = |side: &Side| {
-            let loaded =
-                side.loaded.map_or(String::new(), |step| format!(" at rest, {} s loaded", short(step)));
-            loaded + &side.step.map_or(String::new(), |step| format!("; its own step is {} s", short(step)))
+            of(" at rest, ", side.loaded, "s loaded") + &of("; its own step is ", side.step, "s")
         };
         line("critical step, net", self.net.critical, own(&self.net));
         line("critical step, contact", self.contact.critical, own(&self.contact));
-        let of =
-            |value: Option<f64>, unit: &str| value.map_or(String::new(), |v| format!("{} {unit}", short(v)));
-        let mass = of(self.node_mass, "kg");
-        let stiffness = of(self.stiffness, "N/m");
-        line(
-            "critical step, together",
-            self.together(),
-            format!("; a contact of {stiffness} on a node of {mass}"),
-        );
+        let (stiffness, mass) = (of("", self.stiffness, "N/m"), of("", self.node_mass, "kg"));
+        let note = format!("; a contact of {stiffness} on a node of {mass}");
+        line("critical step, together", self.together(), note);
         if let Some(limit) = self.limit {
-            let note = format!("; what sets it: {}", limit.cause);
-            line("longest weak window", Some(limit.window), note);
+            line("longest weak window", Some(limit.window), format!("; what sets it: {}", limit.cause));
         }
         text
     }
@@ -149,11 +141,9 @@ impl Numbers {
             }
         }
         let per = if self.weak { "" } else { " for one coupling iteration per window" };
-        let without = if unknown.is_empty() {
-            String::new()
-        } else {
-            format!(" and the steps of the {}, which are not known", unknown.join(" and the "))
-        };
+        let unknown = (!unknown.is_empty()).then(|| unknown.join(" and the "));
+        let without =
+            unknown.map_or("".into(), |of| format!(" and the steps of the {of}, which are not known"));
         let cost = self.expected_cost().unwrap_or(f64::NAN);
         line("expected cost", format!("up to {} s of wall time{per}{without}", short(cost)));
         text
@@ -179,12 +169,10 @@ impl Numbers {
         let seconds = |side: &Side| side.seconds.zip(side.step).map_or(0.0, |(seconds, step)| seconds / step);
         let (net, contact) = (seconds(&self.net), seconds(&self.contact));
         let exchange = self.seconds_per_exchange.zip(self.window).map_or(0.0, |(s, window)| 2.0 * s / window);
-        let key = if exchange > net.max(contact) {
-            "coupling.time_window"
-        } else if net >= contact {
-            "fem.time_step"
-        } else {
-            "dem.time_step"
+        let key = match () {
+            () if exchange > net.max(contact) => "coupling.time_window",
+            () if net >= contact => "fem.time_step",
+            () => "dem.time_step",
         };
         let days = short((cost / 86_400.0).round());
         let what = format!("the run would take some {days} days of wall time, most of it because of {key}");
@@ -199,14 +187,11 @@ impl Numbers {
     pub fn of_window(&self) -> Option<Diagnostic> {
         let (window, limit) = (self.window?, self.limit?);
         (self.weak && window > limit.window).then(|| {
+            let [k, m] = [self.stiffness, self.node_mass].map(|known| short(known.unwrap_or(f64::NAN)));
+            let (window, cause, longest) = (short(window), limit.cause, short(limit.window));
             let what = format!(
-                "weak coupling with a window of {} s is wrong where a contact becomes as stiff as {} N/m on a node of {} kg: {} sets the \
-                 limit there, {} s",
-                short(window),
-                short(self.stiffness.unwrap_or(f64::NAN)),
-                short(self.node_mass.unwrap_or(f64::NAN)),
-                limit.cause,
-                short(limit.window)
+                "weak coupling with a window of {window} s is wrong where a contact becomes as stiff as {k} N/m on a node of {m} kg: \
+                 {cause} sets the limit there, {longest} s"
             );
             Diagnostic::warning(code::TIME_STEP, what)
                 .about("coupling.time_window")

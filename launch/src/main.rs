@@ -43,7 +43,6 @@ mod manual;
 mod numbers;
 mod plan;
 mod prepared;
-mod preset;
 mod progress;
 mod record;
 mod reference;

@@ -37,15 +37,6 @@ impl Part {
     }
 }
 
-/// The command line that a scene names for a part.
-fn command(processes: &Processes, part: Part) -> Option<&str> {
-    match part {
-        Part::Dem => processes.dem.as_deref(),
-        Part::Fem => processes.fem.as_deref(),
-        Part::Coupler => processes.coupler.as_deref(),
-    }
-}
-
 /// A program that takes part.
 #[derive(Debug, Clone)]
 pub struct Member {
@@ -79,12 +70,9 @@ impl Plan {
             (true, false) => &[Part::Dem],
             (false, true) => &[Part::Fem],
             (false, false) => {
-                let file = scene.path().display().to_string();
-                return Err(Diagnostic::in_file(
-                    file,
-                    "the scene has neither a rock nor a structure: nothing would run",
-                )
-                .try_instead("add [[rock]], [structure] or both"));
+                let what = "the scene has neither a rock nor a structure: nothing would run";
+                let nothing = Diagnostic::in_file(scene.path().display().to_string(), what);
+                return Err(nothing.try_instead("add [[rock]], [structure] or both"));
             }
         };
         unused(scene, &processes)?;
@@ -121,12 +109,7 @@ fn unused(scene: &Scene, processes: &Processes) -> Result<(), Diagnostic> {
         ("contact", dem || touches, untouched, "add [terrain], [box], [structure] or a second [[rock]]"),
         ("gauge", fem, "the scene has no [structure] to measure", "add [structure]"),
         ("fem", fem, "the scene has no [structure]", "add [structure]"),
-        (
-            "start_from",
-            fem,
-            "the scene has no [structure] that could start from another run",
-            "add [structure]",
-        ),
+        ("start_from", fem, "the scene has no [structure] that could start from a run", "add [structure]"),
         ("coupling", both, one_side, "add the other"),
         ("processes.coupler", both, one_side, "add the other"),
     ];
@@ -134,23 +117,24 @@ fn unused(scene: &Scene, processes: &Processes) -> Result<(), Diagnostic> {
         Some(_) => processes.coupler.is_some(),
         None => scene.has(key),
     };
-    match all.iter().find(|(key, used, ..)| !used && there(key)) {
-        Some((key, _, why, cure)) => {
-            let name = match *key {
-                "contact" | "gauge" => format!("[[{key}]]"),
-                "processes.coupler" | "start_from" => format!("`{key}`"),
-                _ => format!("[{key}]"),
-            };
-            Err(scene
-                .invalid(key, format!("nothing will use {name}: {why}"))
-                .try_instead(format!("{cure}, or leave {name} out")))
-        }
-        None => Ok(()),
-    }
+    let found = all.iter().find(|(key, used, ..)| !used && there(key));
+    let Some((key, _, why, cure)) = found else { return Ok(()) };
+    let name = match *key {
+        "contact" | "gauge" => format!("[[{key}]]"),
+        "processes.coupler" | "start_from" => format!("`{key}`"),
+        _ => format!("[{key}]"),
+    };
+    let unused = scene.invalid(key, format!("nothing will use {name}: {why}"));
+    Err(unused.try_instead(format!("{cure}, or leave {name} out")))
 }
 
 fn member(part: Part, processes: &Processes, scene: &Scene) -> Result<Member, Diagnostic> {
-    let Some(line) = command(processes, part) else {
+    let named = match part {
+        Part::Dem => &processes.dem,
+        Part::Fem => &processes.fem,
+        Part::Coupler => &processes.coupler,
+    };
+    let Some(line) = named else {
         let program = own_program(part.program())?;
         return Ok(Member { part, program, arguments: Vec::new(), foreign: false });
     };

@@ -1,9 +1,15 @@
-//! The bar on a terminal: simulated time, windows, iterations, residual, expected end.
+//! How far a run is: the bar on a terminal (simulated time, windows, iterations, residual, expected end), and by its files.
 
 use indicatif::{ProgressBar, ProgressStyle};
+use std::io::{Read, Seek, SeekFrom};
+use std::path::Path;
 use std::time::{Duration, Instant};
+use toolkit::files;
 use toolkit::progress::Line;
+use toolkit::run_dir::{HISTORY, SCENE};
 
+/// Bytes at the end of a table in which its last row is looked for.
+const TAIL: u64 = 1 << 16;
 /// Parts of the bar's length.
 const PARTS: u64 = 1000;
 
@@ -66,6 +72,34 @@ fn describe(line: &Line, left: Option<f64>) -> String {
         text += &format!(", {left:.0} s left");
     }
     text
+}
+
+/// How far the run in a directory is by its last row.
+pub fn far(dir: &Path) -> String {
+    let time = || -> Option<f64> { last_row(&dir.join(HISTORY))?.split(',').next()?.parse().ok() };
+    let Some(time) = time() else { return "no row yet".into() };
+    let share =
+        end_time(dir).map_or(String::new(), |end| format!(" of {end} s, {:.1} %", 100.0 * time / end));
+    format!("{time:.4} s{share}")
+}
+
+/// The last whole row of a table.
+fn last_row(path: &Path) -> Option<String> {
+    let mut file = files::source(path).ok()?;
+    let length = file.metadata().ok()?.len();
+    file.seek(SeekFrom::Start(length.saturating_sub(TAIL))).ok()?;
+    let mut bytes = Vec::new();
+    file.read_to_end(&mut bytes).ok()?;
+    let text = String::from_utf8_lossy(&bytes);
+    let whole = &text[..=text.rfind('\n')?];
+    whole.lines().next_back().map(str::to_owned)
+}
+
+/// `end_time` of the scene as it was resolved.
+fn end_time(dir: &Path) -> Option<f64> {
+    let text = files::read_text(&dir.join(SCENE)).ok()?;
+    let end = text.parse::<toml::Table>().ok()?.remove("end_time")?;
+    end.as_float().or_else(|| end.as_integer().map(|i| i as f64))
 }
 
 #[cfg(test)]

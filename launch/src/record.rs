@@ -3,7 +3,7 @@
 use crate::plan::{Part, Plan};
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::ipc::RunId;
-use serde_json::json;
+use serde_json::{Map, Value, json};
 use std::ffi::OsString;
 use std::io;
 use std::path::Path;
@@ -29,8 +29,7 @@ pub fn resolved(scene: &Scene, plan: &Plan, reports: &[(Part, CheckReport)]) -> 
     table.insert("output".into(), Table::try_from(Output::of(scene)?).map_err(fault)?.into());
     table.insert("limits".into(), Table::try_from(Limits::of(scene)?).map_err(fault)?.into());
     // The coupler has filled in its defaults; the command lines are known best here.
-    let mut processes =
-        table.remove("processes").and_then(|p| p.try_into::<Table>().ok()).unwrap_or_default();
+    let mut processes: Table = table.remove("processes").and_then(|p| p.try_into().ok()).unwrap_or_default();
     if plan.is_coupled() || scene.has("processes") {
         processes.extend(Table::try_from(&plan.processes).map_err(fault)?);
     }
@@ -87,21 +86,18 @@ pub fn write_run(
     commands: &[(&str, Vec<OsString>)],
 ) -> io::Result<()> {
     let hashes = hashes(scene, table)?;
-    let shown = |words: &mut dyn Iterator<Item = &OsString>| -> Vec<String> {
-        words.map(|word| word.to_string_lossy().into_owned()).collect()
+    let shown = |word: &OsString| word.to_string_lossy().into_owned();
+    let each = |of: &dyn Fn(&[OsString]) -> Value| -> Map<String, Value> {
+        commands.iter().map(|(name, words)| ((*name).to_owned(), of(words))).collect()
     };
-    let processes: serde_json::Map<_, _> =
-        commands.iter().map(|(name, words)| ((*name).to_owned(), json!(shown(&mut words.iter())))).collect();
+    let processes = each(&|words| words.iter().map(shown).collect());
     // What a scene names need not be readable to be started.
     let hash = |program: &OsString| provenance::program(Path::new(program)).ok();
-    let programs: serde_json::Map<_, _> = (commands.iter())
-        .filter_map(|(name, words)| Some(((*name).to_owned(), words.first()?)))
-        .map(|(name, program)| (name, json!({ "path": program.to_string_lossy(), "hash": hash(program) })))
-        .collect();
+    let programs = each(&|words| json!({ "path": shown(&words[0]), "hash": hash(&words[0]) }));
     let record = json!({
         "version": env!("CARGO_PKG_VERSION"),
         "build": build_id(),
-        "command_line": shown(&mut std::env::args_os().collect::<Vec<_>>().iter()),
+        "command_line": std::env::args_os().map(|word| shown(&word)).collect::<Vec<_>>(),
         "run": run.to_string(),
         "processes": processes,
         "programs": programs,
@@ -112,14 +108,14 @@ pub fn write_run(
 }
 
 /// Hashes of the scene's file, as it was read, and of every file that it names, by path.
-pub fn hashes(scene: &Scene, table: &Table) -> io::Result<serde_json::Map<String, serde_json::Value>> {
+pub fn hashes(scene: &Scene, table: &Table) -> io::Result<Map<String, Value>> {
     let mut inputs = named_files(table);
     // A directory stands for the file in it that is read.
     if let Some(origin) = Origin::of(scene).map_err(io::Error::other)? {
         let state = std::path::absolute(origin.run.join(run_dir::STRUCTURE_STATE))?;
         inputs.extend(state.is_file().then_some(state));
     }
-    let mut hashes = serde_json::Map::new();
+    let mut hashes = Map::new();
     let mut note = |path: &Path, bytes: &[u8]| {
         hashes.insert(path.display().to_string(), input_file::hash(bytes).into());
     };

@@ -36,6 +36,12 @@ Errors and warnings are objects with `severity` (`note`, `warning` or `error`), 
 
 ";
 
+const MEASURES: &str = "\
+Measures, each with `value`, `unit` and, where it has one, `time_s`. With several rocks those of a rock begin with `<rock>_`. What is \
+absent has its reason in `warnings`.
+
+";
+
 /// The whole page: of a scene, of a study, of the results.
 pub fn text(share: &Share, study: &Share) -> String {
     let mut page = Page { share, text: HEAD.into() };
@@ -92,9 +98,8 @@ impl<'a> Kind<'a> {
         match self {
             Self::Plain(name) => name.clone(),
             Self::Names(_) => "name".into(),
-            Self::Table { many: false, .. } | Self::Tagged { many: false, .. } => "table, below".into(),
-            Self::Table { many: true, .. } | Self::Tagged { many: true, .. } => {
-                "list of tables, below".into()
+            Self::Table { many, .. } | Self::Tagged { many, .. } => {
+                if *many { "list of tables, below" } else { "table, below" }.into()
             }
         }
     }
@@ -235,13 +240,8 @@ impl<'a> Page<'a> {
                     let _ = write!(text, "<br>`{name}`: {meaning}");
                 }
             }
-            let _ = writeln!(
-                self.text,
-                "| `{key}` | {} | {unit} | {} | {} |",
-                kind.name(),
-                cell(&default),
-                cell(&text)
-            );
+            let (kind, default, text) = (kind.name(), cell(&default), cell(&text));
+            let _ = writeln!(self.text, "| `{key}` | {kind} | {unit} | {default} | {text} |");
         }
     }
 
@@ -252,24 +252,15 @@ impl<'a> Page<'a> {
     }
 
     fn results(&mut self) {
-        let mut files: Vec<&str> = Vec::new();
-        for entry in &self.share.results {
-            if !files.contains(&entry.file.as_ref()) {
-                files.push(&entry.file);
+        let results = &self.share.results;
+        self.text += "\n## Results\n";
+        for (at, Entry { file, .. }) in results.iter().enumerate() {
+            if results[..at].iter().any(|entry| entry.file == *file) {
+                continue;
             }
-        }
-        let _ = write!(self.text, "\n## Results\n");
-        for file in files {
-            let of_file: Vec<&Entry> = self.share.results.iter().filter(|e| e.file == file).collect();
-            let what = match file {
-                "summary.json" => {
-                    "Measures, each with `value`, `unit` and, where it has one, `time_s`. With several rocks those of a \
-                     rock begin with `<rock>_`. What is absent has its reason in `warnings`.\n\n"
-                }
-                _ => "",
-            };
+            let what = if file == "summary.json" { MEASURES } else { "" };
             let _ = write!(self.text, "\n### `{file}`\n\n{what}| name | unit | meaning |\n|---|---|---|\n");
-            for entry in of_file {
+            for entry in results.iter().filter(|entry| entry.file == *file) {
                 let name = entry.full_name();
                 let name = if name.is_empty() { name } else { format!("`{name}`") };
                 let _ = writeln!(self.text, "| {name} | {} | {} |", entry.unit, cell(&entry.meaning));

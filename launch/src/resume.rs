@@ -51,10 +51,8 @@ pub fn decide(
         return Ok(Resume::Anew);
     }
     if !out.join(SCENE).exists() {
-        return match out.join(HISTORY).exists() {
-            true => Err(refuse(out, format!("it holds rows of a run, and no {SCENE} that says of which"))),
-            false => Ok(Resume::Anew),
-        };
+        let unknown = || refuse(out, format!("it holds rows of a run, and no {SCENE} that says of which"));
+        return if out.join(HISTORY).exists() { Err(unknown()) } else { Ok(Resume::Anew) };
     }
     // Before the scene: another build may have other defaults.
     let newest = Found::of(out).usable(out)?;

@@ -12,6 +12,7 @@ use crate::resume::{self, Resume};
 use crate::stop::Stop;
 use crate::verdict::verdict;
 use crate::verify;
+use clap::Args;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc::{self, Wait};
 use std::ffi::OsString;
@@ -22,6 +23,7 @@ use toolkit::arguments::{Input, Results};
 use toolkit::exit::Exit;
 use toolkit::files::Dir;
 use toolkit::owner::{Claim, Owner};
+use toolkit::program::Savings;
 use toolkit::run_dir;
 use toolkit::scene::Scene;
 use toolkit::screen;
@@ -29,21 +31,24 @@ use toolkit::start_from;
 use toolkit::summary::{RunStatus, Summary};
 
 /// What the command line asks for.
-pub struct Request {
+#[derive(Debug, Args)]
+pub struct Arguments {
     /// The scene.
+    #[command(flatten)]
     pub input: Input,
     /// Where the results go.
+    #[command(flatten)]
     pub results: Results,
-    /// Use savings.
-    pub shortcuts: bool,
-    /// Print nothing but errors.
+    /// Print nothing but errors
+    #[arg(long, conflicts_with = "log_format", help_heading = "Results")]
     pub quiet: bool,
-    /// Draw a bar where there is a terminal.
-    pub bar: bool,
+    /// Which savings are used.
+    #[command(flatten)]
+    pub savings: Savings,
 }
 
 /// Validate, start, watch; the summary on the screen at the end.
-pub fn run(request: &Request) -> Result<Exit, Stop> {
+pub fn run(request: &Arguments, json: bool) -> Result<Exit, Stop> {
     let events = Events::watch()?;
     let home = |scene: &Scene| children::path(&request.results.dir.of(scene));
     let prepared = Prepared::of(&request.input, |scene| Some(home(scene)), &events)?;
@@ -79,7 +84,7 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
     if results.resume && !request.quiet {
         say(&resume, &out);
     }
-    let show = request.bar && std::io::stderr().is_terminal();
+    let show = !request.quiet && !json && io::stderr().is_terminal();
     let commands: Vec<(&str, Vec<OsString>)> = (plan.members.iter())
         .map(|m| (m.part.name(), words(m, &plan, request, &owner, (show, goes_on))))
         .collect();
@@ -104,12 +109,11 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
         Job { name: (*name).into(), command, input: None, output }
     });
     let grace = Some(children::GRACE_OF_LEADER);
-    let mut say = |said: Said| {
-        if let Said::Line(line) = said {
-            bar.update(line);
-        }
+    let mut say = |said: Said| match said {
+        Said::Line(line) => bar.update(line),
+        Said::Seconds(_) => {}
     };
-    let rules = Rules { together: true, grace, limit: None, say: &mut say };
+    let rules = Rules { together: true, grace, limit: None, say: Some(&mut say) };
     let outcome = children::watch(jobs.collect(), rules, &events);
     bar.finish();
     let outcome = outcome?;
@@ -126,12 +130,8 @@ pub fn run(request: &Request) -> Result<Exit, Stop> {
         (Err(_), false) => RunStatus::Failed,
     };
     // A foreign leader may keep no summary; one of ours that has left none has not done its work.
-    let status =
-        if status == RunStatus::Done && !plan.members[0].foreign && !out.join(run_dir::SUMMARY).exists() {
-            RunStatus::Failed
-        } else {
-            status
-        };
+    let kept = plan.members[0].foreign || out.join(run_dir::SUMMARY).exists();
+    let status = if status == RunStatus::Done && !kept { RunStatus::Failed } else { status };
     let ended = with_warnings(summary(&owner, status, judged.as_ref().err()), &warnings, &out);
     // What was interrupted goes on.
     if ended.status != RunStatus::Interrupted && owner.check().is_ok() {
@@ -164,11 +164,8 @@ fn keep_logs(log: &Path, commands: &[(&str, Vec<OsString>)]) -> io::Result<()> {
 fn is_over(summary: &Summary, out: &Path, quiet: bool) -> Exit {
     if !quiet {
         summary.print_table(out);
-        screen::show(&format!(
-            "{}: this run is {}; there is nothing to resume\n",
-            out.display(),
-            summary.status.word()
-        ));
+        let (out, status) = (out.display(), summary.status.word());
+        screen::show(&format!("{out}: this run is {status}; there is nothing to resume\n"));
     }
     Exit::Done
 }
@@ -186,17 +183,12 @@ fn say(resume: &Resume, out: &Path) {
 fn clean(plan: &Plan) -> Result<(), Stop> {
     match ipc::clean() {
         Ok(removed) => {
-            for id in removed {
-                tracing::info!("removed what the dead run {id} left behind");
-            }
-            Ok(())
+            removed.iter().for_each(|id| tracing::info!("removed what the dead run {id} left behind"));
         }
-        Err(failure) if plan.is_coupled() => Err(Stop::failed(code::PROCESS, failure.to_string())),
-        Err(failure) => {
-            tracing::warn!("{failure}");
-            Ok(())
-        }
+        Err(failure) if plan.is_coupled() => return Err(Stop::failed(code::PROCESS, failure.to_string())),
+        Err(failure) => tracing::warn!("{failure}"),
     }
+    Ok(())
 }
 
 /// What will run, on disk before it runs.
@@ -236,8 +228,8 @@ fn summary(owner: &Owner, status: RunStatus, stop: Option<&Stop>) -> Summary {
     let lost = "the process that keeps the measures has ended without a summary";
     let mut summary = Summary::new(status);
     if status != RunStatus::Done {
-        let unsaid = || vec![Diagnostic::error(code::PROCESS, lost)];
-        summary.reasons = stop.map_or_else(unsaid, |stop| stop.errors.clone());
+        let unsaid = vec![Diagnostic::error(code::PROCESS, lost)];
+        summary.reasons = stop.map_or(unsaid, |stop| stop.errors.clone());
         let all: Vec<String> = summary.reasons.iter().map(Diagnostic::to_string).collect();
         summary.message = Some(all.join("\n"));
     }
@@ -269,7 +261,7 @@ fn with_warnings(mut summary: Summary, before: &[Diagnostic], out: &Path) -> Sum
 fn words(
     member: &Member,
     plan: &Plan,
-    request: &Request,
+    request: &Arguments,
     owner: &Owner,
     (show, goes_on): (bool, bool),
 ) -> Vec<OsString> {
@@ -297,7 +289,7 @@ fn words(
     if leads && show {
         option("--progress", "json".into());
     }
-    if !request.shortcuts {
+    if request.savings.no_shortcuts {
         words.push("--no-shortcuts".into());
     }
     if leads && goes_on {

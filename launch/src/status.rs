@@ -1,16 +1,16 @@
 //! `rockfall status`: how far a run or a study is, by the files in its directory. Nothing is started or changed.
 
+use crate::progress::far;
 use crate::stop::Stop;
 use crate::worst;
 use interface_defs::diagnostic::code;
-use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 use std::time::SystemTime;
 use toolkit::checkpoint::{self, Found};
 use toolkit::exit::Exit;
 use toolkit::files::{self, Dir};
 use toolkit::owner::holder;
-use toolkit::run_dir::{HISTORY, SCENE, SUMMARY};
+use toolkit::run_dir::{HISTORY, SUMMARY};
 use toolkit::summary::{RunStatus, Summary};
 
 /// What a study is, its rows, its chunks.
@@ -19,8 +19,6 @@ const MEMBERS: &str = "members.csv";
 const CHUNKS: &str = "chunks";
 /// What a run over all members has begun.
 const JOURNAL: &str = "main.journal";
-/// Bytes at the end of a table in which its last row is looked for.
-const TAIL: u64 = 1 << 16;
 
 /// The text for the screen, and the exit code.
 pub fn status(dir: &Path) -> Result<(String, Exit), Stop> {
@@ -40,37 +38,25 @@ pub fn status(dir: &Path) -> Result<(String, Exit), Stop> {
         return ended(dir, true);
     }
     if !dir.join(HISTORY).exists() {
-        return match running {
-            Some(running) => Ok((format!("{name}: a run is being prepared, {running}\n"), Exit::Done)),
-            None => {
-                let what = format!("{name}: there is no run and no study in this directory");
-                Err(Stop::input(code::RESULT_DIRECTORY, what))
-            }
+        let none = || {
+            let what = format!("{name}: there is no run and no study in this directory");
+            Stop::input(code::RESULT_DIRECTORY, what)
         };
+        let prepared = |running| (format!("{name}: a run is being prepared, {running}\n"), Exit::Done);
+        return running.map(prepared).ok_or_else(none);
     }
-    let far = far(dir).unwrap_or_else(|| "no row yet".into());
-    let seen = age(&dir.join(HISTORY));
+    let (far, seen) = (far(dir), age(&dir.join(HISTORY)));
     Ok(match running {
         Some(running) => {
             let kept = last_checkpoint(dir);
             (format!("{name}: still running: {far}; last row {seen}; {kept}; {running}\n"), Exit::Done)
         }
-        None => (
-            format!(
-                "{name}: a run without an end: {far}; last row {seen}; no process of this machine is writing to it: it was killed\n{}",
-                resumable(dir)
-            ),
-            Exit::Failed,
-        ),
+        None => {
+            let killed = "no process of this machine is writing to it: it was killed";
+            let text = format!("{name}: a run without an end: {far}; last row {seen}; {killed}\n");
+            (text + &resumable(dir), Exit::Failed)
+        }
     })
-}
-
-/// How far the run in a directory is by its last row; `None`: there is none yet.
-pub fn far(dir: &Path) -> Option<String> {
-    let time: f64 = last_row(&dir.join(HISTORY))?.split(',').next()?.parse().ok()?;
-    let share =
-        end_time(dir).map_or(String::new(), |end| format!(" of {end} s, {:.1} %", 100.0 * time / end));
-    Some(format!("{time:.4} s{share}"))
 }
 
 /// A run or a study that has a summary.
@@ -111,19 +97,18 @@ fn of_study(dir: &Path, members: u64, running: Option<String>) -> (String, Exit)
     // A table that cannot be read has no rows.
     let _ = files::source(&dir.join(MEMBERS)).and_then(|file| files::in_chunks(file, &mut count));
     let rows = lines.saturating_sub(1);
+    let share = |count: u64| 100.0 * count as f64 / members.max(1) as f64;
     let (complete, begun) = chunks(&dir.join(CHUNKS));
     let of_chunks: u64 = complete.iter().map(|[first, last]| last + 1 - first).sum();
     let mut text = format!("{}: a study of {members} members\n", dir.display());
     if dir.join(MEMBERS).exists() {
-        let share = 100.0 * rows as f64 / members.max(1) as f64;
-        text += &format!("  {rows} rows in {MEMBERS}, {share:.1} %; last row {}\n", age(&dir.join(MEMBERS)));
+        let (share, age) = (share(rows), age(&dir.join(MEMBERS)));
+        text += &format!("  {rows} rows in {MEMBERS}, {share:.1} %; last row {age}\n");
     }
     if !complete.is_empty() || !begun.is_empty() {
-        let share = 100.0 * of_chunks as f64 / members.max(1) as f64;
+        let (share, complete, parts) = (share(of_chunks), complete.len(), begun.len());
         text += &format!(
-            "  {} chunks complete, {of_chunks} members, {share:.1} %; {} chunks begun\n",
-            complete.len(),
-            begun.len()
+            "  {complete} chunks complete, {of_chunks} members, {share:.1} %; {parts} chunks begun\n"
         );
         for [first, last] in begun {
             text += &format!("  begun: {first}..{last}\n");
@@ -158,16 +143,12 @@ fn with_barrier(dir: &Path, mut text: String, exit: Exit) -> (String, Exit) {
         let of_barrier = Exit::of(summary.status);
         return (text, if exit == Exit::Done { of_barrier } else { exit });
     }
-    let at_work = [dir, &barrier].into_iter().find_map(holder);
-    match at_work {
-        Some((_, Some(pid))) => text += &format!("  process {pid} is at work\n"),
-        Some((_, None)) => text += "  a process is at work\n",
-        None => {
-            text += "  no process of this machine is at work: the same command goes on\n";
-            return (text, Exit::Failed);
-        }
-    }
-    (text, exit)
+    let (at_work, exit) = match [dir, &barrier].into_iter().find_map(holder) {
+        Some((_, Some(pid))) => (format!("process {pid} is at work"), exit),
+        Some((_, None)) => ("a process is at work".into(), exit),
+        None => ("no process of this machine is at work: the same command goes on".into(), Exit::Failed),
+    };
+    (text + &format!("  {at_work}\n"), exit)
 }
 
 /// Ranges of complete chunks and of those at work, by their names.
@@ -190,26 +171,6 @@ fn chunks(dir: &Path) -> (Vec<[u64; 2]>, Vec<[u64; 2]>) {
     (complete, begun)
 }
 
-/// The last whole row of a table.
-fn last_row(path: &Path) -> Option<String> {
-    let mut file = files::source(path).ok()?;
-    let length = file.metadata().ok()?.len();
-    file.seek(SeekFrom::Start(length.saturating_sub(TAIL))).ok()?;
-    let mut bytes = Vec::new();
-    file.read_to_end(&mut bytes).ok()?;
-    let text = String::from_utf8_lossy(&bytes);
-    let whole = &text[..=text.rfind('\n')?];
-    whole.lines().next_back().map(str::to_owned)
-}
-
-/// `end_time` of the scene as it was resolved.
-fn end_time(dir: &Path) -> Option<f64> {
-    let text = files::read_text(&dir.join(SCENE)).ok()?;
-    let table: toml::Table = text.parse().ok()?;
-    let end = table.get("end_time")?;
-    end.as_float().or_else(|| end.as_integer().map(|i| i as f64))
-}
-
 /// How long ago the last checkpoint was written.
 fn last_checkpoint(dir: &Path) -> String {
     let since = checkpoint::age(dir).map(|age| format!("last checkpoint {} s ago", age.as_secs()));
@@ -230,6 +191,7 @@ mod tests {
     use std::fs::File;
     use std::time::Duration;
     use toolkit::run_dir::CHECKPOINT;
+    use toolkit::run_dir::SCENE;
 
     #[test]
     fn a_run_is_as_far_as_its_last_whole_row() {

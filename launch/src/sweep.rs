@@ -68,12 +68,12 @@ impl Task<'_> {
         }
         let begin = Instant::now();
         let limit = Some(Duration::from_secs_f64(self.limit.clamp(0.0, NO_LIMIT)));
-        let mut said = |what: Said| {
-            if let Said::Seconds(seconds) = what {
-                say(seconds);
-            }
+        let mut said = |what: Said| match what {
+            Said::Seconds(seconds) => say(seconds),
+            Said::Line(_) => {}
         };
-        let rules = Rules { together: false, grace: Some(children::GRACE_OF_RUN), limit, say: &mut said };
+        let grace = Some(children::GRACE_OF_RUN);
+        let rules = Rules { together: false, grace, limit, say: Some(&mut said) };
         let job = Job { name: "rockfall run".into(), command, input: None, output: Goes::Kept };
         let (end, too_slow) = children::one(job, rules, events)?;
         let exit = end.exit();
@@ -118,12 +118,8 @@ pub fn of_other_build(there: &Build, now: &Build) -> Option<Diagnostic> {
 pub fn keep<T: Serialize>(dir: &Path, of: &str, run: T) -> Result<(), Stop> {
     let kept = Kept { build: build().clone(), of: of.into(), run };
     let text = serde_json::to_string_pretty(&kept).map_err(io::Error::from);
-    let written = text.and_then(|text| {
-        Dir::create(dir)?;
-        files::write(&dir.join(RECORD), (text + "\n").as_bytes())
-    });
-    let fault = |e| Stop::failed(code::NOT_WRITTEN, format!("{}: cannot be written: {e}", dir.display()));
-    written.map_err(fault)
+    text.and_then(|text| Dir::create(dir)?.write(RECORD.as_ref(), (text + "\n").as_bytes()))
+        .map_err(|e| Stop::failed(code::NOT_WRITTEN, format!("{}: cannot be written: {e}", dir.display())))
 }
 
 /// What was kept of the run in `dir`, with what it was of; `None`: nothing that can be read. An error: programs of another build

@@ -24,8 +24,7 @@ pub fn validate(plan: &Plan, input: &Input, events: &Events) -> Result<Vec<(Part
         let net = reports.iter().find_map(|(_, report): &(Part, CheckReport)| report.interface.as_ref());
         let jobs = members.iter().map(|member| question(member, input, net)).collect::<Result<_, _>>()?;
         // They have nothing to lose.
-        let rules = Rules { together: false, grace: None, limit: None, say: &mut |_| {} };
-        let mut outcome = children::watch(jobs, rules, events)?;
+        let mut outcome = children::watch(jobs, Rules::default(), events)?;
         if outcome.interrupted {
             return Err(Stop::interrupted());
         }

@@ -72,11 +72,9 @@ fn lost(end: &End, log: &Path) -> Stop {
     if end.exit() == Exit::BadInput {
         return Stop { exit: Exit::BadInput, errors: end.errors.clone() };
     }
-    let of_process = |error: &Diagnostic| Diagnostic {
-        message: format!("{name} failed: {}", error.message),
-        ..error.clone()
-    };
-    Stop { exit: Exit::Failed, errors: end.errors.iter().map(of_process).collect() }
+    let mut errors = end.errors.clone();
+    errors.iter_mut().for_each(|error| error.message = format!("{name} failed: {}", error.message));
+    Stop { exit: Exit::Failed, errors }
 }
 
 /// The last lines of a log.

@@ -109,7 +109,33 @@ fn a_changed_byte_of_a_fall_is_found() {
 }
 
 #[test]
-fn a_changed_byte_of_a_study_is_found() {
+fn a_changed_byte_of_a_study_of_falls_is_found() {
+    let bench = Bench::new();
+    let mut command = Command::new(program("rockfall"));
+    command.arg("ensemble").arg(scene("studies/slope")).args(["--set", "release.0.count=6", "--quiet"]);
+    command.arg("--out").arg(bench.path("out")).stdin(Stdio::null());
+    let ended = Ended::of(command.output().expect("started"), bench.path("out"));
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    holds(
+        &ended.out,
+        &[
+            "members.csv",
+            "study.toml",
+            "study.json",
+            "scene.toml",
+            "summary.json",
+            "chunks/main.journal",
+            "maps/count.tif",
+            "maps/count.svg",
+            "maps/trajectories.geojson",
+            "lines/road.csv",
+            "lines/road.svg",
+        ],
+    );
+}
+
+#[test]
+fn a_changed_byte_of_a_study_of_settings_is_found() {
     let bench = Bench::new();
     let mut command = Command::new(program("rockfall"));
     command.arg("trade").arg(scene("sphere-on-cable")).args(["--set", "end_time=0.02", "--budget", "6s"]);

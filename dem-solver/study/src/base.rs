@@ -2,8 +2,9 @@
 
 use super::grid::{self, Grid};
 use super::place::ground_at;
+use super::refuse::refuse;
 use super::sampling::Sampler;
-use super::settings::{Place, Quantity, Sampling, StudySettings};
+use super::settings::{Quantity, Release, Sampling, StudySettings};
 use dem_contact::contact::whole_rock::Whole;
 use dem_contact::rock::Rock;
 use dem_contact::settings::{RockSettings, Settings, Shape};
@@ -13,10 +14,10 @@ use dem_solid::cluster::kept;
 use dem_solid::geometry::plan::{Area, Point};
 use dem_terrain::{Terrain, system};
 use interface_defs::diagnostic::Diagnostic;
-use nalgebra::Vector3;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use toolkit::coordinates::Form;
 use toolkit::files;
 use toolkit::limits::Limits;
 use toolkit::program::Options;
@@ -100,9 +101,8 @@ impl Base {
         let warnings = [solver.notices(), solver.cautions()].concat();
         let model = solver.into_model();
         let Some(ground) = model.ground.clone() else {
-            return Err(file
-                .invalid("scene", format!("{} has no [terrain]", scene.path().display()))
-                .try_instead("releases need a terrain to fall on"));
+            let what = format!("{} has no [terrain]", scene.path().display());
+            return refuse(file, "scene", what, "releases need a terrain to fall on");
         };
         let own = model.rocks.first().and_then(|rock| rock.made.clone());
         let prototypes = prototypes(&study, file, &scene, model, clusters)?;
@@ -111,27 +111,20 @@ impl Base {
         check_masses(&study, &prototypes, file)?;
         check_layers(&study, &settings, &scene, file)?;
         check_places(&study, &ground, file)?;
-        let areas = study.releases.iter().map(|release| match release.place() {
-            Place::Polygon(corners) => {
-                let local: Vec<[f64; 2]> =
-                    corners.iter().map(|[x, y]| [x - ground.origin.x, y - ground.origin.y]).collect();
-                Some(Area::new(&local))
-            }
-            _ => None,
-        });
-        let areas = areas.collect();
+        let local = |all: &[Point]| all.iter().map(|place| local(&ground, place)).collect::<Vec<_>>();
+        let area = |release: &Release| {
+            let place = release.place();
+            (place.form == Form::Polygon).then(|| Area::new(&local(place.corners)))
+        };
+        let areas = study.releases.iter().map(area).collect();
         check_lines(&study, &ground, file)?;
         let grid = grid(&study, &ground, file)?;
-        let lines = study.lines.iter().map(|line| {
-            line.points.iter().map(|[x, y]| [x - ground.origin.x, y - ground.origin.y]).collect()
-        });
-        let lines = lines.collect();
+        let lines = study.lines.iter().map(|line| local(&line.points)).collect();
         let counts = study.counts();
-        let samplers = counts
-            .iter()
-            .enumerate()
-            .map(|(at, count)| Sampler::new(study.sampling, study.seed, at, *count, drawn(&study, at)));
-        let samplers = samplers.collect();
+        let sampler = |(at, count): (usize, &u64)| {
+            Sampler::new(study.sampling, study.seed, at, *count, drawn(&study, at))
+        };
+        let samplers = counts.iter().enumerate().map(sampler).collect();
         let mut starts = vec![0];
         counts.iter().for_each(|count| starts.push(starts[starts.len() - 1] + count));
         Ok(Self {
@@ -170,6 +163,11 @@ impl Base {
         Ok(())
     }
 
+    /// A place seen from above in local coordinates [m].
+    pub fn local(&self, place: &Point) -> Point {
+        local(&self.ground, place)
+    }
+
     /// Number of members.
     pub fn members(&self) -> u64 {
         self.starts[self.starts.len() - 1]
@@ -185,6 +183,10 @@ impl Base {
         let most = self.study.maps.as_ref().map_or(0, |maps| u64::from(maps.trajectories));
         most > 0 && (number - 1).is_multiple_of(self.members().div_ceil(most))
     }
+}
+
+fn local(ground: &Terrain, [x, y]: &Point) -> Point {
+    [x - ground.origin.x, y - ground.origin.y]
 }
 
 /// Put the corners of zones into a scene where it names their files: no member reads them again.
@@ -210,20 +212,15 @@ fn drawn(study: &StudySettings, at: usize) -> Vec<(String, u64)> {
 }
 
 fn check_scene(scene: &Scene, file: &Scene) -> Result<(), Diagnostic> {
-    let refuse = |what: &str, cure: &str| {
-        Err(file.invalid("scene", format!("{}: {what}", scene.path().display())).try_instead(cure))
-    };
+    let refuse =
+        |what: &str, cure: &str| refuse(file, "scene", format!("{}: {what}", scene.path().display()), cure);
     if scene.has("structure") {
-        return refuse(
-            "it has a [structure], and members of a study fall over terrain alone",
-            "leave it out",
-        );
+        let what = "it has a [structure], and members of a study fall over terrain alone";
+        return refuse(what, "leave it out");
     }
     if scene.has("spheres") || scene.has("box") {
-        return refuse(
-            "it has [[spheres]] or a [box], and a member of a study is one rock on terrain",
-            "leave them out",
-        );
+        let what = "it has [[spheres]] or a [box], and a member of a study is one rock on terrain";
+        return refuse(what, "leave them out");
     }
     let rocks: Vec<toml::Table> = scene.read("rock")?.unwrap_or_default();
     match rocks.len() {
@@ -282,12 +279,13 @@ fn check_masses(study: &StudySettings, prototypes: &[Prototype], file: &Scene) -
     let dense = study.varies(Quantity::Density) || prototypes[0].table.density.is_some();
     for (quantity, name) in [(Quantity::Mass, "mass"), (Quantity::Volume, "volume")] {
         if study.varies(quantity) && !dense {
-            return Err(file
-                .invalid(
-                    &format!("vary.{name}"),
-                    format!("{name} varies, and the rock of the scene has no density"),
-                )
-                .try_instead("write density in place of mass in the scene"));
+            let what = format!("{name} varies, and the rock of the scene has no density");
+            return refuse(
+                file,
+                &format!("vary.{name}"),
+                what,
+                "write density in place of mass in the scene",
+            );
         }
     }
     Ok(())
@@ -298,13 +296,9 @@ fn grid(study: &StudySettings, ground: &Terrain, file: &Scene) -> Result<Option<
     let Some(maps) = &study.maps else { return Ok(None) };
     let size = ground.highest - ground.lowest;
     if let Some(cell) = maps.cell.filter(|cell| (size.x / cell + 1.0) * (size.y / cell + 1.0) > grid::MOST) {
-        let what = format!(
-            "cells of {cell} m on a terrain of {:.0} m x {:.0} m are more than {:.0e}",
-            size.x,
-            size.y,
-            grid::MOST
-        );
-        return Err(file.invalid("maps.cell", what).try_instead("make them larger, or leave `cell` out"));
+        let (x, y, most) = (size.x, size.y, grid::MOST);
+        let what = format!("cells of {cell} m on a terrain of {x:.0} m x {y:.0} m are more than {most:.0e}");
+        return refuse(file, "maps.cell", what, "make them larger, or leave `cell` out");
     }
     Ok(Some(Grid::new(ground, maps.cell)))
 }
@@ -320,9 +314,7 @@ fn check_layers(
     let named = study.maps.as_ref().and_then(|maps| maps.epsg);
     let own = own.map(u32::from).or(named);
     for (at, release) in study.releases.iter().enumerate() {
-        for (name, all) in
-            [("points", &release.points), ("line", &release.line), ("polygon", &release.polygon)]
-        {
+        for (name, _, all) in release.geometries() {
             if let Some(all) = all {
                 all.check_system(own, &format!("release.{at}.{name}"), file)?;
             }
@@ -334,8 +326,9 @@ fn check_layers(
     Ok(())
 }
 
-/// What is wrong with a place that lies beside the terrain, from `low` to `high`, as far as it can be guessed.
-fn guess([x, y]: [f64; 2], low: &Vector3<f64>, high: &Vector3<f64>) -> String {
+/// What is wrong with a place that lies beside the terrain, as far as it can be guessed.
+fn guess([x, y]: [f64; 2], ground: &Terrain) -> String {
+    let [low, high] = [ground.lowest, ground.highest].map(|corner| corner + ground.origin);
     let within = |x: f64, y: f64| (low.x..=high.x).contains(&x) && (low.y..=high.y).contains(&y);
     let terrain =
         format!("the terrain lies from ({:.1}, {:.1}) to ({:.1}, {:.1})", low.x, low.y, high.x, high.y);
@@ -358,8 +351,7 @@ fn check_lines(study: &StudySettings, ground: &Terrain, file: &Scene) -> Result<
         };
         if beside(0) || beside(1) {
             let what = format!("the line `{}` lies beside the terrain", line.name);
-            let hint = guess(line.points[0], &low, &high);
-            return Err(file.invalid(&format!("line.{at}.points"), what).try_instead(hint));
+            return refuse(file, &format!("line.{at}.points"), what, guess(line.points[0], ground));
         }
     }
     Ok(())
@@ -370,17 +362,15 @@ fn check_places(study: &StudySettings, ground: &Terrain, file: &Scene) -> Result
     let (low, high) = (ground.lowest + ground.origin, ground.highest + ground.origin);
     for (at, release) in study.releases.iter().enumerate() {
         let place = release.place();
-        for (k, [x, y]) in place.corners().iter().enumerate() {
-            let key = format!("release.{at}.{}.{k}", place.key());
+        for (k, corner @ [x, y]) in place.corners.iter().enumerate() {
+            let key = format!("release.{at}.{}.{k}", place.key);
             if !(low.x..=high.x).contains(x) || !(low.y..=high.y).contains(y) {
-                return Err(file
-                    .invalid(&key, format!("({x}, {y}) lies beside the terrain"))
-                    .try_instead(guess([*x, *y], &low, &high)));
+                let what = format!("({x}, {y}) lies beside the terrain");
+                return refuse(file, &key, what, guess(*corner, ground));
             }
-            if ground_at(ground, [x - ground.origin.x, y - ground.origin.y]).is_none() {
-                return Err(file
-                    .invalid(&key, format!("there is no ground at ({x}, {y}): the terrain has a hole there"))
-                    .try_instead("move the release, or fill the hole"));
+            if ground_at(ground, local(ground, corner)).is_none() {
+                let what = format!("there is no ground at ({x}, {y}): the terrain has a hole there");
+                return refuse(file, &key, what, "move the release, or fill the hole");
             }
         }
     }

@@ -1,12 +1,12 @@
 //! `dem-solver ensemble`: a study from its file to its results.
 
 use super::base::Base;
-use super::directory::{Directory, Index, MEMBERS, Reader};
-use super::execute::compute;
+use super::directory::{Directory, Index, MEMBERS};
 use super::gate;
-use super::journal::{Found, Journal, Refused};
+use super::journal::{Found, Journal, taken};
 use super::record::Record;
 use super::results::{self, design::Reliability};
+use super::runner::Runner;
 use super::settings::{STUDY, StudySettings};
 use super::summary::Numbers;
 use super::table::Table;
@@ -16,9 +16,12 @@ use clap::{ArgMatches, Args, FromArgMatches};
 use interface_defs::diagnostic::{Diagnostic, Place, Severity, code};
 use interface_defs::ipc::interrupt;
 use interface_defs::ipc::serve::peak_memory;
-use serde_json::json;
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc::{Sender, channel};
 use std::time::{Duration, Instant};
 use toolkit::arguments::{EnsembleArguments, MemberRange};
 use toolkit::exit::Exit;
@@ -50,26 +53,17 @@ fn command() -> clap::Command {
 /// How often a task that waits for another looks whether it has ended.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// A chunk, asked for.
-enum Claimed {
-    /// Its journal, with what is in it already.
-    Ours(Journal, Vec<Found>),
-    /// It is complete.
-    Done,
-    /// A signal has ended the wait for another process.
-    Interrupted,
-}
-
 /// How far it is, for those who look.
 struct Progress {
     reporter: Reporter,
     bar: bool,
-    lines: bool,
+    /// How often it is shown.
+    every: Duration,
     total: u64,
     done: u64,
     begun: Instant,
     before: u64,
-    shown: Option<Instant>,
+    shown: Instant,
 }
 
 impl Progress {
@@ -83,12 +77,8 @@ impl Progress {
             what: "members".into(),
             ..Line::default()
         });
-        let due = match self.bar {
-            true => self.shown.is_none_or(|shown| shown.elapsed() >= SHOWN),
-            false => self.lines && self.shown.unwrap_or(self.begun).elapsed() >= LINES,
-        };
-        if due {
-            self.shown = Some(Instant::now());
+        if self.shown.elapsed() >= self.every {
+            self.shown = Instant::now();
             let rate = (done - self.before) as f64 / self.begun.elapsed().as_secs_f64();
             let left = if rate > 0.0 { (end - done) as f64 / rate } else { 0.0 };
             let (from, to) = if self.bar { ("\r", "   ") } else { ("", "\n") };
@@ -97,17 +87,10 @@ impl Progress {
     }
 
     fn end(&self) {
-        if self.bar && self.shown.is_some() {
+        if self.bar && self.shown > self.begun {
             let _ = writeln!(io::stderr());
         }
     }
-}
-
-/// Members that were computed here and now, and on how many threads.
-struct Work {
-    members: u64,
-    threads: usize,
-    seconds: f64,
 }
 
 struct Study<'a> {
@@ -175,8 +158,7 @@ impl Study<'_> {
             Some(barrier) => worst::scene_of_one(base, barrier, number)?,
             None => {
                 let member = base.member(number);
-                let body = toml::to_string(&base.scene_of(&member)?);
-                base.head(&member, "") + &body.map_err(|e| Diagnostic::new(e.to_string()))?
+                base.text(&member, "", &base.scene_of(&member)?)?
             }
         };
         match &self.arguments.output {
@@ -195,26 +177,20 @@ impl Study<'_> {
 
     /// What to try where the directory holds another study.
     fn of_another(&self, e: Diagnostic) -> Diagnostic {
-        match self.barrier {
-            Some(_) => e.try_instead(
-                "a study that was computed without the line of the barrier holds no rock that crosses it: choose another directory \
-                 with --out, or begin anew with --force",
-            ),
-            None => e,
-        }
+        let cure = "a study that was computed without the line of the barrier holds no rock that crosses it: choose another directory with \
+                    --out, or begin anew with --force";
+        if self.barrier.is_some() { e.try_instead(cure) } else { e }
     }
 
     fn progress(&self, total: u64, before: u64) -> Progress {
-        Progress {
-            reporter: Reporter::new(self.arguments.progress),
-            bar: !self.arguments.quiet && io::stderr().is_terminal(),
-            lines: !self.arguments.quiet,
-            total,
-            done: before,
-            begun: Instant::now(),
-            before,
-            shown: None,
-        }
+        let (reporter, begun) = (Reporter::new(self.arguments.progress), Instant::now());
+        let bar = !self.arguments.quiet && io::stderr().is_terminal();
+        let every = match bar {
+            _ if self.arguments.quiet => Duration::MAX,
+            true => SHOWN,
+            false => LINES,
+        };
+        Progress { reporter, bar, every, total, done: before, begun, before, shown: begun }
     }
 
     fn fault(&self, what: impl std::fmt::Display) -> Diagnostic {
@@ -225,55 +201,64 @@ impl Study<'_> {
     fn chunk(&self, first: u64, last: u64, file: &Scene) -> Result<Exit, Diagnostic> {
         self.begin(file)?;
         let [done, part] = self.directory.chunk(first, last);
+        let interrupted = || {
+            let what = "interrupted: the same command goes on where it was";
+            failed(&Diagnostic::error(code::INTERRUPTED, what))
+        };
         let (mut journal, found) = match self.claim(&done, &part)? {
-            Claimed::Ours(journal, found) => (journal, found),
+            Some(ours) => ours,
             // A task that is given out twice does nothing the second time.
-            Claimed::Done => return Ok(Exit::Done),
-            Claimed::Interrupted => {
-                complain(&interrupted("interrupted: the same command goes on where it was"));
-                return Ok(Exit::Failed);
-            }
+            None if done.exists() => return Ok(Exit::Done),
+            None => return interrupted(),
         };
         let todo: Vec<u64> = (first + found.len() as u64..=last).collect();
-        let mut progress = self.progress(last - first + 1, found.len() as u64);
-        let mut fault = None;
-        let whole = compute(self.base, &todo, self.threads, |record| {
+        match self.compute(&todo, last - first + 1, &mut |record| journal.add(&record).map(drop)) {
+            Err(e) => return failed(&unwritten(&part, &e)),
+            Ok(false) => return interrupted(),
+            Ok(true) => journal.finish(&done).map_err(|e| self.fault(e))?,
+        }
+        Ok(Exit::Done)
+    }
+
+    /// Compute the members `todo` of `total` and give them to `keep` in their order. False: a signal has ended it.
+    fn compute(
+        &self,
+        todo: &[u64],
+        total: u64,
+        keep: &mut dyn FnMut(Record) -> io::Result<()>,
+    ) -> io::Result<bool> {
+        let mut progress = self.progress(total, total - todo.len() as u64);
+        let mut fault = Ok(());
+        let whole = compute(self.base, todo, self.threads, |record| {
             progress.step();
-            journal.add(&record).map_err(|e| fault = Some(e)).is_ok()
+            fault = keep(record);
+            fault.is_ok()
         });
         progress.end();
-        if let Some(e) = fault {
-            complain(&unwritten(&part, &e));
-            return Ok(Exit::Failed);
-        }
-        if !whole {
-            complain(&interrupted("interrupted: the same command goes on where it was"));
-            return Ok(Exit::Failed);
-        }
-        journal.finish(&done).map_err(|e| self.fault(e))?;
-        Ok(Exit::Done)
+        fault.map(|()| whole)
     }
 
     /// The journal of a chunk. An engine that has lost sight of a task gives it out again while the first one is still at work:
     /// the second one waits for the first, whose lock ends with its process. How long a task may take is the engine's to say.
-    fn claim(&self, done: &Path, part: &Path) -> Result<Claimed, Diagnostic> {
-        let mut announced = false;
+    ///
+    /// `None`: it is complete, or a signal has ended the wait.
+    fn claim(&self, done: &Path, part: &Path) -> Result<Option<(Journal, Vec<Found>)>, Diagnostic> {
+        let mut announced = self.arguments.quiet;
         while !done.exists() {
-            match Journal::open(part, &self.base.fingerprint) {
-                Ok((journal, found)) if !done.exists() => return Ok(Claimed::Ours(journal, found)),
+            match Journal::open(part, &self.base.fingerprint)? {
+                Some(ours) if !done.exists() => return Ok(Some(ours)),
                 // The other one has ended meanwhile, and what was opened here is empty.
-                Ok(_) => files::remove(part).map_err(|e| self.fault(e))?,
-                Err(Refused::Taken) if interrupt::requested() => return Ok(Claimed::Interrupted),
-                Err(Refused::Taken) => {
-                    if !std::mem::replace(&mut announced, true) && !self.arguments.quiet {
-                        tracing::warn!("{}: waiting for it", Refused::Taken.diagnostic(part));
+                Some(_) => files::remove(part).map_err(|e| self.fault(e))?,
+                None if interrupt::requested() => break,
+                None => {
+                    if !std::mem::replace(&mut announced, true) {
+                        tracing::warn!("{}: waiting for it", taken(part));
                     }
                     std::thread::sleep(LOOK);
                 }
-                Err(refused) => return Err(refused.diagnostic(part)),
             }
         }
-        Ok(Claimed::Done)
+        Ok(None)
     }
 
     /// All members that no file has yet, then the results of all.
@@ -305,75 +290,60 @@ impl Study<'_> {
         let outcome = self.fill(&mut index, &mut journal, &todo);
         drop(journal);
         match outcome {
-            Ok(true) => {}
+            Ok(true) => self.finish(&mut index, &owner, todo.len(), begun.elapsed().as_secs_f64()),
             Ok(false) => {
                 let left = index.missing().len();
                 let what = format!("interrupted: {left} of {} members are left", self.base.members());
-                complain(&interrupted(&what).try_instead("go on with --resume"));
-                return Ok(Exit::Failed);
+                failed(&Diagnostic::error(code::INTERRUPTED, what).try_instead("go on with --resume"))
             }
-            Err(e) => {
-                complain(&unwritten(out, &e));
-                return Ok(Exit::Failed);
-            }
+            Err(e) => failed(&unwritten(out, &e)),
         }
-        let work = Work {
-            members: todo.len() as u64,
-            threads: self.threads,
-            seconds: begun.elapsed().as_secs_f64(),
-        };
-        self.finish(&index, &owner, &work)
     }
 
     /// The journal, and all members that are computed already.
     fn open(&self, file: &Scene) -> Result<(Journal, Index), Diagnostic> {
         self.begin(file)?;
         let main = self.directory.main();
-        let (journal, found) = Journal::open(&main, &self.base.fingerprint)
-            .map_err(|refused| refused.diagnostic(&main).try_instead("begin anew with --force"))?;
+        let opened = Journal::open(&main, &self.base.fingerprint);
+        let (journal, found) = opened
+            .and_then(|ours| ours.ok_or_else(|| taken(&main)))
+            .map_err(|refused| refused.try_instead("begin anew with --force"))?;
         Ok((journal, self.directory.index(self.base, &found)?))
     }
 
     /// Compute what is missing; the table follows as far as all members before are known. False: a signal has ended it.
     fn fill(&self, index: &mut Index, journal: &mut Journal, todo: &[u64]) -> io::Result<bool> {
-        let members = self.base.members();
         let mut table = Table::create(&self.directory.path(MEMBERS), self.base)?;
-        let mut reader = index.reader();
-        let mut due = 1;
-        follow(self.base, index, &mut reader, &mut table, &mut due)?;
-        let mut progress = self.progress(members, members - todo.len() as u64);
-        let mut fault = None;
-        let whole = compute(self.base, todo, self.threads, |record| {
-            let mut keep = || {
-                index.add(journal.add(&record)?);
-                table.add(self.base, &self.base.member(record.number), &record)?;
-                due = record.number + 1;
-                follow(self.base, index, &mut reader, &mut table, &mut due)
-            };
-            progress.step();
-            keep().map_err(|e| fault = Some(e)).is_ok()
-        });
-        progress.end();
-        if let Some(e) = fault {
-            return Err(e);
-        }
+        follow(self.base, index, &mut table, 1)?;
+        let whole = self.compute(todo, self.base.members(), &mut |record| {
+            index.add(journal.add(&record)?);
+            table.add(self.base, &self.base.member(record.number), &record)?;
+            follow(self.base, index, &mut table, record.number + 1)
+        })?;
         journal.sync()?;
         table.sync()?;
         Ok(whole)
     }
 
     /// Call `each` with every record, in order.
-    fn each(&self, index: &Index, each: &mut dyn FnMut(&Record) -> io::Result<()>) -> io::Result<()> {
-        let mut reader = index.reader();
+    fn each(&self, index: &mut Index, each: &mut dyn FnMut(&Record) -> io::Result<()>) -> io::Result<()> {
         for number in 1..=self.base.members() {
-            let record = reader.record(index, number)?.filter(|record| record.fits(self.base));
+            let record = index.record(number)?.filter(|record| record.fits(self.base));
             each(&record.ok_or_else(|| io::Error::other(format!("member {number} is missing or damaged")))?)?;
         }
         Ok(())
     }
 
     /// Write what follows from all members, and say how it went.
-    fn finish(&self, index: &Index, owner: &Owner, work: &Work) -> Result<Exit, Diagnostic> {
+    ///
+    /// So many members were computed now, in so many `seconds`.
+    fn finish(
+        &self,
+        index: &mut Index,
+        owner: &Owner,
+        computed: usize,
+        seconds: f64,
+    ) -> Result<Exit, Diagnostic> {
         let mut numbers = Numbers::default();
         let mut all = |each: &mut dyn FnMut(&Record) -> io::Result<()>| self.each(index, each);
         let mut comings = self.barrier.map(|barrier| Comings::new(self.base, barrier));
@@ -395,16 +365,16 @@ impl Study<'_> {
         summary.measures.extend(found.measures);
         summary.warnings.extend(found.warnings);
         summary.warnings.extend(self.base.warnings.iter().map(|w| self.base.scene.placed(w.clone())));
-        summary.cost.insert("wall_s".into(), json!(work.seconds));
-        summary.cost.insert("members_computed".into(), json!(work.members));
-        summary.cost.insert("threads".into(), json!(work.threads));
-        if work.members > 0 {
-            summary.cost.insert("members_per_second".into(), json!(work.members as f64 / work.seconds));
+        let mut cost = |name: &str, value: Value| drop(summary.cost.insert(name.into(), value));
+        cost("wall_s", json!(seconds));
+        cost("members_computed", json!(computed));
+        cost("threads", json!(self.threads));
+        if computed > 0 {
+            cost("members_per_second", json!(computed as f64 / seconds));
         }
-        summary.cost.insert("peak_memory_bytes".into(), json!(peak_memory()));
+        cost("peak_memory_bytes", json!(peak_memory()));
         if let Err(what) = owner.write_summary(&mut summary) {
-            complain(&Diagnostic::error(code::NOT_WRITTEN, what));
-            return Ok(Exit::Failed);
+            return failed(&Diagnostic::error(code::NOT_WRITTEN, what));
         }
         if !self.arguments.quiet {
             show(&summary.table(owner.dir()));
@@ -412,6 +382,9 @@ impl Study<'_> {
         if let Some((comings, barrier)) = comings.zip(self.barrier) {
             let count = self.arguments.worst as usize;
             comings.write(self.base, barrier, &owner.dir().join(worst::FOLDER), count)?;
+        }
+        if let Err(e) = owner.seal() {
+            tracing::warn!("{}: no manifest: {e}", owner.dir().display());
         }
         // With a barrier more follows, and its command says it at its own end.
         if summary.status != RunStatus::Done && self.barrier.is_none() {
@@ -421,8 +394,10 @@ impl Study<'_> {
     }
 }
 
-fn interrupted(what: &str) -> Diagnostic {
-    Diagnostic::error(code::INTERRUPTED, what)
+/// It ends here, and what was computed is kept.
+fn failed(why: &Diagnostic) -> Result<Exit, Diagnostic> {
+    complain(why);
+    Ok(Exit::Failed)
 }
 
 fn unwritten(path: &Path, e: &io::Error) -> Diagnostic {
@@ -430,17 +405,61 @@ fn unwritten(path: &Path, e: &io::Error) -> Diagnostic {
 }
 
 /// Add to the table the members from `due` on that are known already.
-fn follow(
-    base: &Base,
-    index: &Index,
-    reader: &mut Reader,
-    table: &mut Table,
-    due: &mut u64,
-) -> io::Result<()> {
-    while *due <= base.members() {
-        let Some(record) = reader.record(index, *due)? else { return Ok(()) };
-        table.add(base, &base.member(*due), &record)?;
-        *due += 1;
+fn follow(base: &Base, index: &mut Index, table: &mut Table, due: u64) -> io::Result<()> {
+    for number in due..=base.members() {
+        let Some(record) = index.record(number)? else { break };
+        table.add(base, &base.member(number), &record)?;
     }
     Ok(())
+}
+
+/// Members that may be computed before one that takes long: what is known of them waits in memory.
+const AHEAD: usize = 4096;
+/// How long a core waits for the others before it looks again.
+const WAIT: Duration = Duration::from_millis(2);
+
+/// Compute the members `todo`, on `threads` threads; `take` gets them in that order. False: a signal, or `take`, has ended it.
+fn compute(base: &Base, todo: &[u64], threads: usize, mut take: impl FnMut(Record) -> bool) -> bool {
+    let (next, taken, ended) = (AtomicUsize::new(0), AtomicUsize::new(0), AtomicBool::new(false));
+    let (to_main, from_all) = channel::<(usize, Option<Record>)>();
+    let work = |to_main: Sender<(usize, Option<Record>)>| {
+        let mut runner = Runner::new(base);
+        loop {
+            let at = next.fetch_add(1, Ordering::Relaxed);
+            let Some(number) = todo.get(at) else { return };
+            while at > taken.load(Ordering::Relaxed) + AHEAD && !ended.load(Ordering::Relaxed) {
+                std::thread::sleep(WAIT);
+            }
+            if ended.load(Ordering::Relaxed) || interrupt::requested() {
+                let _ = to_main.send((at, None));
+                return;
+            }
+            let outcome = runner.run(&base.member(*number));
+            let record = outcome.map(|(outcome, track)| Record { number: *number, outcome, track });
+            let stop = record.is_none();
+            if to_main.send((at, record)).is_err() || stop {
+                return;
+            }
+        }
+    };
+    std::thread::scope(|scope| {
+        for _ in 0..threads {
+            let to_main = to_main.clone();
+            scope.spawn(|| work(to_main));
+        }
+        drop(to_main);
+        let mut early = BTreeMap::new();
+        let mut due = 0;
+        for (at, record) in from_all {
+            early.insert(at, record);
+            while let Some(record) = early.remove(&due) {
+                due += 1;
+                taken.store(due, Ordering::Relaxed);
+                if ended.load(Ordering::Relaxed) || !record.is_some_and(&mut take) {
+                    ended.store(true, Ordering::Relaxed);
+                }
+            }
+        }
+        due == todo.len() && !ended.load(Ordering::Relaxed)
+    })
 }

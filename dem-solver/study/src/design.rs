@@ -3,6 +3,7 @@
 //! Both take quantiles of what passes the line and multiply them by factors. The factors depend on how well block and slope are
 //! known, and on what is at risk: the study states them. Only two have a default, which is in the standard itself.
 
+use crate::refuse::refuse;
 use dem_rocks::gate::units::short;
 use interface_defs::diagnostic::{Diagnostic, code};
 use schemars::JsonSchema;
@@ -134,14 +135,10 @@ impl Bounds {
         let other = other.map(|(other, factor)| {
             format!("were it in {other}, it would be {}{unit}", short(factor * value))
         });
-        let found = match inside(possible, value) {
-            true => Ok(Some(Diagnostic::warning(code::UNUSUAL_VALUE, what))),
-            false => Err(Diagnostic::new(what)),
-        };
         let complete = |found: Diagnostic| study.placed(found.about(key).try_if(other));
-        match found {
-            Ok(doubted) => Ok(doubted.map(complete)),
-            Err(refused) => Err(complete(refused)),
+        match inside(possible, value) {
+            true => Ok(Some(complete(Diagnostic::warning(code::UNUSUAL_VALUE, what)))),
+            false => Err(complete(Diagnostic::new(what))),
         }
     }
 }
@@ -186,17 +183,13 @@ impl Design {
     pub fn check(&self, key: &str, study: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
         if self.uni_11211_4.is_none() && self.onr_24810.is_none() {
             let what = "no standard says what the barrier must be able to do";
-            return Err(study
-                .invalid(key, what)
-                .try_instead(format!("add a table [{}.uni_11211_4] or [{0}.onr_24810]", "line.design")));
+            let cure = "add a table [line.design.uni_11211_4] or [line.design.onr_24810]";
+            return refuse(study, key, what, cure);
         }
         if self.barrier_fields == Some(0) {
-            return Err(study
-                .invalid(
-                    &format!("{key}.barrier_fields"),
-                    "barrier_fields = 0: a barrier has one field at least",
-                )
-                .try_instead("write the number of spans between its posts, or leave it out"));
+            let what = "barrier_fields = 0: a barrier has one field at least";
+            let cure = "write the number of spans between its posts, or leave it out";
+            return refuse(study, &format!("{key}.barrier_fields"), what, cure);
         }
         let own = [
             (&ENERGY, self.barrier_energy),
@@ -210,7 +203,7 @@ impl Design {
             said.extend(uni.check(&key, study)?);
             if self.barrier_elongation.is_some() && uni.distance_factor(self.barrier_fields).is_none() {
                 let what = "with SEL the distance over the elongation has no default";
-                return Err(study.invalid(&key, what).try_instead("add distance_factor"));
+                return refuse(study, &key, what, "add distance_factor");
             }
         }
         if let Some(onr) = &self.onr_24810 {

@@ -13,7 +13,7 @@ use interface_defs::diagnostic::Diagnostic;
 use std::io;
 use std::path::{Path, PathBuf};
 use toolkit::files::{self, Dir};
-use toolkit::run_dir::{CLUSTERS, SCENE, SUMMARY};
+use toolkit::run_dir::{CLUSTERS, MANIFEST, SCENE, SUMMARY};
 use toolkit::scene::Scene;
 
 /// What the study was computed from ([`inputs`]).
@@ -37,7 +37,8 @@ pub struct Directory {
 
 /// Where records are.
 pub struct Index {
-    files: Vec<PathBuf>,
+    /// Each file, and its records once one of them was read.
+    files: Vec<(PathBuf, Option<Records>)>,
     /// For each member from 1 on the number of its file and its place there.
     places: Vec<Option<(u32, u64)>>,
 }
@@ -111,7 +112,7 @@ impl Directory {
 
     /// Remove what a study has written here, and no other file.
     pub fn clear(&self) -> io::Result<()> {
-        for name in [RECORD, STUDY, SCENE, MEMBERS, SUMMARY] {
+        for name in [RECORD, STUDY, SCENE, MEMBERS, SUMMARY, MANIFEST] {
             files::remove(&self.path(name))?;
         }
         for (folder, ends) in [
@@ -132,17 +133,17 @@ impl Directory {
 
     /// All records of complete chunks and of the journal, whose records are `own`.
     pub fn index(&self, base: &Base, own: &[Found]) -> Result<Index, Diagnostic> {
-        let mut index = Index { files: vec![self.main()], places: vec![None; base.members() as usize] };
+        let mut index =
+            Index { files: vec![(self.main(), None)], places: vec![None; base.members() as usize] };
         index.take(0, own);
         let chunks = self.dir.join(CHUNKS);
         let entries = Dir::open(&chunks).and_then(|dir| dir.entries()).map_err(|e| self.fault(e))?;
         let chunks = entries.iter().map(|(name, _)| chunks.join(name));
         let chunks = chunks.filter(|path| path.extension().is_some_and(|e| e == DONE));
         for path in chunks {
-            let found = complete(&path, &base.fingerprint).map_err(|refused| {
-                refused.diagnostic(&path).try_instead("remove it, or begin anew with --force")
-            })?;
-            index.files.push(path);
+            let found = complete(&path, &base.fingerprint)
+                .map_err(|refused| refused.try_instead("remove it, or begin anew with --force"))?;
+            index.files.push((path, None));
             index.take(index.files.len() as u32 - 1, &found);
         }
         Ok(index)
@@ -169,25 +170,13 @@ impl Index {
         (1..).zip(&self.places).filter(|(_, place)| place.is_none()).map(|(number, _)| number).collect()
     }
 
-    /// Open the files for reading.
-    pub fn reader(&self) -> Reader {
-        Reader { open: self.files.iter().map(|_| None).collect() }
-    }
-}
-
-/// Reads records of all files.
-pub struct Reader {
-    open: Vec<Option<Records>>,
-}
-
-impl Reader {
     /// The record of a member; `None`: it is in no file.
-    pub fn record(&mut self, index: &Index, number: u64) -> io::Result<Option<Record>> {
-        let Some((file, at)) = index.places[number as usize - 1] else { return Ok(None) };
-        let slot = &mut self.open[file as usize];
-        let records = match slot {
+    pub fn record(&mut self, number: u64) -> io::Result<Option<Record>> {
+        let Some((file, at)) = self.places[number as usize - 1] else { return Ok(None) };
+        let (path, open) = &mut self.files[file as usize];
+        let records = match open {
             Some(records) => records,
-            None => slot.insert(Records::open(&index.files[file as usize])?),
+            None => open.insert(Records::open(path)?),
         };
         records.at(at).map(Some)
     }

@@ -104,47 +104,9 @@ impl Distribution {
             return Err(study.invalid(key, what).try_instead("write { uniform = [0.2, 0.4] }"));
         }
         let spec = study.read_value::<Spec>(key, value)?;
-        let refuse = |what: String, cure: &str| Err(study.invalid(key, what).try_instead(cure));
-        let forms =
-            [spec.uniform.is_some(), spec.normal.is_some(), spec.lognormal.is_some(), spec.choice.is_some()];
-        if forms.iter().filter(|there| **there).count() != 1 {
-            return refuse(
-                "a distribution is one of uniform, normal, lognormal, choice".into(),
-                "keep one of them",
-            );
-        }
-        if spec.weights.is_some() && spec.choice.is_none() {
-            return refuse("`weights` belongs to `choice`".into(), "leave it out");
-        }
-        if spec.within.is_some() && spec.normal.is_none() && spec.lognormal.is_none() {
-            return refuse("`within` cuts the tails of normal and lognormal".into(), "leave it out");
-        }
-        if let Some([low, high]) = spec.within.filter(|[low, high]| low >= high) {
-            return refuse(
-                format!("within = [{low}, {high}]: the first must lie below the second"),
-                "[low, high]",
-            );
-        }
-        if spec.levels == Some(0) || (spec.levels.is_some() && spec.choice.is_some()) {
-            return refuse(
-                "`levels`: one or more, of a distribution of numbers".into(),
-                "a choice has its own",
-            );
-        }
-        let form = match Form::of(
-            spec.uniform,
-            spec.normal,
-            spec.lognormal,
-            spec.within,
-            spec.choice.zip(Some(spec.weights)),
-        ) {
-            Ok(form) => form,
-            Err((what, cure)) => return refuse(what, cure),
-        };
-        let levels = match &form {
-            Form::Choice(values, _) => values.len() as u64,
-            _ => spec.levels.map_or(1, u64::from),
-        };
+        let levels = spec.levels.map_or(1, u64::from);
+        let form = spec.form().map_err(|(what, cure)| study.invalid(key, what).try_instead(cure))?;
+        let levels = if let Form::Choice(values, _) = &form { values.len() as u64 } else { levels };
         Ok(Self { form, levels })
     }
 
@@ -170,10 +132,11 @@ impl Distribution {
     pub fn range(&self) -> Option<[f64; 2]> {
         match &self.form {
             Form::Choice(values, _) => {
-                let numbers: Option<Vec<f64>> = values.iter().map(number).collect();
-                let numbers = numbers?;
-                let low = numbers.iter().copied().fold(f64::INFINITY, f64::min);
-                Some([low, numbers.iter().copied().fold(f64::NEG_INFINITY, f64::max)])
+                let around = [f64::INFINITY, f64::NEG_INFINITY];
+                let wider = |[low, high]: [f64; 2], value| {
+                    number(value).map(|number| [low.min(number), high.max(number)])
+                };
+                values.iter().try_fold(around, wider)
             }
             Form::Uniform(range) => Some(*range),
             Form::Normal { within, .. } => Some(*within),
@@ -230,32 +193,50 @@ impl Distribution {
     }
 }
 
-impl Form {
-    fn of(
-        uniform: Option<[f64; 2]>,
-        normal: Option<[f64; 2]>,
-        lognormal: Option<[f64; 2]>,
-        within: Option<[f64; 2]>,
-        choice: Option<(Vec<toml::Value>, Option<Vec<f64>>)>,
-    ) -> Result<Self, (String, &'static str)> {
-        if let Some([low, high]) = uniform {
-            if low >= high {
-                return Err((
-                    format!("uniform = [{low}, {high}]: the first must lie below the second"),
-                    "[low, high]",
-                ));
-            }
-            return Ok(Self::Uniform([low, high]));
+/// What is wrong, and what to write instead.
+type Wrong = (String, &'static str);
+
+/// A range whose first number lies below its second.
+fn rising(name: &str, [low, high]: [f64; 2]) -> Result<[f64; 2], Wrong> {
+    match low >= high {
+        true => {
+            Err((format!("{name} = [{low}, {high}]: the first must lie below the second"), "[low, high]"))
+        }
+        false => Ok([low, high]),
+    }
+}
+
+impl Spec {
+    fn form(self) -> Result<Form, Wrong> {
+        let Self { uniform, normal, lognormal, choice, weights, within, levels } = self;
+        let has_tails = normal.is_some() || lognormal.is_some();
+        let forms = [uniform.is_some(), normal.is_some(), lognormal.is_some(), choice.is_some()];
+        let one = forms.iter().filter(|there| **there).count() == 1;
+        let counted = levels.is_none_or(|levels| levels > 0 && choice.is_none());
+        let rules = [
+            (one, "a distribution is one of uniform, normal, lognormal, choice", "keep one of them"),
+            (weights.is_none() || choice.is_some(), "`weights` belongs to `choice`", "leave it out"),
+            (
+                within.is_none() || has_tails,
+                "`within` cuts the tails of normal and lognormal",
+                "leave it out",
+            ),
+            (counted, "`levels`: one or more, of a distribution of numbers", "a choice has its own"),
+        ];
+        if let Some((_, what, cure)) = rules.into_iter().find(|(kept, ..)| !kept) {
+            return Err((what.into(), cure));
+        }
+        let within = within.map(|range| rising("within", range)).transpose()?;
+        if let Some(range) = uniform {
+            return Ok(Form::Uniform(rising("uniform", range)?));
         }
         if let Some([mean, deviation]) = normal {
             if deviation <= 0.0 {
-                return Err((
-                    format!("a standard deviation of {deviation}: it must lie above 0"),
-                    "[mean, standard deviation]",
-                ));
+                let what = format!("a standard deviation of {deviation}: it must lie above 0");
+                return Err((what, "[mean, standard deviation]"));
             }
             let within = within.unwrap_or([mean - TAILS * deviation, mean + TAILS * deviation]);
-            return Ok(Self::Normal { mean, deviation, within, log: false });
+            return Ok(Form::Normal { mean, deviation, within, log: false });
         }
         if let Some([median, factor]) = lognormal {
             if median <= 0.0 || factor <= 1.0 || within.is_some_and(|[low, _]| low <= 0.0) {
@@ -265,9 +246,9 @@ impl Form {
                 return Err((what, "two thirds of all lie between median / factor and median * factor"));
             }
             let within = within.unwrap_or([median / factor.powf(TAILS), median * factor.powf(TAILS)]);
-            return Ok(Self::Normal { mean: median.ln(), deviation: factor.ln(), within, log: true });
+            return Ok(Form::Normal { mean: median.ln(), deviation: factor.ln(), within, log: true });
         }
-        let (values, weights) = choice.unwrap_or_default();
+        let values = choice.unwrap_or_default();
         if values.is_empty() {
             return Err(("a choice of nothing".into(), "name one value at least"));
         }
@@ -278,12 +259,11 @@ impl Form {
             return Err((what, "as many weights as values, each 0 or more"));
         }
         let mut share = 0.0;
-        let shares = weights.iter().map(|w| {
-            share += w / sum;
+        let up_to = |weight: &f64| {
+            share += weight / sum;
             share
-        });
-        let shares = shares.collect();
-        Ok(Self::Choice(values, shares))
+        };
+        Ok(Form::Choice(values, weights.iter().map(up_to).collect()))
     }
 }
 

@@ -11,7 +11,7 @@ use super::results::raster::System;
 use super::settings::{Quantity, Variable};
 use dem_contact::settings::Settings;
 use dem_rocks::gate::contacts::of_contact;
-use dem_rocks::gate::units::{Found, all_of_rock, in_litres, short};
+use dem_rocks::gate::units::{all_of_rock, in_litres, short};
 use dem_solid::geometry::plan;
 use interface_defs::diagnostic::{Diagnostic, Place, code};
 use nalgebra::Vector3;
@@ -117,27 +117,6 @@ fn quantities(key: &str) -> &'static [Quantity] {
     }
 }
 
-/// What is found of a rock at the ends of what varies: where it is written, with which value.
-struct OfStudy<'a> {
-    variable: &'a Variable,
-    value: f64,
-    found: Found,
-}
-
-impl OfStudy<'_> {
-    fn key(&self) -> String {
-        format!("vary.{}", self.variable.name)
-    }
-
-    fn what(&self, rock: &str) -> String {
-        let what = self.found.what(rock);
-        match self.variable.quantity {
-            Quantity::Shape => what,
-            _ => format!("with {} = {}: {what}", self.variable.name, short(self.value)),
-        }
-    }
-}
-
 /// Rocks at the ends of their sizes, densities, speeds and spins, by the checks of a scene.
 fn of_rocks(base: &Base, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
     let study = &base.study;
@@ -161,19 +140,23 @@ fn of_rocks(base: &Base, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
             prototype,
         };
         let (rock, table) = base.rock_alone(&member);
-        let at = |found: Found| {
-            let quantity = quantities(found.key).iter().find(|quantity| study.varies(**quantity))?;
-            let variable = study.variables.iter().find(|v| v.quantity == *quantity)?;
-            Some(OfStudy { variable, value: base.quantity(&member, *quantity).unwrap_or(f64::NAN), found })
-        };
         let volume = rock.solid.volume();
-        for mut it in all_of_rock(&rock, &table).into_iter().filter_map(at) {
-            let of_size = quantities(it.found.key).len() > 1;
-            if of_size && let Some(hint) = of_size_meant(it.variable.quantity, volume, rock.mass) {
-                it.found.hint = hint;
+        for mut found in all_of_rock(&rock, &table) {
+            let all = quantities(found.key);
+            let varied = |quantity: &Quantity| study.variables.iter().find(|v| v.quantity == *quantity);
+            let Some(variable) = all.iter().find_map(varied) else { continue };
+            let (name, quantity) = (&variable.name, variable.quantity);
+            if all.len() > 1
+                && let Some(hint) = of_size_meant(quantity, volume, rock.mass)
+            {
+                found.hint = hint;
             }
-            let (key, what) = (it.key(), it.what(&rock.name));
-            let found = it.found.diagnostic(&key, what, file)?;
+            let (key, mut what) = (format!("vary.{name}"), found.what(&rock.name));
+            if quantity != Quantity::Shape {
+                let value = short(base.quantity(&member, quantity).unwrap_or(f64::NAN));
+                what = format!("with {name} = {value}: {what}");
+            }
+            let found = found.diagnostic(&key, what, file)?;
             if keys.insert(key) {
                 said.push(file.placed(found));
             }
@@ -183,18 +166,11 @@ fn of_rocks(base: &Base, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
             && let Some(hint) = of_size_meant(variable.quantity, volume, rock.mass)
             && keys.insert(format!("vary.{}", variable.name))
         {
-            let (name, value) =
-                (&variable.name, if variable.quantity == Quantity::Mass { rock.mass } else { volume });
-            let what = format!(
-                "with {name} = {}: rock `{}` has {} kg in {} m3",
-                short(value),
-                rock.name,
-                short(rock.mass),
-                short(volume)
-            );
-            said.push(
-                warning(file, &format!("vary.{name}"), what).coded(code::LIKELY_UNIT).try_instead(hint),
-            );
+            let (name, of, mass, volume) = (&variable.name, &rock.name, short(rock.mass), short(volume));
+            let value = if variable.quantity == Quantity::Mass { &mass } else { &volume };
+            let what = format!("with {name} = {value}: rock `{of}` has {mass} kg in {volume} m3");
+            let doubted = warning(file, &format!("vary.{name}"), what);
+            said.push(doubted.coded(code::LIKELY_UNIT).try_instead(hint));
         }
     }
     Ok(said)
@@ -202,16 +178,13 @@ fn of_rocks(base: &Base, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
 
 /// What a size that few rocks have may have been, where the study varies this quantity.
 fn of_size_meant(quantity: Quantity, volume: f64, mass: f64) -> Option<String> {
-    match quantity {
-        Quantity::Mass if mass < LIGHT => {
-            Some(format!("were it in tonnes, it would be {} kg", short(1e3 * mass)))
-        }
-        Quantity::Mass => {
-            in_litres(volume).map(|_| format!("were it in grams, it would be {} kg", short(1e-3 * mass)))
-        }
-        Quantity::Volume => in_litres(volume),
+    let meant = match quantity {
+        Quantity::Mass if mass < LIGHT => Some(("tonnes", 1e3)),
+        Quantity::Mass => in_litres(volume).map(|_| ("grams", 1e-3)),
+        Quantity::Volume => return in_litres(volume),
         _ => None,
-    }
+    };
+    meant.map(|(unit, size)| format!("were it in {unit}, it would be {} kg", short(size * mass)))
 }
 
 /// A direction that is likelier in radians, or upward.
@@ -230,7 +203,7 @@ fn of_direction(variable: &Variable, file: &Scene) -> Option<Diagnostic> {
     let written = range(low, high);
     if name == "dip" && low < 0.0 {
         let what = format!(
-            "a dip of {written} degrees: below 0 rocks are thrown upward, as it is counted below the horizontal"
+            "a dip of {written} degrees: it counts below the horizontal, so this throws rocks upward"
         );
         return Some(warning(file, &key, what).try_instead("30 degrees downward are dip = 30.0"));
     }
@@ -255,10 +228,9 @@ fn of_line(base: &Base, at: usize, file: &Scene) -> Option<Diagnostic> {
     let beside = places.filter(|place| ground_at(&base.ground, *place).is_none()).count();
     let length = plan::length(line);
     (beside > 0).then(|| {
+        let (lost, all) = (short(length * beside as f64 / f64::from(PIECES)), short(length));
         let what = format!(
-            "{} m of {} m of the line `{name}` lie beyond the terrain or over holes in it: what passes there is not counted",
-            short(length * beside as f64 / f64::from(PIECES)),
-            short(length)
+            "{lost} m of {all} m of the line `{name}` lie beyond the terrain or over holes in it: what passes there is not counted"
         );
         warning(file, &format!("line.{at}.points"), what).coded(code::PLACE)
     })
@@ -277,12 +249,10 @@ fn of_system(base: &Base, file: &Scene) -> Result<Option<Diagnostic>, Diagnostic
     let Some(epsg) = base.study.maps.as_ref().and_then(|maps| maps.epsg) else { return Ok(None) };
     let refuse = |what: String, cure: &str| Err(file.invalid("maps.epsg", what).try_instead(cure));
     if !(CODES[0]..=CODES[1]).contains(&epsg) {
-        let what =
-            format!("epsg = {epsg}: the codes of coordinate systems go from {} to {}", CODES[0], CODES[1]);
-        return refuse(
-            what,
-            "2056 in Switzerland, 31254 to 31259 in Austria, 25832 or 32632 for UTM zone 32",
-        );
+        let [low, high] = CODES;
+        let what = format!("epsg = {epsg}: the codes of coordinate systems go from {low} to {high}");
+        let cure = "2056 in Switzerland, 31254 to 31259 in Austria, 25832 or 32632 for UTM zone 32";
+        return refuse(what, cure);
     }
     if DEGREES.contains(&epsg) {
         let what =

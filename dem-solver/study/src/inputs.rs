@@ -67,9 +67,8 @@ pub fn changes(before: &Value, now: &Value) -> String {
             Some(_) => {}
         }
     }
-    all.extend(
-        old.keys().filter(|path| !new.contains_key(*path)).map(|path| format!("{path} is not read now")),
-    );
+    let gone = old.keys().filter(|path| !new.contains_key(*path));
+    all.extend(gone.map(|path| format!("{path} is not read now")));
     if all.is_empty() {
         all.push(other());
     }

@@ -4,7 +4,7 @@
 //! process has left of a frame is cut off.
 
 use super::record::Record;
-use interface_defs::diagnostic::{Diagnostic, code};
+use interface_defs::diagnostic::{Code, Diagnostic, code};
 use std::fs::{File, TryLockError};
 use std::io::{self, BufReader, Read, Seek, Write};
 use std::path::{Path, PathBuf};
@@ -19,36 +19,18 @@ const SYNC: Duration = Duration::from_secs(1);
 /// Longest frame that is read [bytes].
 const LONGEST: u64 = 1 << 32;
 
-/// Why a journal cannot be used.
-#[derive(Debug)]
-pub enum Refused {
-    /// It cannot be read or written.
-    Io(io::Error),
-    /// It belongs to another study, or to another version of it.
-    Foreign,
-    /// Another build of this program has written it.
-    Build(Diagnostic),
-    /// Another process writes to it.
-    Taken,
+/// That the journal at `path` cannot be used.
+fn refused(path: &Path, code: Code, what: impl Into<String>) -> Diagnostic {
+    Diagnostic::in_file(path.display().to_string(), what).coded(code)
 }
 
-impl From<io::Error> for Refused {
-    fn from(e: io::Error) -> Self {
-        Self::Io(e)
-    }
+/// That another process writes to the journal at `path`.
+pub fn taken(path: &Path) -> Diagnostic {
+    refused(path, code::OTHER, "another process is computing these members")
 }
 
-impl Refused {
-    /// For the user, about `path`.
-    pub fn diagnostic(self, path: &Path) -> Diagnostic {
-        let (code, what) = match self {
-            Self::Io(e) => (code::FILE, format!("cannot be read or written: {e}")),
-            Self::Foreign => (code::PROVENANCE, "belongs to another study, scene or terrain".into()),
-            Self::Build(of_another) => (of_another.code, of_another.message),
-            Self::Taken => (code::OTHER, "another process is computing these members".into()),
-        };
-        Diagnostic::in_file(path.display().to_string(), what).coded(code)
-    }
+fn fault(path: &Path) -> impl Fn(io::Error) -> Diagnostic {
+    move |e| refused(path, code::FILE, format!("cannot be read or written: {e}"))
 }
 
 /// What a file of this study begins with: a line, then what wrote its records.
@@ -65,22 +47,23 @@ pub struct Found {
     pub at: u64,
 }
 
-/// All whole frames of a file, and where they end. A file without a whole head ends at 0.
-fn scan(file: &File, fingerprint: &str) -> Result<(Vec<Found>, u64), Refused> {
+/// All whole frames of the file at `path`, and where they end. A file without a whole head ends at 0.
+fn scan(file: &File, path: &Path, fingerprint: &str) -> Result<(Vec<Found>, u64), Diagnostic> {
     let mut reader = BufReader::with_capacity(1 << 16, file);
     let (own, mut begins) = (head(fingerprint), Vec::new());
-    reader.by_ref().take(own.len() as u64).read_to_end(&mut begins)?;
+    reader.by_ref().take(own.len() as u64).read_to_end(&mut begins).map_err(fault(path))?;
     if begins.len() < own.len() && own.starts_with(&begins) {
         return Ok((Vec::new(), 0));
     }
     let line = own.len() - provenance::head::<Record>().len();
     if !begins.starts_with(&own[..line]) {
-        return Err(Refused::Foreign);
+        return Err(refused(path, code::PROVENANCE, "belongs to another study, scene or terrain"));
     }
-    provenance::open::<Record>(&begins[line..], Reader::SameBuild).map_err(Refused::Build)?;
+    provenance::open::<Record>(&begins[line..], Reader::SameBuild)
+        .map_err(|of_another| refused(path, of_another.code, of_another.message))?;
     let (mut found, mut at) = (Vec::new(), own.len() as u64);
     let mut frame = Vec::new();
-    while let Some(record) = next(&mut reader, &mut frame)? {
+    while let Some(record) = next(&mut reader, &mut frame).map_err(fault(path))? {
         found.push(Found { number: record.number, at });
         at += frame.len() as u64;
     }
@@ -105,8 +88,8 @@ fn next(reader: &mut impl Read, frame: &mut Vec<u8>) -> io::Result<Option<Record
 }
 
 /// The records of a complete file.
-pub fn complete(path: &Path, fingerprint: &str) -> Result<Vec<Found>, Refused> {
-    Ok(scan(&files::source(path)?, fingerprint)?.0)
+pub fn complete(path: &Path, fingerprint: &str) -> Result<Vec<Found>, Diagnostic> {
+    Ok(scan(&files::source(path).map_err(fault(path))?, path, fingerprint)?.0)
 }
 
 /// Reads records of a file, best in their order.
@@ -140,22 +123,21 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// Create a file, or go on with it: its records, what is left of half a frame cut off.
-    pub fn open(path: &Path, fingerprint: &str) -> Result<(Self, Vec<Found>), Refused> {
-        let mut file = files::append(path)?;
-        match file.file().try_lock() {
-            Err(TryLockError::WouldBlock) => return Err(Refused::Taken),
-            // A file system without locks: two processes at one chunk write the same bytes.
-            Err(TryLockError::Error(_)) | Ok(()) => {}
+    /// Create a file, or go on with it: its records, what is left of half a frame cut off. `None`: another process writes to it.
+    pub fn open(path: &Path, fingerprint: &str) -> Result<Option<(Self, Vec<Found>)>, Diagnostic> {
+        let mut file = files::append(path).map_err(fault(path))?;
+        // On a file system without locks two processes at one chunk write the same bytes.
+        if let Err(TryLockError::WouldBlock) = file.file().try_lock() {
+            return Ok(None);
         }
-        let (found, mut end) = scan(file.file(), fingerprint)?;
-        file.cut(end)?;
+        let (found, mut end) = scan(file.file(), path, fingerprint)?;
+        file.cut(end).map_err(fault(path))?;
         if end == 0 {
             let head = head(fingerprint);
-            file.write_all(&head)?;
+            file.write_all(&head).map_err(fault(path))?;
             end = head.len() as u64;
         }
-        Ok((Self { path: path.to_owned(), file, end, synced: Instant::now() }, found))
+        Ok(Some((Self { path: path.to_owned(), file, end, synced: Instant::now() }, found)))
     }
 
     /// Add a record; where it stands.
@@ -203,7 +185,7 @@ mod tests {
     fn a_journal_that_was_cut_anywhere_goes_on_to_the_same_bytes() {
         let temp = tempfile::tempdir().expect("a directory");
         let (whole, cut) = (temp.path().join("whole"), temp.path().join("cut"));
-        let (mut journal, found) = Journal::open(&whole, "abc").expect("opened");
+        let (mut journal, found) = Journal::open(&whole, "abc").expect("opened").expect("free");
         assert!(found.is_empty());
         let places: Vec<Found> = (1..=3).map(|n| journal.add(&record(n)).expect("added")).collect();
         drop(journal);
@@ -212,7 +194,7 @@ mod tests {
         for length in 0..=bytes.len() {
             std::fs::write(&cut, &bytes[..length]).expect("written");
             let (mut journal, found) =
-                Journal::open(&cut, "abc").unwrap_or_else(|e| panic!("{length}: {e:?}"));
+                Journal::open(&cut, "abc").unwrap_or_else(|e| panic!("{length}: {e:?}")).expect("free");
             assert_eq!(found, places[..found.len()]);
             for n in found.len()..3 {
                 journal.add(&record(n as u64 + 1)).expect("added");
@@ -230,11 +212,11 @@ mod tests {
     fn a_journal_of_another_study_or_of_a_running_process_is_refused() {
         let temp = tempfile::tempdir().expect("a directory");
         let path = temp.path().join("a");
-        let (journal, _) = Journal::open(&path, "abc").expect("opened");
-        assert!(matches!(Journal::open(&path, "abc"), Err(Refused::Taken)));
+        let (journal, _) = Journal::open(&path, "abc").expect("opened").expect("free");
+        assert!(Journal::open(&path, "abc").expect("read").is_none());
         drop(journal);
-        assert!(matches!(Journal::open(&path, "abd"), Err(Refused::Foreign)));
-        assert!(matches!(complete(&path, "abd"), Err(Refused::Foreign)));
+        assert!(Journal::open(&path, "abd").is_err_and(|e| e.code == code::PROVENANCE));
+        assert!(complete(&path, "abd").is_err_and(|e| e.code == code::PROVENANCE));
     }
 
     #[test]
@@ -246,7 +228,7 @@ mod tests {
         let last = bytes.len() - 1;
         bytes[last] ^= 1;
         std::fs::write(&path, &bytes).expect("written");
-        let refused = Journal::open(&path, "abc").err().expect("refused").diagnostic(&path);
+        let refused = Journal::open(&path, "abc").err().expect("refused");
         let (own, theirs) = (&provenance::build_id().program, String::from_utf8_lossy(&bytes[last - 31..]));
         assert_eq!(refused.code, code::PROVENANCE);
         assert!(refused.message.contains(own) && refused.message.contains(&*theirs), "{refused}");
@@ -258,7 +240,7 @@ mod tests {
     fn hostile_lengths_end_a_journal() {
         let temp = tempfile::tempdir().expect("a directory");
         let path = temp.path().join("a");
-        let (mut journal, _) = Journal::open(&path, "abc").expect("opened");
+        let (mut journal, _) = Journal::open(&path, "abc").expect("opened").expect("free");
         let first = journal.add(&record(1)).expect("added");
         drop(journal);
         let whole = std::fs::read(&path).expect("read");

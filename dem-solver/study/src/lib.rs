@@ -5,21 +5,20 @@
 //!
 //! - [`settings`], [`vary`], [`distribution`]: the study file; [`reference`](mod@reference): what editors know of it; [`design`]: what a barrier on a line is judged by
 //! - [`sampling`]: numbers from 0 to 1, a function of seed and member alone
-//! - [`base`](mod@base): what all members share; [`gate`]: what can be known of them before the start; [`member`]: what one has of its own; [`place`]: where it starts
-//! - [`scene_of`]: the scene of one member; [`runner`]: one member from start to end; [`execute`]: many on all cores, handed on in order
+//! - [`base`](mod@base): what all members share; [`gate`]: what can be known of them before the start; [`member`]: what one has of its own, and its scene; [`place`]: where it starts
+//! - [`runner`]: one member from start to end
 //! - [`quantity`]: the quantities of a fall, each a line of one table
 //! - [`record`], [`journal`], [`directory`]: what is kept of each, so that a killed process loses nothing; [`inputs`]: what they were computed from
 //! - [`table`], [`summary`]: `members.csv`, `summary.json`
 //! - [`track`]: what is kept of a member's trajectory, by the cells of [`grid`]; [`results`]: maps, lines, trajectories of all
 //! - [`worst`]: the members that are hardest on a barrier, each as a scene with it
-//! - [`command`](mod@command): `dem-solver ensemble`, which `rockfall ensemble` starts
+//! - [`command`](mod@command): `dem-solver ensemble`, which `rockfall ensemble` starts: many members on all cores, handed on in order
 
 pub mod base;
 pub mod command;
 pub mod design;
 pub mod directory;
 pub mod distribution;
-pub mod execute;
 pub mod gate;
 pub mod grid;
 pub mod inputs;
@@ -29,10 +28,10 @@ pub mod place;
 pub mod quantity;
 pub mod record;
 pub mod reference;
+mod refuse;
 pub mod results;
 pub mod runner;
 pub mod sampling;
-pub mod scene_of;
 pub mod settings;
 pub mod summary;
 pub mod table;

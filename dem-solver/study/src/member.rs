@@ -1,6 +1,6 @@
-//! One member: its numbers, and the model that it is computed with.
+//! One member: its numbers, the model that it is computed with, and its scene: what a run of it computes is what the study has computed.
 
-use super::base::Base;
+use super::base::{Base, put_shape, rock_of};
 use super::place::{above_ground, line_of_fall};
 use super::settings::{Place, Quantity};
 use dem_contact::contact::whole_rock::Whole;
@@ -15,6 +15,9 @@ use dem_solid::geometry::sphere_tree::SphereTree;
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
+use toml::{Table, Value};
+use toolkit::coordinates::Form;
+use toolkit::input_file::with_absolute_files;
 
 /// Numbers that are drawn for every member: two of its place, three of its orientation, two of the axis of its spin.
 const DRAWN: usize = 7;
@@ -79,22 +82,17 @@ fn towards(azimuth: f64, dip: f64) -> Vector3<f64> {
 
 /// Put `value` at a dotted key of a document; tables that are not there are made.
 pub fn put(document: &mut toml::Table, key: &str, value: toml::Value) {
-    let mut parts = key.split('.').peekable();
+    let mut parts = key.split('.');
     let Some(first) = parts.next() else { return };
-    let mut node = document.entry(first).or_insert_with(|| toml::Value::Table(toml::Table::new()));
-    for part in parts {
-        node = match node {
-            toml::Value::Array(items) => match part.parse().ok().and_then(|at: usize| items.get_mut(at)) {
-                Some(item) => item,
-                None => return,
-            },
-            toml::Value::Table(table) => {
-                table.entry(part).or_insert_with(|| toml::Value::Table(toml::Table::new()))
-            }
-            _ => return,
-        };
+    let table = || Value::Table(Table::new());
+    let inner = parts.try_fold(document.entry(first).or_insert_with(table), |node, part| match node {
+        Value::Array(items) => items.get_mut(part.parse::<usize>().ok()?),
+        Value::Table(inner) => Some(inner.entry(part).or_insert_with(table)),
+        _ => None,
+    });
+    if let Some(node) = inner {
+        *node = value;
     }
-    *node = value;
 }
 
 impl Base {
@@ -104,15 +102,11 @@ impl Base {
         let release = self.starts.partition_point(|start| *start <= index) - 1;
         let (sampler, within) = (&self.samplers[release], index - self.starts[release]);
         let draw = |dimension: usize| sampler.at(dimension, within);
-        let origin = self.ground.origin;
-        let local = |[x, y]: [f64; 2]| [x - origin.x, y - origin.y];
-        let place = match self.study.releases[release].place() {
-            Place::Points(points) => local(points[(within % points.len() as u64) as usize]),
-            Place::Line(line) => local(plan::along(line, draw(0))),
-            Place::Polygon(_) => {
-                let area = self.areas[release].as_ref().expect("made for every polygon");
-                area.at(draw(0), draw(1))
-            }
+        let Place { form, corners, .. } = self.study.releases[release].place();
+        let place = match (form, &self.areas[release]) {
+            (_, Some(area)) => area.at(draw(0), draw(1)),
+            (Form::Points, _) => self.local(&corners[(within % corners.len() as u64) as usize]),
+            _ => self.local(&plan::along(corners, draw(0))),
         };
         let values: Vec<toml::Value> = (self.study.variables.iter().enumerate())
             .map(|(at, variable)| variable.distribution.value(draw(DRAWN + at)))
@@ -280,6 +274,52 @@ impl Base {
         };
         Ok(direction * speed)
     }
+}
+
+impl Base {
+    /// The scene of a member from its start, with absolute paths. Errs with what is wrong with the member.
+    pub fn scene_of(&self, member: &Member) -> Result<Table, Diagnostic> {
+        let model = self.model(member, None).map_err(Self::of_member(member))?;
+        let mut document = self.document.clone();
+        for (variable, value) in self.study.variables.iter().zip(&member.values) {
+            match (variable.quantity, rock_of(&mut document)) {
+                (Quantity::Key, _) => put(&mut document, &variable.name, value.clone()),
+                (Quantity::Shape, Some(rock)) => put_shape(rock, value),
+                _ => {}
+            }
+        }
+        if let Some(rock) = rock_of(&mut document) {
+            put_start(rock, &model.settings.rocks[0]);
+        }
+        with_absolute_files(&mut document, &self.scene)?;
+        Ok(document)
+    }
+
+    /// The text of a scene that was made for a member, with a head that says so and `more`.
+    pub fn text(&self, member: &Member, more: &str, scene: &Table) -> Result<String, Diagnostic> {
+        let (number, all, version) = (member.number, self.members(), env!("CARGO_PKG_VERSION"));
+        let head =
+            format!("Member {number} of {all} of a study{more}, by rockfall {version}. Runs as it is.");
+        let head: String = head.chars().map(|c| if c.is_control() { '?' } else { c }).collect();
+        let body = toml::to_string(scene).map_err(|e| Diagnostic::new(e.to_string()))?;
+        Ok(format!("# {head}\n\n{body}"))
+    }
+}
+
+/// Position, velocity, orientation and angular velocity of a rock.
+pub fn put_motion(rock: &mut Table, motion: [&[f64]; 4]) {
+    for (key, values) in ["position", "velocity", "orientation", "angular_velocity"].into_iter().zip(motion) {
+        rock.insert(key.into(), values.to_vec().into());
+    }
+}
+
+/// Size, mass and motion of a rock at its start.
+fn put_start(rock: &mut Table, start: &RockSettings) {
+    rock.remove("density");
+    rock.remove("scale");
+    put_motion(rock, [&start.position, &start.velocity, &start.orientation, &start.angular_velocity]);
+    let sizes = [("mass", start.mass), ("scale", start.scale)];
+    rock.extend(sizes.into_iter().filter_map(|(key, value)| Some((key.into(), value?.into()))));
 }
 
 #[cfg(test)]

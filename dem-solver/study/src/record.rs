@@ -21,7 +21,7 @@ pub fn fingerprint(base: &Base, file: &Scene) -> String {
     base.ground.origin.iter().for_each(|n| take(*n));
     base.ground.nodes.iter().flat_map(|p| [p.x, p.y, p.z]).for_each(&mut take);
     // They may be in files.
-    let releases = base.study.releases.iter().map(|release| release.place().corners());
+    let releases = base.study.releases.iter().map(|release| release.place().corners);
     let lines = base.study.lines.iter().map(|line| &line.points[..]);
     releases.chain(lines).flatten().flatten().for_each(|n| take(*n));
     for rock in base.prototypes.iter().map(|p| &p.rock) {

@@ -49,10 +49,8 @@ impl<'a> Runner<'a> {
         computed.unwrap_or_else(|panic| {
             let words = panic.downcast_ref::<String>().map(String::as_str);
             let words = words.or(panic.downcast_ref::<&str>().copied()).unwrap_or("a broken invariant");
-            Some((
-                Outcome::failed(Diagnostic::new(format!("the computation broke: {words}"))),
-                Track::default(),
-            ))
+            let fault = Diagnostic::new(format!("the computation broke: {words}"));
+            Some((Outcome::failed(fault), Track::default()))
         })
     }
 

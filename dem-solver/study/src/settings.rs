@@ -1,6 +1,7 @@
 //! The study file: which scene, how many releases from where, what varies.
 
 use super::design::Design;
+use super::refuse::refuse;
 use super::vary::variables;
 pub use super::vary::{Quantity, Variable};
 use dem_solid::geometry::plan;
@@ -57,31 +58,13 @@ pub struct Release {
 
 /// The geometry of a release.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Place<'a> {
-    /// Points.
-    Points(&'a [[f64; 2]]),
-    /// A polyline.
-    Line(&'a [[f64; 2]]),
-    /// An area.
-    Polygon(&'a [[f64; 2]]),
-}
-
-impl<'a> Place<'a> {
+pub struct Place<'a> {
     /// Its key in the study.
-    pub fn key(&self) -> &'static str {
-        match self {
-            Self::Points(_) => "points",
-            Self::Line(_) => "line",
-            Self::Polygon(_) => "polygon",
-        }
-    }
-
+    pub key: &'static str,
+    /// What its corners are.
+    pub form: Form,
     /// Its corners.
-    pub fn corners(&self) -> &'a [[f64; 2]] {
-        match self {
-            Self::Points(corners) | Self::Line(corners) | Self::Polygon(corners) => corners,
-        }
-    }
+    pub corners: &'a [[f64; 2]],
 }
 
 impl Release {
@@ -99,13 +82,20 @@ impl Release {
         Ok(())
     }
 
+    /// What may say where it is, by its key.
+    pub fn geometries(&self) -> [(&'static str, Form, &Option<Coordinates>); 3] {
+        [
+            ("points", Form::Points, &self.points),
+            ("line", Form::Line, &self.line),
+            ("polygon", Form::Polygon, &self.polygon),
+        ]
+    }
+
     /// Where; checked that there is exactly one.
     pub fn place(&self) -> Place<'_> {
-        match (&self.points, &self.line, &self.polygon) {
-            (Some(points), _, _) => Place::Points(points),
-            (_, Some(line), _) => Place::Line(line),
-            (_, _, polygon) => Place::Polygon(polygon.as_deref().unwrap_or_default()),
-        }
+        let there = self.geometries().into_iter().find(|(.., corners)| corners.is_some());
+        let (key, form, corners) = there.unwrap_or(("polygon", Form::Polygon, &None));
+        Place { key, form, corners: corners.as_deref().unwrap_or_default() }
     }
 
     /// Number of members, or of places.
@@ -174,20 +164,17 @@ const MOST: u64 = 10_000_000;
 impl StudySettings {
     /// Read and check them.
     pub fn of(study: &Scene) -> Result<Self, Diagnostic> {
-        let scene: Option<PathBuf> = study.read("scene")?;
-        let scene = scene.ok_or_else(|| {
-            study
-                .invalid("scene", "the key `scene` is missing")
-                .try_instead("name the scene of one fall, as in scene = \"fall.toml\"")
-        })?;
+        let Some(scene) = study.read("scene")? else {
+            let cure = "name the scene of one fall, as in scene = \"fall.toml\"";
+            return refuse(study, "scene", "the key `scene` is missing", cure);
+        };
         let seed: i64 = study.read("seed")?.unwrap_or(1);
         let seed = u64::try_from(seed)
             .map_err(|_| study.invalid("seed", format!("a seed of {seed}: 0 or more is possible")))?;
         let mut releases: Vec<Release> = study.read("release")?.unwrap_or_default();
         if releases.is_empty() {
-            return Err(study
-                .invalid("release", "the study has no release")
-                .try_instead("add a table [[release]] with points, line or polygon, and count"));
+            let cure = "add a table [[release]] with points, line or polygon, and count";
+            return refuse(study, "release", "the study has no release", cure);
         }
         for (at, release) in releases.iter_mut().enumerate() {
             if release.name.is_empty() {
@@ -243,24 +230,18 @@ impl StudySettings {
         let members = self.members();
         if members > MOST {
             let what = format!("{members} members: up to {MOST} are possible");
-            return Err(study.invalid("release", what).try_instead("lower count, or the levels in [vary]"));
+            return refuse(study, "release", what, "lower count, or the levels in [vary]");
         }
         if self.sampling == Sampling::Sobol
-            && let Some(at) = self.counts().iter().position(|count| *count > MOST_OF_SOBOL)
+            && let Some((at, count)) = self.counts().iter().enumerate().find(|(_, n)| **n > MOST_OF_SOBOL)
         {
-            let what = format!(
-                "{} members of one release: a Sobol sequence has {}",
-                self.counts()[at],
-                MOST_OF_SOBOL
-            );
-            return Err(study
-                .invalid(&format!("release.{at}.count"), what)
-                .try_instead("sampling = \"latin_hypercube\""));
+            let what = format!("{count} members of one release: a Sobol sequence has {MOST_OF_SOBOL}");
+            let cure = "sampling = \"latin_hypercube\"";
+            return refuse(study, &format!("release.{at}.count"), what, cure);
         }
         if self.varies(Quantity::Volume) && self.varies(Quantity::Mass) {
-            return Err(study
-                .invalid("vary.mass", "mass and volume together define one thing twice")
-                .try_instead("vary volume and density"));
+            let what = "mass and volume together define one thing twice";
+            return refuse(study, "vary.mass", what, "vary volume and density");
         }
         Ok(())
     }
@@ -289,9 +270,8 @@ fn lines(study: &Scene) -> Result<Vec<ScreenLine>, Diagnostic> {
             return Err(study.invalid(&format!("line.{at}.name"), what));
         }
         if plan::length(&line.points) <= 0.0 {
-            return Err(study
-                .invalid(&format!("line.{at}.points"), "a line without length")
-                .try_instead("points = [[x, y], [x, y]]"));
+            let (key, cure) = (format!("line.{at}.points"), "points = [[x, y], [x, y]]");
+            return refuse(study, &key, "a line without length", cure);
         }
         let name = line.name.clone();
         if lines[..at].iter().any(|other| other.name == name) {
@@ -303,38 +283,32 @@ fn lines(study: &Scene) -> Result<Vec<ScreenLine>, Diagnostic> {
 
 fn check_release(at: usize, release: &Release, study: &Scene) -> Result<(), Diagnostic> {
     let key = |name: &str| format!("release.{at}.{name}");
-    let forms = [release.points.is_some(), release.line.is_some(), release.polygon.is_some()];
-    if forms.iter().filter(|there| **there).count() != 1 {
-        return Err(study
-            .invalid(&format!("release.{at}"), "exactly one of points, line and polygon says where it is")
-            .try_instead("polygon = [[x, y], [x, y], [x, y]]"));
+    if release.geometries().iter().filter(|(.., corners)| corners.is_some()).count() != 1 {
+        let what = "exactly one of points, line and polygon says where it is";
+        return refuse(study, &format!("release.{at}"), what, "polygon = [[x, y], [x, y], [x, y]]");
     }
-    let place = release.place();
-    let (least, what) = match place {
-        Place::Points(_) => (1, "a point"),
-        Place::Line(_) => (2, "a line of two points"),
-        Place::Polygon(_) => (3, "an area of three corners"),
+    let Place { form, corners, key: own } = release.place();
+    let (least, what) = match form {
+        Form::Points => (1, "a point"),
+        Form::Line => (2, "a line of two points"),
+        Form::Polygon => (3, "an area of three corners"),
     };
-    let corners = place.corners();
     if corners.len() < least {
         let what = format!("{} points; {what} is the least", corners.len());
-        return Err(study.invalid(&key(place.key()), what));
+        return Err(study.invalid(&key(own), what));
     }
-    match place {
-        Place::Points(_) => {}
-        Place::Line(line) => {
-            if plan::length(line) <= 0.0 {
-                return Err(study.invalid(&key("line"), "a line without length"));
-            }
+    match form {
+        Form::Line if plan::length(corners) <= 0.0 => {
+            return Err(study.invalid(&key("line"), "a line without length"));
         }
-        Place::Polygon(polygon) => plan::check_polygon(polygon, &key("polygon"), study)?,
+        Form::Points | Form::Line => {}
+        Form::Polygon => plan::check_polygon(corners, &key("polygon"), study)?,
     }
     match release.count {
         Some(0) => return Err(study.invalid(&key("count"), "count = 0: a release has one member at least")),
         None if release.points.is_none() => {
-            return Err(study
-                .invalid(&format!("release.{at}"), "the key `count` is missing here")
-                .try_instead("add count = 1000, the number of members that start here"));
+            let cure = "add count = 1000, the number of members that start here";
+            return refuse(study, &format!("release.{at}"), "the key `count` is missing here", cure);
         }
         _ => {}
     }

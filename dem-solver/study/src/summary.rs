@@ -70,27 +70,19 @@ impl Numbers {
         if outcome.status != RunStatus::Done {
             self.first.get_or_insert_with(|| (number, outcome.message()));
         }
-        match outcome.status {
-            RunStatus::Done => {}
-            RunStatus::Unreliable => self.unreliable += 1,
-            RunStatus::Failed | RunStatus::Interrupted => {
-                self.failed += 1;
-                return;
-            }
+        if matches!(outcome.status, RunStatus::Failed | RunStatus::Interrupted) {
+            self.failed += 1;
+            return;
         }
-        match outcome.how {
-            How::None => {}
-            How::Rest => {
-                self.rest += 1;
-                if outcome.run_out() < outcome.volume.cbrt() {
-                    self.stayed.0 += 1;
-                    if self.stayed.1.len() < NAMED {
-                        self.stayed.1.push(number);
-                    }
-                }
+        self.unreliable += u64::from(outcome.status == RunStatus::Unreliable);
+        self.rest += u64::from(outcome.how == How::Rest);
+        self.left += u64::from(outcome.how == How::Out);
+        self.moving += u64::from(outcome.how == How::Moving);
+        if outcome.how == How::Rest && outcome.run_out() < outcome.volume.cbrt() {
+            self.stayed.0 += 1;
+            if self.stayed.1.len() < NAMED {
+                self.stayed.1.push(number);
             }
-            How::Out => self.left += 1,
-            How::Moving => self.moving += 1,
         }
         for ((values, quantity), value) in self.values.iter_mut().zip(&QUANTITIES).zip(outcome.values) {
             let ended = outcome.how == How::Rest || !quantity.at_rest;
@@ -101,22 +93,22 @@ impl Numbers {
     /// The summary; with more than the share `most_failed` of members that failed or are unreliable it is unreliable itself.
     pub fn summary(mut self, most_failed: f64) -> Summary {
         let mut summary = Summary::new(RunStatus::Done);
+        let Self { members, unreliable, failed, rest, left, moving, .. } = self;
         let counts = format!(
-            "of {} members {} came to rest, {} left the terrain, {} still moved at the end, {} failed; {} of those computed are \
-             unreliable",
-            self.members, self.rest, self.left, self.moving, self.failed, self.unreliable
+            "of {members} members {rest} came to rest, {left} left the terrain, {moving} still moved at the end, {failed} failed; \
+             {unreliable} of those computed are unreliable"
         );
         summary.warnings.push(Diagnostic::of(Severity::Note, code::OTHER, counts));
         let mut report = |name: String, value: f64, unit: &str, rank: u16, worse: Worse| {
             summary.measures.push(Measure::new(name, value, unit).ranked(rank, worse));
         };
         for (name, count, worse) in [
-            ("members", self.members, Worse::Neither),
-            ("members_at_rest", self.rest, Worse::Neither),
-            ("members_left", self.left, Worse::Larger),
-            ("members_moving", self.moving, Worse::Larger),
-            ("members_unreliable", self.unreliable, Worse::Larger),
-            ("members_failed", self.failed, Worse::Larger),
+            ("members", members, Worse::Neither),
+            ("members_at_rest", rest, Worse::Neither),
+            ("members_left", left, Worse::Larger),
+            ("members_moving", moving, Worse::Larger),
+            ("members_unreliable", unreliable, Worse::Larger),
+            ("members_failed", failed, Worse::Larger),
         ] {
             report(name.into(), count as f64, "1", Measure::ORDINARY, worse);
         }
@@ -153,12 +145,11 @@ impl Numbers {
             let what = format!("quantiles of {} absent: no member was computed", none.join(", "));
             summary.warnings.push(Diagnostic::warning(code::ABSENT_MEASURE, what));
         }
-        if self.left + self.moving > 0 && self.members > self.failed {
-            let (computed, on) = (self.members - self.failed, self.left + self.moving);
+        let (computed, on) = (members - failed, left + moving);
+        if on > 0 && computed > 0 {
             let mut what = format!(
-                "{on} of {computed} members did not come to rest on the terrain ({} left it, {} still moved): in quantiles of run-out and \
-                 time they count as having gone farther and longer than all others",
-                self.left, self.moving
+                "{on} of {computed} members did not come to rest on the terrain ({left} left it, {moving} still moved): in quantiles of \
+                 run-out and time they count as having gone farther and longer than all others"
             );
             if !wide.is_empty() {
                 what += &format!(", which may be too much: {}", wide.join(", "));
@@ -170,27 +161,23 @@ impl Numbers {
             summary.warnings.push(Diagnostic::warning(code::TRUST, what).try_instead(cure));
         }
         if let (stayed @ 1.., first) = &self.stayed {
-            let named: Vec<String> = first.iter().map(u64::to_string).collect();
+            let named = first.iter().map(u64::to_string).collect::<Vec<_>>().join(", ");
             let more = if *stayed > first.len() as u64 { ", ..." } else { "" };
             let what = format!(
-                "{stayed} of {} members came to rest where they started, nearer than their own size: {}{more}; they count in all shares and \
-                 quantiles",
-                self.members,
-                named.join(", ")
+                "{stayed} of {members} members came to rest where they started, nearer than their own size: {named}{more}; they count in \
+                 all shares and quantiles"
             );
             let cure =
                 "for rocks that fall a speed in [vary], a height, or a release where the ground is steeper";
             summary.warnings.push(Diagnostic::warning(code::UNUSUAL_VALUE, what).try_instead(cure));
         }
         let mut doubts = Vec::new();
-        let cut = self.moving as f64 / self.members as f64;
-        if self.moving > 0 {
+        let cut = moving as f64 / members as f64;
+        if moving > 0 {
+            let share = percent(cut);
             let what = format!(
-                "{} of {} members ({}) still moved when the time was over: shares and quantiles at lines, maps and run-outs are \
-                 of falls that are not at their end",
-                self.moving,
-                self.members,
-                percent(cut)
+                "{moving} of {members} members ({share}) still moved when the time was over: shares and quantiles at lines, maps and \
+                 run-outs are of falls that are not at their end"
             );
             let cure = "raise end_time";
             let allow = format!("{cure}, or allow it with most_failed = {cut:.3}");
@@ -200,13 +187,12 @@ impl Numbers {
                 false => summary.warnings.push(doubted.try_instead(cure)),
             }
         }
-        let bad = self.unreliable + self.failed;
+        let bad = unreliable + failed;
         if let Some((number, why)) = self.first {
-            let share = bad as f64 / self.members as f64;
+            let share = bad as f64 / members as f64;
+            let of_all = percent(share);
             let what = format!(
-                "{bad} of {} members ({}) failed or are unreliable; the first, member {number}: {why}",
-                self.members,
-                percent(share)
+                "{bad} of {members} members ({of_all}) failed or are unreliable; the first, member {number}: {why}"
             );
             if share > most_failed {
                 let what = format!("{what}; more than most_failed = {most_failed}");

@@ -16,37 +16,11 @@ use toolkit::summary::RunStatus;
 const SYNC: Duration = Duration::from_secs(1);
 
 /// Columns before those of what varies.
-const START: [&str; 17] = [
-    "member",
-    "release",
-    "x_m",
-    "y_m",
-    "z_m",
-    "vx_m_per_s",
-    "vy_m_per_s",
-    "vz_m_per_s",
-    "orientation_w",
-    "orientation_x",
-    "orientation_y",
-    "orientation_z",
-    "wx_rad_per_s",
-    "wy_rad_per_s",
-    "wz_rad_per_s",
-    "volume_m3",
-    "mass_kg",
-];
+const START: &str = "member,release,x_m,y_m,z_m,vx_m_per_s,vy_m_per_s,vz_m_per_s,orientation_w,orientation_x,orientation_y,\
+                     orientation_z,wx_rad_per_s,wy_rad_per_s,wz_rad_per_s,volume_m3,mass_kg";
 
 /// Columns after them, before those of the quantities.
-const END: [&str; 8] = [
-    "status",
-    "ending",
-    "end_x_m",
-    "end_y_m",
-    "end_z_m",
-    "end_vx_m_per_s",
-    "end_vy_m_per_s",
-    "end_vz_m_per_s",
-];
+const END: &str = "status,ending,end_x_m,end_y_m,end_z_m,end_vx_m_per_s,end_vy_m_per_s,end_vz_m_per_s";
 
 /// A number with the digits that it takes to read it again; a zero has no sign.
 fn text(value: f64) -> String {
@@ -67,9 +41,9 @@ impl Table {
             Quantity::Key => csv_text(&v.name).into_owned(),
             _ => format!("vary_{}", v.name),
         });
-        let own = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect::<Vec<_>>();
+        let own = |names: &'static str| names.split(',').map(String::from);
         let values = QUANTITIES.iter().map(OfFall::column).chain(["message".to_owned()]);
-        rows.write_record(own(&START).into_iter().chain(varied).chain(own(&END)).chain(values))?;
+        rows.write_record(own(START).chain(varied).chain(own(END)).chain(values))?;
         Ok(Self { rows, synced: Instant::now() })
     }
 

@@ -49,8 +49,6 @@ pub mod place {
     pub const ENERGY: usize = 8;
     /// That of rotation.
     pub const ROTATION: usize = 9;
-    /// Velocity.
-    pub const VELOCITY: usize = 10;
 }
 
 /// What is kept of a trajectory.
@@ -112,15 +110,8 @@ impl Piece<'_> {
 impl<'a> Follower<'a> {
     /// Of a member; `keeps_path`: whether its trajectory is drawn.
     pub fn new(base: &'a Base, keeps_path: bool) -> Self {
-        Self {
-            base,
-            last: None,
-            visits: Vec::new(),
-            place: FxHashMap::default(),
-            cuts: Vec::new(),
-            track: Track::default(),
-            keeps_path,
-        }
+        let (visits, place, cuts) = (Vec::new(), FxHashMap::default(), Vec::new());
+        Self { base, last: None, visits, place, cuts, track: Track::default(), keeps_path }
     }
 
     fn known(&self, row: &Row) -> Known {
@@ -191,12 +182,8 @@ impl<'a> Follower<'a> {
         let add = |path: &mut Vec<[f32; 4]>, row: &Row| {
             let origin = self.base.ground.origin;
             let place = row.position();
-            path.push([
-                (place[0] - origin.x) as f32,
-                (place[1] - origin.y) as f32,
-                (place[2] - origin.z) as f32,
-                row.speed() as f32,
-            ]);
+            let [x, y, z] = [0, 1, 2].map(|k| (place[k] - origin[k]) as f32);
+            path.push([x, y, z, row.speed() as f32]);
         };
         if self.track.path.is_empty() {
             add(&mut self.track.path, &piece.from.row);
@@ -236,25 +223,12 @@ fn cross(piece: &Piece, number: u16, line: &[Point], found: &mut Vec<Crossing>) 
         // A row on the line belongs to the piece that ends there.
         if share > 0.0 && share <= 1.0 && (0.0..1.0).contains(&along) {
             let row = piece.row(share);
-            let [x, y, z] = row.position();
-            let origin = piece.ground.origin;
+            let (place, origin, along) = (row.position(), piece.ground.origin, passed + along * length);
+            let [x, y, z] = [0, 1, 2].map(|k| place[k] - origin[k]);
             let [height, centre] = piece.heights(share, &row).unwrap_or([f64::NAN; 2]);
-            let [vx, vy, vz] = row.velocity();
-            let values = [
-                row.time(),
-                passed + along * length,
-                x - origin.x,
-                y - origin.y,
-                z - origin.z,
-                centre,
-                height,
-                row.speed(),
-                row.kinetic_energy(),
-                row.rotation_energy(),
-                vx,
-                vy,
-                vz,
-            ];
+            let (time, speed, [vx, vy, vz]) = (row.time(), row.speed(), row.velocity());
+            let (energy, rotation) = (row.kinetic_energy(), row.rotation_energy());
+            let values = [time, along, x, y, z, centre, height, speed, energy, rotation, vx, vy, vz];
             found.push(Crossing { line: number, values });
         }
         passed += length;

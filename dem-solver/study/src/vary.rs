@@ -1,6 +1,7 @@
 //! `[vary]`: which quantities of the rock and which keys of the scene differ from member to member.
 
 use super::distribution::{Distribution, Spread};
+use super::refuse::refuse;
 use interface_defs::diagnostic::Diagnostic;
 use schemars::JsonSchema;
 use serde_json::{Map, Value};
@@ -99,19 +100,8 @@ const UNIFORM: &str = "uniform";
 /// Tables of the scene whose keys may vary.
 const TABLES: [&str; 3] = ["contact", "dem", "terrain"];
 /// Keys of these that all members share: what the terrain is made of, and how it is read.
-const SHARED: [&str; 11] = [
-    "law",
-    "between",
-    "file",
-    "nodata",
-    "nodata_value",
-    "classes",
-    "longest_edge",
-    "material",
-    "zones",
-    "polygon",
-    "number",
-];
+const SHARED: &str =
+    "law between file nodata nodata_value classes longest_edge material zones polygon number";
 
 /// What `[vary]` says, and whether the orientation is any.
 pub fn variables(study: &Scene) -> Result<(Vec<Variable>, bool), Diagnostic> {
@@ -121,12 +111,8 @@ pub fn variables(study: &Scene) -> Result<(Vec<Variable>, bool), Diagnostic> {
         let key = format!("vary.{name}");
         if name == ORIENTATION {
             if value.as_str() != Some(UNIFORM) {
-                return Err(study
-                    .invalid(
-                        &key,
-                        "an orientation that varies is `uniform`: every one as likely as any other",
-                    )
-                    .try_instead("one orientation for all stands in the scene"));
+                let what = "an orientation that varies is `uniform`: every one as likely as any other";
+                return refuse(study, &key, what, "one orientation for all stands in the scene");
             }
             turned = true;
         } else if let Some((_, quantity)) = QUANTITIES.iter().find(|(known, _)| known == name) {
@@ -136,12 +122,11 @@ pub fn variables(study: &Scene) -> Result<(Vec<Variable>, bool), Diagnostic> {
         } else if name.contains('.') || value.is_table() && !Distribution::is_one(value) {
             keys_below(name, value, study, &mut found)?;
         } else {
-            let mut known: Vec<&str> = QUANTITIES.iter().map(|(known, _)| *known).collect();
-            known.push(ORIENTATION);
-            return Err(study.invalid(&key, format!("unknown quantity `{name}`")).try_instead(format!(
-                "known here: {}; or a key of the scene, as in contact.0.restitution",
-                known.join(", ")
-            )));
+            let known = QUANTITIES.map(|(known, _)| known).join(", ");
+            let cure = format!(
+                "known here: {known}, {ORIENTATION}; or a key of the scene, as in contact.0.restitution"
+            );
+            return refuse(study, &key, format!("unknown quantity `{name}`"), cure);
         }
     }
     Ok((found, turned))
@@ -162,16 +147,13 @@ fn keys_below(
     let key = format!("vary.{name}");
     let parts: Vec<&str> = name.split('.').collect();
     if !TABLES.contains(&parts[0]) || parts.len() < 2 {
-        return Err(study
-            .invalid(&key, format!("`{name}` of the scene cannot vary"))
-            .try_instead(format!(
-                "keys of {} can; of the rock: volume, mass, density, shape, speed, azimuth, dip, spin, height, orientation",
-                TABLES.join(", ")
-            )));
+        let known = QUANTITIES.map(|(known, _)| known).join(", ");
+        let cure = format!("keys of {} can; of the rock: {known}, {ORIENTATION}", TABLES.join(", "));
+        return refuse(study, &key, format!("`{name}` of the scene cannot vary"), cure);
     }
-    if let Some(part) = parts.iter().find(|part| SHARED.contains(part)) {
+    if let Some(part) = parts.iter().find(|part| SHARED.split(' ').any(|shared| shared == **part)) {
         let what = format!("`{part}` is the same for all members: they share one terrain and its laws");
-        return Err(study.invalid(&key, what).try_instead("write one study for each"));
+        return refuse(study, &key, what, "write one study for each");
     }
     let distribution = Distribution::of(value, &key, study)?;
     found.push(Variable { name: name.into(), quantity: Quantity::Key, distribution });
@@ -186,13 +168,8 @@ fn check_quantity(
 ) -> Result<(), Diagnostic> {
     if quantity == Quantity::Shape {
         let tables = distribution.values().is_some_and(|v| v.iter().all(toml::Value::is_table));
-        return if tables {
-            Ok(())
-        } else {
-            Err(study.invalid(key, "shapes are a choice of tables").try_instead(
-                "shape = { choice = [{ type = \"norm_rock\", form = \"111\", volume = 1.0 }, { type = \"sphere\", radius = 0.5 }] }",
-            ))
-        };
+        let cure = "shape = { choice = [{ type = \"norm_rock\", form = \"111\", volume = 1.0 }, { type = \"sphere\", radius = 0.5 }] }";
+        return if tables { Ok(()) } else { refuse(study, key, "shapes are a choice of tables", cure) };
     }
     let Some([low, high]) = distribution.range() else {
         return Err(study.invalid(key, "numbers are needed here"));
@@ -218,7 +195,7 @@ fn check_quantity(
         (false, Quantity::Speed) => "a speed has no sign: azimuth and dip say where it points".into(),
         (false, _) => format!("write values {bounds}"),
     };
-    Err(study.invalid(key, format!("{what}: {bounds} is possible")).try_instead(cure))
+    refuse(study, key, format!("{what}: {bounds} is possible"), cure)
 }
 
 #[cfg(test)]

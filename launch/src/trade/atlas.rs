@@ -5,15 +5,13 @@
 
 use super::knobs::{Class, Knob};
 use super::point::{Point, Space};
-use super::result::{Outcome, Purpose, Record, Status};
+use super::result::{Outcome, Purpose, Status};
 use super::setup::numbers;
 use super::study::{Finished, Study};
 use super::{Work, report};
 use crate::columns::Columns;
 use crate::events::Events;
-use crate::numbers::Numbers;
 use crate::stop::Stop;
-use std::fmt::Write;
 use toolkit::arguments::Input;
 use toolkit::summary::three;
 
@@ -60,11 +58,8 @@ pub struct Found {
 pub fn pushes(space: &Space) -> Vec<Push> {
     let mut all = Vec::new();
     for arm in space.arms() {
-        for knob in space
-            .knobs
-            .iter()
-            .filter(|knob| knob.turned && space.uses(&arm, knob) && knob.number_at(1.0).is_some())
-        {
+        let turned = space.knobs.iter().filter(|knob| knob.turned && space.uses(&arm, knob));
+        for knob in turned.filter(|knob| knob.number_at(1.0).is_some()) {
             // Steps with every scheme, as some bear longer windows than others.
             let is_step = knob.name.ends_with("_step") && !arm.contains_key("integrator");
             let coupled = arm.is_empty() || knob.name == "window" || knob.needs.is_some() || is_step;
@@ -103,8 +98,7 @@ impl Atlas<'_, '_> {
     /// Push one knob.
     pub fn push(&mut self, push: &Push) -> Result<Found, Stop> {
         let own = push.knob.number_at(1.0).unwrap_or(f64::NAN);
-        let mut found =
-            Found { push: push.clone(), own, holds: None, breaks: None, theory: None, note: None };
+        let mut note = None;
         let step = if push.coarser { 2.0_f64 } else { 0.5 };
         let (mut good, mut bad) = (None, None);
         let mut factor = 1.0_f64;
@@ -123,18 +117,18 @@ impl Atlas<'_, '_> {
                         break;
                     }
                     if push.knob.name != "window" {
-                        found.note = Some("the scene itself does not hold".into());
+                        note = Some("the scene's own value already fails".into());
                         break;
                     }
                     factor /= step;
                 }
                 Fared::Not(why) => {
-                    found.note = Some(why);
+                    note = Some(why);
                     break;
                 }
             }
             if doubling == DOUBLINGS {
-                found.note = Some(format!("nothing changed up to {} times the scene's value", three(factor)));
+                note = Some(format!("nothing changed up to {} times the scene's value", three(factor)));
             }
         }
         while let (Some(holds), Some((breaks, _))) = (good, &bad)
@@ -145,18 +139,18 @@ impl Atlas<'_, '_> {
                 Fared::Held => good = Some(middle),
                 Fared::Broke(symptom) => bad = Some((middle, symptom)),
                 Fared::Not(why) => {
-                    found.note = Some(why);
+                    note = Some(why);
                     break;
                 }
             }
         }
         let value = |factor| push.knob.number_at(factor);
-        found.holds = good.and_then(value);
-        found.breaks = bad.and_then(|(factor, symptom)| Some((value(factor)?, symptom)));
-        if let (true, Some(longest)) = (push.knob.name == "window", found.holds) {
-            self.longest_windows.push((push.arm.clone(), longest));
+        let holds = good.and_then(value);
+        let breaks = bad.and_then(|(factor, symptom)| Some((value(factor)?, symptom)));
+        if push.knob.name == "window" {
+            self.longest_windows.extend(holds.map(|longest| (push.arm.clone(), longest)));
         }
-        Ok(found)
+        Ok(Found { push: push.clone(), own, holds, breaks, theory: None, note })
     }
 
     /// The longest window that holds where the others stand so [s].
@@ -168,55 +162,47 @@ impl Atlas<'_, '_> {
     fn fare(&mut self, push: &Push, factor: f64) -> Result<Fared, Stop> {
         let Some(sets) = self.sets(push, factor) else {
             let longest = self.longest_window(push).map_or("unknown".into(), three);
-            let what =
-                format!("a step is never longer than a part of a window, and windows hold up to {longest} s");
+            let what = format!(
+                "a step is never longer than a part of a window, and the longest stable window is {longest} s"
+            );
             return Ok(Fared::Not(what));
         };
         let key = format!("atlas {}", sets.join(" "));
         // What was too slow may have been so because the machine was busy.
-        let counts = |run: &&Finished| run.record.key == key && run.record.outcome.status != Status::Stopped;
-        let known = self.study.runs.iter().find(counts).map(|run| run.record.outcome.clone());
-        let outcome = match known {
-            Some(outcome) => outcome,
+        let counts = |run: &&Finished| run.key == key && run.outcome.status != Status::Stopped;
+        let at = match self.study.runs.iter().position(|run| counts(&run)) {
+            Some(at) => at,
             None => {
                 let slowest = self.study.outcome(&Point::new()).map_or(0.0, |run| run.seconds);
                 let limit =
                     PATIENCE.0 * slowest * self.study.space.dearer(&Point::new(), &push.arm) + PATIENCE.1;
                 if self.study.spent() + slowest > self.budget {
-                    return Ok(Fared::Not("not searched further: no budget was left".into()));
+                    return Ok(Fared::Not("search ended: the budget is used up".into()));
                 }
-                let label = format!(
-                    "{} {}",
-                    push.knob.name,
-                    push.knob.number_at(factor).map_or(String::new(), three)
-                );
-                self.work.progress.begin(self.study, &label);
-                let outcome = self.work.runner.run(&sets, &self.work.store.next(), limit)?;
-                let record = Record { key, purpose: Purpose::Atlas, sets, outcome: outcome.clone() };
-                let run = Finished { point: Point::new(), record };
-                self.work.store.keep(&run)?;
-                self.study.runs.push(run);
-                self.work
-                    .progress
-                    .ended(self.study, &format!("{}, {label}", self.study.space.label(&push.arm)));
-                outcome
+                let value = push.knob.number_at(factor).map_or(String::new(), three);
+                let label = format!("{} {value}", push.knob.name);
+                let (purpose, outcome) = (Purpose::Atlas, Outcome::default());
+                let run = Finished { point: Point::new(), key, purpose, sets, outcome };
+                self.work.make(self.study, run, limit, &label)?;
+                let label = format!("{}, {label}", self.study.space.label(&push.arm));
+                self.work.progress.ended(self.study, &label);
+                self.study.runs.len() - 1
             }
         };
-        Ok(self.judge(&outcome, push.knob.class))
+        Ok(self.judge(&self.study.runs[at].outcome, push.knob.class))
     }
 
     /// Whether a run holds. Another model has other measures: its status alone counts.
     fn judge(&self, outcome: &Outcome, class: Class) -> Fared {
         if outcome.status == Status::Stopped {
-            return Fared::Not(format!("not searched further: {}", outcome.message()));
+            return Fared::Not(format!("search ended: {}", outcome.message()));
         }
         if outcome.status != Status::Done {
-            let what = report::shortened(&outcome.message());
-            return Fared::Broke(format!("{}: {what}", outcome.status.word()));
+            return Fared::Broke(report::why(outcome));
         }
         for (name, known) in &self.study.reference.0 {
             let Some(value) = outcome.measure(name) else {
-                return Fared::Broke(format!("{name} is absent: the window does not resolve it"));
+                return Fared::Broke(format!("{name} is absent: the window is too long to resolve it"));
             };
             let off = super::reference::deviation(value, known.value);
             if off.abs() > OFF && class == Class::Numerical {
@@ -266,7 +252,7 @@ const BEYOND: [(&str, &str); 3] = [
 
 /// The limit that `rockfall check` gives for a push.
 pub fn theory(push: &Push, space: &Space, input: &Input, events: &Events) -> Option<f64> {
-    let of: Numbers = numbers(input, &space.sets(&push.arm)?, events)?;
+    let of = numbers(input, &space.sets(&push.arm)?, events)?;
     match push.knob.name {
         "window" if of.weak => {
             of.limit.map(|limit| limit.stable.unwrap_or(f64::INFINITY)).filter(|w| w.is_finite())
@@ -281,39 +267,33 @@ pub fn theory(push: &Push, space: &Space, input: &Input, events: &Events) -> Opt
 /// What to do about a limit.
 fn cure(found: &Found) -> &'static str {
     match (found.push.knob.name, found.push.coarser) {
-        ("window", _) => {
-            "shorten `coupling.time_window`, or couple strongly; let `rockfall` choose it by leaving it out"
-        }
-        ("tolerance", _) => "lower `coupling.tolerance` and `absolute_tolerance`",
+        ("window", _) => "shorten `coupling.time_window` or leave it out, or couple strongly",
+        ("tolerance", _) => "lower `coupling.tolerance` and `coupling.absolute_tolerance`",
         ("fem_step", _) => {
-            "keep `fem.time_step` below the critical step, or take an implicit `fem.integrator`"
+            "keep `fem.time_step` below the critical step, or use an implicit `fem.integrator`"
         }
         ("dem_step" | "steps_per_contact", _) => "shorten `dem.time_step`, or leave it out",
-        ("modulus", false) => "shorten window and steps with the root of the modulus, or couple strongly",
-        ("modulus", true) => "a stiffer contact: the rock must not sink in by half a sphere",
-        _ => "the scene's own value",
+        ("modulus", false) => {
+            "shorten window and steps in proportion to the root of the modulus, or couple strongly"
+        }
+        ("modulus", true) => "use a stiffer contact: the overlap must stay below half a radius",
+        _ => "keep the scene's own value",
     }
 }
 
 /// The table, as a page.
 pub fn page(study: &Study, all: &[Found], facts: &report::Facts) -> String {
-    let mut text = format!("# Limits of stability: {}\n\n", facts.scene);
-    let _ = writeln!(
-        text,
-        "`rockfall trade {} --atlas`, version {}. One setting at a time was pushed until a run was not done or a measure was off by more \
-         than {}, and narrowed down to a factor of {NARROW}. Theory: what `rockfall check` says of stability.\n",
-        facts.command,
-        env!("CARGO_PKG_VERSION"),
-        report::percent(OFF)
+    let report::Facts { scene, command, .. } = facts;
+    let (version, off) = (env!("CARGO_PKG_VERSION"), report::percent(OFF));
+    let text = format!(
+        "# Limits of stability: {scene}\n\n`rockfall trade {command} --atlas`, version {version}. One setting at a time was pushed until \
+         a run was not done or a measure was off by more than {off}, and the limit was narrowed down to a factor of {NARROW}. Theory: the \
+         limit of stability that `rockfall check` computes.\n\n"
     );
     let table = columns(study)
         .with("theory over what holds", |found| {
-            dash(
-                found
-                    .theory
-                    .zip(found.holds.filter(|_| found.breaks.is_some()))
-                    .map(|(due, holds)| due / holds),
-            )
+            let holds = found.holds.filter(|_| found.breaks.is_some());
+            dash(found.theory.zip(holds).map(|(due, holds)| due / holds))
         })
         .with("symptom", symptom)
         .with("cure", |found| if found.breaks.is_some() { cure(found) } else { "-" }.into());

@@ -5,7 +5,6 @@
 
 use super::knobs::Class;
 use super::point::{Point, rung, with};
-use super::reference::deviation;
 use super::result::Status;
 use super::study::{Recommended, Study};
 
@@ -58,11 +57,8 @@ pub fn combinations(study: &Study, anchor: &Point, accuracy: f64) -> Option<Gues
 pub fn neighbours(study: &Study, best: &Recommended) -> Vec<Point> {
     let Some(point) = &best.point else { return Vec::new() };
     let space = &study.space;
-    let turned = space.knobs.iter().filter(|knob| {
-        knob.turned && knob.class == Class::Numerical && knob.names() == 0 && space.uses(point, knob)
-    });
     let refuted = refuted(study, best.accuracy);
-    turned
+    (space.turned(point).filter(|knob| knob.names() == 0))
         .map(|knob| with(point, knob.name, rung(point, knob.name) + 1))
         .filter(|point| is_open(study, &refuted, point))
         .collect()
@@ -71,10 +67,7 @@ pub fn neighbours(study: &Study, best: &Recommended) -> Vec<Point> {
 /// What each setting of each knob did alone; the anchor's own comes first.
 fn levels(study: &Study, anchor: &Point, cost: f64) -> Vec<(&'static str, Vec<Level>)> {
     let reference = &study.reference;
-    let space = &study.space;
-    let turned = space.knobs.iter().filter(|knob| {
-        knob.turned && knob.class == Class::Numerical && !knob.arm && space.uses(anchor, knob)
-    });
+    let turned = study.space.turned(anchor).filter(|knob| !knob.arm);
     turned
         .map(|knob| {
             let own = rung(anchor, knob.name);
@@ -82,11 +75,8 @@ fn levels(study: &Study, anchor: &Point, cost: f64) -> Vec<(&'static str, Vec<Le
                 let point = with(anchor, knob.name, own + away);
                 let run = study.outcome(&point).filter(|_| study.is_good(&point))?;
                 let there = study.outcome(anchor)?;
-                let change = |(name, known): &(String, super::reference::Known)| {
-                    let at = |run: &super::result::Outcome| Some(deviation(run.measure(name)?, known.value));
-                    Some(at(run)? - at(there)?)
-                };
-                let changes = reference.0.iter().map(change).collect::<Option<Vec<_>>>()?;
+                let [run, there] = [run, there].map(|run| reference.deviations(run));
+                let changes = run?.iter().zip(there?).map(|(a, b)| a - b).collect();
                 // Times are noisy: what is finer is never expected to save, nor what is coarser to cost.
                 let ratio = study.cost(&point)? / cost;
                 let ratio = if away < 0 { ratio.max(1.0) } else { ratio.min(1.0) };
@@ -100,8 +90,7 @@ fn levels(study: &Study, anchor: &Point, cost: f64) -> Vec<(&'static str, Vec<Le
 /// Points that do not keep `accuracy`.
 fn refuted(study: &Study, accuracy: f64) -> Vec<Point> {
     let fails = |run: &&super::study::Finished| {
-        run.record.outcome.status != Status::Done
-            || study.error(&run.record.outcome).is_none_or(|error| error > accuracy)
+        run.outcome.status != Status::Done || study.error(&run.outcome).is_none_or(|error| error > accuracy)
     };
     study.explored().filter(fails).map(|run| run.point.clone()).collect()
 }
@@ -127,12 +116,8 @@ impl Search<'_> {
     fn walk(&self, depth: usize, chosen: &Partial, best: &mut Option<Guess>) {
         let Some((name, levels)) = self.knobs.get(depth) else {
             let better = chosen.cost < best.as_ref().map_or(self.bound, |best| best.cost);
-            let expected = chosen
-                .signed
-                .iter()
-                .zip(&chosen.worst)
-                .map(|(s, w)| s.abs().max(CANCEL * w))
-                .fold(0.0, f64::max);
+            let each = chosen.signed.iter().zip(&chosen.worst).map(|(s, w)| s.abs().max(CANCEL * w));
+            let expected = each.fold(0.0, f64::max);
             if better && expected <= self.accuracy && is_open(self.study, &self.refuted, &chosen.point) {
                 *best = Some(Guess { point: chosen.point.clone(), cost: chosen.cost });
             }

@@ -9,45 +9,42 @@ pub struct Trade {
     pub error: f64,
 }
 
-/// The places of those that no other beats, the cheapest first.
-pub fn front(all: &[Trade]) -> Vec<usize> {
-    let mut order: Vec<usize> =
-        (0..all.len()).filter(|i| all[*i].cost.is_finite() && all[*i].error.is_finite()).collect();
-    order.sort_by(|a, b| all[*a].cost.total_cmp(&all[*b].cost).then(all[*a].error.total_cmp(&all[*b].error)));
+impl Trade {
+    fn is_finite(&self) -> bool {
+        self.cost.is_finite() && self.error.is_finite()
+    }
+}
+
+/// Those that no other beats, the cheapest first.
+pub fn front<P>(mut all: Vec<(P, Trade)>) -> Vec<(P, Trade)> {
+    all.retain(|(_, trade)| trade.is_finite());
+    all.sort_by(|(_, a), (_, b)| a.cost.total_cmp(&b.cost).then(a.error.total_cmp(&b.error)));
     let mut best = f64::INFINITY;
-    order.retain(|i| {
-        let better = all[*i].error < best;
-        best = best.min(all[*i].error);
-        better
+    all.retain(|(_, trade)| {
+        let before = best;
+        best = best.min(trade.error);
+        trade.error < before
     });
-    order
+    all
 }
 
-/// The places of those that would be on the front if they cost `factor` times less: the noise of one run may hide them.
-pub fn near_front(all: &[Trade], factor: f64) -> Vec<usize> {
+/// Those that would be on the front if they cost `factor` times less: the noise of one run may hide them.
+pub fn near_front<P: Copy>(all: &[(P, Trade)], factor: f64) -> Vec<P> {
     let beaten =
-        |one: &Trade| all.iter().any(|other| other.error <= one.error && other.cost < one.cost / factor);
-    (0..all.len())
-        .filter(|i| all[*i].cost.is_finite() && all[*i].error.is_finite() && !beaten(&all[*i]))
-        .collect()
-}
-
-/// The cheapest whose error is at most `accuracy`.
-pub fn cheapest(all: &[Trade], accuracy: f64) -> Option<usize> {
-    front(all).into_iter().find(|i| all[*i].error <= accuracy)
-}
-
-/// The most accurate.
-pub fn best(all: &[Trade]) -> Option<usize> {
-    front(all).pop()
+        |one: &Trade| all.iter().any(|(_, other)| other.error <= one.error && other.cost < one.cost / factor);
+    all.iter().filter(|(_, trade)| trade.is_finite() && !beaten(trade)).map(|(point, _)| *point).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn trades(all: &[(f64, f64)]) -> Vec<Trade> {
-        all.iter().map(|(cost, error)| Trade { cost: *cost, error: *error }).collect()
+    fn trades(all: &[(f64, f64)]) -> Vec<(usize, Trade)> {
+        all.iter().map(|(cost, error)| Trade { cost: *cost, error: *error }).enumerate().collect()
+    }
+
+    fn places(all: Vec<(usize, Trade)>) -> Vec<usize> {
+        all.into_iter().map(|(place, _)| place).collect()
     }
 
     #[test]
@@ -61,31 +58,22 @@ mod tests {
             (f64::NAN, 0.0),
             (0.5, f64::INFINITY),
         ]);
-        assert_eq!(front(&all), [1, 3, 0]);
+        assert_eq!(places(front(all.clone())), [1, 3, 0]);
         // By definition.
-        for (i, one) in all.iter().enumerate() {
-            let beats = |o: &Trade| {
+        for (i, one) in &all {
+            let beats = |(_, o): &(usize, Trade)| {
                 o.cost <= one.cost && o.error <= one.error && (o.cost < one.cost || o.error < one.error)
             };
             let finite = one.cost.is_finite() && one.error.is_finite();
-            assert_eq!(front(&all).contains(&i), finite && !all.iter().any(beats), "{i}");
+            assert_eq!(places(front(all.clone())).contains(i), finite && !all.iter().any(beats), "{i}");
         }
+        assert!(front::<usize>(Vec::new()).is_empty());
     }
 
     #[test]
     fn what_noise_may_hide_is_near_the_front() {
         let all = trades(&[(1.0, 0.1), (1.4, 0.1), (1.6, 0.1), (1.6, 0.05), (3.0, 0.05)]);
         assert_eq!(near_front(&all, 1.5), [0, 1, 3]);
-        assert_eq!(near_front(&all, 1.0), front(&all));
-    }
-
-    #[test]
-    fn the_cheapest_at_an_accuracy_and_the_best() {
-        let all = trades(&[(4.0, 0.001), (1.0, 0.1), (2.0, 0.05)]);
-        assert_eq!(cheapest(&all, 0.1), Some(1));
-        assert_eq!(cheapest(&all, 0.03), Some(0));
-        assert_eq!(cheapest(&all, 1e-4), None);
-        assert_eq!(best(&all), Some(0));
-        assert_eq!(best(&[]), None);
+        assert_eq!(near_front(&all, 1.0), places(front(all)));
     }
 }

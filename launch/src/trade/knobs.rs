@@ -4,6 +4,7 @@
 //! number of steps away from the scene's own value, above 0 towards what is coarser and cheaper; a ladder doubles or halves.
 
 use interface_defs::diagnostic::Diagnostic;
+use std::ops::Deref;
 use toml::{Table, Value};
 use toolkit::explain::suggestion;
 
@@ -17,18 +18,24 @@ pub enum Class {
 }
 
 /// A knob that a scene may have.
-#[derive(Debug, Clone, Copy)]
-struct Spec {
-    name: &'static str,
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spec {
+    /// Name, in tables.
+    pub name: &'static str,
     /// Dotted keys, `*` for every item of an array, with the power of two by which one rung coarser changes each.
     keys: &'static [(&'static str, i32)],
     /// Names to choose from; empty: a ladder.
     names: &'static [&'static str],
-    class: Class,
-    arm: bool,
-    refines: bool,
-    growth: f64,
-    needs: Option<(&'static str, &'static str)>,
+    /// What it changes.
+    pub class: Class,
+    /// Whether all others are tried anew with each of its names.
+    pub arm: bool,
+    /// Whether the reference refines it.
+    pub refines: bool,
+    /// How many times dearer one rung finer may be.
+    pub growth: f64,
+    /// Used only with this name of that knob.
+    pub needs: Option<(&'static str, &'static str)>,
     reported: Option<&'static str>,
 }
 
@@ -82,36 +89,27 @@ const fn choice(
     keys: &'static [(&'static str, i32)],
     names: &'static [&'static str],
 ) -> Spec {
-    let mut spec = ladder(name, keys);
-    spec.names = names;
-    spec.growth = 5.0;
-    spec
+    Spec { names, growth: 5.0, ..ladder(name, keys) }
 }
 
 impl Spec {
-    const fn arm(mut self) -> Self {
-        self.arm = true;
-        self
+    const fn arm(self) -> Self {
+        Self { arm: true, ..self }
     }
-    const fn refines(mut self) -> Self {
-        self.refines = true;
-        self
+    const fn refines(self) -> Self {
+        Self { refines: true, ..self }
     }
-    const fn costs(mut self, growth: f64) -> Self {
-        self.growth = growth;
-        self
+    const fn costs(self, growth: f64) -> Self {
+        Self { growth, ..self }
     }
-    const fn model(mut self) -> Self {
-        self.class = Class::Model;
-        self
+    const fn model(self) -> Self {
+        Self { class: Class::Model, ..self }
     }
-    const fn needs(mut self, knob: &'static str, name: &'static str) -> Self {
-        self.needs = Some((knob, name));
-        self
+    const fn needs(self, knob: &'static str, name: &'static str) -> Self {
+        Self { needs: Some((knob, name)), ..self }
     }
-    const fn reported(mut self, key: &'static str) -> Self {
-        self.reported = Some(key);
-        self
+    const fn reported(self, key: &'static str) -> Self {
+        Self { reported: Some(key), ..self }
     }
 
     /// This knob of the scene; `None` if it has none.
@@ -137,8 +135,7 @@ impl Spec {
             let others = others.filter(|name| *name != now && (name != YIELDING || yields.is_some()));
             Turn::Choice { key: key.into(), names: std::iter::once(now.clone()).chain(others).collect() }
         };
-        let Spec { name, class, arm, refines, growth, needs, .. } = *self;
-        let knob = Knob { name, class, arm, refines, growth, needs, turned: true, turn };
+        let knob = Knob { spec: *self, turned: true, turn };
         // A single sphere, a tolerance of zero: nothing to turn.
         [-1, 1].iter().any(|rung| knob.sets(*rung).is_some()).then_some(knob)
     }
@@ -181,21 +178,18 @@ pub fn turn_only(knobs: &mut [Knob], only: &[String]) -> Result<(), Diagnostic> 
 /// A knob of a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Knob {
-    /// Name, in tables.
-    pub name: &'static str,
-    /// What it changes.
-    pub class: Class,
-    /// Whether all others are tried anew with each of its names.
-    pub arm: bool,
-    /// Whether the reference refines it.
-    pub refines: bool,
-    /// How many times dearer one rung finer may be.
-    pub growth: f64,
-    /// Used only with this name of that knob.
-    pub needs: Option<(&'static str, &'static str)>,
+    spec: Spec,
     /// Whether it is to be turned; the reference refines it all the same.
     pub turned: bool,
     turn: Turn,
+}
+
+impl Deref for Knob {
+    type Target = Spec;
+
+    fn deref(&self) -> &Spec {
+        &self.spec
+    }
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -229,16 +223,7 @@ impl Knob {
     #[cfg(test)]
     pub fn number(name: &'static str, key: &str, base: f64) -> Self {
         let turn = Turn::Ladder(vec![Part { key: key.into(), base: Number::Float(base), power: 1 }]);
-        Self {
-            name,
-            class: Class::Numerical,
-            arm: false,
-            refines: true,
-            growth: 2.0,
-            needs: None,
-            turned: true,
-            turn,
-        }
+        Self { spec: ladder(name, &[]).refines(), turned: true, turn }
     }
 
     /// The `--set`s of a rung; `None` if it has none there, or if it is what another one is.
@@ -250,13 +235,10 @@ impl Knob {
                 .collect(),
             Turn::Choice { key, names } => {
                 let name = names.get(usize::try_from(rung).ok()?)?;
-                Some(match name.as_str() {
-                    YIELDING => vec![format!("{key}=strong"), format!("{YIELDING_NET}=true")],
-                    name if names[0] == YIELDING => {
-                        vec![format!("{key}={name}"), format!("{YIELDING_NET}=false")]
-                    }
-                    name => vec![format!("{key}={name}")],
-                })
+                let yields = name == YIELDING;
+                let other = (yields || names[0] == YIELDING).then(|| format!("{YIELDING_NET}={yields}"));
+                let set = format!("{key}={}", if yields { "strong" } else { name });
+                Some(std::iter::once(set).chain(other).collect())
             }
         }
     }
@@ -373,12 +355,10 @@ fn number(value: &Value) -> Option<Number> {
 
 /// The value at a dotted key.
 pub fn at<'a>(table: &'a Table, key: &str) -> Option<&'a Value> {
-    let mut names = key.split('.');
-    let mut value = table.get(names.next()?)?;
-    for name in names {
-        value = value.get(name)?;
-    }
-    Some(value)
+    let (first, rest) = key.split_once('.').map_or((key, None), |(first, rest)| (first, Some(rest)));
+    rest.into_iter()
+        .flat_map(|rest| rest.split('.'))
+        .try_fold(table.get(first)?, |value, name| value.get(name))
 }
 
 #[cfg(test)]

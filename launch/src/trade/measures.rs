@@ -19,15 +19,13 @@ pub fn choose(study: &mut Study, asked: &[String]) -> Result<(), Stop> {
     if !study.measures.is_empty() {
         return Ok(());
     }
-    let Some(run) = study.runs.iter().find(|run| !run.record.outcome.measures.is_empty()) else {
+    let Some(run) = study.runs.iter().find(|run| !run.outcome.measures.is_empty()) else {
         return Ok(());
     };
-    let there = &run.record.outcome.measures;
+    let there = &run.outcome.measures;
     let known: Vec<&String> = there.keys().collect();
-    let named = asked
-        .iter()
-        .map(|name| (name, "--measure"))
-        .chain(study.given.keys().map(|name| (name, "--reference")));
+    let given = study.given.keys().map(|name| (name, "--reference"));
+    let named = asked.iter().map(|name| (name, "--measure")).chain(given);
     for (name, option) in named {
         if !there.contains_key(name) {
             let what = format!("{option} {name}: this scene gives no measure of that name");
@@ -35,17 +33,13 @@ pub fn choose(study: &mut Study, asked: &[String]) -> Result<(), Stop> {
             return Err(Diagnostic::new(what).try_instead(cure).into());
         }
     }
-    let mut measures: Vec<String> = asked.to_vec();
-    if measures.is_empty() {
-        measures = usual(&known);
-    }
-    measures.extend(study.given.keys().cloned());
+    let chosen = if asked.is_empty() { usual(&known) } else { asked.to_vec() };
     let mut unique = Vec::new();
-    measures.into_iter().for_each(|name| {
+    for name in chosen.into_iter().chain(study.given.keys().cloned()) {
         if !unique.contains(&name) {
-            unique.push(name)
+            unique.push(name);
         }
-    });
+    }
     if unique.is_empty() {
         let list: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
         let what = "none of the usual measures is given by this scene";
@@ -59,8 +53,8 @@ pub fn choose(study: &mut Study, asked: &[String]) -> Result<(), Stop> {
 fn usual(known: &[&String]) -> Vec<String> {
     let has = |name: &&&str| known.iter().any(|k| k == *name);
     for block in DEFAULTS {
-        let found: Vec<String> =
-            block.iter().filter_map(|line| line.iter().find(has)).map(|name| (*name).to_owned()).collect();
+        let first = block.iter().filter_map(|line| line.iter().find(has));
+        let found: Vec<String> = first.map(|name| (*name).to_owned()).collect();
         if !found.is_empty() {
             return found;
         }

@@ -1,7 +1,7 @@
 //! `rockfall trade`: what accuracy costs, measured over the knobs of a scene.
 //!
 //! - [`knobs`]: which knobs there are, one line each; [`point`]: settings of them
-//! - [`runner`]: one run as a program of its own; [`result`](mod@result): what it gave; [`store`]: the runs on disk
+//! - [`result`](mod@result): what one run gave; [`store`]: the runs on disk
 //! - [`study`]: what follows from them, with [`mod@reference`] and [`front`]; [`plan`] and [`combine`]: which run comes next
 //! - [`atlas`]: `--atlas`, each knob pushed until the scene breaks
 //! - [`measures`]: which measures count; [`report`] and [`plot`]: the answer
@@ -17,7 +17,6 @@ mod point;
 mod reference;
 mod report;
 mod result;
-mod runner;
 mod setup;
 mod store;
 mod study;
@@ -31,23 +30,17 @@ use crate::verify;
 use clap::Args;
 use interface_defs::diagnostic::code;
 use plan::Task;
+use point::{Point, rung};
 use reference::Reference;
 use report::{Facts, percent, seconds};
-use result::{Outcome, Purpose, Record, Status};
-use runner::{Programs, Runner};
+use result::{Outcome, Purpose, Status};
 use setup::Setup;
-use std::cell::RefCell;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use store::Store;
 use study::{Finished, Study};
 use toolkit::arguments::Input;
 use toolkit::exit::Exit;
 use toolkit::screen::show;
-
-/// Accuracies for which settings are recommended.
-const ACCURACIES: [f64; 4] = [0.1, 0.03, 0.01, 0.001];
-/// A setting with a larger error is not pushed further.
-const WORST: f64 = 0.2;
 
 /// What the command line asks for.
 #[derive(Debug, Clone, Args)]
@@ -94,15 +87,17 @@ pub fn trade(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
         given: arguments.references.iter().cloned().collect(),
         runs,
         reference: Reference::default(),
-        keys: RefCell::default(),
-        worst: WORST,
-        accuracies: ACCURACIES.to_vec(),
     };
     let mut progress = Progress::new(arguments.quiet, json, arguments.budget);
     if !study.runs.is_empty() {
         progress.shown.say(&format!("{} runs are there already, and count", study.runs.len()));
     }
-    let mut runner = Programs { input: &arguments.input, always: setup.always, events: &events };
+    let Input { scene, sets: own } = &arguments.input;
+    let mut runner = |sets: &[String], dir: &Path, limit: f64| {
+        let sets = own.iter().chain(&setup.always).chain(sets).map(String::as_str).collect();
+        let run = sweep::Task { scene, sets, dir, shortcuts: true, limit };
+        Ok(Outcome::of_run(run.run(&events, &mut |_| {})?, limit))
+    };
     let mut work = Work { runner: &mut runner, store: &mut store, progress: &mut progress };
     let mut found = Vec::new();
     let ended = match arguments.atlas {
@@ -133,11 +128,28 @@ pub fn trade(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
     }
 }
 
+/// Runs the scene with these `--set`s into a directory; ends it after so many seconds. An error ends the study.
+type Runner<'a> = &'a mut dyn FnMut(&[String], &Path, f64) -> Result<Outcome, Stop>;
+
 /// What computes, what keeps it, what shows it.
 struct Work<'a> {
-    runner: &'a mut dyn Runner,
+    runner: Runner<'a>,
     store: &'a mut Store,
     progress: &'a mut Progress,
+}
+
+impl Work<'_> {
+    /// Make the run that `run` describes, for no more than `limit` [s], and keep it.
+    fn make(&mut self, study: &mut Study, mut run: Finished, limit: f64, label: &str) -> Result<(), Stop> {
+        self.progress.begin(study, label);
+        run.outcome = (self.runner)(&run.sets, &self.store.next(), limit)?;
+        if study.runs.is_empty() && run.outcome.status == Status::Refused {
+            return Err(Stop { exit: Exit::BadInput, errors: run.outcome.errors });
+        }
+        self.store.keep(&run)?;
+        study.runs.push(run);
+        Ok(())
+    }
 }
 
 /// All runs that the plan asks for.
@@ -154,15 +166,9 @@ fn explore(
             break;
         };
         let label = study.space.label(&task.point);
-        work.progress.begin(study, &label);
-        let outcome = work.runner.run(&sets, &work.store.next(), task.limit)?;
-        if study.runs.is_empty() && outcome.status == Status::Refused {
-            return Err(Stop { exit: Exit::BadInput, errors: outcome.errors });
-        }
-        let run =
-            Finished { point: task.point, record: Record { key, purpose: task.purpose, sets, outcome } };
-        work.store.keep(&run)?;
-        study.runs.push(run);
+        let (purpose, outcome) = (task.purpose, Outcome::default());
+        let run = Finished { point: task.point, key, purpose, sets, outcome };
+        work.make(study, run, task.limit, &label)?;
         measures::choose(study, &arguments.measures)?;
         study.refresh();
         work.progress.ended(study, &label);
@@ -183,12 +189,11 @@ fn push_all(
     }
     let pushes = atlas::pushes(&study.space);
     let mut atlas = atlas::Atlas { study, work, budget: arguments.budget, longest_windows: Vec::new() };
-    for push in &pushes {
-        let mut one = atlas.push(push)?;
-        one.theory = atlas::theory(push, &atlas.study.space, &arguments.input, events);
-        found.push(one);
-    }
-    Ok(())
+    pushes.iter().try_for_each(|push| {
+        let theory = atlas::theory(push, &atlas.study.space, &arguments.input, events);
+        found.push(atlas::Found { theory, ..atlas.push(push)? });
+        Ok(())
+    })
 }
 
 /// Page and table of the limits; what the screen shows.
@@ -203,9 +208,9 @@ fn write_atlas(study: &Study, found: &[atlas::Found], store: &Store, facts: &Fac
 fn write(study: &Study, store: &Store, facts: &Facts) -> Result<String, Stop> {
     let page = store.write("trade.md", &report::page(study, facts))?;
     store.write("trade.csv", &report::table(study, facts).map_err(|e| unwritten("trade.csv", &e))?)?;
-    let picture = plot::draw(&picture(study, facts)).map_err(|e| unwritten("trade.svg", &e))?;
-    if let Some(picture) = picture {
-        store.write("trade.svg", &picture)?;
+    let picture = picture(study, facts);
+    if !picture.marks.is_empty() {
+        store.write("trade.svg", &plot::draw(&picture).map_err(|e| unwritten("trade.svg", &e))?)?;
     }
     Ok(format!("{}all runs     {}\n", report::screen(study), page.display()))
 }
@@ -215,26 +220,22 @@ fn unwritten(file: &str, why: &dyn std::fmt::Display) -> Stop {
 }
 
 fn picture(study: &Study, facts: &Facts) -> plot::Picture {
-    let arms = study.space.arms();
-    let group = |run: &point::Point| {
-        let same = |arm: &&point::Point| {
-            study.space.knobs.iter().all(|k| !k.arm || point::rung(arm, k.name) == point::rung(run, k.name))
-        };
-        arms.iter().position(|arm| same(&arm)).unwrap_or(0)
+    let space = &study.space;
+    let arms = space.arms();
+    let group = |run: &Point| {
+        let same = |arm: &Point| space.knobs.iter().all(|k| !k.arm || rung(arm, k.name) == rung(run, k.name));
+        arms.iter().position(same).unwrap_or(0)
     };
-    let trades = study.trades();
-    let trade = |at: &point::Point| trades.iter().find(|(p, _)| *p == at).map(|(_, trade)| *trade);
     plot::Picture {
         title: format!("{}: accuracy against cost", facts.scene),
-        groups: arms.iter().map(|arm| study.space.label(arm)).collect(),
-        marks: trades.iter().map(|(p, trade)| plot::Mark { trade: *trade, group: group(p) }).collect(),
-        front: study.front().iter().filter_map(|p| Some((trade(p)?, study.space.label(p)))).collect(),
-        accuracies: study.accuracies.clone(),
+        groups: arms.iter().map(|arm| space.label(arm)).collect(),
+        marks: study.trades().into_iter().map(|(point, trade)| (trade, group(point))).collect(),
+        front: study.front().into_iter().map(|(point, trade)| (trade, space.label(point))).collect(),
     }
 }
 
 fn no_reference(study: &Study) -> String {
-    let last = study.runs.last().map_or(String::new(), |run| run.record.outcome.message());
+    let last = study.runs.last().map_or(String::new(), |run| run.outcome.message());
     let tried = study.refinements().len();
     format!(
         "there is nothing to compare with: of {tried} runs, each twice as fine as the one before, the finest is not done; raise \
@@ -260,21 +261,16 @@ impl Progress {
 
     fn ended(&self, study: &Study, label: &str) {
         let Some(run) = study.runs.last() else { return };
-        let outcome: &Outcome = &run.record.outcome;
+        let outcome = &run.outcome;
         let what = match (study.error(outcome), outcome.status) {
             // The first run has nothing to be compared with.
             (Some(error), _) if study.reference.uncertainty().is_some() => {
                 format!("error {}", percent(error))
             }
-            (Some(_), _) => "done".into(),
-            (None, Status::Done) => "done".into(),
-            (None, status) => {
-                let why = Some(outcome.message()).filter(|message| !message.is_empty());
-                let why = why.map_or(String::new(), |why| format!(": {}", report::shortened(&why)));
-                format!("{}{why}", status.word())
-            }
+            (Some(_), _) | (None, Status::Done) => "done".into(),
+            (None, _) => report::why(outcome),
         };
-        let purpose = match run.record.purpose {
+        let purpose = match run.purpose {
             Purpose::Explore => "",
             Purpose::Repeat => " (again, for its time)",
             Purpose::Confirm => " (again, to confirm)",

@@ -5,10 +5,11 @@
 //! medians decide; each recommendation once more.
 
 use super::combine::{combinations, neighbours};
-use super::knobs::{Class, Knob};
+use super::front::near_front;
+use super::knobs::Class;
 use super::point::{Point, rung, with};
 use super::result::{Outcome, Purpose, Status};
-use super::study::Study;
+use super::study::{ACCURACIES, Study};
 
 /// Shares of the budget up to which runs of a stage may start.
 const REFERENCE: f64 = 0.35;
@@ -107,12 +108,15 @@ impl Planner<'_> {
 
     /// One knob at a time, all to the same depth before any goes deeper.
     fn ladders(&self) -> Option<Task> {
-        let arms = self.study.space.arms();
-        if let Some(task) = arms.iter().find_map(|arm| self.rescue(arm)) {
-            return Some(task);
-        }
-        let anchors: Vec<Point> = arms.iter().filter_map(|arm| anchor(self.study, arm)).collect();
-        (1..=COARSER).find_map(|depth| anchors.iter().find_map(|anchor| self.one_at_a_time(anchor, depth)))
+        let rescue = self.study.space.arms().iter().find_map(|arm| self.rescue(arm));
+        rescue.or_else(|| {
+            let anchors = self.anchors();
+            (1..=COARSER).find_map(|depth| anchors.iter().find_map(|a| self.one_at_a_time(a, depth)))
+        })
+    }
+
+    fn anchors(&self) -> Vec<Point> {
+        self.study.space.arms().iter().filter_map(|arm| anchor(self.study, arm)).collect()
     }
 
     /// The first point of an arm, and shorter windows until one is good.
@@ -129,10 +133,7 @@ impl Planner<'_> {
 
     fn one_at_a_time(&self, anchor: &Point, depth: i32) -> Option<Task> {
         let space = &self.study.space;
-        let turned = |knob: &&Knob| {
-            knob.turned && knob.class == Class::Numerical && !knob.arm && space.uses(anchor, knob)
-        };
-        space.knobs.iter().filter(turned).find_map(|knob| {
+        space.turned(anchor).filter(|knob| !knob.arm).find_map(|knob| {
             let own = rung(anchor, knob.name);
             let at = |away: i32| with(anchor, knob.name, own + away);
             // Up to the first that is not good; names are no ladder.
@@ -162,16 +163,14 @@ impl Planner<'_> {
     }
 
     fn combined(&self) -> Option<Task> {
-        let arms = self.study.space.arms();
-        let anchors: Vec<Point> = arms.iter().filter_map(|arm| anchor(self.study, arm)).collect();
+        let anchors = self.anchors();
         let guessed = |accuracy: f64| {
-            let mut all: Vec<_> =
-                anchors.iter().filter_map(|a| combinations(self.study, a, accuracy)).collect();
+            let each = anchors.iter().filter_map(|anchor| combinations(self.study, anchor, accuracy));
+            let mut all: Vec<_> = each.collect();
             all.sort_by(|a, b| a.cost.total_cmp(&b.cost));
             all.into_iter().find_map(|found| self.explore(&found.point, COMBINATIONS))
         };
-        let accuracies = &self.study.accuracies;
-        accuracies.iter().find_map(|accuracy| guessed(*accuracy)).or_else(|| {
+        ACCURACIES.into_iter().find_map(guessed).or_else(|| {
             let near = self.study.recommended().into_iter().flat_map(|best| neighbours(self.study, &best));
             near.into_iter().find_map(|point| self.explore(&point, COMBINATIONS))
         })
@@ -179,14 +178,13 @@ impl Planner<'_> {
 
     /// Those on the front, those that noise may hide behind it, and the scene in turn, the one with the fewest runs first.
     fn repeats(&self) -> Option<Task> {
-        let mut points = self.study.candidates(NOISE);
-        points.push(Point::new());
-        let mut few: Vec<(usize, &Point)> = (points.iter())
-            .map(|point| (self.study.timed(point).len(), point))
-            .filter(|(runs, _)| (1..RUNS).contains(runs))
-            .collect();
-        few.sort_by_key(|(runs, _)| *runs);
-        few.iter().find_map(|(_, point)| self.task(point, Purpose::Repeat, REPEATS))
+        let scene = Point::new();
+        let runs = |point: &&Point| self.study.timed(point).len();
+        let mut few = near_front(&self.study.trades(), NOISE);
+        few.push(&scene);
+        few.retain(|point| (1..RUNS).contains(&runs(point)));
+        few.sort_by_key(runs);
+        few.into_iter().find_map(|point| self.task(point, Purpose::Repeat, REPEATS))
     }
 
     fn confirmations(&self) -> Option<Task> {
@@ -197,6 +195,6 @@ impl Planner<'_> {
 }
 
 /// Where the knobs of an arm are turned from: its own point, or the longest shorter window that is good.
-pub fn anchor(study: &Study, arm: &Point) -> Option<Point> {
+fn anchor(study: &Study, arm: &Point) -> Option<Point> {
     (0..=RESCUE).map(|rungs| with(arm, "window", -rungs)).find(|point| study.is_good(point))
 }

@@ -2,15 +2,8 @@
 
 use super::front::Trade;
 use super::report::{percent, seconds};
+use super::study::ACCURACIES;
 use plotters::prelude::*;
-
-/// A mark.
-pub struct Mark {
-    /// Where it lies.
-    pub trade: Trade,
-    /// Which group it belongs to; the first is the scene's own arm.
-    pub group: usize,
-}
 
 /// What is drawn.
 pub struct Picture {
@@ -18,12 +11,10 @@ pub struct Picture {
     pub title: String,
     /// Names of the groups.
     pub groups: Vec<String>,
-    /// All runs that have an error.
-    pub marks: Vec<Mark>,
+    /// All runs that have an error, each with its group: the first is the scene's own arm.
+    pub marks: Vec<(Trade, usize)>,
     /// The front, the cheapest first, with what to write beside it.
     pub front: Vec<(Trade, String)>,
-    /// Accuracies for which there is a recommendation.
-    pub accuracies: Vec<f64>,
 }
 
 const SIZE: (u32, u32) = (900, 620);
@@ -42,18 +33,15 @@ const COLOURS: [RGBColor; 6] = [
 /// Errors below are drawn there: the plot has no room for less.
 const LEAST: f64 = 1e-7;
 
-/// The picture as SVG; `None` without marks.
-pub fn draw(picture: &Picture) -> Result<Option<String>, String> {
-    if picture.marks.is_empty() {
-        return Ok(None);
-    }
+/// The picture as SVG; there is one mark at least.
+pub fn draw(picture: &Picture) -> Result<String, String> {
     let mut text = String::new();
     {
         let size = (SIZE.0, SIZE.1 + LINE * picture.front.len() as u32 + 10);
         let root = SVGBackend::with_string(&mut text, size).into_drawing_area();
         page(&root, picture).and_then(|()| root.present()).map_err(|e| e.to_string())?;
     }
-    Ok(Some(text))
+    Ok(text)
 }
 
 type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
@@ -84,8 +72,8 @@ fn page(root: &Area, picture: &Picture) -> Drawn {
 
 fn chart(root: &Area, picture: &Picture) -> Drawn {
     let shown = |trade: &Trade| (trade.cost, trade.error.max(LEAST));
-    let costs = extent(picture.marks.iter().map(|mark| mark.trade.cost), 1.6);
-    let errors = extent(picture.marks.iter().map(|mark| shown(&mark.trade).1), 2.5);
+    let costs = extent(picture.marks.iter().map(|(trade, _)| trade.cost), 1.6);
+    let errors = extent(picture.marks.iter().map(|(trade, _)| shown(trade).1), 2.5);
     let mut chart = ChartBuilder::on(root)
         .caption(&picture.title, font(19))
         .margin(14)
@@ -103,7 +91,7 @@ fn chart(root: &Area, picture: &Picture) -> Drawn {
         .x_label_formatter(&|s| format!("{s}"))
         .y_label_formatter(&|e| percent(*e))
         .draw()?;
-    for accuracy in picture.accuracies.iter().filter(|a| errors.contains(a)) {
+    for accuracy in ACCURACIES.iter().filter(|accuracy| errors.contains(accuracy)) {
         let ends = [(costs.start, *accuracy), (costs.end, *accuracy)];
         chart.draw_series(DashedLineSeries::new(ends, 6, 5, INK.mix(0.55).stroke_width(1)))?;
     }
@@ -114,9 +102,9 @@ fn chart(root: &Area, picture: &Picture) -> Drawn {
         .legend(|(x, y)| PathElement::new([(x, y), (x + 18, y)], INK.stroke_width(2)));
     for (group, name) in picture.groups.iter().enumerate() {
         let colour = COLOURS[group % COLOURS.len()];
-        let of_group = picture.marks.iter().filter(|mark| mark.group == group);
+        let of_group = picture.marks.iter().filter(|(_, of)| *of == group);
         chart
-            .draw_series(of_group.map(|mark| Circle::new(shown(&mark.trade), 4, colour.mix(0.75).filled())))?
+            .draw_series(of_group.map(|(trade, _)| Circle::new(shown(trade), 4, colour.mix(0.75).filled())))?
             .label(name)
             .legend(move |(x, y)| Circle::new((x + 9, y), 4, colour.filled()));
     }
@@ -144,14 +132,12 @@ mod tests {
         let picture = Picture {
             title: "Drop & test".into(),
             groups: vec!["as it is".into(), "strong".into()],
-            marks: marks.iter().map(|(c, e, group)| Mark { trade: at(*c, *e), group: *group }).collect(),
+            marks: marks.iter().map(|(c, e, group)| (at(*c, *e), *group)).collect(),
             front: vec![(at(1.0, 0.1), "window 2e-4".into()), (at(3.0, 0.01), "scheme strong".into())],
-            accuracies: vec![0.03],
         };
-        let svg = draw(&picture).expect("drawn").expect("marks");
+        let svg = draw(&picture).expect("drawn");
         // Three runs, two rings of the front, two of the legend.
         assert_eq!(svg.matches("<circle").count(), 7, "{svg}");
         assert!(svg.contains("1: window 2e-4; 10 %, 1 s") && svg.contains("Drop &amp; test"), "{svg}");
-        assert_eq!(draw(&Picture { marks: Vec::new(), ..picture }).expect("nothing"), None);
     }
 }

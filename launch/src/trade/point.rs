@@ -43,6 +43,12 @@ impl Space {
         })
     }
 
+    /// The numerical knobs that are to be turned and that change anything there.
+    pub fn turned<'a>(&'a self, point: &'a Point) -> impl Iterator<Item = &'a Knob> {
+        let knobs = self.knobs.iter().filter(|knob| knob.turned && knob.class == Class::Numerical);
+        knobs.filter(|knob| self.uses(point, knob))
+    }
+
     /// Whether the point changes the model.
     pub fn class(&self, point: &Point) -> Class {
         let changes = |knob: &&Knob| knob.class == Class::Model && point.contains_key(knob.name);

@@ -43,7 +43,7 @@ impl Known {
                 format!("extrapolated from the three finest runs, observed order {order:.1}")
             }
             Source::Finest if self.uncertainty.is_none() => "the only run".into(),
-            Source::Finest => "the finest run; no order is observed".into(),
+            Source::Finest => "the finest run; no order of convergence is observed".into(),
         }
     }
 }

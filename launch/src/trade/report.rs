@@ -4,7 +4,7 @@ use super::knobs::Class;
 use super::point::Point;
 use super::reference::{Known, deviation};
 use super::result::{Outcome, Status};
-use super::study::{Finished, Recommended, Study};
+use super::study::{FINEST_ACCURACY, Finished, Recommended, Study};
 use crate::columns::Columns;
 use std::fmt::Write;
 use toolkit::summary::{short, three};
@@ -61,17 +61,12 @@ pub fn shortened(message: &str) -> String {
 
 /// The page.
 pub fn page(study: &Study, facts: &Facts) -> String {
-    let mut text = String::new();
-    let _ = writeln!(text, "# Accuracy against cost: {}\n", facts.scene);
-    let _ = writeln!(
-        text,
-        "`rockfall trade {}`, version {}: {} runs, one at a time, {} of a budget of {}, on {} processors. How to read it: `docs/trade.md`.\n",
-        facts.command,
-        env!("CARGO_PKG_VERSION"),
-        study.runs.len(),
-        seconds(study.spent()),
-        seconds(facts.budget),
-        facts.processors
+    let Facts { scene, command, processors, .. } = facts;
+    let (version, runs) = (env!("CARGO_PKG_VERSION"), study.runs.len());
+    let (spent, budget) = (seconds(study.spent()), seconds(facts.budget));
+    let mut text = format!(
+        "# Accuracy against cost: {scene}\n\n`rockfall trade {command}`, version {version}: {runs} runs, one at a time, {spent} of a \
+         budget of {budget}, on {processors} processors. How to read it: `docs/trade.md`.\n\n"
     );
     references(study, &mut text);
     recommendations(study, facts, &mut text);
@@ -92,21 +87,21 @@ fn references(study: &Study, text: &mut String) {
             own.map_or("absent".into(), |value| with_unit(value, name))
         })
         .with("reference", |name| known(name).map_or("none".into(), |known| with_unit(known.value, name)))
-        .with("may be off by", |name| {
-            known(name).and_then(|k| k.uncertainty).map_or("unknown".into(), percent)
-        })
-        .with("where it comes from", |name| known(name).map_or("no run gives it".into(), Known::words));
+        .with("uncertainty", |name| known(name).and_then(|k| k.uncertainty).map_or("unknown".into(), percent))
+        .with("source", |name| known(name).map_or("given by no run".into(), Known::words));
     let _ = write!(text, "## Reference\n\n{}", table.markdown(&study.measures));
-    let finest = study.accuracies.iter().copied().fold(f64::INFINITY, f64::min);
-    if let Some(off) = reference.uncertainty().filter(|off| *off > finest) {
+    if let Some(off) = reference.uncertainty().filter(|off| *off > FINEST_ACCURACY) {
         let off = percent(off);
-        let _ = writeln!(text, "The reference itself may be off by {off}: errors below that say nothing.\n");
+        let _ = writeln!(
+            text,
+            "The reference has an uncertainty of {off}: errors below that are not significant.\n"
+        );
     }
 }
 
 /// Unit of a measure.
 fn unit<'a>(study: &'a Study, name: &str) -> &'a str {
-    study.runs.iter().find_map(|run| run.record.outcome.measures.get(name)).map_or("", |(_, unit)| unit)
+    study.runs.iter().find_map(|run| run.outcome.measures.get(name)).map_or("", |(_, unit)| unit)
 }
 
 fn recommendations(study: &Study, facts: &Facts, text: &mut String) {
@@ -115,9 +110,8 @@ fn recommendations(study: &Study, facts: &Facts, text: &mut String) {
         return;
     }
     let recommended = study.recommended();
-    let of = |one: &Recommended, words: &dyn Fn(&Point) -> String| {
-        one.point.as_ref().map_or_else(String::new, words)
-    };
+    let of =
+        |one: &Recommended, words: &dyn Fn(&Point) -> String| one.point.as_ref().map_or("".into(), words);
     let table = Columns::new()
         .with("accuracy", |one: &Recommended| percent(one.accuracy))
         .with("settings", |one| {
@@ -133,10 +127,10 @@ fn recommendations(study: &Study, facts: &Facts, text: &mut String) {
         })
         .with("run again: error", |one| {
             of(one, &|point| match study.confirmation(point).map(|run| (run, study.error(run))) {
-                None => "not run again: no budget was left".into(),
-                Some((run, None)) => format!("does not hold: {}", run.status.word()),
+                None => "not run again: the budget is used up".into(),
+                Some((run, None)) => format!("not confirmed: {}", run.status.word()),
                 Some((_, Some(error))) if error > one.accuracy => {
-                    format!("does not hold: {}", percent(error))
+                    format!("not confirmed: {}", percent(error))
                 }
                 Some((_, Some(error))) => percent(error),
             })
@@ -144,7 +138,7 @@ fn recommendations(study: &Study, facts: &Facts, text: &mut String) {
         .with("run again: wall time", |one| {
             of(one, &|point| dash(study.confirmation(point).map(|run| run.wall), seconds))
         });
-    text.push_str("## Recommended\n\nThe cheapest settings that keep an accuracy in all measures, at the scene's own model.\n\n");
+    text.push_str("## Recommended\n\nThe cheapest settings whose error stays within an accuracy for all measures, with the scene's own model.\n\n");
     text.push_str(&table.markdown(&recommended));
     lines(study, facts, &recommended, text);
 }
@@ -154,10 +148,9 @@ fn lines(study: &Study, facts: &Facts, recommended: &[Recommended], text: &mut S
     let same = |a: &Recommended, b: &Recommended| a.point == b.point;
     for group in recommended.chunk_by(same) {
         let Some(sets) = group[0].point.as_ref().and_then(|point| study.space.sets(point)) else { continue };
-        let sets: String = sets.iter().fold(String::new(), |all, set| all + " --set " + &quoted(set));
+        let sets: String = sets.iter().map(|set| format!(" --set {}", quoted(set))).collect();
         let accuracies: Vec<String> = group.iter().map(|one| percent(one.accuracy)).collect();
-        let _ =
-            writeln!(text, "{}:\n\n```\nrockfall run {}{sets}\n```\n", accuracies.join(", "), facts.command);
+        *text += &format!("{}:\n\n```\nrockfall run {}{sets}\n```\n\n", accuracies.join(", "), facts.command);
     }
 }
 
@@ -179,28 +172,22 @@ pub fn unknown(study: &Study) -> Option<String> {
     let budget = super::plan::budget_of_reference(study);
     let more = budget.map_or("a larger --budget".into(), |b| format!("--budget {:.0}m", (b / 60.0).ceil()));
     Some(format!(
-        "nothing is recommended: the scene as it is is the only run to compare with, and its own error is not known; the same command \
-         with {more} adds two runs with finer steps and windows"
+        "nothing is recommended: the only run to compare with is the scene as it is, whose own error is unknown; the same command with \
+         {more} adds two runs with finer steps and windows"
     ))
 }
 
 fn unreached(study: &Study) -> String {
-    let trades = study.trades();
-    let numbers: Vec<_> = trades.iter().map(|(_, trade)| *trade).collect();
-    match super::front::best(&numbers) {
-        Some(best) => format!(
-            "nothing reached it; the best is {} with {}",
-            percent(numbers[best].error),
-            study.space.label(trades[best].0)
-        ),
-        None => "no run has an error".into(),
-    }
+    let best = study.front().pop().map(|(point, trade)| (percent(trade.error), study.space.label(point)));
+    best.map_or("the error of no run is known".into(), |(error, settings)| {
+        format!("not reached; the smallest error is {error}, with {settings}")
+    })
 }
 
 /// How far a measure of a run is from its reference.
 fn off(study: &Study, run: &Finished, name: &str) -> Option<f64> {
     let (_, known) = study.reference.0.iter().find(|(measure, _)| measure == name)?;
-    Some(deviation(run.record.outcome.measure(name)?, known.value))
+    Some(deviation(run.outcome.measure(name)?, known.value))
 }
 
 /// A value in words, where there is one.
@@ -209,31 +196,30 @@ fn dash(value: Option<f64>, words: impl Fn(f64) -> String) -> String {
 }
 
 fn numerical(study: &Study, facts: &Facts, text: &mut String) {
-    let front = study.front();
-    let error = |run: &Finished| study.error(&run.record.outcome).filter(|_| !study.is_alone());
-    let is_marked = |run: &Finished| front.contains(&run.point) && error(run).is_some();
+    let front: Vec<&Point> = study.front().into_iter().map(|(point, _)| point).collect();
+    let error = |run: &Finished| study.error(&run.outcome).filter(|_| !study.is_alone());
+    let is_marked = |run: &Finished| front.contains(&&run.point) && error(run).is_some();
     let mut table = Columns::new()
         .with("", |run: &&Finished| if is_marked(run) { "*".into() } else { String::new() })
         .with("settings", |run| study.space.label(&run.point))
-        .with("status", |run| status(study, &run.record.outcome))
+        .with("status", |run| status(study, &run.outcome))
         .with("error", |run| dash(error(run), percent));
     for name in &study.measures {
         table = table.with(format!("`{name}`"), move |run| dash(off(study, run, name), signed));
     }
     table = table
-        .with("`energy_error`", |run| dash(run.record.outcome.measure("energy_error"), percent))
-        .with("wall [s]", |run| three(study.cost(&run.point).unwrap_or(run.record.outcome.wall)))
-        .with("loop [s]", |run| dash(run.record.outcome.time_loop, three));
+        .with("`energy_error`", |run| dash(run.outcome.measure("energy_error"), percent))
+        .with("wall [s]", |run| three(study.cost(&run.point).unwrap_or(run.outcome.wall)))
+        .with("loop [s]", |run| dash(run.outcome.time_loop, three));
     for name in processes(study) {
-        table = table.with(format!("CPU {name} [s]"), move |run| {
-            dash(run.record.outcome.cpu.get(&name).copied(), three)
-        });
+        table = table
+            .with(format!("CPU {name} [s]"), move |run| dash(run.outcome.cpu.get(&name).copied(), three));
     }
     let table = table
-        .with("passes per ms", |run| dash(facts.passes_per_ms(&run.record.outcome), three))
-        .with("memory [MB]", |run| dash(run.record.outcome.memory.map(|bytes| 1e-6 * bytes), three))
+        .with("passes per ms", |run| dash(facts.passes_per_ms(&run.outcome), three))
+        .with("memory [MB]", |run| dash(run.outcome.memory.map(|bytes| 1e-6 * bytes), three))
         .with("runs", |run| study.timed(&run.point).len().max(1).to_string());
-    text.push_str("## Settings that compute the scene's own model\n\n`*`: on the front, nothing is both cheaper and more accurate.\n\n");
+    text.push_str("## Settings of the scene's own model\n\n`*`: on the Pareto front, where no other run is both cheaper and more accurate.\n\n");
     text.push_str(&table.markdown(&sorted(study, Class::Numerical)));
 }
 
@@ -242,31 +228,32 @@ fn models(study: &Study, text: &mut String) {
     let Some(scene) = study.outcome(&Point::new()).filter(|_| !runs.is_empty()) else { return };
     let mut table = Columns::new()
         .with("settings", |run: &&Finished| study.space.label(&run.point))
-        .with("status", |run| status(study, &run.record.outcome));
+        .with("status", |run| status(study, &run.outcome));
     for name in &study.measures {
         table = table.with(format!("change of `{name}`"), move |run| {
-            let pair = run.record.outcome.measure(name).zip(scene.measure(name));
+            let pair = run.outcome.measure(name).zip(scene.measure(name));
             dash(pair.map(|(value, own)| deviation(value, own)), signed)
         });
     }
     let table = table
-        .with("`energy_error`", |run| dash(run.record.outcome.measure("energy_error"), percent))
-        .with("wall [s]", |run| three(run.record.outcome.wall));
-    text.push_str("## Settings that change the model\n\nThey are no more or less accurate than the scene, they are another model: its measures beside those of the scene, both computed in the scene's own steps. No recommendation chooses them.\n\n");
+        .with("`energy_error`", |run| dash(run.outcome.measure("energy_error"), percent))
+        .with("wall [s]", |run| three(run.outcome.wall));
+    text.push_str("## Settings that change the model\n\nThese settings define another model, which is neither more nor less accurate than the scene's. Its measures are compared with those of the scene, both computed with the scene's own steps. They are never recommended.\n\n");
     text.push_str(&table.markdown(&runs));
 }
 
 /// How a run ended, and why not well.
 fn status(study: &Study, outcome: &Outcome) -> String {
     if outcome.status == Status::Done {
-        let lacks: Vec<&str> = study
-            .measures
-            .iter()
-            .filter(|name| outcome.measure(name).is_none())
-            .map(String::as_str)
-            .collect();
+        let lacks = study.measures.iter().filter(|name| outcome.measure(name).is_none());
+        let lacks: Vec<&str> = lacks.map(String::as_str).collect();
         return if lacks.is_empty() { "done".into() } else { format!("done, without {}", lacks.join(", ")) };
     }
+    why(outcome)
+}
+
+/// How a run ended, with what it said.
+pub fn why(outcome: &Outcome) -> String {
     match outcome.message() {
         none if none.is_empty() => outcome.status.word().into(),
         message => format!("{}: {}", outcome.status.word(), shortened(&message)),
@@ -278,8 +265,8 @@ fn sorted(study: &Study, class: Class) -> Vec<&Finished> {
     let mut runs: Vec<&Finished> =
         study.explored().filter(|run| study.space.class(&run.point) == class).collect();
     let rank = |run: &Finished| {
-        let good = run.record.outcome.status == Status::Done;
-        (!good, study.cost(&run.point).unwrap_or(run.record.outcome.wall))
+        let good = run.outcome.status == Status::Done;
+        (!good, study.cost(&run.point).unwrap_or(run.outcome.wall))
     };
     runs.sort_by(|a, b| rank(a).0.cmp(&rank(b).0).then(rank(a).1.total_cmp(&rank(b).1)));
     runs
@@ -287,8 +274,7 @@ fn sorted(study: &Study, class: Class) -> Vec<&Finished> {
 
 /// Names of the processes of any run.
 fn processes(study: &Study) -> Vec<String> {
-    let mut names: Vec<String> =
-        study.runs.iter().flat_map(|run| run.record.outcome.cpu.keys().cloned()).collect();
+    let mut names: Vec<String> = study.runs.iter().flat_map(|run| run.outcome.cpu.keys().cloned()).collect();
     names.sort();
     names.dedup();
     names
@@ -296,36 +282,35 @@ fn processes(study: &Study) -> Vec<String> {
 
 /// All runs, repeats too, one a line.
 pub fn table(study: &Study, facts: &Facts) -> Result<String, csv::Error> {
-    let front = study.front();
+    let front: Vec<&Point> = study.front().into_iter().map(|(point, _)| point).collect();
     let class = |run: &Finished| study.space.class(&run.point);
     let is_own = |run: &Finished| class(run) == Class::Numerical;
     let mut table = Columns::new()
         .with("run", |(number, _): &(usize, &Finished)| (number + 1).to_string())
-        .with("purpose", |(_, run)| format!("{:?}", run.record.purpose).to_lowercase())
+        .with("purpose", |(_, run)| format!("{:?}", run.purpose).to_lowercase())
         .with("class", |(_, run)| format!("{:?}", class(run)).to_lowercase())
-        .with("on_front", |(_, run)| (is_own(run) && front.contains(&run.point)).to_string())
+        .with("on_front", |(_, run)| (is_own(run) && front.contains(&&run.point)).to_string())
         .text("settings", |(_, run)| study.space.label(&run.point))
-        .text("sets", |(_, run)| run.record.sets.join(" "))
-        .with("status", |(_, run)| run.record.outcome.status.word().into())
-        .number("error", |(_, run)| study.error(&run.record.outcome).filter(|_| is_own(run)));
+        .text("sets", |(_, run)| run.sets.join(" "))
+        .with("status", |(_, run)| run.outcome.status.word().into())
+        .number("error", |(_, run)| study.error(&run.outcome).filter(|_| is_own(run)));
     for name in &study.measures {
         table = table
-            .number(name, move |(_, run)| run.record.outcome.measure(name))
+            .number(name, move |(_, run)| run.outcome.measure(name))
             .number(format!("{name}_error"), move |(_, run)| off(study, run, name));
     }
     table = table
-        .number("energy_error", |(_, run)| run.record.outcome.measure("energy_error"))
-        .number("wall_s", |(_, run)| Some(run.record.outcome.wall))
-        .number("loop_s", |(_, run)| run.record.outcome.time_loop)
-        .number("command_s", |(_, run)| Some(run.record.outcome.seconds));
+        .number("energy_error", |(_, run)| run.outcome.measure("energy_error"))
+        .number("wall_s", |(_, run)| Some(run.outcome.wall))
+        .number("loop_s", |(_, run)| run.outcome.time_loop)
+        .number("command_s", |(_, run)| Some(run.outcome.seconds));
     for name in processes(study) {
-        table =
-            table.number(format!("cpu_{name}_s"), move |(_, run)| run.record.outcome.cpu.get(&name).copied());
+        table = table.number(format!("cpu_{name}_s"), move |(_, run)| run.outcome.cpu.get(&name).copied());
     }
     let table = table
-        .number("passes_per_ms", |(_, run)| facts.passes_per_ms(&run.record.outcome))
-        .number("peak_memory_bytes", |(_, run)| run.record.outcome.memory)
-        .text("message", |(_, run)| shortened(&run.record.outcome.message()));
+        .number("passes_per_ms", |(_, run)| facts.passes_per_ms(&run.outcome))
+        .number("peak_memory_bytes", |(_, run)| run.outcome.memory)
+        .text("message", |(_, run)| shortened(&run.outcome.message()));
     table.csv(&study.runs.iter().enumerate().collect::<Vec<_>>())
 }
 
@@ -333,7 +318,7 @@ pub fn table(study: &Study, facts: &Facts) -> Result<String, csv::Error> {
 pub fn screen(study: &Study) -> String {
     let mut text = String::new();
     for (name, known) in &study.reference.0 {
-        let off = known.uncertainty.map_or(String::new(), |u| format!(", may be off by {}", percent(u)));
+        let off = known.uncertainty.map_or(String::new(), |u| format!(", uncertainty {}", percent(u)));
         let unit = unit(study, name);
         let _ =
             writeln!(text, "reference    {name} = {} {unit} ({}{off})", short(known.value), known.words());
@@ -349,7 +334,7 @@ pub fn screen(study: &Study) -> String {
                     (Some(run), Some(error)) if error <= one.accuracy => {
                         format!("run again: {}, {}", percent(error), seconds(run.wall))
                     }
-                    (Some(_), _) => "run again: does not hold".into(),
+                    (Some(_), _) => "run again: not confirmed".into(),
                 };
                 let cost = study.cost(point).map_or("-".into(), seconds);
                 let error = study.error_at(point).map_or("-".into(), percent);

@@ -1,13 +1,15 @@
 //! What one run gave, and what it cost.
 
-use interface_defs::diagnostic::Diagnostic;
+use crate::sweep::Ran;
+use interface_defs::diagnostic::{Diagnostic, code};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;
+use toolkit::exit::Exit;
 use toolkit::summary::{RunStatus, Summary};
 
 /// How a run ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
     /// Computed to the end, within the bounds of trust.
@@ -15,6 +17,7 @@ pub enum Status {
     /// Computed to the end, beyond one of them.
     Unreliable,
     /// It failed.
+    #[default]
     Failed,
     /// Its settings were refused.
     Refused,
@@ -36,7 +39,7 @@ impl Status {
 }
 
 /// What one run gave, and what it cost.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// How it ended.
     pub status: Status,
@@ -60,8 +63,21 @@ pub struct Outcome {
 }
 
 impl Outcome {
+    /// Of a run that was to take no more than `limit` [s].
+    pub fn of_run(ran: Ran, limit: f64) -> Self {
+        let status = match ran.summary {
+            Some(summary) if !ran.too_slow => return Self::of(&summary, ran.seconds),
+            _ if ran.too_slow => Status::Stopped,
+            _ if ran.exit == Exit::BadInput => Status::Refused,
+            _ => Status::Failed,
+        };
+        let slow = || format!("ended after {limit:.1} s: slower than settings like these should be");
+        let errors = if ran.too_slow { vec![Diagnostic::error(code::LIMIT, slow())] } else { ran.errors };
+        Self::without_results(status, errors, ran.seconds)
+    }
+
     /// From the summary of a run that took `seconds`.
-    pub fn of(summary: &Summary, seconds: f64) -> Self {
+    fn of(summary: &Summary, seconds: f64) -> Self {
         let cost = |path: &[&str]| number(&summary.cost, path);
         let processes = summary.cost.get("processes").and_then(Value::as_object);
         let of_each = |name: &str| -> BTreeMap<String, f64> {
@@ -94,18 +110,7 @@ impl Outcome {
 
     /// One that gave nothing.
     pub fn without_results(status: Status, errors: Vec<Diagnostic>, seconds: f64) -> Self {
-        let (cpu, measures) = (BTreeMap::new(), BTreeMap::new());
-        Self {
-            status,
-            errors,
-            seconds,
-            wall: seconds,
-            time_loop: None,
-            cpu,
-            passes: None,
-            memory: None,
-            measures,
-        }
+        Self { status, errors, seconds, wall: seconds, ..Self::default() }
     }
 
     /// Why it is not done, in words.
@@ -136,19 +141,6 @@ pub enum Purpose {
     Confirm,
     /// To find where a knob breaks.
     Atlas,
-}
-
-/// A run that is on disk.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Record {
-    /// What is computed: [`super::point::Space::key`].
-    pub key: String,
-    /// Why it was made.
-    pub purpose: Purpose,
-    /// Its `--set`s, beside those of the user.
-    pub sets: Vec<String>,
-    /// What came of it.
-    pub outcome: Outcome,
 }
 
 /// The middle one of `values`, of an even number the mean of the two in the middle.

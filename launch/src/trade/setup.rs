@@ -42,14 +42,9 @@ impl Setup {
         let steps = [("dem.time_step", numbers.contact.step), ("fem.time_step", numbers.net.step)];
         let in_use: Vec<_> = steps.iter().filter_map(|(key, step)| Some((*key, (*step)?))).collect();
         let document = scene.document()?;
-        let mut open: Vec<String> =
-            prepared.choices().map(|choice| format!("{}.{}", choice.key.0, choice.key.1)).collect();
-        open.extend(
-            steps
-                .iter()
-                .filter(|(key, _)| knobs::at(&document, key).is_none())
-                .map(|(key, _)| (*key).to_owned()),
-        );
+        let chosen = prepared.choices().map(|choice| format!("{}.{}", choice.key.0, choice.key.1));
+        let unnamed = steps.iter().filter(|(key, _)| knobs::at(&document, key).is_none());
+        let open = chosen.chain(unnamed.map(|(key, _)| (*key).to_owned())).collect();
         let mut knobs = knobs::of(&Base { resolved: &resolved, in_use: &in_use });
         knobs::turn_only(&mut knobs, &arguments.knobs)?;
         let space = Space { knobs, open };
@@ -58,13 +53,12 @@ impl Setup {
             Stop::input(code::FILE, what)
         };
         let foreign = plan.members.iter().filter(|member| member.foreign).map(|member| &member.program);
+        let hash = |program: &PathBuf| (program.display().to_string(), provenance::program(program).ok());
         let identity = Identity {
             scene: scene.fingerprint(),
             inputs: record::hashes(scene, &resolved).map_err(fault)?,
             build: sweep::build().clone(),
-            foreign: foreign
-                .map(|program| (program.display().to_string(), provenance::program(program).ok()))
-                .collect(),
+            foreign: foreign.map(hash).collect(),
         };
         let out =
             arguments.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-trade", scene.name())));

@@ -1,7 +1,6 @@
 //! The directory of a study: which scene it is of, and every finished run, so that the same command goes on with it.
 
-use super::point::{Point, Space};
-use super::result::Record;
+use super::point::Space;
 use super::study::Finished;
 use crate::stop::Stop;
 use crate::sweep::{self, Build};
@@ -32,14 +31,6 @@ pub struct Identity {
     pub foreign: Build,
 }
 
-/// A finished run, as on disk.
-#[derive(Serialize, Deserialize)]
-struct Kept {
-    point: BTreeMap<String, i32>,
-    #[serde(flatten)]
-    record: Record,
-}
-
 /// The directory of a study, owned as long as this lives.
 pub struct Store {
     out: PathBuf,
@@ -55,18 +46,17 @@ impl Store {
             Diagnostic::in_file(out.display().to_string(), format!("no study can be written here: {e}"))
         };
         let owner = Owner::claim(out, &Claim { force, ..Claim::default() })?;
-        let there =
-            files::read_text(&out.join(STUDY)).ok().map(|text| serde_json::from_str::<Identity>(&text).ok());
-        match there {
-            Some(Some(there)) if there == *identity && !force => {}
-            Some(there) if !force => return Err(another(out, there.as_ref(), identity).into()),
-            _ => {
-                if there.is_some() {
-                    std::fs::remove_dir_all(out.join(RUNS)).or_else(absent).map_err(fault)?;
+        let there = files::read_text(&out.join(STUDY)).ok();
+        let known = there.as_ref().and_then(|text| serde_json::from_str::<Identity>(text).ok());
+        if force || known.as_ref() != Some(identity) {
+            if there.is_some() {
+                if !force {
+                    return Err(another(out, known.as_ref(), identity).into());
                 }
-                let text = serde_json::to_string_pretty(identity).map_err(io::Error::from).map_err(fault)?;
-                files::write(&out.join(STUDY), (text + "\n").as_bytes()).map_err(fault)?;
+                std::fs::remove_dir_all(out.join(RUNS)).or_else(absent).map_err(fault)?;
             }
+            let text = serde_json::to_string_pretty(identity).map_err(io::Error::from).map_err(fault)?;
+            files::write(&out.join(STUDY), (text + "\n").as_bytes()).map_err(fault)?;
         }
         Dir::create(&out.join(RUNS)).map_err(fault)?;
         Ok(Self { out: out.to_owned(), _owner: owner, last: 0 })
@@ -77,11 +67,11 @@ impl Store {
     /// An error: programs of another build computed one.
     pub fn load(&mut self, space: &Space) -> Result<Vec<Finished>, Diagnostic> {
         let mut all = Vec::new();
-        while let Some((_, kept)) = sweep::kept::<Kept>(&self.next())? {
+        while let Some((_, kept)) = sweep::kept::<Finished<BTreeMap<String, i32>>>(&self.next())? {
+            let Finished { point, key, purpose, sets, outcome } = kept;
             let known = |(name, rung): (&String, &i32)| Some((space.knob(name)?.name, *rung));
-            let point: Option<Point> = kept.point.iter().map(known).collect();
-            let Some(point) = point else { break };
-            all.push(Finished { point, record: kept.record });
+            let Some(point) = point.iter().map(known).collect() else { break };
+            all.push(Finished { point, key, purpose, sets, outcome });
             self.last += 1;
         }
         Ok(all)
@@ -95,10 +85,8 @@ impl Store {
     /// Keep what the next run gave.
     pub fn keep(&mut self, run: &Finished) -> Result<(), Stop> {
         let dir = self.next();
-        let point = run.point.iter().map(|(name, rung)| ((*name).to_owned(), *rung)).collect();
-        let kept = Kept { point, record: run.record.clone() };
         self.last += 1;
-        sweep::keep(&dir, &run.record.key, kept)
+        sweep::keep(&dir, &run.key, run)
     }
 
     /// Write a file of the study.
@@ -142,6 +130,7 @@ fn another(out: &Path, there: Option<&Identity>, identity: &Identity) -> Diagnos
 mod tests {
     use super::*;
     use crate::trade::knobs::Knob;
+    use crate::trade::point::Point;
     use crate::trade::result::{Purpose, tests::done};
 
     fn identity(scene: &str, build: &str) -> Identity {
@@ -156,13 +145,13 @@ mod tests {
         let space =
             Space { knobs: vec![Knob::number("window", "coupling.time_window", 1e-4)], open: Vec::new() };
         let point = Point::from([("window", -1)]);
-        let record = Record {
+        let run = Finished {
             key: space.key(&point).expect("a point"),
             purpose: Purpose::Explore,
             sets: space.sets(&point).expect("a point"),
             outcome: done("depth", 0.25, 1.5),
+            point,
         };
-        let run = Finished { point, record };
         let mut store = Store::open(&out, &identity("a", "1"), false).expect("new");
         assert!(store.load(&space).expect("of this build").is_empty());
         store.keep(&run).expect("kept");
@@ -172,7 +161,7 @@ mod tests {
         let mut store = Store::open(&out, &identity("a", "1"), false).expect("the same");
         let runs = store.load(&space).expect("of this build");
         assert_eq!(runs.len(), 1);
-        assert_eq!((&runs[0].point, &runs[0].record), (&run.point, &run.record));
+        assert_eq!(runs[0], run);
         assert!(store.next().ends_with("runs/002"));
         drop(store);
         let refused = Store::open(&out, &identity("a", "2"), false).err().expect("another build");

@@ -1,22 +1,35 @@
 //! What is known so far: all finished runs of a study, and what follows from them.
 
-use super::front::Trade;
+use super::front::{self, Trade};
+use super::knobs::Class;
 use super::point::{Point, Space};
 use super::reference::Reference;
-use super::result::{Outcome, Purpose, Record, Status, median};
-use std::cell::RefCell;
-use std::collections::{BTreeMap, HashMap};
+use super::result::{Outcome, Purpose, Status, median};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
+/// Accuracies for which settings are recommended, the coarsest first.
+pub const ACCURACIES: [f64; 4] = [0.1, 0.03, 0.01, 0.001];
+/// The finest of them.
+pub const FINEST_ACCURACY: f64 = ACCURACIES[ACCURACIES.len() - 1];
+/// A setting with a larger error is not pushed further.
+const WORST: f64 = 0.2;
 /// Most rungs that the reference is finer than the scene.
 const FINEST: i32 = 6;
 
-/// A finished run and its point.
-#[derive(Debug, Clone)]
-pub struct Finished {
+/// A finished run, as it is kept on disk; there its point has names of its own.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Finished<P = Point> {
     /// Its settings.
-    pub point: Point,
-    /// As on disk.
-    pub record: Record,
+    pub point: P,
+    /// What is computed: [`Space::key`].
+    pub key: String,
+    /// Why it was made.
+    pub purpose: Purpose,
+    /// Its `--set`s, beside those of the user.
+    pub sets: Vec<String>,
+    /// What it gave.
+    pub outcome: Outcome,
 }
 
 /// All finished runs of a study.
@@ -31,12 +44,6 @@ pub struct Study {
     pub runs: Vec<Finished>,
     /// What runs are compared with, as [`Study::refresh`] has found it.
     pub reference: Reference,
-    /// Keys of points that were asked for.
-    pub keys: RefCell<HashMap<Point, Option<String>>>,
-    /// Beyond this error a setting is not pushed further.
-    pub worst: f64,
-    /// Accuracies for which settings are recommended, the coarsest first.
-    pub accuracies: Vec<f64>,
 }
 
 /// A recommendation.
@@ -49,43 +56,31 @@ pub struct Recommended {
 }
 
 impl Study {
-    /// What is computed at a point.
-    fn key(&self, point: &Point) -> Option<String> {
-        if let Some(key) = self.keys.borrow().get(point) {
-            return key.clone();
-        }
-        let key = self.space.key(point);
-        self.keys.borrow_mut().insert(point.clone(), key.clone());
-        key
-    }
-
     /// Wall time of all runs so far [s].
     pub fn spent(&self) -> f64 {
-        self.runs.iter().map(|run| run.record.outcome.seconds).sum()
+        self.runs.iter().map(|run| run.outcome.seconds).sum()
     }
 
     /// What a point gave, when it was first computed.
     pub fn outcome(&self, point: &Point) -> Option<&Outcome> {
-        self.runs_of(point).find(|run| run.record.purpose == Purpose::Explore).map(|run| &run.record.outcome)
+        self.runs_of(point).find(|run| run.purpose == Purpose::Explore).map(|run| &run.outcome)
     }
 
     /// What came of a run again, to confirm a recommendation.
     pub fn confirmation(&self, point: &Point) -> Option<&Outcome> {
-        let mut confirmed = self.runs_of(point).filter(|run| run.record.purpose == Purpose::Confirm);
-        confirmed.next_back().map(|run| &run.record.outcome)
+        let mut confirmed = self.runs_of(point).filter(|run| run.purpose == Purpose::Confirm);
+        confirmed.next_back().map(|run| &run.outcome)
     }
 
     fn runs_of(&self, point: &Point) -> impl DoubleEndedIterator<Item = &Finished> {
-        let key = self.key(point);
-        self.runs.iter().filter(move |run| Some(&run.record.key) == key.as_ref())
+        let key = self.space.key(point);
+        self.runs.iter().filter(move |run| Some(&run.key) == key.as_ref())
     }
 
     /// Runs of a point whose time counts.
     pub fn timed(&self, point: &Point) -> Vec<&Outcome> {
-        let counts = |run: &&Finished| {
-            run.record.purpose != Purpose::Confirm && run.record.outcome.status == Status::Done
-        };
-        self.runs_of(point).filter(counts).map(|run| &run.record.outcome).collect()
+        let counts = |run: &&Finished| run.purpose != Purpose::Confirm && run.outcome.status == Status::Done;
+        self.runs_of(point).filter(counts).map(|run| &run.outcome).collect()
     }
 
     /// Its cost: the median of the wall times [s].
@@ -104,8 +99,8 @@ impl Study {
         let runs = self.refinements();
         let all_given =
             !self.measures.is_empty() && self.measures.iter().all(|name| self.given.contains_key(name));
-        let finest = self.accuracies.iter().copied().fold(f64::INFINITY, f64::min);
-        let known_well = runs.len() > 2 && self.reference.uncertainty().is_some_and(|u| u <= 0.2 * finest);
+        let known_well =
+            runs.len() > 2 && self.reference.uncertainty().is_some_and(|u| u <= 0.2 * FINEST_ACCURACY);
         let next = runs.len() as i32;
         if (all_given && next > 0) || known_well || next > FINEST {
             return None;
@@ -144,7 +139,7 @@ impl Study {
 
     /// Whether a point is worth pushing further.
     pub fn is_good(&self, point: &Point) -> bool {
-        self.error_at(point).is_some_and(|error| error <= self.worst)
+        self.error_at(point).is_some_and(|error| error <= WORST)
     }
 
     /// Points that compute the scene's own model, each once, with cost and error. Errors below what the reference may be off by
@@ -152,9 +147,9 @@ impl Study {
     pub fn trades(&self) -> Vec<(&Point, Trade)> {
         let least = self.reference.uncertainty().unwrap_or(0.0);
         self.explored()
-            .filter(|run| self.space.class(&run.point) == super::knobs::Class::Numerical)
+            .filter(|run| self.space.class(&run.point) == Class::Numerical)
             .filter_map(|run| {
-                let error = self.error(&run.record.outcome)?.max(least);
+                let error = self.error(&run.outcome)?.max(least);
                 Some((&run.point, Trade { cost: self.cost(&run.point)?, error }))
             })
             .collect()
@@ -162,21 +157,12 @@ impl Study {
 
     /// First runs of all points.
     pub fn explored(&self) -> impl Iterator<Item = &Finished> {
-        self.runs.iter().filter(|run| run.record.purpose == Purpose::Explore)
+        self.runs.iter().filter(|run| run.purpose == Purpose::Explore)
     }
 
     /// Points that no other beats, the cheapest first.
-    pub fn front(&self) -> Vec<Point> {
-        let trades = self.trades();
-        let places = super::front::front(&trades.iter().map(|(_, trade)| *trade).collect::<Vec<_>>());
-        places.into_iter().map(|place| trades[place].0.clone()).collect()
-    }
-
-    /// Points on the front, and those that the noise of `factor` may hide behind it.
-    pub fn candidates(&self, factor: f64) -> Vec<Point> {
-        let trades = self.trades();
-        let numbers: Vec<Trade> = trades.iter().map(|(_, trade)| *trade).collect();
-        super::front::near_front(&numbers, factor).into_iter().map(|place| trades[place].0.clone()).collect()
+    pub fn front(&self) -> Vec<(&Point, Trade)> {
+        front::front(self.trades())
     }
 
     /// The cheapest point for each accuracy. None where errors are only the distance from the scene itself.
@@ -184,23 +170,20 @@ impl Study {
         if self.is_alone() {
             return Vec::new();
         }
-        let trades = self.trades();
-        let numbers: Vec<Trade> = trades.iter().map(|(_, trade)| *trade).collect();
-        let cheapest =
-            |accuracy| super::front::cheapest(&numbers, accuracy).map(|place| trades[place].0.clone());
-        self.accuracies
-            .iter()
-            .map(|accuracy| Recommended { accuracy: *accuracy, point: cheapest(*accuracy) })
-            .collect()
+        let front = self.front();
+        let cheapest = |accuracy| front.iter().find(|(_, trade)| trade.error <= accuracy);
+        ACCURACIES
+            .map(|accuracy| Recommended { accuracy, point: cheapest(accuracy).map(|(p, _)| (*p).clone()) })
+            .to_vec()
     }
 
     /// What a run of `point` may take with its checks [s]: the least bound that the runs so far give.
     pub fn estimate(&self, point: &Point) -> Option<f64> {
         let ended = |run: &&Finished| {
-            let whole = matches!(run.record.outcome.status, Status::Done | Status::Unreliable);
-            whole && run.record.purpose != Purpose::Atlas
+            let whole = matches!(run.outcome.status, Status::Done | Status::Unreliable);
+            whole && run.purpose != Purpose::Atlas
         };
-        let bound = |run: &Finished| run.record.outcome.seconds * self.space.dearer(&run.point, point);
+        let bound = |run: &Finished| run.outcome.seconds * self.space.dearer(&run.point, point);
         self.runs.iter().filter(ended).map(bound).min_by(f64::total_cmp)
     }
 }

@@ -4,7 +4,6 @@ use super::knobs::{Base, of};
 use super::plan::RUNS;
 use super::point::{Point, Space};
 use super::result::{Outcome, Purpose, Status, tests::done};
-use super::runner::Runner;
 use super::store::{Identity, Store};
 use super::study::Study;
 use super::{Arguments, Progress, Work, explore, report};
@@ -34,7 +33,7 @@ struct Formula {
     noise: f64,
 }
 
-impl Runner for Formula {
+impl Formula {
     fn run(&mut self, sets: &[String], _: &Path, limit: f64) -> Result<Outcome, Stop> {
         if self.left == Some(0) {
             return Err(Stop::interrupted());
@@ -83,9 +82,6 @@ fn study(given: &[(&str, f64)]) -> Study {
         given: given.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect(),
         runs: Vec::new(),
         reference: super::reference::Reference::default(),
-        keys: std::cell::RefCell::default(),
-        worst: super::WORST,
-        accuracies: super::ACCURACIES.to_vec(),
     }
 }
 
@@ -100,8 +96,13 @@ fn session(study: &mut Study, runner: &mut Formula, out: &Path, words: &[&str]) 
     let mut store = Store::open(out, &identity(), false).expect("opened");
     study.runs = store.load(&study.space).expect("of this build");
     let mut progress = Progress::new(true, false, arguments.budget);
-    let mut work = Work { runner, store: &mut store, progress: &mut progress };
+    let mut runner = |sets: &[String], dir: &Path, limit: f64| runner.run(sets, dir, limit);
+    let mut work = Work { runner: &mut runner, store: &mut store, progress: &mut progress };
     explore(study, &mut work, &arguments, super::plan::next)
+}
+
+fn front(study: &Study) -> Vec<&Point> {
+    study.front().into_iter().map(|(point, _)| point).collect()
 }
 
 fn whole(budget: &str) -> (Study, Formula) {
@@ -139,11 +140,11 @@ fn the_reference_is_extrapolated_and_the_cheapest_settings_are_found() {
 #[test]
 fn a_failed_run_is_a_row_and_never_on_the_front_and_a_model_is_not_recommended() {
     let (study, _) = whole("10000");
-    let failed: Vec<_> = study.explored().filter(|run| run.record.outcome.status == Status::Failed).collect();
+    let failed: Vec<_> = study.explored().filter(|run| run.outcome.status == Status::Failed).collect();
     assert!(!failed.is_empty());
-    let front = study.front();
-    for run in study.explored().filter(|run| front.contains(&run.point)) {
-        assert_eq!(run.record.outcome.status, Status::Done);
+    let front = front(&study);
+    for run in study.explored().filter(|run| front.contains(&&run.point)) {
+        assert_eq!(run.outcome.status, Status::Done);
         assert!(!run.point.contains_key("modulus"));
     }
     let facts = report::Facts {
@@ -165,8 +166,8 @@ fn a_failed_run_is_a_row_and_never_on_the_front_and_a_model_is_not_recommended()
 #[test]
 fn candidates_are_repeated_in_turn_and_each_recommendation_is_run_again() {
     let (study, _) = whole("10000");
-    for point in study.front() {
-        assert!(study.timed(&point).len() >= RUNS, "{}", study.space.label(&point));
+    for point in front(&study) {
+        assert!(study.timed(point).len() >= RUNS, "{}", study.space.label(point));
     }
     for one in study.recommended() {
         let point = one.point.expect("reached");
@@ -175,7 +176,7 @@ fn candidates_are_repeated_in_turn_and_each_recommendation_is_run_again() {
     }
     // In turn: no point twice in a row while several have as few runs.
     let repeats: Vec<&Point> =
-        study.runs.iter().filter(|run| run.record.purpose == Purpose::Repeat).map(|run| &run.point).collect();
+        study.runs.iter().filter(|run| run.purpose == Purpose::Repeat).map(|run| &run.point).collect();
     let several = study.front().len() > 2;
     assert!(several && repeats.windows(2).filter(|pair| pair[0] == pair[1]).count() <= 1, "{repeats:?}");
 }
@@ -194,7 +195,8 @@ fn a_noisy_machine_does_not_decide() {
         assert!(noisy <= 1.15 * quiet, "{noisy} s where {quiet} s would do");
     }
     let walls = |point: &Point| noisy.timed(point).iter().map(|run| run.wall).collect::<Vec<_>>();
-    let scattered = noisy.front().iter().filter(|p| walls(p).iter().any(|wall| *wall != walls(p)[0])).count();
+    let scattered =
+        front(&noisy).into_iter().filter(|p| walls(p).iter().any(|wall| *wall != walls(p)[0])).count();
     assert!(scattered > 0, "the noise has hit no candidate: this test says nothing");
 }
 
@@ -211,7 +213,7 @@ fn the_budget_is_kept_and_a_larger_one_goes_on_without_repeating() {
     assert_eq!((runner.runs.len(), second.runs.len()), (so_far, so_far));
     session(&mut second, &mut runner, temp.path(), &["--budget", "2m"]).expect("explored");
     assert!(second.runs.len() > so_far && second.spent() <= 120.0, "{}", second.spent());
-    let keys: Vec<_> = second.explored().map(|run| &run.record.key).collect();
+    let keys: Vec<_> = second.explored().map(|run| &run.key).collect();
     let unique: std::collections::BTreeSet<_> = keys.iter().collect();
     assert_eq!(keys.len(), unique.len(), "no point is explored twice");
 }
@@ -227,7 +229,7 @@ fn an_interrupted_study_gives_in_the_end_what_an_uninterrupted_one_gives() {
     let mut resumed = study(&[]);
     session(&mut resumed, &mut runner, temp.path(), &["--budget", "500"]).expect("explored");
     let (whole, _) = whole("500");
-    let sets = |study: &Study| study.runs.iter().map(|run| run.record.sets.clone()).collect::<Vec<_>>();
+    let sets = |study: &Study| study.runs.iter().map(|run| run.sets.clone()).collect::<Vec<_>>();
     assert_eq!(sets(&resumed), sets(&whole));
 }
 
@@ -248,26 +250,23 @@ fn a_given_reference_spares_the_refinements_and_a_misspelt_measure_is_refused() 
 
 #[test]
 fn a_run_that_is_slower_than_it_should_be_is_ended() {
-    struct Slow(Formula);
-    impl Runner for Slow {
-        fn run(&mut self, sets: &[String], dir: &Path, limit: f64) -> Result<Outcome, Stop> {
-            if sets.iter().any(|set| set.ends_with("strong")) {
-                assert!(limit < 100.0, "{limit}");
-                return Ok(Outcome::without_results(Status::Stopped, why("too slow"), limit));
-            }
-            self.0.run(sets, dir, limit)
-        }
-    }
     let temp = tempfile::tempdir().expect("a directory");
     let arguments = arguments(&["--budget", "1000"]);
     let mut store = Store::open(temp.path(), &identity(), false).expect("opened");
     let mut study = study(&[]);
-    let (mut runner, mut progress) = (Slow(Formula::default()), Progress::new(true, false, 1000.0));
+    let (mut formula, mut progress) = (Formula::default(), Progress::new(true, false, 1000.0));
+    let mut runner = |sets: &[String], dir: &Path, limit: f64| {
+        if sets.iter().any(|set| set.ends_with("strong")) {
+            assert!(limit < 100.0, "{limit}");
+            return Ok(Outcome::without_results(Status::Stopped, why("too slow"), limit));
+        }
+        formula.run(sets, dir, limit)
+    };
     let mut work = Work { runner: &mut runner, store: &mut store, progress: &mut progress };
     explore(&mut study, &mut work, &arguments, super::plan::next).expect("explored");
-    let stopped = study.runs.iter().filter(|run| run.record.outcome.status == Status::Stopped);
+    let stopped = study.runs.iter().filter(|run| run.outcome.status == Status::Stopped);
     assert!(stopped.clone().count() > 0);
-    assert!(stopped.clone().all(|run| !study.front().contains(&run.point)));
+    assert!(stopped.clone().all(|run| !front(&study).contains(&&run.point)));
     assert!(study.recommended()[0].point.is_some());
 }
 
@@ -279,7 +278,8 @@ fn a_push_ends_where_the_scene_breaks() {
     let arguments = arguments(&["--budget", "10000"]);
     let mut store = Store::open(temp.path(), &identity(), false).expect("opened");
     let mut study = study(&[]);
-    let (mut runner, mut progress) = (Formula::default(), Progress::new(true, false, 1e4));
+    let (mut formula, mut progress) = (Formula::default(), Progress::new(true, false, 1e4));
+    let mut runner = |sets: &[String], dir: &Path, limit: f64| formula.run(sets, dir, limit);
     let mut work = Work { runner: &mut runner, store: &mut store, progress: &mut progress };
     explore(&mut study, &mut work, &arguments, super::plan::next_of_reference).expect("explored");
     let all = pushes(&study.space);

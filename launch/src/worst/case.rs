@@ -3,7 +3,7 @@
 use crate::stop::Stop;
 use crate::sweep::{self, Ran};
 use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::verdict::{Fate, Verdict};
+use interface_defs::verdict::Fate;
 use serde::Deserialize;
 use serde_json::Value;
 use std::io;
@@ -68,14 +68,8 @@ impl Case {
     /// The case whose run has ended now.
     pub fn ended(entry: &Value, place: &Path, ran: Ran) -> Result<Self, Stop> {
         let Some(summary) = ran.summary else {
-            let (entry, reasons) = (entry.clone(), ran.errors);
-            return Ok(Self {
-                entry,
-                status: RunStatus::Failed,
-                reasons,
-                summary: None,
-                warnings: Vec::new(),
-            });
+            let (entry, status, reasons) = (entry.clone(), RunStatus::Failed, ran.errors);
+            return Ok(Self { entry, status, reasons, summary: None, warnings: Vec::new() });
         };
         let of = scene(place).map_err(|e| Stop::failed(code::FILE, format!("{}: {e}", place.display())))?;
         sweep::keep(place, &of, ())?;
@@ -108,14 +102,10 @@ impl Case {
         (!sentences.is_empty()).then(|| sentences.join("; "))
     }
 
-    /// The verdict on its rock; `None`: it could not be computed.
-    pub fn verdict(&self) -> Option<&Verdict> {
-        self.summary.as_ref().filter(|summary| summary.status != RunStatus::Failed)?.verdict.first()
-    }
-
     /// What became of its rock; `None`: it could not be computed.
     pub fn fate(&self) -> Option<Fate> {
-        self.verdict().map(|verdict| verdict.fate)
+        let computed = self.summary.as_ref().filter(|summary| summary.status != RunStatus::Failed)?;
+        computed.verdict.first().map(|verdict| verdict.fate)
     }
 
     /// A result of its run.

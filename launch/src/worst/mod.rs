@@ -18,8 +18,8 @@ use crate::events::{Event, Events};
 use crate::ground;
 use crate::kind;
 use crate::prepared::Prepared;
+use crate::progress::far;
 use crate::scratch::Scratch;
-use crate::status;
 use crate::stop::Stop;
 use crate::sweep::{self, Progress, Task};
 use crate::verify;
@@ -68,11 +68,8 @@ pub fn worst(arguments: &EnsembleArguments, json: bool) -> Result<Exit, Stop> {
         quiet: arguments.quiet || json,
         progress: Progress::new(arguments.quiet || json, false, false),
     };
-    if arguments.scene_of.is_some() {
-        return work.study(&work.of_member());
-    }
-    if arguments.members.is_some() {
-        return work.study(&work.of_members());
+    if arguments.scene_of.is_some() || arguments.members.is_some() {
+        return work.study(&work.of_part());
     }
     let name = Scene::from_text(&arguments.study.display().to_string(), "")?;
     let out = run_dir::location(arguments.dir.out.as_deref(), &name).join(FOLDER);
@@ -154,30 +151,26 @@ impl Work<'_> {
         Ok(command)
     }
 
-    /// Options of a call for the scene of one member.
-    fn of_member(&self) -> Vec<String> {
-        let number = self.arguments.scene_of.map(|number| format!("--scene-of={number}"));
-        let output = self.arguments.output.as_ref().map(|path| format!("--output={}", path.display()));
-        number.into_iter().chain(output).collect()
-    }
-
-    /// Options of a call for a part of the study.
-    fn of_members(&self) -> Vec<String> {
+    /// Options of a call for a part of the study, or for the scene of one member.
+    fn of_part(&self) -> Vec<String> {
         let it = self.arguments;
+        let number = it.scene_of.map(|number| format!("--scene-of={number}"));
+        let output = it.output.as_ref().map(|path| format!("--output={}", path.display()));
         let members = it.members.as_ref().map(|members| format!("--members={members}"));
-        let threads = it.threads.map(|threads| format!("--threads={threads}"));
-        let out = it.dir.out.as_ref().map(|dir| format!("--out={}", dir.display()));
-        members.into_iter().chain(threads).chain(out).collect()
+        number.into_iter().chain(output).chain(members).chain(self.of_any()).collect()
     }
 
     /// Options of the call that computes the study. A study that is there is gone on with.
     fn of_all(&self) -> Vec<String> {
-        let it = self.arguments;
-        let mut options = vec![format!("--worst={}", it.worst)];
-        options.push(if it.force { "--force" } else { "--resume" }.into());
-        options.extend(it.threads.map(|threads| format!("--threads={threads}")));
-        options.extend(it.dir.out.as_ref().map(|dir| format!("--out={}", dir.display())));
-        options
+        let begin = if self.arguments.force { "--force" } else { "--resume" };
+        let own = [format!("--worst={}", self.arguments.worst), begin.into()];
+        own.into_iter().chain(self.of_any()).collect()
+    }
+
+    fn of_any(&self) -> impl Iterator<Item = String> {
+        let threads = self.arguments.threads.map(|threads| format!("--threads={threads}"));
+        let out = self.arguments.dir.out.as_ref().map(|dir| format!("--out={}", dir.display()));
+        threads.into_iter().chain(out)
     }
 
     fn study(&self, options: &[String]) -> Result<Exit, Stop> {
@@ -192,8 +185,7 @@ impl Work<'_> {
     }
 
     fn wait(&self, job: Job) -> Result<children::End, Stop> {
-        let grace = Some(children::GRACE_OF_RUN);
-        let rules = Rules { together: false, grace, limit: None, say: &mut |_| {} };
+        let rules = Rules { grace: Some(children::GRACE_OF_RUN), ..Rules::default() };
         Ok(children::one(job, rules, self.events)?.0)
     }
 
@@ -207,16 +199,11 @@ impl Work<'_> {
         let generated = Generated { file: file.display().to_string(), barrier: &self.scene };
         let input = Input { scene: file, sets: Vec::new() };
         let doubts = Prepared::of(&input, |_| None, self.events).and_then(|prepared| Ok(prepared.doubts()?));
-        let see = || {
-            format!(
-                "this is of member 1 of the study; its scene: rockfall ensemble {} --barrier {} --scene-of 1",
-                self.arguments.study.display(),
-                self.barrier.display()
-            )
-        };
         let of_barrier = |stop: Stop| {
             let errors = stop.errors.into_iter().map(|error| generated.placed(error)).collect();
-            Stop { errors, ..stop }.hinted(&see())
+            let (study, barrier) = (self.arguments.study.display(), self.barrier.display());
+            let scene = format!("rockfall ensemble {study} --barrier {barrier} --scene-of 1");
+            Stop { errors, ..stop }.hinted(&format!("this is of member 1 of the study; its scene: {scene}"))
         };
         for doubt in doubts.map_err(of_barrier)?.into_iter().filter(|_| !self.quiet) {
             tracing::warn!("{}", generated.placed(doubt));
@@ -234,9 +221,8 @@ impl Work<'_> {
         }
         let chosen = Chosen::read(&list)?.chosen;
         let Some(entry) = chosen.iter().find(|entry| entry["member"] == member) else {
-            return Err(
-                refuse(format!("member {member} is none of the {} that are chosen", chosen.len())).into()
-            );
+            let what = format!("member {member} is none of the {} that are chosen", chosen.len());
+            return Err(refuse(what).into());
         };
         let place = dir.join(member.to_string());
         while holder(&place).is_some() {
@@ -289,10 +275,7 @@ impl Work<'_> {
         let shortcuts = !self.arguments.savings.no_shortcuts;
         let task = Task { scene: &scene, sets: Vec::new(), dir: place, shortcuts, limit: f64::INFINITY };
         let of = format!("{number} of {all}: member {}", entry["member"]);
-        let mut say = |seconds| {
-            let far = status::far(place).unwrap_or_else(|| "no row yet".into());
-            self.progress.say(&format!("{of}: {far}, after {seconds} s"));
-        };
+        let mut say = |seconds| self.progress.say(&format!("{of}: {}, after {seconds} s", far(place)));
         let case = Case::ended(entry, place, task.run(self.events, &mut say)?)?;
         self.progress.say(&format!("{of}: {}", case.words()));
         Ok(case)

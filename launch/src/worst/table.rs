@@ -19,8 +19,8 @@ const NAMED: usize = 5;
 /// All measures, in the order in which they are first found.
 fn measures<'a>(cases: &[&'a Case]) -> Vec<&'a Measure> {
     let mut found: Vec<&Measure> = Vec::new();
-    for measure in cases.iter().filter_map(|case| case.summary.as_ref()).flat_map(|summary| &summary.measures)
-    {
+    let summaries = cases.iter().filter_map(|case| case.summary.as_ref());
+    for measure in summaries.flat_map(|summary| &summary.measures) {
         if !found.iter().any(|known| known.name == measure.name) {
             found.push(measure);
         }
@@ -168,12 +168,9 @@ pub fn summary(chosen: &Chosen, cases: &[Case], barrier: &str) -> Summary {
     let wall: f64 = cases.iter().filter_map(|case| case.summary.as_ref()?.cost.get("wall_s")?.as_f64()).sum();
     summary.cost.insert("wall_s".into(), json!(wall));
     if let Some(first) = bad.first() {
+        let (count, all, member, why) = (bad.len(), cases.len(), first.member(), first.reason());
         let what = format!(
-            "{} of {} members failed or are unreliable and are left out of the envelopes; the first, member {}: {}",
-            bad.len(),
-            cases.len(),
-            first.member(),
-            first.reason()
+            "{count} of {all} members failed or are unreliable and are left out of the envelopes; the first, member {member}: {why}"
         );
         summary.doubt(vec![Diagnostic::error(code::TRUST, what)]);
     }

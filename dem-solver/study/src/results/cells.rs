@@ -38,44 +38,26 @@ pub fn write(base: &Base, grid: &Grid, system: &System, dir: &Path, all: All) ->
         computed += 1;
         record.track.visits.iter().for_each(|visit| count[visit.cell as usize] += 1);
         let [x, y, _] = record.outcome.end;
-        let place = [x - base.ground.origin.x, y - base.ground.origin.y];
+        let place = base.local(&[x, y]);
         if let Some(cell) = grid.at(place).filter(|_| record.outcome.how == How::Rest) {
             ends[cell as usize] += 1;
         }
         Ok(())
     })?;
     let picture = picture::Sheet::new(base, grid, computed);
-    let put = |map: &Map| {
-        raster::write(&dir.join(format!("{}.tif", map.name)), base, grid, system, map.values)?;
-        picture.write(&dir.join(format!("{}.svg", map.name)), map)
+    let put = |name: &str, title: String, note, scale, values: &[f32]| {
+        raster::write(&dir.join(format!("{name}.tif")), base, grid, system, values)?;
+        picture.write(&dir.join(format!("{name}.svg")), &Map { title, note, scale, values })
     };
     let known = |of: &dyn Fn(usize) -> f32| -> Vec<f32> {
         (0..grid.len()).map(|cell| if count[cell] > 0 { of(cell) } else { f32::NAN }).collect()
     };
     let passing = known(&|cell| count[cell] as f32);
-    put(&Map {
-        name: "count".into(),
-        title: "number of rocks passing".into(),
-        note: None,
-        scale: Scale::Log,
-        values: &passing,
-    })?;
+    put("count", "number of rocks passing".into(), None, Scale::Log, &passing)?;
     let shares = known(&|cell| (f64::from(count[cell]) / computed.max(1) as f64) as f32);
-    put(&Map {
-        name: "share".into(),
-        title: "share of rocks passing".into(),
-        note: None,
-        scale: Scale::Log,
-        values: &shares,
-    })?;
+    put("share", "share of rocks passing".into(), None, Scale::Log, &shares)?;
     let stopped: Vec<f32> = ends.iter().map(|n| if *n > 0 { *n as f32 } else { f32::NAN }).collect();
-    put(&Map {
-        name: "deposition".into(),
-        title: "number of rocks at rest".into(),
-        note: None,
-        scale: Scale::Linear,
-        values: &stopped,
-    })?;
+    put("deposition", "number of rocks at rest".into(), None, Scale::Linear, &stopped)?;
     // Where the values of each cell begin in one long row.
     let mut starts = vec![0_usize];
     count.iter().for_each(|n| starts.push(starts[starts.len() - 1] + *n as usize));
@@ -105,13 +87,7 @@ pub fn write(base: &Base, grid: &Grid, system: &System, dir: &Path, all: All) ->
         }
         for (map, share) in maps.iter().zip(SHARES) {
             let title = format!("{share} % quantile of the {title}");
-            put(&Map {
-                name: format!("{name}_q{share}"),
-                title,
-                note: note(share),
-                scale: Scale::Linear,
-                values: map,
-            })?;
+            put(&format!("{name}_q{share}"), title, note(share), Scale::Linear, map)?;
         }
     }
     Ok(())

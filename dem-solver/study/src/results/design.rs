@@ -50,33 +50,22 @@ enum Finding<'a> {
 }
 
 impl Row {
-    /// A number, how it was made, and what the barrier has of it.
-    fn new(
-        standard: &'static str,
-        name: &'static str,
-        value: f64,
-        unit: &'static str,
-        (how, has): (String, Option<f64>),
-    ) -> Self {
-        Self { standard, name, value, unit, how, has, more: None, over: None, weak: None }
+    /// A number, and how it was made.
+    fn new(standard: &'static str, name: &'static str, value: f64, unit: &'static str, how: String) -> Self {
+        Self { standard, name, value, unit, how, has: None, more: None, over: None, weak: None }
     }
 
-    fn with(self, more: Option<String>) -> Self {
-        Self { more, ..self }
-    }
-
-    fn resting_on(self, sample: &Sample, quantile: f64) -> Self {
-        Self { weak: sample.weakness(quantile), ..self }
+    /// The same, of which the barrier has so much, and which rests on a quantile of `sample`.
+    fn judged(self, has: Option<f64>, sample: &Sample, quantile: f64) -> Self {
+        Self { has, weak: sample.weakness(quantile), ..self }
     }
 
     /// With how many of the rocks that pass have more than the barrier.
     fn against(self, all: &[f64]) -> Self {
         let has = self.has.unwrap_or(f64::INFINITY);
         let above = all.iter().filter(|value| **value > has).count();
-        Self {
-            over: (above > 0).then(|| format!("{above} of {} rocks that pass have more", all.len())),
-            ..self
-        }
+        let over = (above > 0).then(|| format!("{above} of {} rocks that pass have more", all.len()));
+        Self { over, ..self }
     }
 
     fn finding(&self) -> Option<Finding<'_>> {
@@ -131,7 +120,7 @@ fn of_uni(uni: &Uni, design: &Design, passing: &Passing, study: &Reliability) ->
     let [speeds, heights] = [passing.speed, passing.height].map(|values| Sample { values, study });
     let (speed, height) = (speeds.at(UNI_QUANTILE)?, heights.at(UNI_QUANTILE)?);
     let (trajectories, topography) = (uni.trajectories, uni.topography);
-    let row = |name, value, unit, how, has| Row::new(UNI, name, value, unit, (how, has));
+    let row = |name, value, unit, how| Row::new(UNI, name, value, unit, how);
     let fast = speed * trajectories * topography;
     let mass = uni.block_mass * uni.block_survey * uni.weight;
     let energy = 0.5 * mass * fast * fast;
@@ -139,59 +128,31 @@ fn of_uni(uni: &Uni, design: &Design, passing: &Passing, study: &Reliability) ->
     let stated = |stated: bool| if stated { "stated" } else { "of the standard" };
     let high = height * trajectories * topography;
     let border = uni.free_border;
-    let mut rows = vec![
-        row(
-            "design_speed",
-            fast,
-            "m/s",
-            format!(
-                "{UNI_QUANTILE} % speed {} * trajectories {trajectories} * topography {topography}",
-                short(speed)
-            ),
-            None,
-        ),
-        row(
-            "design_mass",
-            mass,
-            "kg",
-            format!("block {} * survey {} * weight {}", short(uni.block_mass), uni.block_survey, uni.weight),
-            None,
-        ),
-        row("design_energy", energy, "J", "half the design mass times the design speed squared".into(), None),
-        row(
-            "required_energy",
-            energy * factor,
-            "J",
-            format!("design energy * {factor} ({level}, {})", stated(uni.energy_factor.is_some())),
-            design.barrier_energy,
-        )
-        .with(with_more(energy * factor, passing))
-        .against(passing.energy)
-        .resting_on(&speeds, UNI_QUANTILE),
-        row(
-            "design_height",
-            high,
-            "m",
-            format!(
-                "{UNI_QUANTILE} % height of the centre {} * {trajectories} * {topography}",
-                short(height)
-            ),
-            None,
-        ),
-        row(
-            "required_height",
-            high + border,
-            "m",
-            format!("design height + free border {border}"),
-            design.barrier_height,
-        )
-        .resting_on(&heights, UNI_QUANTILE),
-    ];
+    let (speed, height, block) = (short(speed), short(height), short(uni.block_mass));
+    let of_speed =
+        format!("{UNI_QUANTILE} % speed {speed} * trajectories {trajectories} * topography {topography}");
+    let of_mass = format!("block {block} * survey {} * weight {}", uni.block_survey, uni.weight);
+    let of_energy = format!("design energy * {factor} ({level}, {})", stated(uni.energy_factor.is_some()));
+    let of_height = format!("{UNI_QUANTILE} % height of the centre {height} * {trajectories} * {topography}");
+    let required = row("required_energy", energy * factor, "J", of_energy)
+        .judged(design.barrier_energy, &speeds, UNI_QUANTILE)
+        .against(passing.energy);
+    let mut rows =
+        vec![
+            row("design_speed", fast, "m/s", of_speed),
+            row("design_mass", mass, "kg", of_mass),
+            row("design_energy", energy, "J", "half the design mass times the design speed squared".into()),
+            Row { more: with_more(energy * factor, passing), ..required },
+            row("design_height", high, "m", of_height),
+            row("required_height", high + border, "m", format!("design height + free border {border}"))
+                .judged(design.barrier_height, &heights, UNI_QUANTILE),
+        ];
     if let Some((elongation, factor)) =
         design.barrier_elongation.zip(uni.distance_factor(design.barrier_fields))
     {
         let how = format!("elongation {elongation} * {factor} ({})", stated(uni.distance_factor.is_some()));
-        rows.push(row("required_distance", elongation * factor, "m", how, design.distance));
+        let required = row("required_distance", elongation * factor, "m", how);
+        rows.push(Row { has: design.distance, ..required });
     }
     Some(rows)
 }
@@ -199,30 +160,18 @@ fn of_uni(uni: &Uni, design: &Design, passing: &Passing, study: &Reliability) ->
 fn of_onr(onr: &Onr, design: &Design, passing: &Passing, study: &Reliability) -> Option<Vec<Row>> {
     let [energies, heights] = [passing.energy, passing.height].map(|values| Sample { values, study });
     let (energy, height) = (energies.at(onr.energy_quantile)?, heights.at(onr.height_quantile)?);
-    let row = |name, value, unit, how, has| Row::new(ONR, name, value, unit, (how, has));
+    let Onr { energy_quantile, height_quantile, energy_factor, height_factor } = *onr;
+    let of_energy = format!("{energy_quantile} % energy {} * {energy_factor}", short(energy));
+    let of_height = format!("{height_quantile} % height of the centre {} * {height_factor}", short(height));
     Some(vec![
-        row(
-            "required_energy",
-            energy * onr.energy_factor,
-            "J",
-            format!("{} % energy {} * {}", onr.energy_quantile, short(energy), onr.energy_factor),
-            design.barrier_energy,
-        )
-        .against(passing.energy)
-        .resting_on(&energies, onr.energy_quantile),
-        row(
-            "required_height",
-            height * onr.height_factor,
-            "m",
-            format!(
-                "{} % height of the centre {} * {}",
-                onr.height_quantile,
-                short(height),
-                onr.height_factor
-            ),
+        Row::new(ONR, "required_energy", energy * energy_factor, "J", of_energy)
+            .judged(design.barrier_energy, &energies, energy_quantile)
+            .against(passing.energy),
+        Row::new(ONR, "required_height", height * height_factor, "m", of_height).judged(
             design.barrier_height,
-        )
-        .resting_on(&heights, onr.height_quantile),
+            &heights,
+            height_quantile,
+        ),
     ])
 }
 
@@ -271,11 +220,9 @@ pub fn write(
         }
         checked.sentences.push(sentence(name, &rows, study));
     }
-    let most = [
-        design.uni_11211_4.as_ref().map(|_| UNI_QUANTILE),
-        design.onr_24810.as_ref().map(|onr| onr.energy_quantile.max(onr.height_quantile)),
-    ];
-    let most = most.into_iter().flatten().fold(0.0, f64::max);
+    let of_uni = design.uni_11211_4.as_ref().map(|_| UNI_QUANTILE);
+    let of_onr = design.onr_24810.as_ref().map(|onr| onr.energy_quantile.max(onr.height_quantile));
+    let most = of_uni.into_iter().chain(of_onr).fold(0.0, f64::max);
     let count = passing.speed.len();
     if count as f64 * (1.0 - most / 100.0) < 1.0 {
         let what = format!(
@@ -305,12 +252,9 @@ fn block(name: &str, uni: &Uni, passing: &Passing) -> Option<Diagnostic> {
         false if heavier > 0 => "the energy that UNI 11211-4 requires is that of the lighter block".into(),
         false => "the energy that UNI 11211-4 requires is that of a rock that is not in this study".into(),
     };
+    let ([block, least, most], count) = ([block, least, most].map(short), passing.mass.len());
     let what = format!(
-        "the line `{name}`: block_mass = {} kg, and the rocks that pass have {} to {} kg, {heavier} of {} are heavier",
-        short(block),
-        short(least),
-        short(most),
-        passing.mass.len()
+        "the line `{name}`: block_mass = {block} kg, and the rocks that pass have {least} to {most} kg, {heavier} of {count} are heavier"
     );
     Some(Diagnostic::warning(code::UNUSUAL_VALUE, what).try_instead(hint))
 }
@@ -326,10 +270,10 @@ fn with_more(required: f64, passing: &Passing) -> Option<String> {
 /// What is said of an energy that some rock that passes has more of.
 fn below_largest(name: &str, rows: &[Row]) -> Option<Diagnostic> {
     let (required, more) = rows.iter().find_map(|row| Some((row.value, row.more.as_ref()?)))?;
+    let required = short(required);
     let what = format!(
-        "the line `{name}`: {UNI} requires {} J, and {more}: it takes the mass of the design block, the {UNI_QUANTILE} % speed and no \
-         rotation",
-        short(required)
+        "the line `{name}`: {UNI} requires {required} J, and {more}: it takes the mass of the design block, the {UNI_QUANTILE} % speed \
+         and no rotation"
     );
     Some(Diagnostic::warning(code::TRUST, what))
 }

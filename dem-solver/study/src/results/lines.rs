@@ -17,21 +17,8 @@ use toolkit::history::column;
 use toolkit::summary::RunStatus;
 
 /// Columns of the table of crossings, after member and number of the crossing.
-const COLUMNS: [&str; 13] = [
-    "time_s",
-    "along_m",
-    "x_m",
-    "y_m",
-    "z_m",
-    "centre_height_m",
-    "passing_height_m",
-    "speed_m_per_s",
-    "kinetic_energy_J",
-    "rotation_energy_J",
-    "vx_m_per_s",
-    "vy_m_per_s",
-    "vz_m_per_s",
-];
+const COLUMNS: &str = "time_s,along_m,x_m,y_m,z_m,centre_height_m,passing_height_m,speed_m_per_s,kinetic_energy_J,\
+                       rotation_energy_J,vx_m_per_s,vy_m_per_s,vz_m_per_s";
 
 /// The largest values of each member that passes: name, unit, which column.
 const LARGEST: [(&str, &str, usize); 4] = [
@@ -55,7 +42,7 @@ pub fn write(base: &Base, dir: &Path, all: All, study: &Reliability, found: &mut
     let mut passing = Vec::new();
     for line in &base.study.lines {
         let mut table = csv::Writer::from_writer(files::create(&dir.join(format!("{}.csv", line.name)))?);
-        table.write_record(["member", "crossing"].into_iter().chain(COLUMNS))?;
+        table.write_record(["member", "crossing"].into_iter().chain(COLUMNS.split(',')))?;
         passing.push(Passing { table, largest: Default::default(), masses: Vec::new() });
     }
     let origin = [base.ground.origin.x, base.ground.origin.y, base.ground.origin.z];
@@ -72,21 +59,16 @@ pub fn write(base: &Base, dir: &Path, all: All, study: &Reliability, found: &mut
                 let mut values = crossing.values;
                 (0..3).for_each(|axis| values[place::POSITION + axis] += origin[axis]);
                 let cells = values.iter().map(|v| if v.is_nan() { String::new() } else { v.to_string() });
-                passing
-                    .table
-                    .write_record([record.number.to_string(), count.to_string()].into_iter().chain(cells))?;
+                let numbers = [record.number.to_string(), count.to_string()];
+                passing.table.write_record(numbers.into_iter().chain(cells))?;
                 let most = most.get_or_insert([f64::NEG_INFINITY; LARGEST.len()]);
                 most.iter_mut().zip(LARGEST).for_each(|(most, (_, _, at))| *most = most.max(values[at]));
             }
-            if let Some(most) = most {
-                passing.masses.push(record.outcome.mass);
-                // Beside the terrain, or over a hole in it, a height is not known.
-                passing
-                    .largest
-                    .iter_mut()
-                    .zip(most)
-                    .for_each(|(all, value)| all.extend(Some(value).filter(|v| v.is_finite())));
-            }
+            let Some(most) = most else { continue };
+            passing.masses.push(record.outcome.mass);
+            // Beside the terrain, or over a hole in it, a height is not known.
+            let known = passing.largest.iter_mut().zip(most).filter(|(_, value)| value.is_finite());
+            known.for_each(|(all, value)| all.push(value));
         }
         Ok(())
     })?;
@@ -112,7 +94,7 @@ pub fn write(base: &Base, dir: &Path, all: All, study: &Reliability, found: &mut
             found.warnings.push(Diagnostic::warning(code::ABSENT_MEASURE, what));
             if line.design.is_some() {
                 let what = format!(
-                    "the design of the line `{name}` is not made and nothing is said of its barrier: no rock passes it"
+                    "the barrier on the line `{name}` is not judged by its design: no rock passes it"
                 );
                 let cure = "is the line where rocks come, and end_time long enough?";
                 found.warnings.push(Diagnostic::warning(code::FEW_SAMPLES, what).try_instead(cure));
@@ -174,10 +156,9 @@ fn curves(
 ) -> Result<(), Box<dyn std::error::Error>> {
     let page = SVGBackend::with_string(svg, (1080, 400)).into_drawing_area();
     page.fill(&WHITE)?;
-    let title = format!(
-        "Line {name}: {:.1} % of all rocks pass; of these, the share that reaches or exceeds",
-        100.0 * share
-    );
+    let share = 100.0 * share;
+    let title =
+        format!("Line {name}: {share:.1} % of all rocks pass; of these, the share that reaches or exceeds");
     let page = page.titled(&title, ("sans-serif", 18))?;
     let panels = page.split_evenly((1, 3));
     for (panel, (at, title)) in panels.iter().zip([

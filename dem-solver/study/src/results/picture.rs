@@ -3,13 +3,13 @@
 use crate::base::Base;
 use crate::grid::Grid;
 use crate::place::ground_at;
-use crate::settings::Place;
+use crate::settings::{Place, Release};
 use dem_rocks::results::map::page::round_step;
 use dem_rocks::results::map::shade::{ShadedGrid, coloured};
 use dem_solid::geometry::plan::Point;
-use std::fmt::Write as _;
 use std::io;
 use std::path::Path;
+use toolkit::coordinates::Form;
 use toolkit::files;
 
 /// Width of the map, and its largest height [px].
@@ -33,10 +33,8 @@ const COLOURS: [[f64; 3]; 5] = [
 /// How much of the shading shows through.
 const OPAQUE: f64 = 0.85;
 
-/// A raster with its name and what it is.
+/// A raster with what it is.
 pub struct Map<'a> {
-    /// Its name.
-    pub name: String,
     /// In words, with its unit.
     pub title: String,
     /// What to know when reading it, for the line below the title.
@@ -135,30 +133,21 @@ impl<'a> Sheet<'a> {
             Some(words) => (format!("{words}[kJ]"), 1e-3),
             None => (map.title.clone(), 1.0),
         };
-        let notes = [
-            map.note.as_deref(),
-            matches!(map.scale, Scale::Log).then_some("colours on a logarithmic scale"),
-        ];
-        let notes: String = notes.iter().flatten().map(|note| format!("; {note}")).collect();
+        let log = (map.scale == Scale::Log).then_some("colours on a logarithmic scale");
+        let notes: String = [map.note.as_deref(), log].iter().flatten().map(|n| format!("; {n}")).collect();
         let [width, height] = self.size;
-        let page = [LEFT + width + RIGHT, TOP + height + BELOW];
+        let [wide, high] = [LEFT + width + RIGHT, TOP + height + BELOW];
+        let (title, members, cell) = (capital(&title), self.members, short(self.grid.cell));
         let mut text = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.0}\" height=\"{1:.0}\" viewBox=\"0 0 {0:.0} {1:.0}\" \
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{wide:.0}\" height=\"{high:.0}\" viewBox=\"0 0 {wide:.0} {high:.0}\" \
              font-family=\"sans-serif\" font-size=\"13\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n\
-             <text x=\"{LEFT}\" y=\"24\" font-size=\"18\">{2}</text>\n<text x=\"{LEFT}\" y=\"44\" fill=\"#444\">{3} members, cells of \
-             {4} m{5}</text>\n",
-            page[0],
-            page[1],
-            capital(&title),
-            self.members,
-            short(self.grid.cell),
-            notes
+             <text x=\"{LEFT}\" y=\"24\" font-size=\"18\">{title}</text>\n\
+             <text x=\"{LEFT}\" y=\"44\" fill=\"#444\">{members} members, cells of {cell} m{notes}</text>\n"
         );
         for (image, smooth) in [(&self.shading, "auto"), (&self.coloured(map, &share)?, "pixelated")] {
-            let _ = writeln!(
-                text,
+            text += &format!(
                 "<image x=\"{LEFT}\" y=\"{TOP}\" width=\"{width:.1}\" height=\"{height:.1}\" preserveAspectRatio=\"none\" \
-                 style=\"image-rendering:{smooth}\" href=\"{image}\"/>"
+                 style=\"image-rendering:{smooth}\" href=\"{image}\"/>\n"
             );
         }
         self.outlines(&mut text);
@@ -172,58 +161,36 @@ impl<'a> Sheet<'a> {
 
     /// The cells in colours, as text for `href`.
     fn coloured(&self, map: &Map, share: &dyn Fn(f64) -> f64) -> io::Result<String> {
-        let pixels: Vec<u8> = map
-            .values
-            .iter()
-            .flat_map(|v| {
-                let [r, g, b] = colour(share(f64::from(*v)));
-                [r, g, b, if v.is_nan() { 0 } else { (255.0 * OPAQUE) as u8 }]
-            })
-            .collect();
-        coloured(self.grid.counts, &pixels).map_err(io::Error::other)
+        let pixel = |v: &f32| {
+            let [r, g, b] = colour(share(f64::from(*v)));
+            [r, g, b, if v.is_nan() { 0 } else { (255.0 * OPAQUE) as u8 }]
+        };
+        coloured(self.grid.counts, &map.values.iter().flat_map(pixel).collect::<Vec<u8>>())
+            .map_err(io::Error::other)
     }
 
     /// Releases and lines.
     fn outlines(&self, text: &mut String) {
-        let origin = self.base.ground.origin;
-        let points = |corners: &[Point]| {
-            let pixels = corners.iter().map(|p| self.pixel(*p)).map(|[x, y]| format!("{x:.1},{y:.1}"));
-            pixels.collect::<Vec<_>>().join(" ")
+        let outline = |shape: &str, pixels: &[Point], colour: &str| {
+            let points: Vec<String> = pixels.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
+            let points = points.join(" ");
+            format!("<{shape} points=\"{points}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\"/>\n")
         };
-        for release in &self.base.study.releases {
-            let place = release.place();
-            let local: Vec<Point> =
-                place.corners().iter().map(|[x, y]| [x - origin.x, y - origin.y]).collect();
-            let _ = match place {
-                Place::Points(_) => {
-                    for [x, y] in local.iter().map(|p| self.pixel(*p)) {
-                        let _ =
-                            writeln!(text, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3\" fill=\"#0050b0\"/>");
-                    }
-                    Ok(())
-                }
-                Place::Line(_) => writeln!(
-                    text,
-                    "<polyline points=\"{}\" fill=\"none\" stroke=\"#0050b0\" stroke-width=\"2\"/>",
-                    points(&local)
-                ),
-                Place::Polygon(_) => writeln!(
-                    text,
-                    "<polygon points=\"{}\" fill=\"none\" stroke=\"#0050b0\" stroke-width=\"2\"/>",
-                    points(&local)
-                ),
-            };
+        for Place { form, corners, .. } in self.base.study.releases.iter().map(Release::place) {
+            let pixels: Vec<Point> = corners.iter().map(|p| self.pixel(self.base.local(p))).collect();
+            match form {
+                Form::Points => pixels.iter().for_each(|[x, y]| {
+                    *text += &format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3\" fill=\"#0050b0\"/>\n");
+                }),
+                Form::Line => *text += &outline("polyline", &pixels, "#0050b0"),
+                Form::Polygon => *text += &outline("polygon", &pixels, "#0050b0"),
+            }
         }
         for (line, named) in self.base.lines.iter().zip(&self.base.study.lines) {
-            let [x, y] = self.pixel(line[0]);
-            let _ = writeln!(
-                text,
-                "<polyline points=\"{}\" fill=\"none\" stroke=\"black\" stroke-width=\"2\"/>\n<text x=\"{:.1}\" y=\"{:.1}\">{}</text>",
-                points(line),
-                x + 4.0,
-                y - 4.0,
-                named.name
-            );
+            let pixels: Vec<Point> = line.iter().map(|p| self.pixel(*p)).collect();
+            let ([x, y], name) = (pixels[0], &named.name);
+            *text += &outline("polyline", &pixels, "black");
+            *text += &label([x + 4.0, y - 4.0], "", name);
         }
     }
 
@@ -235,36 +202,22 @@ impl<'a> Sheet<'a> {
         let bar = round_step(0.15 * extent[0]);
         let length = bar * self.scale();
         let base = TOP + height;
-        let _ = write!(
-            text,
+        let y = base + 34.0;
+        *text += &format!(
             "<rect x=\"{LEFT}\" y=\"{TOP}\" width=\"{width:.1}\" height=\"{height:.1}\" fill=\"none\" stroke=\"black\"/>\n\
-             <path d=\"M{LEFT} {0:.1} v6 h{length:.1} v-6\" fill=\"none\" stroke=\"black\" stroke-width=\"1.5\"/>\n\
-             <text x=\"{1:.1}\" y=\"{2:.1}\">{3} m</text>\n",
-            base + 34.0,
-            LEFT + length + 6.0,
-            base + 42.0,
-            short(bar)
+             <path d=\"M{LEFT} {y:.1} v6 h{length:.1} v-6\" fill=\"none\" stroke=\"black\" stroke-width=\"1.5\"/>\n"
         );
-        let _ = write!(
-            text,
-            "<text x=\"{LEFT}\" y=\"{0:.1}\" fill=\"#444\" font-size=\"11\">({1:.0}, {2:.0})</text>\n\
-             <text x=\"{3:.1}\" y=\"{4:.1}\" fill=\"#444\" font-size=\"11\" text-anchor=\"end\">({5:.0}, {6:.0})</text>\n",
-            base + 14.0,
-            west + origin.x,
-            north - extent[1] + origin.y,
-            LEFT + width,
-            TOP - 4.0,
-            west + extent[0] + origin.x,
-            north + origin.y
-        );
-        let x = LEFT + width + 40.0;
-        let _ = write!(
-            text,
-            "<path d=\"M{x:.1} {0:.1} l8 24 l-8 -6 l-8 6 z\" fill=\"black\"/>\n\
-             <text x=\"{x:.1}\" y=\"{1:.1}\" text-anchor=\"middle\">N</text>\n",
-            TOP + 16.0,
-            TOP + 12.0
-        );
+        *text += &label([LEFT + length + 6.0, base + 42.0], "", &format!("{} m", short(bar)));
+        let corner = |x: f64, y: f64| format!("({:.0}, {:.0})", x + origin.x, y + origin.y);
+        let grey = " fill=\"#444\" font-size=\"11\"";
+        let south_west = corner(west, north - extent[1]);
+        *text += &format!("<text x=\"{LEFT}\" y=\"{:.1}\"{grey}>{south_west}</text>\n", base + 14.0);
+        let north_east = corner(west + extent[0], north);
+        let from_the_right = format!("{grey} text-anchor=\"end\"");
+        *text += &label([LEFT + width, TOP - 4.0], &from_the_right, &north_east);
+        let (x, y) = (LEFT + width + 40.0, TOP + 16.0);
+        *text += &format!("<path d=\"M{x:.1} {y:.1} l8 24 l-8 -6 l-8 6 z\" fill=\"black\"/>\n");
+        *text += &label([x, TOP + 12.0], " text-anchor=\"middle\"", "N");
     }
 
     /// The colours and their values.
@@ -273,11 +226,9 @@ impl<'a> Sheet<'a> {
         for k in 0..steps {
             let [r, g, b] = colour((f64::from(k) + 0.5) / f64::from(steps));
             let part = height / f64::from(steps);
-            let _ = writeln!(
-                text,
-                "<rect x=\"{x:.1}\" y=\"{:.1}\" width=\"20\" height=\"{:.1}\" fill=\"rgb({r},{g},{b})\"/>",
-                top + height - f64::from(k + 1) * part,
-                part + 0.5
+            let (y, high) = (top + height - f64::from(k + 1) * part, part + 0.5);
+            *text += &format!(
+                "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"20\" height=\"{high:.1}\" fill=\"rgb({r},{g},{b})\"/>\n"
             );
         }
         for k in 0..=4 {
@@ -286,25 +237,18 @@ impl<'a> Sheet<'a> {
                 Scale::Linear => least + share * (most - least),
                 Scale::Log => least * (most / least).powf(share),
             };
-            let _ = writeln!(
-                text,
-                "<text x=\"{:.1}\" y=\"{:.1}\">{}</text>",
-                x + 26.0,
-                top + height * (1.0 - share) + 4.0,
-                short(value)
-            );
+            *text += &label([x + 26.0, top + height * (1.0 - share) + 4.0], "", &short(value));
         }
-        let _ = writeln!(
-            text,
-            "<text x=\"{x:.1}\" y=\"{0:.1}\" fill=\"#0050b0\">releases</text>{1}",
-            top + height + 30.0,
-            if self.base.lines.is_empty() {
-                String::new()
-            } else {
-                format!("\n<text x=\"{x:.1}\" y=\"{:.1}\">lines</text>", top + height + 48.0)
-            }
-        );
+        *text += &label([x, top + height + 30.0], " fill=\"#0050b0\"", "releases");
+        if !self.base.lines.is_empty() {
+            *text += &label([x, top + height + 48.0], "", "lines");
+        }
     }
+}
+
+/// Words at a place of the page, with attributes that begin with a blank.
+fn label([x, y]: [f64; 2], attributes: &str, words: &str) -> String {
+    format!("<text x=\"{x:.1}\" y=\"{y:.1}\"{attributes}>{words}</text>\n")
 }
 
 /// With a capital at its beginning.

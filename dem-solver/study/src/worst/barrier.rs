@@ -1,7 +1,7 @@
 //! The barrier that members are run against: a scene with a structure on a line, without rock and terrain of its own.
 
 use crate::base::{Base, rock_of};
-use crate::member::Member;
+use crate::member::{Member, put_motion};
 use crate::runner::Flight;
 use crate::settings::{ScreenLine, read_lines};
 use dem_contact::settings::STRUCTURE;
@@ -43,19 +43,15 @@ impl Barrier {
     ) -> Result<(Option<Self>, Scene), Diagnostic> {
         let Some(file) = &arguments.barrier else { return Ok((None, study)) };
         let site = arguments.site.as_deref().and_then(|text| serde_json::from_str::<Area>(text).ok());
-        let Some(area) = site else {
+        let area = site.ok_or_else(|| {
             let what = "where the barrier stands is not known here";
-            return Err(
-                Diagnostic::in_file("--barrier", what).try_instead("rockfall ensemble STUDY --barrier SCENE")
-            );
-        };
+            Diagnostic::in_file("--barrier", what).try_instead("rockfall ensemble STUDY --barrier SCENE")
+        })?;
         let scene = Scene::load(file, sets)?;
-        for (key, what) in [("spheres", "separate spheres"), ("box", "a box")] {
-            if scene.has(key) {
-                let what =
-                    format!("a barrier that members of a study are run against has no place for {what}");
-                return Err(scene.invalid(key, what).try_instead(format!("leave `{key}` out")));
-            }
+        let foreign = [("spheres", "separate spheres"), ("box", "a box")];
+        if let Some((key, what)) = foreign.into_iter().find(|(key, _)| scene.has(key)) {
+            let what = format!("a barrier that members of a study are run against has no place for {what}");
+            return Err(scene.invalid(key, what).try_instead(format!("leave `{key}` out")));
         }
         let after = scene.end_time()?;
         let mut document = scene.document()?;
@@ -98,7 +94,7 @@ impl Barrier {
     ) -> Result<Table, Diagnostic> {
         let mut own = base.scene_of(member)?;
         if let Some((flight, rock)) = flight.zip(rock_of(&mut own)) {
-            put_flight(rock, flight);
+            put_motion(rock, [&flight.position, &flight.velocity, &flight.orientation, &flight.spin]);
         }
         let mut scene = self.document.clone();
         let contacts = self.contacts(&own)?;
@@ -176,17 +172,6 @@ fn absolute_start(scene: &Scene) -> Result<Option<Value>, Diagnostic> {
     let refuse = |what: String| scene.invalid(start_from::KEY, what);
     origin.run = std::path::absolute(&origin.run).map_err(|e| refuse(e.to_string()))?;
     Value::try_from(&origin).map(Some).map_err(|e| refuse(e.to_string()))
-}
-
-fn put_flight(rock: &mut Table, flight: &Flight) {
-    for (key, values) in [
-        ("position", &flight.position[..]),
-        ("velocity", &flight.velocity),
-        ("orientation", &flight.orientation),
-        ("angular_velocity", &flight.spin),
-    ] {
-        rock.insert(key.into(), Value::Array(values.iter().map(|value| Value::Float(*value)).collect()));
-    }
 }
 
 /// Name of the line of the barrier in the study, and the study with it: its own, where it has one in the same place.

@@ -29,23 +29,8 @@ pub const FOLDER: &str = "barrier";
 pub const CHOSEN: &str = "chosen.json";
 
 /// What is known of a chosen member.
-const COLUMNS: [&str; 15] = [
-    "member",
-    "chosen_for",
-    "rank",
-    "line_time_s",
-    "line_x_m",
-    "line_y_m",
-    "line_z_m",
-    "along_m",
-    "edge_m",
-    "passing_height_m",
-    "centre_height_m",
-    "speed_m_per_s",
-    "kinetic_energy_J",
-    "rotation_energy_J",
-    "start_time_s",
-];
+const COLUMNS: &str = "member,chosen_for,rank,line_time_s,line_x_m,line_y_m,line_z_m,along_m,edge_m,passing_height_m,centre_height_m,\
+                       speed_m_per_s,kinetic_energy_J,rotation_energy_J,start_time_s";
 
 /// How a member comes to the line for the first time.
 #[derive(Debug, Clone, PartialEq)]
@@ -115,7 +100,7 @@ impl Comings {
         }
         let index = json!({
             "line": barrier.line, "members": base.members(), "computed": self.computed, "reach": arrivals.len(),
-            "columns": COLUMNS, "chosen": rows,
+            "columns": COLUMNS.split(',').collect::<Vec<_>>(), "chosen": rows,
         });
         let text = serde_json::to_string_pretty(&index).map_err(io::Error::from).map_err(fault)?;
         files::write(&dir.join(CHOSEN), (text + "\n").as_bytes()).map_err(fault)
@@ -136,11 +121,19 @@ pub fn scene(
     let is_far = |at| distance_from(line, &at) > barrier.margin + reach;
     let flight = flight_before(base, member, time, &is_far).map_err(fault)?;
     let table = barrier.with(base, member, flight.as_ref(), time)?;
-    let from =
-        flight.as_ref().map_or("its release".into(), |flight| format!("its flight at {} s", flight.time));
-    let more = format!(" against {}, from {from} on", barrier.name());
-    let body = toml::to_string(&table).map_err(|e| Diagnostic::new(e.to_string()))?;
-    Ok((base.head(member, &more) + &body, flight))
+    Ok((text(base, barrier, member, flight.as_ref(), &table)?, flight))
+}
+
+/// A scene with a head that says from where on it is computed.
+fn text(
+    base: &Base,
+    barrier: &Barrier,
+    member: &Member,
+    flight: Option<&Flight>,
+    table: &toml::Table,
+) -> Result<String, Diagnostic> {
+    let from = flight.map_or("its release".into(), |flight| format!("its flight at {} s", flight.time));
+    base.text(member, &format!(" against {}, from {from} on", barrier.name()), table)
 }
 
 /// The same of one member that has not been computed yet; one that does not reach the line starts at its release.
@@ -153,9 +146,7 @@ pub fn scene_of_one(base: &Base, barrier: &Barrier, number: u64) -> Result<Strin
     }
     tracing::warn!("member {number} does not reach the line of the barrier: its scene begins at its release");
     let table = barrier.with(base, &member, None, 0.0)?;
-    let more = format!(" against {}, from its release on", barrier.name());
-    let body = toml::to_string(&table).map_err(|e| Diagnostic::new(e.to_string()))?;
-    Ok(base.head(&member, &more) + &body)
+    text(base, barrier, &member, None, &table)
 }
 
 fn row(
@@ -167,24 +158,14 @@ fn row(
     flight: Option<&Flight>,
 ) -> Value {
     let values = &coming.crossing.values;
-    let origin = base.ground.origin;
-    let at = |axis: usize| values[place::POSITION + axis] + origin[axis];
-    let numbers = [
-        json!(member.number),
-        json!(choice.reason),
-        json!(choice.rank),
-        json!(values[place::TIME]),
-        json!(at(0)),
-        json!(at(1)),
-        json!(at(2)),
-        json!(values[place::ALONG]),
-        json!(arrival.edge),
-        json!(values[place::HEIGHT]),
-        json!(values[place::CENTRE]),
-        json!(values[place::SPEED]),
-        json!(values[place::ENERGY]),
-        json!(values[place::ROTATION]),
-        json!(flight.map_or(0.0, |flight| flight.time)),
-    ];
-    COLUMNS.iter().map(|name| (*name).to_owned()).zip(numbers).collect()
+    let at = |axis: usize| values[place::POSITION + axis] + base.ground.origin[axis];
+    json!({
+        "member": member.number, "chosen_for": choice.reason, "rank": choice.rank,
+        "line_time_s": values[place::TIME], "line_x_m": at(0), "line_y_m": at(1), "line_z_m": at(2),
+        "along_m": values[place::ALONG], "edge_m": arrival.edge,
+        "passing_height_m": values[place::HEIGHT], "centre_height_m": values[place::CENTRE],
+        "speed_m_per_s": values[place::SPEED],
+        "kinetic_energy_J": values[place::ENERGY], "rotation_energy_J": values[place::ROTATION],
+        "start_time_s": flight.map_or(0.0, |flight| flight.time),
+    })
 }
