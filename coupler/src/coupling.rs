@@ -184,7 +184,7 @@ impl<'a> Coupling<'a> {
 
     /// While nothing is in reach, one window lasts as long as the contact solver says, up to the next row.
     fn lengthen(&self, schedule: &mut Schedule, agreement: &Agreement) {
-        let free = self.gauges.free_time.min(agreement.largest_window);
+        let free = self.gauges.free_time.min(agreement.largest_window());
         if self.settings.flight_window > 0.0 && !self.gauges.touches {
             schedule.lengthen(free, self.settings.flight_window);
         }
@@ -460,7 +460,7 @@ impl<'a> Coupling<'a> {
         schedule: &mut Schedule,
     ) -> Result<(), CouplingError> {
         let stops = self.settings.on_no_convergence == OnNoConvergence::Stop;
-        let once = [&agreement.dem, &agreement.fem].into_iter().find(|side| !side.repeatable);
+        let once = [&agreement.dem, &agreement.fem].into_iter().find(|side| side.hello.repeats.is_none());
         if !stops && once.is_none() && schedule.halve() {
             tracing::debug!(window = span.number, t = span.start, "halved: {reason}");
             self.counts.halved += 1;

@@ -127,7 +127,9 @@ impl Prepared {
             supervisor: supervised.supervisor,
         };
         let owner = Owner::claim(&out, &claim)?;
-        owner.write_record().map_err(|e| Diagnostic::in_file(out.display().to_string(), e.to_string()))?;
+        owner
+            .write_record("coupler", "coupler")
+            .map_err(|e| Diagnostic::in_file(out.display().to_string(), e.to_string()))?;
         let subject = Subject::of(&scene)?;
         Ok(Self { settings, processes, output, limits, end_time, owner, subject, resume })
     }

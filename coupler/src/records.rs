@@ -14,6 +14,7 @@ use toolkit::checkpoint::{Checkpoint, pack, unpack};
 use toolkit::energy;
 use toolkit::history::{History, Mark};
 use toolkit::output::Output;
+use toolkit::owner::note_programs;
 use toolkit::progress::{Form, Line, Reporter};
 use toolkit::recorder::{Checkpoints, KeptRows, Recorder, open, unwritable};
 use toolkit::run_dir;
@@ -140,6 +141,9 @@ impl Observer for Records {
         self.window_started = Instant::now();
         self.warnings.extend_from_slice(warnings);
         self.programs = [dem.program.clone(), fem.program.clone()];
+        let said = [("dem", dem), ("fem", fem)]
+            .map(|(part, Side { hello, .. })| (part, &*hello.program, hello.build()));
+        note_programs(&self.dir, said).map_err(|e| unwritable(&self.dir.join(run_dir::RECORD), &e))?;
         let gauges = dem.gauges.iter().chain(&fem.gauges);
         let columns = 1 + gauges.clone().count() + OWN_COLUMNS.len();
         // The first column is the time.

@@ -22,6 +22,12 @@ pub mod capability {
     pub const CHECKPOINT: &str = "checkpoint";
 }
 
+/// Names of further values of a [`Hello`].
+pub mod option {
+    /// The build of the program, in words for people: its commit, a hash of it. Recorded, and nothing else.
+    pub const BUILD: &str = "build";
+}
+
 /// Further values of a message by name, so that later versions may add some. Unknown names are passed over.
 pub type NamedValues = Vec<(String, String)>;
 
@@ -101,7 +107,7 @@ pub struct Hello {
     pub gives: Vec<FieldSpec>,
     /// Longest window that it can solve [s], infinite if there is no limit.
     pub largest_window: f64,
-    /// None in this version.
+    /// See [`option`].
     pub options: NamedValues,
 }
 
@@ -125,6 +131,11 @@ impl Hello {
     /// Whether it has declared the capability.
     pub fn can(&self, capability: &str) -> bool {
         self.capabilities.iter().any(|c| c == capability)
+    }
+
+    /// What it says of its build, if it does.
+    pub fn build(&self) -> Option<&str> {
+        self.options.iter().find(|(name, _)| name == option::BUILD).map(|(_, build)| build.as_str())
     }
 }
 

@@ -13,7 +13,7 @@ use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc::RunId;
 use rustix::fs::{Mode, OFlags};
 use rustix::io::FdFlags;
-use serde_json::json;
+use serde_json::{Value, json};
 use std::fs::{File, TryLockError};
 use std::io::{self, Read, Seek, Write};
 use std::os::unix::fs::MetadataExt;
@@ -131,21 +131,24 @@ impl Owner {
         ))
     }
 
-    /// Write `run.json`, where no launcher has written a fuller one.
-    pub fn write_record(&self) -> io::Result<()> {
-        if !self.first {
-            return Ok(());
+    /// Write `run.json`, where no launcher has written a fuller one, and into it that `program` of this project leads as `part`.
+    pub fn write_record(&self, part: &str, program: &str) -> io::Result<()> {
+        let build = build_id();
+        if self.first {
+            let words: Vec<String> =
+                std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();
+            write_json(
+                &self.dir,
+                &json!({
+                    "version": build.version,
+                    "build": build,
+                    "command_line": words,
+                    "run": self.run.to_string(),
+                }),
+            )?;
         }
-        let words: Vec<String> =
-            std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();
-        let record = json!({
-            "version": env!("CARGO_PKG_VERSION"),
-            "build": build_id(),
-            "command_line": words,
-            "run": self.run.to_string(),
-        });
-        let text = serde_json::to_string_pretty(&record).map_err(io::Error::from)?;
-        files::write(&self.dir.join(RECORD), (text + "\n").as_bytes())
+        let name = format!("{program} {}", build.version);
+        note_programs(&self.dir, [(part, name.as_str(), Some(build.to_string().as_str()))])
     }
 
     /// Write `manifest.json`, after the last file of a run that has come to its end, where no launcher will do so.
@@ -169,6 +172,30 @@ impl Owner {
             .write(&self.dir)
             .map_err(|e| format!("cannot write {}: {e}", self.dir.join(SUMMARY).display()))
     }
+}
+
+/// Add to `run.json` of `dir` what these parts of the run say of themselves: name with version, and build.
+pub fn note_programs<'p>(
+    dir: &Path,
+    programs: impl IntoIterator<Item = (&'p str, &'p str, Option<&'p str>)>,
+) -> io::Result<()> {
+    let mut record = match files::read_text(&dir.join(RECORD)) {
+        Err(e) if e.kind() == io::ErrorKind::NotFound => json!({}),
+        text => serde_json::from_str(&text?)?,
+    };
+    for (part, name, build) in programs {
+        let program: &mut Value = &mut record["programs"][part];
+        program["name"] = name.into();
+        if let Some(build) = build {
+            program["build"] = build.into();
+        }
+    }
+    write_json(dir, &record)
+}
+
+fn write_json(dir: &Path, record: &Value) -> io::Result<()> {
+    let text = serde_json::to_string_pretty(record)?;
+    files::write(&dir.join(RECORD), (text + "\n").as_bytes())
 }
 
 impl Drop for Owner {
@@ -299,6 +326,12 @@ mod tests {
         let temp = tempfile::tempdir().expect("a directory");
         let dir = temp.path().join("out");
         let owner = claim(&dir).expect("free");
+        owner.write_record("fem", "fem-solver").expect("written");
+        note_programs(&dir, [("dem", "weight 1.0", None)]).expect("written");
+        let record: Value =
+            serde_json::from_slice(&std::fs::read(dir.join(RECORD)).expect("there")).expect("JSON");
+        assert_eq!(record["programs"]["fem"]["build"], build_id().to_string());
+        assert_eq!(record["programs"]["dem"], json!({ "name": "weight 1.0" }));
         owner.write_summary(&mut Summary::new(RunStatus::Done)).expect("written");
         let written = Summary::read(&dir).expect("a summary");
         assert_eq!(written.run, Some(owner.run.to_string()));

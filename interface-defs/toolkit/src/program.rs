@@ -222,7 +222,9 @@ fn run_alone(program: &Program, arguments: &RunArguments) -> Result<Exit, Diagno
     let force = leader.results.force || (leader.results.resume && resume.is_none());
     let claim = Claim { force, resume: resume.is_some(), run: None, supervisor };
     let owner = Arc::new(Owner::claim(&out, &claim)?);
-    owner.write_record().map_err(|e| Diagnostic::in_file(out.display().to_string(), e.to_string()))?;
+    owner
+        .write_record(program.role, program.name)
+        .map_err(|e| Diagnostic::in_file(out.display().to_string(), e.to_string()))?;
     interrupt::install();
     end_in_time(&owner, supervisor);
     let reporter = Reporter::new(leader.progress);
