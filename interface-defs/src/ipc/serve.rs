@@ -10,7 +10,7 @@ use super::{interrupt, transport};
 use crate::exchange::{self, Exchange, Selected};
 use crate::header::{AnswerHeader, RequestHeader, Status};
 use crate::message::{Fault, FromSolver, Plan, Ready, Statistics, ToSolver};
-use crate::participant::{self, Failure, payload_lengths};
+use crate::participant::{Failure, payload_lengths};
 use crate::solver::Solver;
 use iceoryx2::port::server::Server;
 use iceoryx2::prelude::{AllocationStrategy, ipc};
@@ -212,7 +212,7 @@ impl Session<'_> {
                 Work::Message(ToSolver::Connect) => self.send(&FromSolver::Hello(solver.hello()))?,
                 Work::Message(ToSolver::Prepare(plan)) => self.prepare(solver, &plan)?,
                 Work::Message(ToSolver::Explain) => {
-                    let fault = self.fault.take().unwrap_or_else(participant::no_reason);
+                    let fault = self.fault.take().unwrap_or_else(exchange::no_reason);
                     self.send(&FromSolver::Fault(fault))?;
                 }
                 Work::Message(ToSolver::Save { commit }) => {
@@ -360,7 +360,7 @@ impl Session<'_> {
         let output =
             unsafe { std::slice::from_raw_parts_mut(payload.as_mut_ptr().cast::<f64>(), payload.len()) };
         let outcome = begun.and_then(|_| self.exchange.write(solver, &header, input, output));
-        let status = outcome.as_ref().map_or_else(participant::status_of, |_| Status::Done);
+        let status = outcome.as_ref().map_or_else(exchange::status_of, |_| Status::Done);
         let listed = *outcome.as_ref().unwrap_or(&0);
         self.fault = outcome.err();
         // Before the answer goes: what follows is exchange.
