@@ -14,7 +14,8 @@ pub(crate) struct Override {
     /// Where its text begins.
     pub base: usize,
     path: Vec<(String, Range<usize>)>,
-    value_at: usize,
+    /// The value behind as many blanks as stand before it, so that positions in it are those of all text.
+    value: String,
 }
 
 impl Override {
@@ -25,7 +26,7 @@ impl Override {
                 .at(Place::in_argument(text, 0..text.len()))
                 .try_instead("write KEY=VALUE, as in --set coupling.scheme=weak or --set rock.0.mass=180")
         };
-        let (key, _) = text.split_once('=').ok_or_else(|| refuse("there is no `=`"))?;
+        let (key, written) = text.split_once('=').ok_or_else(|| refuse("there is no `=`"))?;
         let as_line = format!("{key} = 0");
         let mut path = Vec::new();
         let mut table = DeTable::parse(&as_line).map_err(|_| refuse("this is no path of keys"))?.into_inner();
@@ -40,7 +41,9 @@ impl Override {
                 _ => break,
             }
         }
-        Ok(Self { text: text.to_owned(), base, path, value_at: key.len() + 1 })
+        let blanks = base + text.len() - written.trim_start().len();
+        let value = " ".repeat(blanks) + written.trim();
+        Ok(Self { text: text.to_owned(), base, path, value })
     }
 
     /// Set the value in `root`; tables that are not there are made.
@@ -103,36 +106,10 @@ impl Override {
 
     /// The value, read as TOML, else as text.
     fn value(&self) -> Spanned<DeValue<'_>> {
-        let written = &self.text[self.value_at..];
-        let trimmed = written.trim();
-        let start = self.base + self.value_at + (written.len() - written.trim_start().len());
-        match DeValue::parse(trimmed) {
-            Ok(value) => shifted(value, start),
-            Err(_) => Spanned::new(start..start + trimmed.len(), DeValue::String(Cow::Borrowed(trimmed))),
-        }
+        DeValue::parse(&self.value).unwrap_or_else(|_| {
+            let bare = self.value.trim_start();
+            let start = self.value.len() - bare.len();
+            Spanned::new(start..self.value.len(), DeValue::String(Cow::Borrowed(bare)))
+        })
     }
-}
-
-/// `value` with all its positions moved on by `by`.
-fn shifted(value: Spanned<DeValue>, by: usize) -> Spanned<DeValue> {
-    let moved = |span: Range<usize>| span.start + by..span.end + by;
-    let span = moved(value.span());
-    let inner = match value.into_inner() {
-        DeValue::Array(mut items) => {
-            for item in items.iter_mut() {
-                let taken = std::mem::replace(item, Spanned::new(0..0, DeValue::Boolean(false)));
-                *item = shifted(taken, by);
-            }
-            DeValue::Array(items)
-        }
-        DeValue::Table(table) => {
-            let mut out = DeTable::new();
-            for (key, value) in table {
-                out.insert(Spanned::new(moved(key.span()), key.into_inner()), shifted(value, by));
-            }
-            DeValue::Table(out)
-        }
-        leaf => leaf,
-    };
-    Spanned::new(span, inner)
 }
