@@ -4,11 +4,12 @@
 //! launcher lets the processes that it starts inherit the lock: it lasts until the last of them has ended, whatever ends
 //! them, and a solver knows its launcher by its number.
 
+use super::checkpoint;
 use super::files::{self, Dir, Exposed};
 use super::manifest;
 use super::provenance::build_id;
 use super::run_dir::{self, RECORD, SUMMARY, unwritable};
-use super::summary::Summary;
+use super::summary::{RunStatus, Summary};
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc::RunId;
 use rustix::fs::{Mode, OFlags};
@@ -132,7 +133,11 @@ impl Owner {
     }
 
     /// Write `run.json`, where no launcher has written a fuller one, and into it that `program` of this project leads as `part`.
-    pub fn write_record(&self, part: &str, program: &str) -> io::Result<()> {
+    pub fn write_record(&self, part: &str, program: &str) -> Result<(), Diagnostic> {
+        self.add_record(part, program).map_err(|e| unwritable(&self.dir, &e))
+    }
+
+    fn add_record(&self, part: &str, program: &str) -> io::Result<()> {
         let build = build_id();
         if self.first {
             let words: Vec<String> =
@@ -151,16 +156,28 @@ impl Owner {
         note_programs(&self.dir, [(part, name.as_str(), Some(build.to_string().as_str()))])
     }
 
-    /// Write `manifest.json`, after the last file of a run that has come to its end, where no launcher will do so.
-    pub fn seal(&self) -> io::Result<()> {
-        if self.first { manifest::write(&self.dir) } else { Ok(()) }
-    }
-
     /// Give the directory up, before the process ends at once.
     pub fn release(&self) {
         // Held until it is gone: nobody else can have taken it.
         if self.first && self.check().is_ok() {
             let _ = files::remove(&self.dir.join(LOCK));
+        }
+    }
+
+    /// End the run: write its summary, in which it stands where that fails, remove checkpoints that nobody needs, and write
+    /// `manifest.json`, after the last file, where no launcher will do so.
+    pub fn conclude(&self, summary: &mut Summary) {
+        if let Err(what) = self.write_summary(summary) {
+            summary.fail(Diagnostic::error(code::NOT_WRITTEN, what));
+            return;
+        }
+        checkpoint::remove_if_over(summary, &self.dir);
+        // What was interrupted goes on, and must end at once.
+        if self.first
+            && summary.status != RunStatus::Interrupted
+            && let Err(e) = manifest::write(&self.dir)
+        {
+            tracing::warn!("{}: no manifest: {e}", self.dir.display());
         }
     }
 
@@ -277,7 +294,6 @@ fn read(lock: &mut File) -> (Option<RunId>, Option<u32>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::summary::RunStatus;
 
     fn claim(dir: &Path) -> Result<Owner, Diagnostic> {
         Owner::claim(dir, &Claim::default())

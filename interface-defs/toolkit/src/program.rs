@@ -1,10 +1,10 @@
 //! The `main` of a solver: `run` alone, `check`, `serve` to a coupler.
 
 pub use super::arguments::Savings;
-use super::arguments::{AnswerForm, Input, Leader, Logging, Membership, ResultDir, Supervised};
+use super::arguments::{AnswerForm, Input, Leader, Logging, Membership, ResultDir, Results, Supervised};
 use super::check;
 pub use super::check::CheckReport;
-use super::checkpoint;
+use super::checkpoint::{self, Checkpoint};
 use super::exit::Exit;
 use super::guest::Guest;
 use super::limits::Limits;
@@ -215,28 +215,35 @@ fn run_alone(program: &Program, arguments: &RunArguments) -> Result<Exit, Diagno
     let scene = input.load()?;
     let limits = Limits::of(&scene)?;
     let out = leader.results.dir.of(&scene);
-    start_from::refuse_own(&scene, &out)?;
-    let options = Options { out: Some(out.clone()), shortcuts: !savings.no_shortcuts };
+    let options = Options { out: Some(out), shortcuts: !savings.no_shortcuts };
     let mut solver = (program.build)(&scene, &options)?;
-    let resume = leader.results.resume.then(|| checkpoint::to_go_on(&scene, &out)).transpose()?.flatten();
-    let force = leader.results.force || (leader.results.resume && resume.is_none());
-    let claim = Claim { force, resume: resume.is_some(), run: None, supervisor };
-    let owner = Arc::new(Owner::claim(&out, &claim)?);
-    owner
-        .write_record(program.role, program.name)
-        .map_err(|e| Diagnostic::in_file(out.display().to_string(), e.to_string()))?;
+    let claim = Claim { supervisor, ..Claim::default() };
+    let (owner, resume) = claim_results(&scene, &leader.results, claim)?;
+    owner.write_record(program.role, program.name)?;
+    let owner = Arc::new(owner);
     interrupt::install();
     end_in_time(&owner, supervisor);
     let reporter = Reporter::new(leader.progress);
     let mut stage = Stage { role: program.role, owner: &owner, supervisor, limits, reporter, resume };
     let summary = solo::run(&mut stage, solver.as_mut(), &scene)?;
-    if !leader.quiet {
-        summary.print_table(&out);
-    }
-    if summary.status != RunStatus::Done {
-        summary.complain();
-    }
-    Ok(Exit::of(summary.status))
+    Ok(summary.present(owner.dir(), leader.quiet))
+}
+
+/// The directory of the results of `scene`, owned as `claim` says, and the checkpoint from which a run in it goes on.
+///
+/// # Errors
+/// If the run would start from its own results, another one owns the directory, or it may neither go on in it nor begin anew.
+pub fn claim_results(
+    scene: &Scene,
+    results: &Results,
+    claim: Claim,
+) -> Result<(Owner, Option<Checkpoint>), Diagnostic> {
+    let out = results.dir.of(scene);
+    start_from::refuse_own(scene, &out)?;
+    let from = results.resume.then(|| checkpoint::to_go_on(scene, &out)).transpose()?.flatten();
+    let force = results.force || (results.resume && from.is_none());
+    let owner = Owner::claim(&out, &Claim { force, resume: from.is_some(), ..claim })?;
+    Ok((owner, from))
 }
 
 /// Take part in a run that a coupler leads.

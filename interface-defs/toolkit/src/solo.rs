@@ -1,14 +1,12 @@
 //! A run of one solver alone: windows of the output interval, rows from its gauges.
 
-use super::checkpoint::{self, Checkpoint, Subject};
+use super::checkpoint::{self, Checkpoint, Store, Subject};
 use super::energy;
 use super::limits::{Evidence, Limits, cure};
 use super::output::Output;
 use super::owner::Owner;
 use super::progress::{Line, Reporter};
-use super::recorder::{
-    Checkpoints, KeptLedger, KeptRows, Ledger, Recorder, Windows, broken, describe_processes,
-};
+use super::recorder::{KeptLedger, KeptRows, Ledger, Recorder, Windows, broken, describe_processes};
 use super::scene::Scene;
 use super::summary::{RunStatus, Summary, totals};
 use interface_defs::diagnostic::{Diagnostic, code};
@@ -63,7 +61,7 @@ struct Solo<'a> {
     ledger: Ledger,
     recorder: Recorder,
     windows: Windows,
-    checkpoints: Checkpoints,
+    checkpoints: Store,
 }
 
 /// What is kept of a run beside the state of its solver.
@@ -99,14 +97,18 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
     let mut ready = match prepare(solver, stage) {
         Ok(ready) => ready,
         Err(fault) if fault.kind == FaultKind::Input => return Err(*fault.diagnostic),
-        Err(fault) => return Ok(failed_at_start(fault, owner)),
+        Err(fault) => {
+            let mut summary = ended_by(fault);
+            owner.conclude(&mut summary);
+            return Ok(summary);
+        }
     };
     let prepared = started.elapsed().as_secs_f64();
     let warnings = std::mem::take(&mut ready.warnings);
     let mut summary = Summary::new(RunStatus::Done);
     let checkpoints = match hello.can(capability::CHECKPOINT) && output.checkpoint > 0.0 {
-        true => Checkpoints::new(out, Subject::of(scene)?, output.checkpoint, resume.as_ref()),
-        false => Checkpoints::none(),
+        true => Store::new(out, Subject::of(scene)?, output.checkpoint, resume.as_ref()),
+        false => Store::none(),
     };
     let outcome =
         Solo::new(solver, ready, stage, windows, checkpoints, resume.as_ref()).and_then(|mut solo| {
@@ -131,14 +133,7 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
     summary.measures.extend(gauges.into_iter().map(|m| Measure { source: hello.program.clone(), ..m }));
     stage.limits.judge(&mut summary, &Evidence { energy: cure(stage.role).into(), ..Evidence::default() });
     cost(&mut summary, stage.role, statistics, prepared, started.elapsed().as_secs_f64());
-    write(&mut summary, owner);
-    checkpoint::remove_if_over(&summary, out);
-    // What was interrupted goes on, and must end at once.
-    if summary.status != RunStatus::Interrupted
-        && let Err(e) = owner.seal()
-    {
-        tracing::warn!("{}: no manifest: {e}", out.display());
-    }
+    owner.conclude(&mut summary);
     Ok(summary)
 }
 
@@ -148,18 +143,6 @@ fn ended_by(fault: Fault) -> Summary {
         _ => RunStatus::Failed,
     };
     Summary::ended(status, *fault.diagnostic)
-}
-
-fn failed_at_start(fault: Fault, owner: &Owner) -> Summary {
-    let mut summary = ended_by(fault);
-    write(&mut summary, owner);
-    summary
-}
-
-fn write(summary: &mut Summary, owner: &Owner) {
-    if let Err(what) = owner.write_summary(summary) {
-        summary.fail(Diagnostic::error(code::NOT_WRITTEN, what));
-    }
 }
 
 fn cost(summary: &mut Summary, role: &str, mut own: Statistics, prepared: f64, total: f64) {
@@ -181,7 +164,7 @@ impl<'a> Solo<'a> {
         ready: Ready,
         stage: &Stage,
         windows: Windows,
-        checkpoints: Checkpoints,
+        checkpoints: Store,
         resume: Option<&Checkpoint>,
     ) -> Result<Self, Fault> {
         let kept: Option<Kept> =
@@ -211,7 +194,7 @@ impl<'a> Solo<'a> {
             let (solver, recorder) = (&mut *self.solver, &self.recorder);
             let kept =
                 Kept { ledger: self.ledger.kept(), rows: recorder.kept(), windows: self.windows.clone() };
-            self.checkpoints.write(time, || {
+            self.checkpoints.keep(time, || {
                 let state = solver.save().map_err(|fault| *fault.diagnostic)?;
                 recorder.sync()?;
                 Ok(vec![(stage.role.to_owned(), state), (KEPT.to_owned(), checkpoint::pack(&kept))])
