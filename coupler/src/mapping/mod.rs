@@ -27,7 +27,9 @@ pub trait Mapper {
     fn matrix(&self, structure: &InterfaceMesh, contact: &InterfaceMesh) -> Result<Matrix, String>;
 
     /// What is wrong with its settings, as key and reason.
-    fn check(&self) -> Result<(), (&'static str, String)>;
+    fn check(&self) -> Result<(), (&'static str, String)> {
+        Ok(())
+    }
 }
 
 /// H for these meshes by the mapping that the scene names, if it names one, and how good it is where they differ. `Err` says why there is

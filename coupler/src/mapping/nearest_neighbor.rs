@@ -25,10 +25,6 @@ impl Mapper for NearestNeighbor {
         let rows = contact.coordinates.as_chunks::<3>().0.iter().map(|point| vec![(nearest(point), 1.0)]);
         Ok(Matrix::from_rows(structure.node_count(), rows))
     }
-
-    fn check(&self) -> Result<(), (&'static str, String)> {
-        Ok(())
-    }
 }
 
 #[cfg(test)]

@@ -24,8 +24,4 @@ impl Mapper for NearestProjection {
         let rows = points.map(|p| elements.nearest(*p).expect("there are nodes").shares);
         Ok(Matrix::from_rows(structure.node_count(), rows))
     }
-
-    fn check(&self) -> Result<(), (&'static str, String)> {
-        Ok(())
-    }
 }
