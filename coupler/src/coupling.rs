@@ -10,6 +10,7 @@ use crate::schedule::{Schedule, Span};
 use crate::seat::{Answered, Ask, Seat};
 use crate::settings::{CouplingSettings, OnNoConvergence, Scheme};
 use crate::trust::Causes;
+use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::solver::OnProgress;
 use interface_defs::{Failure, Layout, Participant, Statistics, ipc::interrupt};
 use serde::{Deserialize, Serialize};
@@ -481,13 +482,10 @@ impl<'a> Coupling<'a> {
                 self.settings.shortest_window()
             ),
         };
-        Err(CouplingError::NotConverged {
-            window: span.number,
-            start: span.start,
-            length: span.length,
-            reason,
-            advice,
-        })
+        let Span { number, start, length, .. } = span;
+        let what = format!("window {number} at t = {start} s of {length:.3e} s: {reason}");
+        let why = Diagnostic::error(code::NOT_CONVERGED, what).try_instead(advice);
+        Err(CouplingError::NotConverged(Box::new(why)))
     }
 }
 

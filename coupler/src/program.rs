@@ -10,6 +10,7 @@ use interface_defs::diagnostic::Diagnostic;
 use interface_defs::ipc::remote::{Host, HostOptions, Remote};
 use interface_defs::ipc::{self, Wait, interrupt};
 use interface_defs::{Failure, Progress};
+use std::process::ExitCode;
 use std::time::{Duration, Instant};
 use toolkit::arguments::{AnswerForm, Input, Leader, Logging, Membership};
 use toolkit::check::CheckReport;
@@ -20,7 +21,7 @@ use toolkit::log;
 use toolkit::output::Output;
 use toolkit::owner::{Claim, Owner};
 use toolkit::processes::Processes;
-use toolkit::program::{Savings, claim_results};
+use toolkit::program::{Savings, claim_results, guarded};
 use toolkit::progress::{Line, Reporter};
 use toolkit::provenance;
 use toolkit::scene::Scene;
@@ -69,24 +70,17 @@ struct RunArguments {
 }
 
 /// The whole program.
-pub fn main() -> Exit {
+pub fn main() -> ExitCode {
     let cli = Cli::parse();
     let hints = matches!(&cli.command, Command::Run(arguments) if !arguments.leader.quiet);
     log::init(cli.logging.log_format, hints);
-    let outcome = match &cli.command {
-        Command::Run(arguments) => run(arguments),
-        Command::Schema => {
-            show(&(crate::reference::share().to_json() + "\n"));
-            Ok(Exit::Done)
+    guarded(|| {
+        match &cli.command {
+            Command::Run(arguments) => return run(arguments),
+            Command::Schema => show(&(crate::reference::share().to_json() + "\n")),
+            Command::Check { input, answer } => check(&input.load()?)?.print(answer.format),
         }
-        Command::Check { input, answer } => input.load().and_then(|scene| check(&scene)).map(|report| {
-            report.print(answer.format);
-            Exit::Done
-        }),
-    };
-    outcome.unwrap_or_else(|error| {
-        complain(&error);
-        Exit::BadInput
+        Ok(Exit::Done)
     })
 }
 
@@ -219,9 +213,7 @@ fn couple(
 fn ends_in_order(outcome: &Result<(), CouplingError>, coupling: &Coupling) -> bool {
     match outcome {
         Ok(())
-        | Err(CouplingError::NotConverged { .. } | CouplingError::Diverged(_) | CouplingError::Output(_)) => {
-            true
-        }
+        | Err(CouplingError::NotConverged(_) | CouplingError::Diverged(_) | CouplingError::Output(_)) => true,
         Err(CouplingError::Failed(failure)) => *failure == Failure::Interrupted && coupling.is_idle(),
     }
 }
@@ -229,7 +221,7 @@ fn ends_in_order(outcome: &Result<(), CouplingError>, coupling: &Coupling) -> bo
 /// What the balance of energy says of the cause of an error.
 fn cause(error: &CouplingError, coupling: &Coupling) -> Option<Diagnostic> {
     match error {
-        CouplingError::NotConverged { .. }
+        CouplingError::NotConverged(_)
         | CouplingError::Failed(Failure::Fault { .. } | Failure::Contract { .. }) => {
             coupling.causes().beyond(&coupling.limits)
         }

@@ -4,7 +4,7 @@ use crate::field::{Items, Layout};
 use crate::header::{Command, RequestHeader, Status};
 use crate::mesh::InterfaceMesh;
 use crate::message::{Fault, FaultKind, Plan, Ready, pack, unpack};
-use crate::selection::Selection;
+use crate::selection::{Selected, Selection};
 use crate::solver::{Solver, Window};
 use serde::{Deserialize, Serialize};
 
@@ -13,13 +13,6 @@ use serde::{Deserialize, Serialize};
 struct Kept {
     selected: Option<Selected>,
     state: Vec<u8>,
-}
-
-/// The nodes that were selected, and the pairs of them that are coupled.
-#[derive(Debug, Serialize, Deserialize)]
-pub struct Selected {
-    nodes: Vec<u32>,
-    pairs: Vec<[u32; 2]>,
 }
 
 /// Let `solver`, which is not prepared yet, go on from what [`Exchange::save`] gave; returns what was selected then.
@@ -60,15 +53,13 @@ impl Exchange {
         if commit {
             solver.commit()?;
         }
-        let Selection { nodes, pairs, .. } = &self.selection;
-        let selected = self.selected.then(|| Selected { nodes: nodes.clone(), pairs: pairs.clone() });
+        let selected = self.selected.then(|| self.selection.selected());
         Ok(pack(&Kept { selected, state: solver.save()? }))
     }
 
     /// Select what was selected when the state of `solver` was kept.
     pub fn select_again(&mut self, solver: &mut dyn Solver, kept: Selected) -> Result<(), Fault> {
-        self.selection.set(&self.mesh, kept.nodes.into_iter()).map_err(Fault::broken)?;
-        self.selection.pairs.extend(kept.pairs);
+        self.selection.select_again(&self.mesh, kept).map_err(Fault::broken)?;
         self.select_these(solver)
     }
 

@@ -161,12 +161,6 @@ pub trait Participant {
 
     /// Before it is prepared: let it go on from a state that it gave.
     fn resume(&mut self, state: &[u8]) -> Result<(), Failure>;
-
-    /// Requests sent so far.
-    fn exchanges(&self) -> u64;
-
-    /// Seconds spent in [`Participant::receive`].
-    fn waited(&self) -> f64;
 }
 
 /// Lengths of the payloads of request and answer that follow from plan and readiness.

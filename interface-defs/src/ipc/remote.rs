@@ -132,9 +132,11 @@ pub struct Remote {
     expects: Option<usize>,
     listed: usize,
     response: Option<FieldResponse>,
-    sequence: u64,
+    /// Requests sent so far.
+    pub sequence: u64,
     sent_at: Instant,
-    waited: f64,
+    /// Seconds from sending requests to having their answers.
+    pub waited: f64,
 }
 
 fn control_client(channels: &Channels, name: &str) -> Result<Option<ControlClient>, Failure> {
@@ -448,14 +450,6 @@ impl Participant for Remote {
             FromSolver::Resumed => Ok(()),
             other => Err(self.unexpected("Resume", &other)),
         }
-    }
-
-    fn exchanges(&self) -> u64 {
-        self.sequence
-    }
-
-    fn waited(&self) -> f64 {
-        self.waited
     }
 }
 

@@ -7,10 +7,11 @@ use super::memory::check_space;
 use super::run_id::RunId;
 use super::wait::{Patience, TIMEOUT, Wait, absent, is_orphan};
 use super::{interrupt, transport};
-use crate::exchange::{self, Exchange, Selected};
+use crate::exchange::{self, Exchange};
 use crate::header::{AnswerHeader, RequestHeader, Status};
 use crate::message::{Fault, FromSolver, Plan, Ready, Statistics, ToSolver};
 use crate::participant::{Failure, payload_lengths};
+use crate::selection::Selected;
 use crate::solver::Solver;
 use iceoryx2::port::server::Server;
 use iceoryx2::prelude::{AllocationStrategy, ipc};
@@ -126,32 +127,20 @@ fn join(
 /// minutes looks at nothing else meanwhile. One that waits notices by itself, sooner, and ends in order.
 fn watch(domain: &Domain, connection: &Connection) {
     let (domain, supervisor) = (domain.clone(), connection.supervisor);
-    std::thread::spawn(move || {
-        let mut since: Option<(Instant, &str)> = None;
-        loop {
-            std::thread::sleep(LOOK);
-            let over = if supervisor.is_some_and(is_orphan) {
-                Some("the launcher was lost")
-            } else if !domain.is_owned() {
-                Some("the coupler was lost")
-            } else if interrupt::requested() {
-                Some("interrupted")
-            } else {
-                None
-            };
-            since = over.map(|why| since.unwrap_or((Instant::now(), why)));
-            if let Some((started, why)) = since
-                && started.elapsed() > LAST_WORDS
-            {
-                eprintln!("error: {why} while this solver was at work");
-                std::process::exit(1);
-            }
+    let must_end = move || {
+        if supervisor.is_some_and(is_orphan) {
+            Some("the launcher was lost")
+        } else if !domain.is_owned() {
+            Some("the coupler was lost")
+        } else {
+            interrupt::requested().then_some("interrupted")
         }
+    };
+    interrupt::watch(LAST_WORDS, must_end, |why| {
+        eprintln!("error: {why} while this solver was at work");
+        std::process::exit(1);
     });
 }
-
-/// How often a solver at work is watched.
-const LOOK: Duration = Duration::from_millis(100);
 
 /// What it is given to end by itself.
 const LAST_WORDS: Duration = Duration::from_millis(400);

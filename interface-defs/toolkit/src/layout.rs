@@ -132,8 +132,8 @@ impl<'de> Deserializer<'de> for Trace<'_> {
         let inner = self.note(&variants.join("|"))?;
         let count = variants.len().max(1);
         let stride = inner.stride.saturating_mul(count);
-        let passes = &mut self.seen.borrow_mut().1;
-        *passes = stride.max(*passes);
+        let passes = stride.max(self.seen.borrow().1);
+        self.seen.borrow_mut().1 = passes;
         let variant = (inner.pass / inner.stride) % count;
         visitor.visit_enum(Variant(Trace { stride, ..inner }, variant as u32))
     }

@@ -14,8 +14,9 @@ pub(crate) struct Override {
     /// Where its text begins.
     pub base: usize,
     path: Vec<(String, Range<usize>)>,
-    /// The value behind as many blanks as stand before it, so that positions in it are those of all text.
-    value: String,
+    /// The value as that of a key `v`, behind so many blanks that positions in it are those of all text.
+    line: String,
+    value_at: usize,
 }
 
 impl Override {
@@ -41,9 +42,9 @@ impl Override {
                 _ => break,
             }
         }
-        let blanks = base + text.len() - written.trim_start().len();
-        let value = " ".repeat(blanks) + written.trim();
-        Ok(Self { text: text.to_owned(), base, path, value })
+        let value_at = base + text.len() - written.trim_start().len();
+        let line = format!("{}v={}", " ".repeat(value_at - 2), written.trim());
+        Ok(Self { text: text.to_owned(), base, path, line, value_at })
     }
 
     /// Set the value in `root`; tables that are not there are made.
@@ -106,10 +107,10 @@ impl Override {
 
     /// The value, read as TOML, else as text.
     fn value(&self) -> Spanned<DeValue<'_>> {
-        DeValue::parse(&self.value).unwrap_or_else(|_| {
-            let bare = self.value.trim_start();
-            let start = self.value.len() - bare.len();
-            Spanned::new(start..self.value.len(), DeValue::String(Cow::Borrowed(bare)))
+        let read = DeTable::parse(&self.line).ok().and_then(|line| line.into_inner().remove("v"));
+        read.filter(|value| value.span().end == self.line.len()).unwrap_or_else(|| {
+            let text = Cow::Borrowed(&self.line[self.value_at..]);
+            Spanned::new(self.value_at..self.line.len(), DeValue::String(text))
         })
     }
 }

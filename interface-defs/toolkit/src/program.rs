@@ -30,7 +30,7 @@ use interface_defs::solver::Solver;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Makes the solver of a scene.
 pub type Build = fn(&Scene, &Options) -> Result<Box<dyn Solver>, Diagnostic>;
@@ -178,7 +178,7 @@ pub fn main_with(program: &Program, extras: &[Extra]) -> ExitCode {
 }
 
 /// Do it, print an error once, choose the exit code.
-fn guarded(work: impl FnOnce() -> Result<Exit, Diagnostic>) -> ExitCode {
+pub fn guarded(work: impl FnOnce() -> Result<Exit, Diagnostic>) -> ExitCode {
     // A broken invariant is on stderr by then; the exit code is that of a failed run.
     match std::panic::catch_unwind(std::panic::AssertUnwindSafe(work)) {
         Ok(Ok(exit)) => exit.into(),
@@ -282,35 +282,23 @@ const LAST_WORDS: Duration = Duration::from_secs(1);
 fn end_in_time(owner: &Arc<Owner>, supervisor: Option<u32>) {
     // Weak: the directory is given up where the run ends, and not with the process.
     let owner = Arc::downgrade(owner);
-    std::thread::spawn(move || {
-        let mut since: Option<Instant> = None;
-        loop {
-            std::thread::sleep(Duration::from_millis(100));
-            let lost = supervisor.is_some_and(is_orphan);
-            if !lost && !interrupt::requested() {
-                continue;
-            }
-            if since.get_or_insert_with(Instant::now).elapsed() < LAST_WORDS {
-                continue;
-            }
-            let Some(owner) = owner.upgrade() else { return };
-            let (status, code, message) = if lost {
-                (RunStatus::Failed, code::PROCESS, "the launcher was lost")
-            } else {
-                (RunStatus::Interrupted, code::INTERRUPTED, "interrupted")
-            };
-            let mut summary = Summary::ended(status, Diagnostic::error(code, message));
-            let why = "the run ended in the middle of a window";
-            summary.warnings.push(Diagnostic::absent("every measure", why));
-            if !owner.dir().join(run_dir::SUMMARY).exists()
-                && let Err(what) = owner.write_summary(&mut summary)
-            {
-                complain(&Diagnostic::error(code::NOT_WRITTEN, what));
-            }
-            owner.release();
-            summary.complain();
-            std::process::exit(Exit::Failed as i32);
+    let must_end = move || match supervisor.is_some_and(is_orphan) {
+        true => Some((RunStatus::Failed, code::PROCESS, "the launcher was lost")),
+        false => interrupt::requested().then_some((RunStatus::Interrupted, code::INTERRUPTED, "interrupted")),
+    };
+    interrupt::watch(LAST_WORDS, must_end, move |(status, code, message)| {
+        let Some(owner) = owner.upgrade() else { return };
+        let mut summary = Summary::ended(status, Diagnostic::error(code, message));
+        let why = "the run ended in the middle of a window";
+        summary.warnings.push(Diagnostic::absent("every measure", why));
+        if !owner.dir().join(run_dir::SUMMARY).exists()
+            && let Err(what) = owner.write_summary(&mut summary)
+        {
+            complain(&Diagnostic::error(code::NOT_WRITTEN, what));
         }
+        owner.release();
+        summary.complain();
+        std::process::exit(Exit::Failed as i32);
     });
 }
 

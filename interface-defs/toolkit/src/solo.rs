@@ -12,6 +12,7 @@ use super::summary::{RunStatus, Summary, totals};
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc::interrupt;
 use interface_defs::ipc::serve::{cpu_seconds, peak_memory};
+use interface_defs::ipc::wait::is_orphan;
 use interface_defs::message::{Fault, FaultKind, Measure, Plan, Progress, Ready, Statistics, capability};
 use interface_defs::solver::Solver;
 use serde::{Deserialize, Serialize};
@@ -40,12 +41,9 @@ impl Stage<'_> {
         if interrupt::requested() {
             return Err(Fault::interrupted());
         }
-        let parent = || rustix::process::getppid().map_or(0, |p| p.as_raw_nonzero().get() as u32);
-        match self.supervisor {
-            Some(pid) if parent() != pid => {
-                Err(Fault::broken(format!("the launcher (process {pid}) was lost")))
-            }
-            _ => Ok(()),
+        match self.supervisor.filter(|pid| is_orphan(*pid)) {
+            Some(pid) => Err(Fault::broken(format!("the launcher (process {pid}) was lost"))),
+            None => Ok(()),
         }
     }
 

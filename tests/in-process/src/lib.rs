@@ -1,9 +1,9 @@
 //! A solver in this process as the coupler sees it, for tests: no shared memory, no waiting.
 
-use interface_defs::exchange::{self, Exchange, Selected, no_reason, status_of};
+use interface_defs::exchange::{self, Exchange, no_reason, status_of};
 use interface_defs::message::{Fault, Hello, Plan, Ready, Statistics};
 use interface_defs::participant::payload_lengths;
-use interface_defs::selection::Selection;
+use interface_defs::selection::{Selected, Selection};
 use interface_defs::solver::OnProgress;
 use interface_defs::{Failure, Participant, Request, RequestHeader, Solver, Status, Window};
 
@@ -19,7 +19,6 @@ pub struct InProcess<S> {
     fault: Option<Fault>,
     listed: usize,
     sequence: u64,
-    waited: f64,
     /// What was selected when the state was kept from which it is to go on.
     selected: Option<Selected>,
 }
@@ -37,7 +36,6 @@ impl<S: Solver> InProcess<S> {
             fault: None,
             listed: 0,
             sequence: 0,
-            waited: 0.0,
             selected: None,
         }
     }
@@ -78,14 +76,12 @@ impl<S: Solver> Participant for InProcess<S> {
     }
 
     fn receive(&mut self) -> Result<Status, Failure> {
-        let started = std::time::Instant::now();
         let header = self.pending.take().expect("receive follows send");
         let Self { solver, exchange, input, output, .. } = self;
         let outcome = exchange.begin(solver, &header, input).and_then(|length| {
             output.resize(length, 0.0);
             exchange.write(solver, &header, input, output)
         });
-        self.waited += started.elapsed().as_secs_f64();
         let status = outcome.as_ref().map_or_else(status_of, |_| Status::Done);
         self.listed = *outcome.as_ref().unwrap_or(&0) as usize;
         self.fault = outcome.err();
@@ -119,14 +115,6 @@ impl<S: Solver> Participant for InProcess<S> {
     fn resume(&mut self, state: &[u8]) -> Result<(), Failure> {
         self.selected = exchange::resume(&mut self.solver, state).map_err(|f| self.fault(f))?;
         Ok(())
-    }
-
-    fn exchanges(&self) -> u64 {
-        self.sequence
-    }
-
-    fn waited(&self) -> f64 {
-        self.waited
     }
 }
 
