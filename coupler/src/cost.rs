@@ -4,7 +4,7 @@ use crate::records::Records;
 use interface_defs::Statistics;
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::ipc::Remote;
-use interface_defs::ipc::serve::{cpu_seconds, peak_memory};
+use interface_defs::ipc::serve::with_cost;
 use serde_json::json;
 use std::time::Instant;
 use toolkit::recorder::describe_processes;
@@ -52,12 +52,8 @@ pub(crate) fn describe(
     totals(cost, &of_solvers);
     // A run that ended before its second window has none to count.
     let allocations = records.allocations().map(|n| ("allocations_after_first_window".into(), n));
-    let own = Statistics {
-        cpu_seconds: cpu_seconds(),
-        peak_memory: peak_memory(),
-        counts: allocations.into_iter().collect(),
-        ..Statistics::default()
-    };
+    let counts = allocations.into_iter().collect();
+    let own = with_cost(Statistics { counts, ..Statistics::default() }, 0.0);
     let solvers = ["dem", "fem"].into_iter().zip(of_solvers);
     describe_processes(summary, std::iter::once(("coupler", &own)).chain(solvers));
 }

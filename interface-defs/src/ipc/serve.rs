@@ -221,7 +221,9 @@ impl Session<'_> {
                 Work::Message(ToSolver::Finish { commit }) => {
                     let committed = if commit { solver.commit() } else { Ok(()) };
                     let answer = match committed.and_then(|()| solver.finish()) {
-                        Ok(statistics) => FromSolver::Statistics(self.with_cost(statistics)),
+                        Ok(statistics) => {
+                            FromSolver::Statistics(with_cost(statistics, self.solving.as_secs_f64()))
+                        }
                         Err(fault) => FromSolver::Fault(fault),
                     };
                     self.send(&answer)?;
@@ -373,19 +375,20 @@ impl Session<'_> {
         }
         Ok(())
     }
+}
 
-    fn with_cost(&self, mut statistics: Statistics) -> Statistics {
-        if statistics.cpu_seconds == 0.0 {
-            statistics.cpu_seconds = cpu_seconds();
-        }
-        if statistics.solve_seconds == 0.0 {
-            statistics.solve_seconds = self.solving.as_secs_f64();
-        }
-        if statistics.peak_memory == 0 {
-            statistics.peak_memory = peak_memory();
-        }
-        statistics
+/// `statistics` with what this process has spent, `solving` [s] of it inside the solver, where they do not say.
+pub fn with_cost(mut statistics: Statistics, solving: f64) -> Statistics {
+    if statistics.cpu_seconds <= 0.0 {
+        statistics.cpu_seconds = cpu_seconds();
     }
+    if statistics.solve_seconds == 0.0 {
+        statistics.solve_seconds = solving;
+    }
+    if statistics.peak_memory == 0 {
+        statistics.peak_memory = peak_memory();
+    }
+    statistics
 }
 
 /// Processor time of this process [s].

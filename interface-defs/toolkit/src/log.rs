@@ -2,7 +2,6 @@
 //! looks for is debug or trace. `RUST_LOG` chooses otherwise.
 
 use std::io::IsTerminal;
-use std::str::FromStr;
 use tracing_subscriber::EnvFilter;
 
 /// Form of the log lines.
@@ -18,10 +17,7 @@ pub enum LogFormat {
 /// Log to stderr from now on: warnings and errors, and with `hints` what is being done.
 pub fn init(format: LogFormat, hints: bool) {
     let default = if hints { "info" } else { "warn" };
-    let filter = match std::env::var("RUST_LOG") {
-        Ok(text) => EnvFilter::from_str(&text).unwrap_or_else(|_| EnvFilter::new(default)),
-        Err(_) => EnvFilter::new(default),
-    };
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(default));
     let builder = tracing_subscriber::fmt()
         .with_env_filter(filter)
         .with_writer(std::io::stderr)

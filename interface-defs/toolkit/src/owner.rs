@@ -243,13 +243,8 @@ fn refuse_exposed(dir: &Dir) -> Result<(), Diagnostic> {
 
 /// Refuse to write into `dir` as part of `run` while another run owns it.
 pub fn refuse_stranger(dir: &Path, run: &RunId) -> Result<(), Diagnostic> {
-    // Without a lock nobody is there.
-    let Ok(mut lock) = open_with(dir, OFlags::RDONLY) else { return Ok(()) };
-    if !matches!(lock.try_lock_shared(), Err(TryLockError::WouldBlock)) {
-        return Ok(());
-    }
-    match read(&mut lock) {
-        (Some(owner), process) if owner != *run => {
+    match holder(dir) {
+        Some((Some(owner), process)) if owner != *run => {
             Err(taken(&dir.display().to_string(), Some(&owner), process))
         }
         _ => Ok(()),

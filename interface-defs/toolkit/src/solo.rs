@@ -11,7 +11,7 @@ use super::scene::Scene;
 use super::summary::{RunStatus, Summary, totals};
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc::interrupt;
-use interface_defs::ipc::serve::{cpu_seconds, peak_memory};
+use interface_defs::ipc::serve::with_cost;
 use interface_defs::ipc::wait::is_orphan;
 use interface_defs::message::{Fault, FaultKind, Measure, Plan, Progress, Ready, Statistics, capability};
 use interface_defs::solver::Solver;
@@ -143,13 +143,8 @@ fn ended_by(fault: Fault) -> Summary {
     Summary::ended(status, *fault.diagnostic)
 }
 
-fn cost(summary: &mut Summary, role: &str, mut own: Statistics, prepared: f64, total: f64) {
-    if own.cpu_seconds <= 0.0 {
-        own.cpu_seconds = cpu_seconds();
-    }
-    if own.peak_memory == 0 {
-        own.peak_memory = peak_memory();
-    }
+fn cost(summary: &mut Summary, role: &str, own: Statistics, prepared: f64, total: f64) {
+    let own = with_cost(own, 0.0);
     summary.cost.insert("wall_s".into(), json!(total));
     summary.cost.insert("stages".into(), json!({ "prepare_s": prepared, "loop_s": total - prepared }));
     totals(&mut summary.cost, &[&own]);
