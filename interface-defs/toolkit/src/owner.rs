@@ -14,7 +14,8 @@ use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc::RunId;
 use rustix::fs::{Mode, OFlags};
 use rustix::io::FdFlags;
-use serde_json::{Value, json};
+use serde::Serialize;
+use serde_json::{Map, json};
 use std::fs::{File, TryLockError};
 use std::io::{self, Read, Seek, Write};
 use std::os::unix::fs::MetadataExt;
@@ -197,20 +198,26 @@ pub fn note_programs<'p>(
     programs: impl IntoIterator<Item = (&'p str, &'p str, Option<&'p str>)>,
 ) -> io::Result<()> {
     let mut record = match files::read_text(&dir.join(RECORD)) {
-        Err(e) if e.kind() == io::ErrorKind::NotFound => json!({}),
+        Err(e) if e.kind() == io::ErrorKind::NotFound => Map::new(),
         text => serde_json::from_str(&text?)?,
     };
     for (part, name, build) in programs {
-        let program: &mut Value = &mut record["programs"][part];
-        program["name"] = name.into();
-        if let Some(build) = build {
-            program["build"] = build.into();
-        }
+        let program = below(below(&mut record, "programs")?, part)?;
+        program.insert("name".into(), name.into());
+        program.extend(build.map(|build| ("build".into(), build.into())));
     }
     write_json(dir, &record)
 }
 
-fn write_json(dir: &Path, record: &Value) -> io::Result<()> {
+/// The object at this key, which is made where there is nothing.
+fn below<'m>(map: &'m mut Map<String, Value>, key: &str) -> io::Result<&'m mut Map<String, Value>> {
+    let value = map.entry(key).or_insert_with(|| json!({}));
+    value
+        .as_object_mut()
+        .ok_or_else(|| io::Error::new(io::ErrorKind::InvalidData, format!("`{key}` is no object")))
+}
+
+fn write_json(dir: &Path, record: &impl Serialize) -> io::Result<()> {
     let text = serde_json::to_string_pretty(record)?;
     files::write(&dir.join(RECORD), (text + "\n").as_bytes())
 }
@@ -289,6 +296,7 @@ fn read(lock: &mut File) -> (Option<RunId>, Option<u32>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use serde_json::Value;
 
     fn claim(dir: &Path) -> Result<Owner, Diagnostic> {
         Owner::claim(dir, &Claim::default())
