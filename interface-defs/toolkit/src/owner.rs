@@ -15,7 +15,7 @@ use interface_defs::ipc::RunId;
 use rustix::fs::{Mode, OFlags};
 use rustix::io::FdFlags;
 use serde::Serialize;
-use serde_json::{Map, json};
+use serde_json::{Map, Value, json};
 use std::fs::{File, TryLockError};
 use std::io::{self, Read, Seek, Write};
 use std::os::unix::fs::MetadataExt;
@@ -296,7 +296,6 @@ fn read(lock: &mut File) -> (Option<RunId>, Option<u32>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use serde_json::Value;
 
     fn claim(dir: &Path) -> Result<Owner, Diagnostic> {
         Owner::claim(dir, &Claim::default())
