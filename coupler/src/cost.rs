@@ -1,10 +1,10 @@
 //! What a run has cost, for `summary.json`: wall time by stage, exchanges, and of each process its time, memory and counts.
 
 use crate::records::Records;
+use interface_defs::Statistics;
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::ipc::Remote;
-use interface_defs::ipc::serve::{cpu_seconds, peak_memory};
-use interface_defs::{Participant, Statistics};
+use interface_defs::ipc::serve::with_cost;
 use serde_json::json;
 use std::time::Instant;
 use toolkit::recorder::describe_processes;
@@ -29,8 +29,8 @@ pub(crate) fn describe(
     let Clock { started, loop_ended } = *clock;
     let prepared = records.prepared_at().unwrap_or(loop_ended);
     let looping = (loop_ended - prepared).as_secs_f64();
-    let exchanges: u64 = remotes.iter().map(Participant::exchanges).sum();
-    let waited: f64 = remotes.iter().map(Participant::waited).sum();
+    let exchanges: u64 = remotes.iter().map(|remote| remote.sequence).sum();
+    let waited: f64 = remotes.iter().map(|remote| remote.waited).sum();
     let of_solvers: Vec<&Statistics> = statistics.iter().flat_map(|(dem, fem)| [dem, fem]).collect();
     if !of_solvers.is_empty() {
         describe_exchange(summary, exchanges, waited, &of_solvers);
@@ -52,12 +52,8 @@ pub(crate) fn describe(
     totals(cost, &of_solvers);
     // A run that ended before its second window has none to count.
     let allocations = records.allocations().map(|n| ("allocations_after_first_window".into(), n));
-    let own = Statistics {
-        cpu_seconds: cpu_seconds(),
-        peak_memory: peak_memory(),
-        counts: allocations.into_iter().collect(),
-        ..Statistics::default()
-    };
+    let counts = allocations.into_iter().collect();
+    let own = with_cost(Statistics { counts, ..Statistics::default() }, 0.0);
     let solvers = ["dem", "fem"].into_iter().zip(of_solvers);
     describe_processes(summary, std::iter::once(("coupler", &own)).chain(solvers));
 }

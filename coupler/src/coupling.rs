@@ -10,6 +10,7 @@ use crate::schedule::{Schedule, Span};
 use crate::seat::{Answered, Ask, Seat};
 use crate::settings::{CouplingSettings, OnNoConvergence, Scheme};
 use crate::trust::Causes;
+use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::solver::OnProgress;
 use interface_defs::{Failure, Layout, Participant, Statistics, ipc::interrupt};
 use serde::{Deserialize, Serialize};
@@ -184,7 +185,7 @@ impl<'a> Coupling<'a> {
 
     /// While nothing is in reach, one window lasts as long as the contact solver says, up to the next row.
     fn lengthen(&self, schedule: &mut Schedule, agreement: &Agreement) {
-        let free = self.gauges.free_time.min(agreement.largest_window);
+        let free = self.gauges.free_time.min(agreement.largest_window());
         if self.settings.flight_window > 0.0 && !self.gauges.touches {
             schedule.lengthen(free, self.settings.flight_window);
         }
@@ -460,7 +461,7 @@ impl<'a> Coupling<'a> {
         schedule: &mut Schedule,
     ) -> Result<(), CouplingError> {
         let stops = self.settings.on_no_convergence == OnNoConvergence::Stop;
-        let once = [&agreement.dem, &agreement.fem].into_iter().find(|side| !side.repeatable);
+        let once = [&agreement.dem, &agreement.fem].into_iter().find(|side| side.hello.repeats.is_none());
         if !stops && once.is_none() && schedule.halve() {
             tracing::debug!(window = span.number, t = span.start, "halved: {reason}");
             self.counts.halved += 1;
@@ -481,13 +482,10 @@ impl<'a> Coupling<'a> {
                 self.settings.shortest_window()
             ),
         };
-        Err(CouplingError::NotConverged {
-            window: span.number,
-            start: span.start,
-            length: span.length,
-            reason,
-            advice,
-        })
+        let Span { number, start, length, .. } = span;
+        let what = format!("window {number} at t = {start} s of {length:.3e} s: {reason}");
+        let why = Diagnostic::error(code::NOT_CONVERGED, what).try_instead(advice);
+        Err(CouplingError::NotConverged(Box::new(why)))
     }
 }
 

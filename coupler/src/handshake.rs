@@ -28,12 +28,21 @@ pub struct Agreement {
     pub fem: Side,
     /// The part of the net that crosses the interface; `None`: all of it, always.
     pub patch: Option<Patch>,
-    /// Longest window that both solve [s].
-    pub largest_window: f64,
     /// What the user should know.
     pub warnings: Vec<Diagnostic>,
-    /// The solver that cannot write its state down, if there is one.
-    pub forgetful: Option<String>,
+}
+
+impl Agreement {
+    /// Longest window that both solve [s].
+    pub fn largest_window(&self) -> f64 {
+        self.dem.hello.largest_window.min(self.fem.hello.largest_window)
+    }
+
+    /// The program that cannot write its state down, if there is one.
+    pub fn forgetful(&self) -> Option<&str> {
+        let forgets = |hello: &&Hello| !hello.can(capability::CHECKPOINT);
+        [&self.dem.hello, &self.fem.hello].into_iter().find(forgets).map(|hello| hello.program.as_str())
+    }
 }
 
 /// Agree with both solvers. The structure is prepared first: the contact solver works on its interface mesh. With `resume` both
@@ -52,8 +61,6 @@ pub fn agree(
         check_capabilities(settings, solver, hello)?;
         check_scene(settings, solver, hello)?;
     }
-    let forgets = |hello: &&Hello| !hello.can(capability::CHECKPOINT);
-    let forgetful = [&dem_hello, &fem_hello].into_iter().find(forgets).map(|hello| hello.program.clone());
     if let Some(kept) = resume {
         fem.resume(&kept.fem)?;
         dem.resume(&kept.dem)?;
@@ -94,12 +101,12 @@ pub fn agree(
     }
 
     let (dem_side, fem_side) = (
-        Side::new(dem.name(), &dem_hello, &dem_plan, dem_ready),
-        Side::new(fem.name(), &fem_hello, &fem_plan, fem_ready),
+        Side::new(dem.name(), dem_hello, &dem_plan, dem_ready),
+        Side::new(fem.name(), fem_hello, &fem_plan, fem_ready),
     );
     check_names(&dem_side, &fem_side)?;
     if resume.is_none() {
-        guard::probe(fem, &fem_hello, &fem_side, &structure_mesh, settings.time_window)?;
+        guard::probe(fem, &fem_side, &structure_mesh, settings.time_window)?;
     }
     let patch = (!fields.local.is_empty() && mapping.is_identity() && fields.common.is_empty())
         .then(|| Patch::new(structure_mesh.clone(), settings.rings));
@@ -117,17 +124,7 @@ pub fn agree(
             refuse(of_key("measure", code::CONTRADICTION, format!("{}: {what}", dem_side.program)))
         })?;
     }
-    let largest_window = dem_hello.largest_window.min(fem_hello.largest_window);
-    Ok(Agreement {
-        interface,
-        motion,
-        dem: dem_side,
-        fem: fem_side,
-        patch,
-        largest_window,
-        warnings,
-        forgetful,
-    })
+    Ok(Agreement { interface, motion, dem: dem_side, fem: fem_side, patch, warnings })
 }
 
 /// A column of the results belongs to one gauge of one program.

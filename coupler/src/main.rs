@@ -1,11 +1,11 @@
 //! The program `coupler`.
 
+use std::process::ExitCode;
 use toolkit::alloc::CountingAllocator;
-use toolkit::exit::Exit;
 
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
-fn main() -> Exit {
+fn main() -> ExitCode {
     coupler::program::main()
 }

@@ -5,7 +5,7 @@ use crate::energy::Balance;
 use crate::schedule::Span;
 use crate::side::Side;
 use interface_defs::Failure;
-use interface_defs::diagnostic::{Diagnostic, code};
+use interface_defs::diagnostic::Diagnostic;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -15,18 +15,7 @@ pub enum CouplingError {
     /// A participant failed, was lost, or broke the contract.
     Failed(Failure),
     /// A window could not be solved, and is not halved: not allowed, or as short as allowed.
-    NotConverged {
-        /// Number of the window.
-        window: u64,
-        /// Its start [s].
-        start: f64,
-        /// Its length [s].
-        length: f64,
-        /// Why.
-        reason: String,
-        /// What to try.
-        advice: String,
-    },
+    NotConverged(Box<Diagnostic>),
     /// The energy error has left its bound for good.
     Diverged(Box<Diagnostic>),
     /// The records could not be written.
@@ -52,11 +41,9 @@ impl From<&CouplingError> for Diagnostic {
     fn from(error: &CouplingError) -> Self {
         match error {
             CouplingError::Failed(failure) => failure.into(),
-            CouplingError::NotConverged { window, start, length, reason, advice } => {
-                let what = format!("window {window} at t = {start} s of {length:.3e} s: {reason}");
-                Self::error(code::NOT_CONVERGED, what).try_instead(advice)
+            CouplingError::NotConverged(why) | CouplingError::Diverged(why) | CouplingError::Output(why) => {
+                (**why).clone()
             }
-            CouplingError::Diverged(why) | CouplingError::Output(why) => (**why).clone(),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! The part of the net that crosses the interface: the nodes that the contact solver may reach, and rings of nodes around them.
 
+use interface_defs::selection::Selected;
 use interface_defs::{InterfaceMesh, Items, Selection};
 use serde::{Deserialize, Serialize};
 
@@ -13,6 +14,12 @@ pub struct Patch {
     selection: Selection,
     marked: Vec<bool>,
     edge: Vec<u32>,
+    now: Now,
+}
+
+/// What is known of the selection, and of the nodes that it leaves out.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+struct Now {
     /// Whether the contact solver knows of the selection.
     announced: bool,
     /// Whether anything is selected.
@@ -28,13 +35,8 @@ pub struct Patch {
 /// What is selected, and how far the others may have moved, for a run that goes on.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct KeptPatch {
-    nodes: Vec<u32>,
-    pairs: Vec<[u32; 2]>,
-    announced: bool,
-    chosen: bool,
-    length: f64,
-    travel: f64,
-    last_travel: (f64, f64),
+    selected: Selected,
+    now: Now,
 }
 
 /// A selection that was made for windows longer than this many of those to come has nodes that these do not need.
@@ -65,11 +67,7 @@ impl Patch {
             selection: Selection::new(&mesh),
             marked: vec![false; nodes],
             edge: Vec::with_capacity(2 * nodes),
-            announced: false,
-            chosen: false,
-            length: 0.0,
-            travel: 0.0,
-            last_travel: (0.0, 1.0),
+            now: Now { announced: false, chosen: false, length: 0.0, travel: 0.0, last_travel: (0.0, 1.0) },
             mesh,
         }
     }
@@ -111,7 +109,7 @@ impl Patch {
         let Self { selection, marked, mesh, .. } = self;
         let nodes = marked.iter().enumerate().filter(|(_, marked)| **marked).map(|(node, _)| node as u32);
         selection.set(mesh, nodes)?;
-        (self.announced, self.chosen, self.length, self.travel) = (false, true, length, 0.0);
+        self.now = Now { announced: false, chosen: true, length, travel: 0.0, ..self.now };
         Ok(())
     }
 
@@ -138,37 +136,23 @@ impl Patch {
 
     /// Whether nothing has been selected yet.
     pub fn is_open(&self) -> bool {
-        !self.chosen
+        !self.now.chosen
     }
 
     /// Whether far fewer nodes may do for windows of `length` [s]: those of a flight that has come to its end had more in reach.
     pub fn is_wide_for(&self, length: f64) -> bool {
-        self.chosen && self.length > WIDE * length
+        self.now.chosen && self.now.length > WIDE * length
     }
 
     /// For a run that goes on.
     pub fn kept(&self) -> KeptPatch {
-        let Self { announced, chosen, length, travel, last_travel, .. } = *self;
-        let Selection { nodes, pairs, .. } = &self.selection;
-        KeptPatch {
-            nodes: nodes.clone(),
-            pairs: pairs.clone(),
-            announced,
-            chosen,
-            length,
-            travel,
-            last_travel,
-        }
+        KeptPatch { selected: self.selection.selected(), now: self.now }
     }
 
     /// Go on from there.
     pub fn go_on(&mut self, kept: KeptPatch) -> Result<(), String> {
-        let KeptPatch { nodes, pairs, announced, chosen, length, travel, last_travel } = kept;
-        self.selection.set(&self.mesh, nodes.into_iter())?;
-        self.selection.pairs.extend(pairs);
-        (self.announced, self.chosen, self.length) = (announced, chosen, length);
-        (self.travel, self.last_travel) = (travel, last_travel);
-        Ok(())
+        self.now = kept.now;
+        self.selection.select_again(&self.mesh, kept.selected)
     }
 
     /// Items of the selection.
@@ -179,7 +163,7 @@ impl Patch {
     /// Numbers that announce the selection to the contact solver, if it does not know it; and how many are nodes.
     pub fn to_announce(&self) -> (usize, usize) {
         let nodes = self.selection.nodes.len();
-        if self.announced { (0, 0) } else { (nodes + 2 * self.selection.pairs.len(), nodes) }
+        if self.now.announced { (0, 0) } else { (nodes + 2 * self.selection.pairs.len(), nodes) }
     }
 
     /// Write these numbers.
@@ -191,24 +175,24 @@ impl Patch {
 
     /// The contact solver knows it now.
     pub fn is_announced(&mut self) {
-        self.announced = true;
+        self.now.announced = true;
     }
 
     /// How far a node that is not selected may have moved by the end of a window of `length` [s], in [m].
     pub fn expected_travel(&self, length: f64) -> f64 {
-        let (last, over) = self.last_travel;
-        self.travel + 2.0 * last * length / over + SLACK
+        let (last, over) = self.now.last_travel;
+        self.now.travel + 2.0 * last * length / over + SLACK
     }
 
     /// Such nodes have moved by `travel` [m] in an accepted window of `length` [s].
     pub fn moved(&mut self, travel: f64, length: f64) {
-        self.travel += travel;
-        self.last_travel = (travel, length);
+        self.now.travel += travel;
+        self.now.last_travel = (travel, length);
     }
 
     /// What is known of the travel before the first window.
     pub fn expect(&mut self, travel: f64, length: f64) {
-        self.last_travel = (travel, length);
+        self.now.last_travel = (travel, length);
     }
 }
 

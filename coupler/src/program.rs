@@ -6,27 +6,26 @@ use crate::records::{Records, describe};
 use crate::schedule::Schedule;
 use crate::settings::{self, CouplingSettings, Scheme};
 use clap::{Parser, Subcommand};
-use interface_defs::diagnostic::{Diagnostic, code};
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::ipc::remote::{Host, HostOptions, Remote};
 use interface_defs::ipc::{self, Wait, interrupt};
 use interface_defs::{Failure, Progress};
+use std::process::ExitCode;
 use std::time::{Duration, Instant};
-use toolkit::arguments::{AnswerForm, Input, Leader, Logging, Membership, Results};
+use toolkit::arguments::{AnswerForm, Input, Leader, Logging, Membership};
 use toolkit::check::CheckReport;
-use toolkit::checkpoint::{self, Checkpoint, Subject};
+use toolkit::checkpoint::{self, Checkpoint, Store, Subject};
 use toolkit::exit::Exit;
 use toolkit::limits::Limits;
 use toolkit::log;
 use toolkit::output::Output;
 use toolkit::owner::{Claim, Owner};
 use toolkit::processes::Processes;
-use toolkit::program::Savings;
+use toolkit::program::{Savings, claim_results, guarded};
 use toolkit::progress::{Line, Reporter};
 use toolkit::provenance;
-use toolkit::recorder::Checkpoints;
 use toolkit::scene::Scene;
 use toolkit::screen::{complain, show};
-use toolkit::start_from;
 use toolkit::summary::{RunStatus, Summary};
 
 /// Names of the two solvers in a run.
@@ -71,24 +70,17 @@ struct RunArguments {
 }
 
 /// The whole program.
-pub fn main() -> Exit {
+pub fn main() -> ExitCode {
     let cli = Cli::parse();
     let hints = matches!(&cli.command, Command::Run(arguments) if !arguments.leader.quiet);
     log::init(cli.logging.log_format, hints);
-    let outcome = match &cli.command {
-        Command::Run(arguments) => run(arguments),
-        Command::Schema => {
-            show(&(crate::reference::share().to_json() + "\n"));
-            Ok(Exit::Done)
+    guarded(|| {
+        match &cli.command {
+            Command::Run(arguments) => return run(arguments),
+            Command::Schema => show(&(crate::reference::share().to_json() + "\n")),
+            Command::Check { input, answer } => check(&input.load()?)?.print(answer.format),
         }
-        Command::Check { input, answer } => input.load().and_then(|scene| check(&scene)).map(|report| {
-            report.print(answer.format);
-            Exit::Done
-        }),
-    };
-    outcome.unwrap_or_else(|error| {
-        complain(&error);
-        Exit::BadInput
+        Ok(Exit::Done)
     })
 }
 
@@ -115,19 +107,10 @@ impl Prepared {
         }
         let limits = Limits::of(&scene)?;
         let end_time = scene.end_time()?;
-        let Results { dir, force, resume: goes_on } = &arguments.leader.results;
-        let out = dir.of(&scene);
-        start_from::refuse_own(&scene, &out)?;
         let Membership { run, supervised } = &arguments.membership;
-        let resume = goes_on.then(|| checkpoint::to_go_on(&scene, &out)).transpose()?.flatten();
-        let claim = Claim {
-            force: *force || (*goes_on && resume.is_none()),
-            resume: resume.is_some(),
-            run: Some(run.clone()),
-            supervisor: supervised.supervisor,
-        };
-        let owner = Owner::claim(&out, &claim)?;
-        owner.write_record().map_err(|e| Diagnostic::in_file(out.display().to_string(), e.to_string()))?;
+        let claim = Claim { run: Some(run.clone()), supervisor: supervised.supervisor, ..Claim::default() };
+        let (owner, resume) = claim_results(&scene, &arguments.leader.results, claim)?;
+        owner.write_record("coupler", "coupler")?;
         let subject = Subject::of(&scene)?;
         Ok(Self { settings, processes, output, limits, end_time, owner, subject, resume })
     }
@@ -155,28 +138,11 @@ fn run(arguments: &RunArguments) -> Result<Exit, Diagnostic> {
     remotes.iter().for_each(Remote::wait_gone);
     drop(remotes);
     host.close();
-    let owner = &prepared.owner;
-    if let Err(what) = owner.write_summary(&mut summary) {
-        summary.fail(Diagnostic::error(code::NOT_WRITTEN, what));
-        summary.complain();
-        return Ok(Exit::Failed);
-    }
-    checkpoint::remove_if_over(&summary, owner.dir());
-    // What was interrupted goes on.
-    if summary.status != RunStatus::Interrupted
-        && let Err(e) = owner.seal()
-    {
-        tracing::warn!("{}: no manifest: {e}", owner.dir().display());
-    }
-    if !arguments.leader.quiet {
-        summary.print_table(owner.dir());
-    }
-    if summary.status != RunStatus::Done {
-        summary.complain();
-    }
+    prepared.owner.conclude(&mut summary);
+    let exit = summary.present(prepared.owner.dir(), arguments.leader.quiet);
     Ok(match outcome {
         Err(CouplingError::Failed(failure)) if failure.is_input() => Exit::BadInput,
-        _ => Exit::of(summary.status),
+        _ => exit,
     })
 }
 
@@ -192,7 +158,7 @@ fn couple(
     let mut records = Records::new(prepared.owner.dir(), end_time, &prepared.output, form);
     let from = prepared.resume.as_ref();
     let dir = prepared.owner.dir();
-    let checkpoints = Checkpoints::new(dir, prepared.subject.clone(), prepared.output.checkpoint, from);
+    let checkpoints = Store::new(dir, prepared.subject.clone(), prepared.output.checkpoint, from);
     let kept = records.keep_in(checkpoints, from);
     let [dem, fem] = &mut *remotes else { unreachable!("as many as names") };
     let mut coupling = Coupling::new(prepared.settings.clone(), end_time, dem, fem);
@@ -247,9 +213,7 @@ fn couple(
 fn ends_in_order(outcome: &Result<(), CouplingError>, coupling: &Coupling) -> bool {
     match outcome {
         Ok(())
-        | Err(CouplingError::NotConverged { .. } | CouplingError::Diverged(_) | CouplingError::Output(_)) => {
-            true
-        }
+        | Err(CouplingError::NotConverged(_) | CouplingError::Diverged(_) | CouplingError::Output(_)) => true,
         Err(CouplingError::Failed(failure)) => *failure == Failure::Interrupted && coupling.is_idle(),
     }
 }
@@ -257,7 +221,7 @@ fn ends_in_order(outcome: &Result<(), CouplingError>, coupling: &Coupling) -> bo
 /// What the balance of energy says of the cause of an error.
 fn cause(error: &CouplingError, coupling: &Coupling) -> Option<Diagnostic> {
     match error {
-        CouplingError::NotConverged { .. }
+        CouplingError::NotConverged(_)
         | CouplingError::Failed(Failure::Fault { .. } | Failure::Contract { .. }) => {
             coupling.causes().beyond(&coupling.limits)
         }

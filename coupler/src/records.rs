@@ -10,12 +10,13 @@ use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use toolkit::alloc::allocations;
-use toolkit::checkpoint::{Checkpoint, pack, unpack};
+use toolkit::checkpoint::{Checkpoint, Store, pack, unpack};
 use toolkit::energy;
 use toolkit::history::{History, Mark};
 use toolkit::output::Output;
+use toolkit::owner::note_programs;
 use toolkit::progress::{Form, Line, Reporter};
-use toolkit::recorder::{Checkpoints, KeptRows, Recorder, open, unwritable};
+use toolkit::recorder::{KeptRows, Recorder, open, unwritable};
 use toolkit::run_dir;
 use toolkit::summary::Summary;
 
@@ -37,7 +38,7 @@ pub struct Records {
     window_started: Instant,
     /// Of this process when its first window was on record, and its latest.
     allocations: Option<(u64, u64)>,
-    checkpoints: Checkpoints,
+    checkpoints: Store,
     /// Where these records go on, if they do not begin.
     kept: Option<KeptRecords>,
 }
@@ -85,7 +86,7 @@ impl Records {
             touched_at: None,
             window_started: Instant::now(),
             allocations: None,
-            checkpoints: Checkpoints::none(),
+            checkpoints: Store::none(),
             kept: None,
         }
     }
@@ -96,7 +97,7 @@ impl Records {
     /// If a part of that state is missing or cannot be read.
     pub fn keep_in(
         &mut self,
-        checkpoints: Checkpoints,
+        checkpoints: Store,
         resume: Option<&Checkpoint>,
     ) -> Result<Option<KeptRun>, Fault> {
         self.checkpoints = checkpoints;
@@ -140,6 +141,9 @@ impl Observer for Records {
         self.window_started = Instant::now();
         self.warnings.extend_from_slice(warnings);
         self.programs = [dem.program.clone(), fem.program.clone()];
+        let said = [("dem", dem), ("fem", fem)]
+            .map(|(part, Side { hello, .. })| (part, &*hello.program, hello.build()));
+        note_programs(&self.dir, said).map_err(|e| unwritable(&self.dir.join(run_dir::RECORD), &e))?;
         let gauges = dem.gauges.iter().chain(&fem.gauges);
         let columns = 1 + gauges.clone().count() + OWN_COLUMNS.len();
         // The first column is the time.
@@ -189,7 +193,7 @@ impl Observer for Records {
             rows: recorder.kept(),
             iterations: self.iterations.as_ref().map(History::mark),
         };
-        self.checkpoints.write(time, || {
+        self.checkpoints.keep(time, || {
             recorder.sync()?;
             let states = [run.dem, run.fem, run.coupling, pack(&kept)];
             Ok(KEPT.map(str::to_owned).into_iter().zip(states).collect())
@@ -198,7 +202,7 @@ impl Observer for Records {
 
     fn cannot_keep(&mut self, solver: &str) {
         tracing::warn!("no checkpoints are written: {solver} cannot write its state down");
-        self.checkpoints = Checkpoints::none();
+        self.checkpoints = Store::none();
     }
 
     fn committed(&mut self, c: &Committed) -> Result<(), Diagnostic> {

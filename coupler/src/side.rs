@@ -18,19 +18,18 @@ pub struct Side {
     pub account: Account,
     /// Its answer at t = 0.
     pub initial: Vec<f64>,
-    /// Whether it solves a window again from the committed state.
-    pub repeatable: bool,
+    /// What it has said of itself.
+    pub hello: Hello,
 }
 
 impl Side {
     /// The solver `name`, which was given `plan` and has answered `ready`.
-    pub fn new(name: &str, hello: &Hello, plan: &Plan, ready: Ready) -> Self {
+    pub fn new(name: &str, hello: Hello, plan: &Plan, ready: Ready) -> Self {
         let program = format!("{name} ({})", hello.program);
         let layout = Layout::new(&plan.gives, &ready.mesh, ready.gauges.len());
         let request = Layout::new(&plan.takes, &ready.mesh, 0);
         let account = Account::new(&ready.gauges, &layout, &ready.initial);
-        let repeatable = hello.repeats.is_some();
-        Self { program, gauges: ready.gauges, request, layout, account, initial: ready.initial, repeatable }
+        Self { program, gauges: ready.gauges, request, layout, account, initial: ready.initial, hello }
     }
 
     /// Names of the columns of its gauges.

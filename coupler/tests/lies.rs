@@ -5,6 +5,7 @@ use coupler::guard::clause;
 use coupler::records::{Records, describe};
 use coupler::settings::{CouplingSettings, Scheme};
 use coupler::side::Side;
+use in_process::InProcess;
 use interface_defs::diagnostic::code;
 use interface_defs::solver::OnProgress;
 use interface_defs::verdict::{Ending, Fate, Verdict};

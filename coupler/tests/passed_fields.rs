@@ -7,6 +7,7 @@ use common::{Load, Node, Sphere};
 use coupler::coupling::{Committed, Coupling, Observer};
 use coupler::settings::{CouplingSettings, Scheme};
 use coupler::side::Side;
+use in_process::InProcess;
 use interface_defs::solver::OnProgress;
 use interface_defs::*;
 

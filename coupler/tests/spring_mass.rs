@@ -7,7 +7,8 @@ use coupler::acceleration::{Aitken, AnyAcceleration, Constant, NoRelaxation};
 use coupler::coupling::{Committed, Coupling, CouplingError, Iteration, Observer};
 use coupler::settings::{CouplingSettings, OnNoConvergence, Scheme};
 use coupler::side::Side;
-use interface_defs::{Diagnostic, InProcess};
+use in_process::InProcess;
+use interface_defs::Diagnostic;
 
 /// Keeps what a test looks at.
 #[derive(Default)]

@@ -1,10 +1,10 @@
-//! What a request asks of a solver: one path for every transport.
+//! What a request asks of a solver: one path for every transport, of this crate or of others.
 
 use crate::field::{Items, Layout};
-use crate::header::{Command, RequestHeader};
+use crate::header::{Command, RequestHeader, Status};
 use crate::mesh::InterfaceMesh;
-use crate::message::{Fault, Plan, Ready, pack, unpack};
-use crate::selection::Selection;
+use crate::message::{Fault, FaultKind, Plan, Ready, pack, unpack};
+use crate::selection::{Selected, Selection};
 use crate::solver::{Solver, Window};
 use serde::{Deserialize, Serialize};
 
@@ -15,15 +15,8 @@ struct Kept {
     state: Vec<u8>,
 }
 
-/// The nodes that were selected, and the pairs of them that are coupled.
-#[derive(Debug, Serialize, Deserialize)]
-pub(crate) struct Selected {
-    nodes: Vec<u32>,
-    pairs: Vec<[u32; 2]>,
-}
-
 /// Let `solver`, which is not prepared yet, go on from what [`Exchange::save`] gave; returns what was selected then.
-pub(crate) fn resume(solver: &mut dyn Solver, kept: &[u8]) -> Result<Option<Selected>, Fault> {
+pub fn resume(solver: &mut dyn Solver, kept: &[u8]) -> Result<Option<Selected>, Fault> {
     let kept: Kept =
         unpack(kept).map_err(|e| Fault::broken(format!("its state that was kept cannot be read: {e}")))?;
     solver.resume(&kept.state)?;
@@ -32,7 +25,7 @@ pub(crate) fn resume(solver: &mut dyn Solver, kept: &[u8]) -> Result<Option<Sele
 
 /// The solver's side of the exchange of payloads: what is selected, and how long payloads are.
 #[derive(Debug, Default)]
-pub(crate) struct Exchange {
+pub struct Exchange {
     mesh: InterfaceMesh,
     takes: Layout,
     gives: Layout,
@@ -60,15 +53,13 @@ impl Exchange {
         if commit {
             solver.commit()?;
         }
-        let Selection { nodes, pairs, .. } = &self.selection;
-        let selected = self.selected.then(|| Selected { nodes: nodes.clone(), pairs: pairs.clone() });
+        let selected = self.selected.then(|| self.selection.selected());
         Ok(pack(&Kept { selected, state: solver.save()? }))
     }
 
     /// Select what was selected when the state of `solver` was kept.
     pub fn select_again(&mut self, solver: &mut dyn Solver, kept: Selected) -> Result<(), Fault> {
-        self.selection.set(&self.mesh, kept.nodes.into_iter()).map_err(Fault::broken)?;
-        self.selection.pairs.extend(kept.pairs);
+        self.selection.select_again(&self.mesh, kept).map_err(Fault::broken)?;
         self.select_these(solver)
     }
 
@@ -197,4 +188,14 @@ fn command(header: &RequestHeader) -> Result<Command, Fault> {
 
 fn window(header: &RequestHeader) -> Window {
     Window { number: header.window, iteration: header.iteration, start: header.start, length: header.length }
+}
+
+/// The status by which the coupler learns of a fault.
+pub fn status_of(fault: &Fault) -> Status {
+    if fault.kind == FaultKind::Beyond { Status::Beyond } else { Status::Failed }
+}
+
+/// The fault of a solver that failed without a word.
+pub fn no_reason() -> Fault {
+    Fault::window("failed without giving a reason")
 }

@@ -8,7 +8,7 @@ use crate::mesh::InterfaceMesh;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// Names that version 2 gives a meaning. Any other name is passed on where giver and taker agree.
+/// Names that this version gives a meaning. Any other name is passed on where giver and taker agree.
 pub mod name {
     /// Displacement of the interface nodes since t = 0 [m], 3 components.
     pub const DISPLACEMENT: &str = "displacement";

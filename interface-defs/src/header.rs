@@ -78,42 +78,34 @@ pub enum Command {
 }
 
 impl Command {
+    /// By their numbers: each, and behind it the same after a commit.
+    const ALL: [Self; 6] = [
+        Self::Solve,
+        Self::CommitAndSolve,
+        Self::State,
+        Self::CommitAndState,
+        Self::Reach,
+        Self::CommitAndReach,
+    ];
+
     /// From its number.
     pub fn from_number(number: u32) -> Option<Self> {
-        match number {
-            1 => Some(Self::Solve),
-            2 => Some(Self::CommitAndSolve),
-            3 => Some(Self::State),
-            4 => Some(Self::CommitAndState),
-            5 => Some(Self::Reach),
-            6 => Some(Self::CommitAndReach),
-            _ => None,
-        }
+        Self::ALL.into_iter().find(|command| *command as u32 == number)
     }
 
     /// Whether the last solve is committed first.
     pub fn commits(self) -> bool {
-        matches!(self, Self::CommitAndSolve | Self::CommitAndState | Self::CommitAndReach)
+        self != self.without_commit()
     }
 
     /// The same without a commit.
     pub fn without_commit(self) -> Self {
-        match self {
-            Self::CommitAndSolve => Self::Solve,
-            Self::CommitAndState => Self::State,
-            Self::CommitAndReach => Self::Reach,
-            other => other,
-        }
+        Self::ALL[(self as usize - 1) & !1]
     }
 
     /// The same after a commit.
     pub fn after_commit(self) -> Self {
-        match self {
-            Self::Solve => Self::CommitAndSolve,
-            Self::State => Self::CommitAndState,
-            Self::Reach => Self::CommitAndReach,
-            other => other,
-        }
+        Self::ALL[(self as usize - 1) | 1]
     }
 }
 
@@ -132,12 +124,7 @@ pub enum Status {
 impl Status {
     /// From its number.
     pub fn from_number(number: u32) -> Option<Self> {
-        match number {
-            1 => Some(Self::Done),
-            2 => Some(Self::Failed),
-            3 => Some(Self::Beyond),
-            _ => None,
-        }
+        [Self::Done, Self::Failed, Self::Beyond].into_iter().find(|status| *status as u32 == number)
     }
 }
 

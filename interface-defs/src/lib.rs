@@ -16,14 +16,15 @@
 //! - [`mesh`]: the interface mesh, on which a contact solver works
 //! - [`selection`]: the nodes that are sent, where not all of them are
 //! - [`solver`]: the trait of a solver
-//! - [`participant`]: the trait at the coupler's side, and its in-process implementation
+//! - [`participant`]: the trait at the coupler's side
+//! - [`exchange`]: what a request asks of a solver, the same for every transport
 //! - [`ipc`]: the same over iceoryx2, in processes of their own
 //!
 //! What rockfall's own programs share beside the contract (scene text and its errors, result files, run directory, exit codes) is
 //! not needed by a foreign solver.
 
 pub mod diagnostic;
-mod exchange;
+pub mod exchange;
 pub mod field;
 pub mod header;
 pub mod ipc;
@@ -42,7 +43,7 @@ pub use header::{AnswerHeader, Command, RequestHeader, Status};
 pub use ipc::serve::serve;
 pub use mesh::{Group, InterfaceMesh};
 pub use message::{Fault, Gauge, Hello, Measure, Plan, Progress, Ready, Role, Statistics, Worse};
-pub use participant::{Failure, InProcess, Participant, Request};
+pub use participant::{Failure, Participant, Request};
 pub use selection::Selection;
 pub use solver::{Solver, Window};
 pub use verdict::{Fate, Torn, Verdict};

@@ -1,10 +1,8 @@
 //! Control messages: handshake, preparation, faults, statistics.
 //!
-//! Encoding: one byte with the version of the message ([`Message::VERSION`]), then bincode 2, `standard` configuration with
+//! Encoding: one byte with the version of the contract ([`PROTOCOL`]), then bincode 2, `standard` configuration with
 //! fixed-size integers (little-endian; enum variant as u32; length of text and lists as u64), so
 //! that any language can write them. They never travel on the field path.
-
-mod earlier;
 
 use crate::diagnostic::{Code, Diagnostic, code};
 use crate::field::FieldSpec;
@@ -13,8 +11,7 @@ use crate::verdict::{Torn, Verdict};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use std::fmt;
 
-/// Version of the contract that this crate speaks. Messages to a solver have not changed since protocol 2 and carry that number, so that
-/// a solver of protocol 2 reads them; its own messages are read as well.
+/// Version of the contract that this crate speaks; a message of another one is refused.
 pub const PROTOCOL: u8 = 3;
 
 /// Capability words of a [`Hello`]; further words may be declared and are passed over.
@@ -23,6 +20,12 @@ pub mod capability {
     pub const SELECTS: &str = "selects";
     /// The solver can write down its committed state and go on from it in another run.
     pub const CHECKPOINT: &str = "checkpoint";
+}
+
+/// Names of further values of a [`Hello`].
+pub mod option {
+    /// The build of the program, in words for people: its commit, a hash of it. Recorded, and nothing else.
+    pub const BUILD: &str = "build";
 }
 
 /// Further values of a message by name, so that later versions may add some. Unknown names are passed over.
@@ -104,7 +107,7 @@ pub struct Hello {
     pub gives: Vec<FieldSpec>,
     /// Longest window that it can solve [s], infinite if there is no limit.
     pub largest_window: f64,
-    /// None in this version.
+    /// See [`option`].
     pub options: NamedValues,
 }
 
@@ -128,6 +131,11 @@ impl Hello {
     /// Whether it has declared the capability.
     pub fn can(&self, capability: &str) -> bool {
         self.capabilities.iter().any(|c| c == capability)
+    }
+
+    /// What it says of its build, if it does.
+    pub fn build(&self) -> Option<&str> {
+        self.options.iter().find(|(name, _)| name == option::BUILD).map(|(_, build)| build.as_str())
     }
 }
 
@@ -424,44 +432,21 @@ impl fmt::Display for DecodeError {
 
 impl std::error::Error for DecodeError {}
 
-/// A control message, and the versions of it that are read.
-pub trait Message: Serialize + DeserializeOwned {
-    /// Version that is written.
-    const VERSION: u8;
-
-    /// From bytes of an earlier version; `None`: it is not read.
-    fn earlier(_version: u8, _bytes: &[u8]) -> Option<Result<Self, DecodeError>> {
-        None
-    }
-}
-
-impl Message for ToSolver {
-    const VERSION: u8 = 2;
-}
-
-impl Message for FromSolver {
-    const VERSION: u8 = PROTOCOL;
-
-    fn earlier(version: u8, bytes: &[u8]) -> Option<Result<Self, DecodeError>> {
-        (version == earlier::VERSION).then(|| unpack::<earlier::FromSolver>(bytes).map(Self::from))
-    }
-}
-
-/// Encode a message: version byte, then bincode.
-pub fn encode<M: Message>(message: &M) -> Vec<u8> {
-    let mut bytes = vec![M::VERSION];
+/// Encode a [`ToSolver`] or [`FromSolver`]: version byte, then bincode.
+pub fn encode<M: Serialize>(message: &M) -> Vec<u8> {
+    let mut bytes = vec![PROTOCOL];
     append(message, &mut bytes);
     bytes
 }
 
 /// Decode what [`encode`] wrote.
-pub fn decode<M: Message>(bytes: &[u8]) -> Result<M, DecodeError> {
+///
+/// # Errors
+/// A message of another version, an empty one, and bytes that are no such message.
+pub fn decode<M: DeserializeOwned>(bytes: &[u8]) -> Result<M, DecodeError> {
     match bytes.split_first() {
-        Some((&version, rest)) if version == M::VERSION => unpack(rest),
-        Some((&version, rest)) => {
-            M::earlier(version, rest).unwrap_or(Err(DecodeError::Protocol(Some(version))))
-        }
-        None => Err(DecodeError::Protocol(None)),
+        Some((&PROTOCOL, rest)) => unpack(rest),
+        other => Err(DecodeError::Protocol(other.map(|(version, _)| *version))),
     }
 }
 

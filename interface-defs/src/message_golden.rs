@@ -7,17 +7,13 @@ use crate::ipc::channel::ControlHeader;
 use crate::mesh::{Group, InterfaceMesh};
 use crate::message::*;
 use crate::verdict::{Ending, Fate, Gap, Torn, Touch, Verdict};
+use serde::{Serialize, de::DeserializeOwned};
 
 /// Bytes as they are put together by hand, from the page that describes them.
 #[derive(Default)]
 struct Bytes(Vec<u8>);
 
 impl Bytes {
-    /// To a solver.
-    fn asked(variant: u32) -> Self {
-        Self(vec![2]).u32(variant)
-    }
-    /// From a solver.
     fn message(variant: u32) -> Self {
         Self(vec![3]).u32(variant)
     }
@@ -48,7 +44,7 @@ impl Bytes {
     }
 }
 
-fn golden<M: Message + PartialEq + std::fmt::Debug>(message: M, bytes: Bytes) {
+fn golden<M: Serialize + DeserializeOwned + PartialEq + std::fmt::Debug>(message: M, bytes: Bytes) {
     assert_eq!(encode(&message), bytes.0, "{message:?}");
     assert_eq!(decode::<M>(&bytes.0).unwrap(), message);
 }
@@ -138,26 +134,9 @@ fn verdict_bytes(bytes: Bytes) -> Bytes {
 }
 
 #[test]
-fn messages_of_protocol_2_are_read() {
-    let old = |variant: u32| Bytes(vec![2]).u32(variant);
-    let read = |bytes: Bytes| decode::<FromSolver>(&bytes.0).expect("protocol 2");
-    let ready = read(mesh_bytes(old(2)).u64(0).u64(0).u64(1).text("w").u64(0).u64(0));
-    let FromSolver::Ready(ready) = ready else { panic!("{ready:?}") };
-    assert_eq!(ready.warnings, [Diagnostic::warning(code::OTHER, "w")]);
-    let fault = read(old(3).u32(1).text("slack").u64(0));
-    let slack = Diagnostic::error(code::OTHER, "slack");
-    assert_eq!(fault, FromSolver::Fault(Fault::new(FaultKind::Window, slack)));
-    let bytes = old(4).u64(1).text("peak").f64(2.0).text("N").byte(1).f64(0.5).u64(0).u64(1).text("w");
-    let FromSolver::Statistics(statistics) = read(bytes.f64(1.0).f64(2.0).u64(3).u64(0)) else { panic!() };
-    assert_eq!(statistics.measures, [Measure::new("peak", 2.0, "N").at(0.5)]);
-    assert_eq!((statistics.warnings.len(), statistics.peak_memory), (1, 3));
-    assert_eq!(read(old(6)), FromSolver::Resumed);
-}
-
-#[test]
 fn messages_to_a_solver_are_these_bytes() {
-    golden(ToSolver::Connect, Bytes::asked(0));
-    assert_eq!(encode(&ToSolver::Connect), [2, 0, 0, 0, 0]);
+    golden(ToSolver::Connect, Bytes::message(0));
+    assert_eq!(encode(&ToSolver::Connect), [3, 0, 0, 0, 0]);
     let plan = Plan {
         end_time: 1.5,
         window: 1e-3,
@@ -167,13 +146,13 @@ fn messages_to_a_solver_are_these_bytes() {
         more_meshes: vec![mesh()],
         options: option(),
     };
-    let bytes = force_bytes(Bytes::asked(1).f64(1.5).f64(1e-3).u64(1)).u64(0).byte(1);
+    let bytes = force_bytes(Bytes::message(1).f64(1.5).f64(1e-3).u64(1)).u64(0).byte(1);
     golden(ToSolver::Prepare(plan), option_bytes(mesh_bytes(mesh_bytes(bytes).u64(1))));
-    golden(ToSolver::Explain, Bytes::asked(2));
-    golden(ToSolver::Finish { commit: true }, Bytes::asked(3).byte(1));
-    golden(ToSolver::Abort { reason: "fem was lost".into() }, Bytes::asked(4).text("fem was lost"));
-    golden(ToSolver::Save { commit: true }, Bytes::asked(5).byte(1));
-    golden(ToSolver::Resume { state: vec![7, 9] }, Bytes::asked(6).u64(2).byte(7).byte(9));
+    golden(ToSolver::Explain, Bytes::message(2));
+    golden(ToSolver::Finish { commit: true }, Bytes::message(3).byte(1));
+    golden(ToSolver::Abort { reason: "fem was lost".into() }, Bytes::message(4).text("fem was lost"));
+    golden(ToSolver::Save { commit: true }, Bytes::message(5).byte(1));
+    golden(ToSolver::Resume { state: vec![7, 9] }, Bytes::message(6).u64(2).byte(7).byte(9));
 }
 
 #[test]
@@ -268,10 +247,13 @@ fn what_is_no_message_is_refused_with_the_reason() {
     assert_eq!(refused(&[]), DecodeError::Protocol(None));
     assert_eq!(refused(&[0, 0, 0, 0, 0]), DecodeError::Protocol(Some(0)));
     assert!(refused(&[0]).to_string().contains("speaks protocol 0, this program speaks protocol 3"));
-    for malformed in [&[2, 9, 0, 0, 0][..], &[2, 0, 0], &[2, 0, 0, 0, 0, 7]] {
+    let earlier = decode::<FromSolver>(&[2, 6, 0, 0, 0]).unwrap_err();
+    assert_eq!(earlier, DecodeError::Protocol(Some(2)));
+    assert!(earlier.to_string().contains("speaks protocol 2, this program speaks protocol 3"), "{earlier}");
+    for malformed in [&[3, 9, 0, 0, 0][..], &[3, 0, 0], &[3, 0, 0, 0, 0, 7]] {
         assert!(matches!(refused(malformed), DecodeError::Malformed(_)), "{malformed:?}");
     }
     // A length that no memory holds is not asked for.
-    let huge = Bytes::asked(4).u64(u64::MAX).0;
+    let huge = Bytes::message(4).u64(u64::MAX).0;
     assert!(matches!(refused(&huge), DecodeError::Malformed(_)));
 }

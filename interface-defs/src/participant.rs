@@ -1,11 +1,10 @@
 //! A solver as the coupler sees it, in this process or in another.
 
 use crate::diagnostic::{Diagnostic, code};
-use crate::exchange::{self, Exchange, Selected};
 use crate::field::Layout;
 use crate::header::{RequestHeader, Status};
 use crate::message::{Fault, FaultKind, Hello, Plan, Ready, Statistics};
-use crate::solver::{OnProgress, Solver};
+use crate::solver::OnProgress;
 use std::fmt;
 
 /// Why a participant did not answer as asked.
@@ -162,145 +161,6 @@ pub trait Participant {
 
     /// Before it is prepared: let it go on from a state that it gave.
     fn resume(&mut self, state: &[u8]) -> Result<(), Failure>;
-
-    /// Requests sent so far.
-    fn exchanges(&self) -> u64;
-
-    /// Seconds spent in [`Participant::receive`].
-    fn waited(&self) -> f64;
-}
-
-/// A solver in this process: the same behaviour as over shared memory, bit for bit.
-pub struct InProcess<S> {
-    name: String,
-    /// The solver itself.
-    pub solver: S,
-    exchange: Exchange,
-    input: Vec<f64>,
-    output: Vec<f64>,
-    pending: Option<RequestHeader>,
-    fault: Option<Fault>,
-    listed: usize,
-    sequence: u64,
-    waited: f64,
-    /// What was selected when the state was kept from which it is to go on.
-    selected: Option<Selected>,
-}
-
-impl<S: Solver> InProcess<S> {
-    /// `solver` under the name `name`.
-    pub fn new(name: &str, solver: S) -> Self {
-        Self {
-            name: name.into(),
-            solver,
-            exchange: Exchange::default(),
-            input: Vec::new(),
-            output: Vec::new(),
-            pending: None,
-            fault: None,
-            listed: 0,
-            sequence: 0,
-            waited: 0.0,
-            selected: None,
-        }
-    }
-
-    fn fault(&self, fault: Fault) -> Failure {
-        Failure::Fault { solver: self.name.clone(), fault }
-    }
-}
-
-impl<S: Solver> Participant for InProcess<S> {
-    fn name(&self) -> &str {
-        &self.name
-    }
-
-    fn hello(&mut self) -> Result<Hello, Failure> {
-        Ok(self.solver.hello())
-    }
-
-    fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Failure> {
-        let ready = self.solver.prepare(plan, progress).map_err(|f| self.fault(f))?;
-        self.exchange = Exchange::new(plan, &ready);
-        let (takes, gives) = payload_lengths(plan, &ready);
-        self.input = Vec::with_capacity(takes + ready.mesh.node_count());
-        self.output = vec![0.0; gives];
-        if let Some(selected) = self.selected.take() {
-            let Self { exchange, solver, .. } = self;
-            exchange.select_again(solver, selected).map_err(|f| self.fault(f))?;
-        }
-        Ok(ready)
-    }
-
-    fn send(&mut self, request: Request, fill: &mut dyn FnMut(&mut [f64])) -> Result<(), Failure> {
-        self.sequence += 1;
-        self.input.resize(request.sends, 0.0);
-        fill(&mut self.input);
-        self.pending = Some(RequestHeader { sequence: self.sequence, ..request.header });
-        Ok(())
-    }
-
-    fn receive(&mut self) -> Result<Status, Failure> {
-        let started = std::time::Instant::now();
-        let header = self.pending.take().expect("receive follows send");
-        let Self { solver, exchange, input, output, .. } = self;
-        let outcome = exchange.begin(solver, &header, input).and_then(|length| {
-            output.resize(length, 0.0);
-            exchange.write(solver, &header, input, output)
-        });
-        self.waited += started.elapsed().as_secs_f64();
-        let status = outcome.as_ref().map_or_else(status_of, |_| Status::Done);
-        self.listed = *outcome.as_ref().unwrap_or(&0) as usize;
-        self.fault = outcome.err();
-        Ok(status)
-    }
-
-    fn answer(&self) -> &[f64] {
-        &self.output
-    }
-
-    fn listed(&self) -> usize {
-        self.listed
-    }
-
-    fn explain(&mut self) -> Result<Fault, Failure> {
-        Ok(self.fault.take().unwrap_or_else(no_reason))
-    }
-
-    fn finish(&mut self, commit: bool) -> Result<Statistics, Failure> {
-        if commit {
-            self.solver.commit().map_err(|f| self.fault(f))?;
-        }
-        self.solver.finish().map_err(|f| self.fault(f))
-    }
-
-    fn save(&mut self, commit: bool) -> Result<Vec<u8>, Failure> {
-        let Self { exchange, solver, .. } = self;
-        exchange.save(solver, commit).map_err(|f| self.fault(f))
-    }
-
-    fn resume(&mut self, state: &[u8]) -> Result<(), Failure> {
-        self.selected = exchange::resume(&mut self.solver, state).map_err(|f| self.fault(f))?;
-        Ok(())
-    }
-
-    fn exchanges(&self) -> u64 {
-        self.sequence
-    }
-
-    fn waited(&self) -> f64 {
-        self.waited
-    }
-}
-
-/// The status by which the coupler learns of a fault.
-pub(crate) fn status_of(fault: &Fault) -> Status {
-    if fault.kind == FaultKind::Beyond { Status::Beyond } else { Status::Failed }
-}
-
-/// The fault of a solver that failed without a word.
-pub(crate) fn no_reason() -> Fault {
-    Fault::window("failed without giving a reason")
 }
 
 /// Lengths of the payloads of request and answer that follow from plan and readiness.

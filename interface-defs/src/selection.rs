@@ -3,6 +3,7 @@
 
 use crate::field::Items;
 use crate::mesh::InterfaceMesh;
+use serde::{Deserialize, Serialize};
 
 /// Nodes that were selected, and what of the mesh lies between them.
 #[derive(Debug, Clone, Default)]
@@ -17,6 +18,13 @@ pub struct Selection {
     pub pairs: Vec<[u32; 2]>,
     /// Place of each node of the mesh in `nodes`; [`Selection::OUT`] if it is not selected.
     place: Vec<u32>,
+}
+
+/// What a [`Selection`] is made of again.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Selected {
+    nodes: Vec<u32>,
+    pairs: Vec<[u32; 2]>,
 }
 
 impl Selection {
@@ -62,6 +70,18 @@ impl Selection {
         self.lines.extend(lines.map(|(line, _)| line as u32));
         let faces = mesh.faces.iter().enumerate().filter(|(_, ends)| within(*ends));
         self.faces.extend(faces.map(|(face, _)| face as u32));
+        Ok(())
+    }
+
+    /// What is selected, to be kept.
+    pub fn selected(&self) -> Selected {
+        Selected { nodes: self.nodes.clone(), pairs: self.pairs.clone() }
+    }
+
+    /// Select in `mesh` what was kept. Errs with what is wrong with the list.
+    pub fn select_again(&mut self, mesh: &InterfaceMesh, kept: Selected) -> Result<(), String> {
+        self.set(mesh, kept.nodes.into_iter())?;
+        self.pairs.extend(kept.pairs);
         Ok(())
     }
 

@@ -102,42 +102,6 @@ pub trait Solver {
     fn finish(&mut self) -> Result<Statistics, Fault>;
 }
 
-impl<S: Solver + ?Sized> Solver for Box<S> {
-    fn hello(&self) -> Hello {
-        (**self).hello()
-    }
-    fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Fault> {
-        (**self).prepare(plan, progress)
-    }
-    fn solve(&mut self, window: &Window, input: &[f64], output: &mut [f64]) -> Result<(), Fault> {
-        (**self).solve(window, input, output)
-    }
-    fn commit(&mut self) -> Result<(), Fault> {
-        (**self).commit()
-    }
-    fn select(&mut self, selection: Option<&mut Selection>) -> Result<(), Fault> {
-        (**self).select(selection)
-    }
-    fn committed(&mut self, output: &mut [f64]) -> Result<(), Fault> {
-        (**self).committed(output)
-    }
-    fn reach(&mut self, window: &Window, input: &[f64], nodes: &mut Vec<u32>) -> Result<(), Fault> {
-        (**self).reach(window, input, nodes)
-    }
-    fn has_ended(&self) -> bool {
-        (**self).has_ended()
-    }
-    fn save(&mut self) -> Result<Vec<u8>, Fault> {
-        (**self).save()
-    }
-    fn resume(&mut self, state: &[u8]) -> Result<(), Fault> {
-        (**self).resume(state)
-    }
-    fn finish(&mut self) -> Result<Statistics, Fault> {
-        (**self).finish()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

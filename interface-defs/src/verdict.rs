@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// What became of a rock.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Fate {
     /// It touched the net, came to no speed along its impact direction, and the net held it.
@@ -26,6 +26,7 @@ pub enum Fate {
     /// It still moved at the end of the run, away from the net.
     StillMoving,
     /// It was still being stopped at the end of the run.
+    #[default]
     Undecided,
 }
 
@@ -46,39 +47,30 @@ impl Fate {
 
     /// Its name in result files.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Stopped => "stopped",
-            Self::Rebounded => "rebounded",
-            Self::WentThrough => "went_through",
-            Self::PassedOver => "passed_over",
-            Self::PassedUnder => "passed_under",
-            Self::PassedBeside => "passed_beside",
-            Self::AtRest => "at_rest",
-            Self::LeftTerrain => "left_terrain",
-            Self::StillMoving => "still_moving",
-            Self::Undecided => "undecided",
-        }
+        Self::NAMES[self as usize].0
     }
 
     /// In words.
     pub fn words(self) -> &'static str {
-        match self {
-            Self::Stopped => "stopped",
-            Self::Rebounded => "rebounded",
-            Self::WentThrough => "went through",
-            Self::PassedOver => "passed over",
-            Self::PassedUnder => "passed under",
-            Self::PassedBeside => "passed beside",
-            Self::AtRest => "at rest",
-            Self::LeftTerrain => "left the terrain",
-            Self::StillMoving => "still moving",
-            Self::Undecided => "undecided",
-        }
+        Self::NAMES[self as usize].1
     }
+
+    const NAMES: [(&str, &str); 10] = [
+        ("stopped", "stopped"),
+        ("rebounded", "rebounded"),
+        ("went_through", "went through"),
+        ("passed_over", "passed over"),
+        ("passed_under", "passed under"),
+        ("passed_beside", "passed beside"),
+        ("at_rest", "at rest"),
+        ("left_terrain", "left the terrain"),
+        ("still_moving", "still moving"),
+        ("undecided", "undecided"),
+    ];
 }
 
 /// What became of one rock. Times in s, lengths in m, speeds in m/s; places in the scene's coordinates.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
     /// Name of the rock.
     pub rock: String,
@@ -154,15 +146,7 @@ impl Verdict {
             time: ending.time,
             speed: ending.speed,
             position: Some(ending.position),
-            travel: None,
-            braking_time: None,
-            impact: None,
-            transverse_speed: None,
-            gap: None,
-            clearance: None,
-            net_torn: false,
-            then: None,
-            torn: Vec::new(),
+            ..Self::default()
         }
     }
 

@@ -3,8 +3,9 @@
 use coupler::coupling::{Committed, Coupling, Observer};
 use coupler::settings::CouplingSettings;
 use coupler::side::Side;
+use in_process::{Any, InProcess};
+use interface_defs::Diagnostic;
 use interface_defs::message::{Measure, Statistics};
-use interface_defs::{Diagnostic, InProcess};
 use std::path::Path;
 use toolkit::program::Options;
 use toolkit::scene::Scene;
@@ -49,7 +50,7 @@ pub fn computed(scene: &Path, sets: &[String]) -> Result<Computed, String> {
     let options = Options { out: None, shortcuts: true };
     let dem = (dem_solver::PROGRAM.build)(&scene, &options).map_err(|e| e.to_string())?;
     let fem = (fem_solver::PROGRAM.build)(&scene, &options).map_err(|e| e.to_string())?;
-    let (mut dem, mut fem) = (InProcess::new("dem", dem), InProcess::new("fem", fem));
+    let (mut dem, mut fem) = (InProcess::new("dem", Any(dem)), InProcess::new("fem", Any(fem)));
     let settings = CouplingSettings::of(&scene).map_err(|e| e.to_string())?;
     let end = scene.end_time().map_err(|e| e.to_string())?;
     let mut coupling = Coupling::new(settings, end, &mut dem, &mut fem);

@@ -3,10 +3,11 @@
 use coupler::coupling::{Committed, Coupling, Observer};
 use coupler::records::Records;
 use coupler::side::Side;
+use in_process::{Any, InProcess};
 use interface_defs::Diagnostic;
 use interface_defs::message::{Fault, Hello, Plan, Ready, Role, Statistics};
 use interface_defs::solver::{OnProgress, Solver, Window};
-use interface_defs::{InProcess, Layout, Sampling, name};
+use interface_defs::{Layout, Sampling, name};
 use std::cell::RefCell;
 use std::rc::Rc;
 use tests::{Bench, scene};
@@ -206,7 +207,7 @@ fn nothing_is_allocated_in_a_window_after_the_first() {
     ] {
         let bench = Bench::new();
         let (scene, dem, fem) = solvers("walenstadt-exp1", sets);
-        let (mut dem, mut fem) = (InProcess::new("dem", dem), InProcess::new("fem", fem));
+        let (mut dem, mut fem) = (InProcess::new("dem", Any(dem)), InProcess::new("fem", Any(fem)));
         let settings = coupler::settings::CouplingSettings::of(&scene).unwrap();
         let end = scene.end_time().unwrap();
         let output = toolkit::output::Output::of(&scene).unwrap();

@@ -255,5 +255,15 @@ fn every_program_is_started_on_the_resolved_scene() {
         let words = record["processes"][name].as_array().expect("a command line").clone();
         assert!(words.contains(&resolved.as_str().into()) && !words.contains(&"--set".into()), "{words:?}");
     }
+    // Every program by name and version; those of others by the hash of their file beside it.
+    let programs = &record["programs"];
+    let own = concat!("coupler ", env!("CARGO_PKG_VERSION"));
+    assert_eq!(programs["coupler"]["name"], own, "{programs}");
+    assert!(programs["coupler"]["build"].as_str().is_some_and(|b| b.contains("commit")), "{programs}");
+    for name in ["dem", "fem"] {
+        let program = &programs[name];
+        assert!(program["name"].is_string() && program["hash"].is_string(), "{program}");
+        assert!(program["build"].is_null(), "{program}");
+    }
     assert_eq!(ended.rows(), 20);
 }

@@ -6,8 +6,9 @@
 use coupler::coupling::{Committed, Coupling, KeptRun, Observer};
 use coupler::settings::CouplingSettings;
 use coupler::side::Side;
+use in_process::{Any, InProcess};
+use interface_defs::Diagnostic;
 use interface_defs::message::Measure;
-use interface_defs::{Diagnostic, InProcess};
 use rustix::process::{Pid, Signal, kill_process};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -54,7 +55,7 @@ fn leg(scene: &Scene, resume: Option<KeptRun>, take_at: u64) -> (Leg, Option<Vec
     let options = Options { out: None, shortcuts: true };
     let dem = (dem_solver::PROGRAM.build)(scene, &options).unwrap();
     let fem = (fem_solver::PROGRAM.build)(scene, &options).unwrap();
-    let (mut dem, mut fem) = (InProcess::new("dem", dem), InProcess::new("fem", fem));
+    let (mut dem, mut fem) = (InProcess::new("dem", Any(dem)), InProcess::new("fem", Any(fem)));
     let settings = CouplingSettings::of(scene).unwrap();
     let mut coupling = Coupling::new(settings, scene.end_time().unwrap(), &mut dem, &mut fem);
     coupling.resume = resume;

@@ -2,7 +2,7 @@
 
 use coupler::coupling::Coupling;
 use coupler::records::Records;
-use interface_defs::InProcess;
+use in_process::{Any, InProcess};
 use std::path::Path;
 use tests::{Bench, scene};
 use toolkit::limits::Limits;
@@ -34,7 +34,7 @@ fn in_process(path: &Path, sets: &[&str], out: &Path) {
     let options = Options { out: None, shortcuts: true };
     let dem = (dem_solver::PROGRAM.build)(&scene, &options).unwrap();
     let fem = (fem_solver::PROGRAM.build)(&scene, &options).unwrap();
-    let (mut dem, mut fem) = (InProcess::new("dem", dem), InProcess::new("fem", fem));
+    let (mut dem, mut fem) = (InProcess::new("dem", Any(dem)), InProcess::new("fem", Any(fem)));
     let settings = coupler::settings::CouplingSettings::of(&scene).unwrap();
     let end = scene.end_time().unwrap();
     let output = toolkit::output::Output::of(&scene).unwrap();

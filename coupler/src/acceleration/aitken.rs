@@ -4,7 +4,7 @@
 //! Engng 1, 275; Kuettler and Wall (2008), Comput. Mech. 43, 61.
 
 use super::secants::{COMPONENTS, common};
-use super::{Acceleration, relax};
+use super::{Acceleration, Checked, check_first, relax};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -95,10 +95,8 @@ impl Acceleration for Aitken {
         self.factor
     }
 
-    fn check(&self) -> Result<(), (&'static str, String)> {
-        if !(self.initial > 0.0 && self.initial <= 1.0) {
-            return Err(("initial", format!("the first factor must lie in (0, 1], it is {}", self.initial)));
-        }
+    fn check(&self) -> Checked {
+        check_first("initial", self.initial)?;
         if self.largest < self.initial || self.largest.is_nan() {
             return Err((
                 "largest",

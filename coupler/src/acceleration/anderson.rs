@@ -6,8 +6,8 @@
 //! Source: Anderson (1965), J. ACM 12, 547; Walker and Ni (2011), SIAM J. Numer. Anal. 49, 1715; filter of columns: Haelterman
 //! et al. (2016), Comput. Struct. 171, 9.
 
-use super::secants::{MOST_COLUMNS, Secants};
-use super::{Acceleration, relax};
+use super::secants::{Secants, check_columns};
+use super::{Acceleration, Checked, check_first, relax};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -51,15 +51,9 @@ impl Acceleration for Anderson {
         Some(&mut self.secants)
     }
 
-    fn check(&self) -> Result<(), (&'static str, String)> {
-        if !(self.initial > 0.0 && self.initial <= 1.0) {
-            return Err(("initial", format!("the first factor must lie in (0, 1], it is {}", self.initial)));
-        }
-        if !(1..=MOST_COLUMNS).contains(&self.columns) {
-            let what = format!("1 to {MOST_COLUMNS} earlier iterations can be used, not {}", self.columns);
-            return Err(("columns", what));
-        }
-        Ok(())
+    fn check(&self) -> Checked {
+        check_first("initial", self.initial)?;
+        check_columns(self.columns)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Constant relaxation: converges while the factor is below 2/(1 + k S), with the stiffness k of the contact and the flexibility S of
 //! the structure, since each iteration multiplies the error by 1 - factor (1 + k S).
 
-use super::{Acceleration, relax};
+use super::{Acceleration, Checked, relax};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -30,7 +30,7 @@ impl Acceleration for Constant {
         self.factor
     }
 
-    fn check(&self) -> Result<(), (&'static str, String)> {
+    fn check(&self) -> Checked {
         if self.factor > 0.0 && self.factor <= 1.0 {
             return Ok(());
         }

@@ -6,8 +6,8 @@
 //! Source: Degroote, Bathe and Vierendeels (2009), Comput. Struct. 87, 793; filter of columns by QR (QR2): Haelterman et al. (2016),
 //! Comput. Struct. 171, 9.
 
-use super::secants::{MOST_COLUMNS, Secants};
-use super::{Acceleration, relax};
+use super::secants::{Secants, check_columns};
+use super::{Acceleration, Checked, check_first, relax};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -56,14 +56,9 @@ impl Acceleration for IqnIls {
         Some(&mut self.secants)
     }
 
-    fn check(&self) -> Result<(), (&'static str, String)> {
-        if !(self.initial > 0.0 && self.initial <= 1.0) {
-            return Err(("initial", format!("the first factor must lie in (0, 1], it is {}", self.initial)));
-        }
-        if !(1..=MOST_COLUMNS).contains(&self.columns) {
-            let what = format!("1 to {MOST_COLUMNS} earlier iterations can be used, not {}", self.columns);
-            return Err(("columns", what));
-        }
+    fn check(&self) -> Checked {
+        check_first("initial", self.initial)?;
+        check_columns(self.columns)?;
         if !(0.0..1.0).contains(&self.filter) {
             return Err(("filter", format!("the filter is a share in [0, 1), it is {}", self.filter)));
         }

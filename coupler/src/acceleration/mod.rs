@@ -31,7 +31,20 @@ pub trait Acceleration {
     }
 
     /// What is wrong with its settings, as key and reason.
-    fn check(&self) -> Result<(), (&'static str, String)>;
+    fn check(&self) -> Checked {
+        Ok(())
+    }
+}
+
+/// What is wrong with settings, as key and reason.
+pub type Checked = Result<(), (&'static str, String)>;
+
+/// The factor of the first iteration of each window.
+fn check_first(key: &'static str, factor: f64) -> Checked {
+    match factor > 0.0 && factor <= 1.0 {
+        true => Ok(()),
+        false => Err((key, format!("the first factor must lie in (0, 1], it is {factor}"))),
+    }
 }
 
 registry! {

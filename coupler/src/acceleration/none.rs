@@ -20,8 +20,4 @@ impl Acceleration for NoRelaxation {
     fn factor(&self) -> f64 {
         1.0
     }
-
-    fn check(&self) -> Result<(), (&'static str, String)> {
-        Ok(())
-    }
 }

@@ -4,7 +4,7 @@
 //! With the differences `dR` of residuals as columns, `g = argmin |r - dR g|` is found by a QR factorisation, newest column first; a column
 //! that newer ones explain is left out. Source: Haelterman et al. (2016), Comput. Struct. 171, 9 (filter QR2).
 
-use super::relax;
+use super::{Checked, relax};
 use serde::{Deserialize, Serialize};
 
 /// Numbers of a node in each block: components of displacement or of velocity.
@@ -30,7 +30,17 @@ pub fn carry_over(old: &[f64], before: &[u32], new: &mut [f64], now: &[u32]) {
 }
 
 /// Most columns: beyond, old iterations say nothing of a contact that has opened or closed since.
-pub const MOST_COLUMNS: usize = 50;
+const MOST_COLUMNS: usize = 50;
+
+/// The setting `columns`.
+pub fn check_columns(columns: usize) -> Checked {
+    match (1..=MOST_COLUMNS).contains(&columns) {
+        true => Ok(()),
+        false => {
+            Err(("columns", format!("1 to {MOST_COLUMNS} earlier iterations can be used, not {columns}")))
+        }
+    }
+}
 
 /// Differences of iterates and residuals, column by column, oldest first.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]

@@ -44,7 +44,7 @@ impl Coupling<'_> {
         if !observer.is_due(interrupted) {
             return Ok(());
         }
-        if let Some(who) = &agreement.forgetful {
+        if let Some(who) = agreement.forgetful() {
             observer.cannot_keep(who);
             return Ok(());
         }

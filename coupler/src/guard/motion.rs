@@ -69,12 +69,7 @@ impl Sums {
             sums.iter_mut().zip(terms).for_each(|(sum, term)| sum[0] += term);
         }
         let [defect, bend, path, integral, product] = sums.map(|sum| sum.iter().sum::<f64>());
-        self.defect += defect;
-        self.bend += bend;
-        self.path += path;
-        self.integral += integral;
-        self.product += product;
-        self.numbers += u0.len() as f64;
+        *self = self.plus(Self { defect, bend, path, integral, product, numbers: u0.len() as f64 });
     }
 
     fn of(h: f64, motion: &Answered) -> Self {

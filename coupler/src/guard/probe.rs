@@ -5,7 +5,7 @@
 use super::{breach, clause};
 use crate::side::Side;
 use interface_defs::{
-    Command, Failure, Hello, InterfaceMesh, Participant, Request, RequestHeader, Sampling, Status, name,
+    Command, Failure, InterfaceMesh, Participant, Request, RequestHeader, Sampling, Status, name,
 };
 
 /// The probe's window, as a part of the scene's, and at most [s]: so short that springs and dampers have no part in what a force does.
@@ -57,12 +57,11 @@ impl Answer {
 /// Probe the structure `fem` of a run with windows of `window` [s].
 pub fn probe(
     fem: &mut dyn Participant,
-    hello: &Hello,
     side: &Side,
     mesh: &InterfaceMesh,
     window: f64,
 ) -> Result<(), Failure> {
-    let Some(repeats) = hello.repeats else { return Ok(()) };
+    let Some(repeats) = side.hello.repeats else { return Ok(()) };
     let started = std::time::Instant::now();
     let mut probe = Probe { fem, side, mesh, length: (PART * window).min(LONGEST), window, asked: 0 };
     let length = probe.length;

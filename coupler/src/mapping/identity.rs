@@ -22,7 +22,4 @@ impl Mapper for Identity {
             contact.node_count()
         ))
     }
-    fn check(&self) -> Result<(), (&'static str, String)> {
-        Ok(())
-    }
 }

@@ -23,11 +23,14 @@ use interface_defs::diagnostic::{Diagnostic, code};
 
 /// Builds the matrix that takes motion from the structure's nodes to those of contact.
 pub trait Mapper {
-    /// H for these meshes: a row per contact node, a column per structure node. `Err` says why it cannot.
+    /// H for these meshes, of which the structure's has nodes: a row per contact node, a column per structure node. `Err` says why it
+    /// cannot.
     fn matrix(&self, structure: &InterfaceMesh, contact: &InterfaceMesh) -> Result<Matrix, String>;
 
     /// What is wrong with its settings, as key and reason.
-    fn check(&self) -> Result<(), (&'static str, String)>;
+    fn check(&self) -> Result<(), (&'static str, String)> {
+        Ok(())
+    }
 }
 
 /// H for these meshes by the mapping that the scene names, if it names one, and how good it is where they differ. `Err` says why there is
@@ -52,7 +55,10 @@ pub fn map(
              \"nearest_neighbor\" (node to node)",
         )
     })?;
-    let cannot = |what| Diagnostic::error(code::GEOMETRY, format!("coupling.mapping: {what}"));
+    let cannot = |what: String| Diagnostic::error(code::GEOMETRY, format!("coupling.mapping: {what}"));
+    if structure.node_count() == 0 {
+        return Err(cannot("the structure's interface mesh has no nodes".into()));
+    }
     let matrix = mapper.matrix(structure, contact).map_err(cannot)?;
     let quality = Quality::of(&matrix, structure, contact);
     Ok((matrix, Some(quality)))

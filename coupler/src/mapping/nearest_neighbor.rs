@@ -13,9 +13,6 @@ pub struct NearestNeighbor {}
 
 impl Mapper for NearestNeighbor {
     fn matrix(&self, structure: &InterfaceMesh, contact: &InterfaceMesh) -> Result<Matrix, String> {
-        if structure.node_count() == 0 {
-            return Err("the structure's interface mesh has no nodes".into());
-        }
         let nodes = structure.coordinates.as_chunks::<3>().0.iter().zip(0_u32..);
         let tree = RTree::bulk_load(nodes.map(|(p, node)| GeomWithData::new(*p, node)).collect());
         let nearest = |point: &[f64; 3]| {
@@ -24,10 +21,6 @@ impl Mapper for NearestNeighbor {
         };
         let rows = contact.coordinates.as_chunks::<3>().0.iter().map(|point| vec![(nearest(point), 1.0)]);
         Ok(Matrix::from_rows(structure.node_count(), rows))
-    }
-
-    fn check(&self) -> Result<(), (&'static str, String)> {
-        Ok(())
     }
 }
 

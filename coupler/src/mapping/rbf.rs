@@ -36,9 +36,6 @@ impl Default for Rbf {
 
 impl Mapper for Rbf {
     fn matrix(&self, structure: &InterfaceMesh, contact: &InterfaceMesh) -> Result<Matrix, String> {
-        if structure.node_count() == 0 {
-            return Err("the structure's interface mesh has no nodes".into());
-        }
         let nodes = structure.coordinates.as_chunks::<3>().0.iter().zip(0..);
         let tree = RTree::bulk_load(nodes.map(|(p, node)| GeomWithData::new(*p, node)).collect());
         let points = contact.coordinates.as_chunks::<3>().0.iter();

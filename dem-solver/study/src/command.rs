@@ -26,6 +26,7 @@ use std::time::{Duration, Instant};
 use toolkit::arguments::{EnsembleArguments, MemberRange};
 use toolkit::exit::Exit;
 use toolkit::files;
+use toolkit::manifest;
 use toolkit::owner::{Claim, Owner};
 use toolkit::program::Extra;
 use toolkit::progress::{Line, Reporter};
@@ -383,7 +384,7 @@ impl Study<'_> {
             let count = self.arguments.worst as usize;
             comings.write(self.base, barrier, &owner.dir().join(worst::FOLDER), count)?;
         }
-        if let Err(e) = owner.seal() {
+        if let Err(e) = manifest::write(owner.dir()) {
             tracing::warn!("{}: no manifest: {e}", owner.dir().display());
         }
         // With a barrier more follows, and its command says it at its own end.

@@ -8,7 +8,6 @@ use iceoryx2::node::Node;
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::prelude::{EventId, ServiceName, ZeroCopySend, ipc};
-use iceoryx2::service::builder::request_response::Builder;
 use iceoryx2::service::port_factory::{event, request_response};
 use std::time::{Duration, Instant};
 
@@ -40,10 +39,14 @@ pub(crate) type FieldService =
     request_response::PortFactory<ipc::Service, [f64], RequestHeader, [f64], AnswerHeader>;
 pub(crate) type EventService = event::PortFactory<ipc::Service>;
 
-/// One request, one response, nothing is dropped, nothing blocks for ever.
+/// A builder of the service `NAME/WHAT`: one request, one response, nothing is dropped, nothing blocks for ever.
 macro_rules! lock_step {
-    ($builder:expr) => {
-        $builder
+    ($node:ident, $name:ident, $what:literal, $item:ty, $asks:ty, $answers:ty) => {
+        $node
+            .service_builder(&service_name($name, $what)?)
+            .request_response::<[$item], [$item]>()
+            .request_user_header::<$asks>()
+            .response_user_header::<$answers>()
             .max_clients(1)
             .max_servers(1)
             .max_nodes(8)
@@ -57,23 +60,22 @@ macro_rules! lock_step {
     };
 }
 
+macro_rules! control {
+    ($node:ident, $name:ident) => {
+        lock_step!($node, $name, "control", u8, ControlHeader, ControlHeader)
+    };
+}
+
+macro_rules! windows {
+    ($node:ident, $name:ident) => {
+        lock_step!($node, $name, "window", f64, RequestHeader, AnswerHeader)
+    };
+}
+
 type Ipc = ipc::Service;
 
 pub(crate) fn service_name(participant: &str, what: &str) -> Result<ServiceName, Failure> {
     ServiceName::new(&format!("{participant}/{what}")).map_err(transport("name of a channel"))
-}
-
-type ControlBuilder = Builder<[u8], ControlHeader, [u8], ControlHeader, Ipc>;
-type FieldBuilder = Builder<[f64], RequestHeader, [f64], AnswerHeader, Ipc>;
-
-fn control_builder(node: &Node<Ipc>, name: &str) -> Result<ControlBuilder, Failure> {
-    let builder = node.service_builder(&service_name(name, "control")?).request_response::<[u8], [u8]>();
-    Ok(lock_step!(builder.request_user_header::<ControlHeader>().response_user_header::<ControlHeader>()))
-}
-
-fn field_builder(node: &Node<Ipc>, name: &str) -> Result<FieldBuilder, Failure> {
-    let builder = node.service_builder(&service_name(name, "window")?).request_response::<[f64], [f64]>();
-    Ok(lock_step!(builder.request_user_header::<RequestHeader>().response_user_header::<AnswerHeader>()))
 }
 
 fn event_builder(
@@ -101,8 +103,8 @@ impl Channels {
     pub fn create(node: &Node<Ipc>, name: &str) -> Result<Self, Failure> {
         let failed = || format!("cannot create the channels of {name}");
         Ok(Self {
-            control: control_builder(node, name)?.create().map_err(transport(failed()))?,
-            field: field_builder(node, name)?.create().map_err(transport(failed()))?,
+            control: control!(node, name).create().map_err(transport(failed()))?,
+            field: windows!(node, name).create().map_err(transport(failed()))?,
             wake: create_wake(node, name)?,
         })
     }
@@ -111,10 +113,10 @@ impl Channels {
     pub fn open(node: &Node<Ipc>, name: &str, deadline: Duration) -> Result<Self, Failure> {
         Ok(Self {
             control: retry(deadline, || {
-                control_builder(node, name)?.open().map_err(transport(format!("cannot open {name}/control")))
+                control!(node, name).open().map_err(transport(format!("cannot open {name}/control")))
             })?,
             field: retry(deadline, || {
-                field_builder(node, name)?.open().map_err(transport(format!("cannot open {name}/window")))
+                windows!(node, name).open().map_err(transport(format!("cannot open {name}/window")))
             })?,
             wake: open_wake(node, name, deadline)?,
         })

@@ -23,7 +23,8 @@ type Request = ActiveRequest<ipc::Service, [u8], ControlHeader, [u8], ControlHea
 
 /// The coupler's end.
 pub(crate) struct Caller {
-    pub client: ControlClient,
+    /// Always there but while it is made anew.
+    pub client: Option<ControlClient>,
     pub solver: String,
     pub run: u64,
 }
@@ -83,7 +84,8 @@ impl Caller {
         wait: &mut WaitFrame,
     ) -> Result<(ControlHeader, Vec<u8>), Failure> {
         let failed = || format!("cannot send a message to {}", self.solver);
-        let mut request = self.client.loan_slice_uninit(frame.len()).map_err(transport(failed()))?;
+        let client = self.client.as_ref().expect("it is made anew between two messages");
+        let mut request = client.loan_slice_uninit(frame.len()).map_err(transport(failed()))?;
         *request.user_header_mut() = header;
         let pending = request.write_from_slice(frame).send().map_err(transport(failed()))?;
         let mut poll = || -> Result<Option<(ControlHeader, Vec<u8>)>, Failure> {

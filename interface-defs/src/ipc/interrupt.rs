@@ -4,6 +4,7 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
 use std::sync::Arc;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 static FLAG: OnceLock<Arc<AtomicBool>> = OnceLock::new();
 
@@ -46,6 +47,29 @@ fn ignores(status: &str, signal: i32) -> bool {
 pub fn requested() -> bool {
     FLAG.get().is_some_and(|flag| flag.load(Ordering::Relaxed))
 }
+
+/// From now on this process ends even where it is at work on something that looks at nothing else: ten times a second it is asked
+/// whether the process must `end`, and once that has been so for `grace`, `end` is given the reason.
+pub fn watch<R>(
+    grace: Duration,
+    must_end: impl Fn() -> Option<R> + Send + 'static,
+    end: impl Fn(R) + Send + 'static,
+) {
+    std::thread::spawn(move || {
+        let mut since: Option<Instant> = None;
+        loop {
+            std::thread::sleep(LOOK);
+            let reason = must_end();
+            since = reason.as_ref().map(|_| since.unwrap_or_else(Instant::now));
+            if let Some(reason) = reason.filter(|_| since.is_some_and(|since| since.elapsed() > grace)) {
+                return end(reason);
+            }
+        }
+    });
+}
+
+/// How often a process at work is watched.
+const LOOK: Duration = Duration::from_millis(100);
 
 /// Be killed as soon as the thread ends that has started this process.
 pub fn end_with_parent() -> std::io::Result<()> {

@@ -1,7 +1,7 @@
 //! The coupler's side: creates the channels, waits for the solvers, exchanges payloads.
 
 use super::channel::{self, Channels, HEARTBEAT};
-use super::control::{Caller, FRAME};
+use super::control::{Caller, ControlClient, FRAME};
 use super::domain::{Domain, Ownership};
 use super::memory::check_space;
 use super::run_id::RunId;
@@ -29,6 +29,10 @@ type FieldResponse = Response<ipc::Service, [f64], AnswerHeader>;
 
 /// Exchanges between two looks after the launcher.
 const LOOK_AFTER: u64 = 256;
+
+/// How long an answer to the first message is waited for. A server whose first connection to this client failed does not try again
+/// (iceoryx2 0.10: `Server::new` warns); it connects to the next client.
+const CONNECT: Duration = Duration::from_millis(500);
 
 /// How long a survivor is given to hear why the run ends.
 const FAREWELL: Duration = Duration::from_millis(400);
@@ -128,19 +132,21 @@ pub struct Remote {
     expects: Option<usize>,
     listed: usize,
     response: Option<FieldResponse>,
-    sequence: u64,
+    /// Requests sent so far.
+    pub sequence: u64,
     sent_at: Instant,
-    waited: f64,
+    /// Seconds from sending requests to having their answers.
+    pub waited: f64,
+}
+
+fn control_client(channels: &Channels, name: &str) -> Result<Option<ControlClient>, Failure> {
+    let builder = channels.control.client_builder().initial_max_slice_len(FRAME);
+    builder.create().map(Some).map_err(transport(format!("cannot create the control channel of {name}")))
 }
 
 impl Remote {
     fn new(name: &str, index: usize, channels: Channels, shared: &Rc<Shared>) -> Result<Self, Failure> {
-        let client = channels
-            .control
-            .client_builder()
-            .initial_max_slice_len(FRAME)
-            .create()
-            .map_err(transport(format!("cannot create the control channel of {name}")))?;
+        let client = control_client(&channels, name)?;
         let run = shared.options.run.number();
         Ok(Self {
             name: name.into(),
@@ -173,12 +179,44 @@ impl Remote {
         }
     }
 
+    /// The answer to the first message. While there is none the client is made anew, again and again.
+    fn connect(&mut self) -> Result<FromSolver, Failure> {
+        let (started, timeout) = (Instant::now(), self.shared.options.timeout);
+        loop {
+            match self.call_for(CONNECT.min(timeout), &ToSolver::Connect, "in the handshake", &mut silent) {
+                Err(Failure::Silent { solver, during, .. }) => {
+                    let (waited, deadline) = (started.elapsed().as_secs_f64(), timeout.as_secs_f64());
+                    if waited > deadline {
+                        return Err(Failure::Silent { solver, during, waited, deadline });
+                    }
+                    tracing::debug!("{solver} has not answered in {waited:.1} s: connecting anew");
+                    // The channel has room for one.
+                    self.caller.client = None;
+                    self.caller.client = control_client(&self.channels, &self.name)?;
+                    self.shared.domain.allocate()?;
+                }
+                other => return other,
+            }
+        }
+    }
+
     /// Send a message, pass on the progress that comes, return the message that ends it.
     fn call(&self, message: &ToSolver, during: &str, progress: OnProgress) -> Result<FromSolver, Failure> {
+        self.call_for(self.shared.options.timeout, message, during, progress)
+    }
+
+    fn call_for(
+        &self,
+        deadline: Duration,
+        message: &ToSolver,
+        during: &str,
+        progress: OnProgress,
+    ) -> Result<FromSolver, Failure> {
         let words = || during.to_string();
         let mut wait = |poll: &mut super::control::PollFrame| {
             self.channels_ring();
-            self.patience(true, &words).until(&self.shared.listener, poll, |_| false, || self.tick())
+            let patience = Patience { deadline, ..self.patience(true, &words) };
+            patience.until(&self.shared.listener, poll, |_| false, || self.tick())
         };
         let (mut answer, mut more) = self.caller.call(message, &mut wait)?;
         while more {
@@ -277,7 +315,7 @@ impl Participant for Remote {
         let during = || "at the start of the run: it has not joined".to_string();
         let there = || Ok((self.channels.control.dynamic_config().number_of_servers() > 0).then_some(()));
         self.patience(false, &during).until(&self.shared.listener, there, |_| false, || self.tick())?;
-        match self.call(&ToSolver::Connect, "in the handshake", &mut silent)? {
+        match self.connect()? {
             FromSolver::Hello(hello) => {
                 self.shared.joined.borrow_mut().push(self.name.clone());
                 Ok(hello)
@@ -413,12 +451,55 @@ impl Participant for Remote {
             other => Err(self.unexpected("Resume", &other)),
         }
     }
+}
 
-    fn exchanges(&self) -> u64 {
-        self.sequence
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ipc::channel::Bell;
+    use crate::ipc::control::Listener as ControlListener;
+
+    /// A solver that never sees the requests of the first client, as one whose first connection failed.
+    fn answer_the_second_client(run: &RunId) -> Result<(), Failure> {
+        let domain = Domain::find(run)?.expect("owned");
+        let node = domain.node("fem")?;
+        let channels = Channels::open(&node, "fem", Duration::from_secs(5))?;
+        let bell = Bell::new(&channels.wake, &channel::open_wake(&node, "coupler", Duration::from_secs(5))?)?;
+        let server = channels.control.server_builder().initial_max_slice_len(FRAME).create();
+        let server = server.map_err(transport("a server"))?;
+        let unseen = loop {
+            match server.receive().map_err(transport("a request"))? {
+                Some(request) => break request,
+                None => std::thread::sleep(Duration::from_millis(1)),
+            }
+        };
+        while unseen.is_connected() {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        drop(unseen);
+        let mut control = ControlListener::new(server, run.number());
+        while control.poll(&|| bell.ring())?.is_none() {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        let hello = Hello { program: "deaf at first".into(), ..Hello::default() };
+        control.send(&FromSolver::Hello(hello), false, &|| bell.ring())?;
+        while !control.is_fetched() {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        Ok(())
     }
 
-    fn waited(&self) -> f64 {
-        self.waited
+    #[test]
+    fn a_solver_that_missed_the_first_client_answers_the_next() {
+        let run = RunId::new();
+        let timeout = Duration::from_secs(20);
+        let options = HostOptions { run: run.clone(), timeout, wait: Wait::Event, supervisor: None };
+        let (host, mut remotes) = Host::create(options, &["fem"]).expect("created");
+        let solver = std::thread::spawn(move || answer_the_second_client(&run));
+        let hello = remotes[0].hello();
+        drop(remotes);
+        solver.join().expect("joined").expect("answered");
+        host.close();
+        assert_eq!(hello.expect("an answer").program, "deaf at first");
     }
 }

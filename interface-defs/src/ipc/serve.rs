@@ -7,10 +7,11 @@ use super::memory::check_space;
 use super::run_id::RunId;
 use super::wait::{Patience, TIMEOUT, Wait, absent, is_orphan};
 use super::{interrupt, transport};
-use crate::exchange::{self, Exchange, Selected};
+use crate::exchange::{self, Exchange};
 use crate::header::{AnswerHeader, RequestHeader, Status};
 use crate::message::{Fault, FromSolver, Plan, Ready, Statistics, ToSolver};
-use crate::participant::{self, Failure, payload_lengths};
+use crate::participant::{Failure, payload_lengths};
+use crate::selection::Selected;
 use crate::solver::Solver;
 use iceoryx2::port::server::Server;
 use iceoryx2::prelude::{AllocationStrategy, ipc};
@@ -126,32 +127,20 @@ fn join(
 /// minutes looks at nothing else meanwhile. One that waits notices by itself, sooner, and ends in order.
 fn watch(domain: &Domain, connection: &Connection) {
     let (domain, supervisor) = (domain.clone(), connection.supervisor);
-    std::thread::spawn(move || {
-        let mut since: Option<(Instant, &str)> = None;
-        loop {
-            std::thread::sleep(LOOK);
-            let over = if supervisor.is_some_and(is_orphan) {
-                Some("the launcher was lost")
-            } else if !domain.is_owned() {
-                Some("the coupler was lost")
-            } else if interrupt::requested() {
-                Some("interrupted")
-            } else {
-                None
-            };
-            since = over.map(|why| since.unwrap_or((Instant::now(), why)));
-            if let Some((started, why)) = since
-                && started.elapsed() > LAST_WORDS
-            {
-                eprintln!("error: {why} while this solver was at work");
-                std::process::exit(1);
-            }
+    let must_end = move || {
+        if supervisor.is_some_and(is_orphan) {
+            Some("the launcher was lost")
+        } else if !domain.is_owned() {
+            Some("the coupler was lost")
+        } else {
+            interrupt::requested().then_some("interrupted")
         }
+    };
+    interrupt::watch(LAST_WORDS, must_end, |why| {
+        eprintln!("error: {why} while this solver was at work");
+        std::process::exit(1);
     });
 }
-
-/// How often a solver at work is watched.
-const LOOK: Duration = Duration::from_millis(100);
 
 /// What it is given to end by itself.
 const LAST_WORDS: Duration = Duration::from_millis(400);
@@ -212,7 +201,7 @@ impl Session<'_> {
                 Work::Message(ToSolver::Connect) => self.send(&FromSolver::Hello(solver.hello()))?,
                 Work::Message(ToSolver::Prepare(plan)) => self.prepare(solver, &plan)?,
                 Work::Message(ToSolver::Explain) => {
-                    let fault = self.fault.take().unwrap_or_else(participant::no_reason);
+                    let fault = self.fault.take().unwrap_or_else(exchange::no_reason);
                     self.send(&FromSolver::Fault(fault))?;
                 }
                 Work::Message(ToSolver::Save { commit }) => {
@@ -232,7 +221,9 @@ impl Session<'_> {
                 Work::Message(ToSolver::Finish { commit }) => {
                     let committed = if commit { solver.commit() } else { Ok(()) };
                     let answer = match committed.and_then(|()| solver.finish()) {
-                        Ok(statistics) => FromSolver::Statistics(self.with_cost(statistics)),
+                        Ok(statistics) => {
+                            FromSolver::Statistics(with_cost(statistics, self.solving.as_secs_f64()))
+                        }
                         Err(fault) => FromSolver::Fault(fault),
                     };
                     self.send(&answer)?;
@@ -360,7 +351,7 @@ impl Session<'_> {
         let output =
             unsafe { std::slice::from_raw_parts_mut(payload.as_mut_ptr().cast::<f64>(), payload.len()) };
         let outcome = begun.and_then(|_| self.exchange.write(solver, &header, input, output));
-        let status = outcome.as_ref().map_or_else(participant::status_of, |_| Status::Done);
+        let status = outcome.as_ref().map_or_else(exchange::status_of, |_| Status::Done);
         let listed = *outcome.as_ref().unwrap_or(&0);
         self.fault = outcome.err();
         // Before the answer goes: what follows is exchange.
@@ -384,19 +375,20 @@ impl Session<'_> {
         }
         Ok(())
     }
+}
 
-    fn with_cost(&self, mut statistics: Statistics) -> Statistics {
-        if statistics.cpu_seconds == 0.0 {
-            statistics.cpu_seconds = cpu_seconds();
-        }
-        if statistics.solve_seconds == 0.0 {
-            statistics.solve_seconds = self.solving.as_secs_f64();
-        }
-        if statistics.peak_memory == 0 {
-            statistics.peak_memory = peak_memory();
-        }
-        statistics
+/// `statistics` with what this process has spent, `solving` [s] of it inside the solver, where they do not say.
+pub fn with_cost(mut statistics: Statistics, solving: f64) -> Statistics {
+    if statistics.cpu_seconds <= 0.0 {
+        statistics.cpu_seconds = cpu_seconds();
     }
+    if statistics.solve_seconds == 0.0 {
+        statistics.solve_seconds = solving;
+    }
+    if statistics.peak_memory == 0 {
+        statistics.peak_memory = peak_memory();
+    }
+    statistics
 }
 
 /// Processor time of this process [s].

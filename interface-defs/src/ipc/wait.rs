@@ -5,6 +5,8 @@ use super::interrupt;
 use crate::participant::Failure;
 use iceoryx2::port::listener::Listener;
 use iceoryx2::prelude::ipc;
+use serde::de::IntoDeserializer;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 use std::sync::LazyLock;
@@ -43,7 +45,7 @@ const GRACE: Duration = Duration::from_secs(1);
 pub const TIMEOUT: f64 = 60.0;
 
 /// How to wait for an answer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Wait {
@@ -59,20 +61,13 @@ impl FromStr for Wait {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "auto" => Ok(Self::Auto),
-            "event" => Ok(Self::Event),
-            _ => Err(format!("unknown wait \"{text}\", expected `auto` or `event`")),
-        }
+        Self::deserialize(text.into_deserializer()).map_err(|e: serde::de::value::Error| e.to_string())
     }
 }
 
 impl fmt::Display for Wait {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(match self {
-            Self::Auto => "auto",
-            Self::Event => "event",
-        })
+        self.serialize(f)
     }
 }
 

@@ -25,6 +25,9 @@ const VERSION: u32 = 2;
 /// The two files.
 const FILES: [&str; 2] = ["1.state", "2.state"];
 
+/// States by the names of those that they are of.
+pub type Parts = Vec<(String, Vec<u8>)>;
+
 /// A run at the end of a committed window.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Checkpoint {
@@ -39,7 +42,7 @@ pub struct Checkpoint {
     /// Times that the run has been resumed.
     pub resumed: u64,
     /// States by the names of those that they are of.
-    pub parts: Vec<(String, Vec<u8>)>,
+    pub parts: Parts,
 }
 
 impl Checkpoint {
@@ -163,7 +166,8 @@ pub fn age(out: &Path) -> Option<Duration> {
     SystemTime::now().duration_since(newest).ok()
 }
 
-/// Writes the checkpoints of a run, not more often than asked for.
+/// Writes the checkpoints of a run, not more often than asked for. One that cannot be written is missed: the run goes on, and the
+/// next is tried an interval later.
 #[derive(Debug)]
 pub struct Store {
     dir: PathBuf,
@@ -173,6 +177,8 @@ pub struct Store {
     last: Instant,
     number: u64,
     resumed: u64,
+    /// Whether the last one could not be written.
+    failed: bool,
 }
 
 impl Store {
@@ -186,22 +192,23 @@ impl Store {
             last: Instant::now(),
             number: before.map_or(0, |before| before.number),
             resumed: before.map_or(0, |before| before.resumed + 1),
+            failed: false,
         }
     }
 
-    /// Whether it is time for one.
-    pub fn is_due(&self) -> bool {
-        self.is_wanted() && self.last.elapsed() >= self.interval
+    /// Without any, ever.
+    pub fn none() -> Self {
+        Self::new(Path::new(""), Subject::default(), 0.0, None)
     }
 
-    /// Whether any are to be written.
-    pub fn is_wanted(&self) -> bool {
-        !self.interval.is_zero()
+    /// Whether it is time for one, between two windows; a run that the user has `interrupted` writes a last one.
+    pub fn is_due(&self, interrupted: bool) -> bool {
+        !self.interval.is_zero() && (interrupted || self.last.elapsed() >= self.interval)
     }
 
     /// Write one: of the end of a window at `time` [s]. Where that fails the one before is left, and the next is due after the
     /// usual time.
-    pub fn write(&mut self, time: f64, parts: Vec<(String, Vec<u8>)>) -> io::Result<()> {
+    pub fn write(&mut self, time: f64, parts: Parts) -> io::Result<()> {
         self.last = Instant::now();
         Dir::create(&self.dir)?;
         let checkpoint = Checkpoint {
@@ -218,9 +225,22 @@ impl Store {
         Ok(())
     }
 
-    /// Times that the run has been resumed.
-    pub fn resumed(&self) -> u64 {
-        self.resumed
+    /// [`write`](Self::write) one as far as possible. The first failure of a series is a warning of the log.
+    pub fn keep(&mut self, time: f64, parts: impl FnOnce() -> Result<Parts, Diagnostic>) {
+        self.last = Instant::now();
+        let written = parts().map_err(|e| e.to_string());
+        let written = written.and_then(|parts| self.write(time, parts).map_err(|e| e.to_string()));
+        let failed_before = std::mem::replace(&mut self.failed, written.is_err());
+        match written {
+            Ok(()) if failed_before => {
+                tracing::info!("checkpoints are written again, from t = {time} s on");
+            }
+            Err(what) if !failed_before => {
+                let seconds = self.interval.as_secs_f64();
+                tracing::warn!("no checkpoint at t = {time} s: {what}; it is tried again each {seconds} s");
+            }
+            _ => {}
+        }
     }
 }
 
@@ -330,11 +350,37 @@ mod tests {
         (1..=2).for_each(|number| store.write(f64::from(number), parts(number)).expect("written"));
         let before = Found::of(temp.path()).newest.expect("one");
         let mut store = Store::new(temp.path(), Subject::default(), 1e-9, Some(&before));
-        assert!(store.is_due() && store.resumed() == 1);
+        assert!(store.is_due(false) && store.resumed == 1);
         store.write(3.0, parts(3)).expect("written");
         assert_eq!(Found::of(temp.path()).newest.map(|one| (one.number, one.resumed)), Some((3, 1)));
         let second = state_file::read::<Checkpoint>(&temp.path().join(CHECKPOINT).join(FILES[1]), VERSION);
         assert_eq!(second.expect("still there"), before);
-        assert!(!Store::new(temp.path(), Subject::default(), 0.0, None).is_due());
+        assert!(!Store::new(temp.path(), Subject::default(), 0.0, None).is_due(true));
+    }
+
+    #[test]
+    fn a_checkpoint_that_fails_is_tried_again_at_the_next_due_time() {
+        let dir = tempfile::tempdir().expect("a directory");
+        let parts = || Ok(vec![("dem".to_owned(), vec![1, 2])]);
+        let mut checkpoints = Store::new(dir.path(), Subject::default(), 0.05, None);
+        // A file stands where their directory belongs.
+        std::fs::write(dir.path().join(CHECKPOINT), "").expect("written");
+        std::thread::sleep(Duration::from_millis(60));
+        assert!(checkpoints.is_due(false));
+        checkpoints.keep(1.0, parts);
+        checkpoints.keep(1.5, || Err(Diagnostic::error(code::OTHER, "no state")));
+        assert!(
+            !checkpoints.is_due(false) && checkpoints.is_due(true),
+            "not at once, but where the run ends"
+        );
+        assert!(Found::of(dir.path()).newest.is_none());
+        std::fs::remove_file(dir.path().join(CHECKPOINT)).expect("removed");
+        std::thread::sleep(Duration::from_millis(60));
+        assert!(checkpoints.is_due(false));
+        checkpoints.keep(2.0, parts);
+        assert_eq!(Found::of(dir.path()).newest.map(|one| one.time), Some(2.0));
+        assert!(!checkpoints.is_due(false) && !checkpoints.failed);
+        assert!(!Store::none().is_due(true));
+        assert!(!Store::new(dir.path(), Subject::default(), 0.0, None).is_due(true));
     }
 }

@@ -2,8 +2,9 @@
 
 use super::alloc::allocations;
 use super::owner;
+use super::provenance::build_id;
 use interface_defs::ipc::RunId;
-use interface_defs::message::{Fault, Hello, Plan, Ready, Statistics};
+use interface_defs::message::{Fault, Hello, Plan, Ready, Statistics, option};
 use interface_defs::selection::Selection;
 use interface_defs::solver::{OnProgress, Solver, Window};
 use std::path::PathBuf;
@@ -38,7 +39,8 @@ impl Guest {
 
 impl Solver for Guest {
     fn hello(&self) -> Hello {
-        Hello { scene: self.scene.clone(), ..self.solver.hello() }
+        let options = vec![(option::BUILD.to_owned(), build_id().to_string())];
+        Hello { scene: self.scene.clone(), options, ..self.solver.hello() }
     }
 
     fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Fault> {

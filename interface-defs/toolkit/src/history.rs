@@ -255,7 +255,7 @@ mod tests {
         // In a process of its own: the limit holds for all files of a process, those of other tests too.
         let test = std::env::current_exe().expect("this test");
         let status = std::process::Command::new(test)
-            .args(["--ignored", "--exact", "toolkit::history::tests::rows_until_the_limit"])
+            .args(["--ignored", "--exact", "history::tests::rows_until_the_limit"])
             .env("ROCKFALL_LIMITED", &path)
             .stdout(std::process::Stdio::null())
             .status()

@@ -4,11 +4,14 @@
 //! noted. An enum is followed once for each of its variants.
 
 use interface_defs::ipc::run_id::fnv1a;
-use serde::de::value::Error;
+use serde::de::value::{Error, MapDeserializer, SeqDeserializer, U32Deserializer};
 use serde::de::{
-    DeserializeOwned, DeserializeSeed, Deserializer, EnumAccess, Error as _, IntoDeserializer, MapAccess,
-    SeqAccess, VariantAccess, Visitor,
+    DeserializeOwned, DeserializeSeed, Deserializer, EnumAccess, Error as _, IntoDeserializer, VariantAccess,
+    Visitor,
 };
+use serde::forward_to_deserialize_any;
+use std::cell::RefCell;
+use std::iter::{once, repeat_n};
 
 /// Times that a type is followed at most; each takes other variants.
 const PASSES: usize = 256;
@@ -17,61 +20,66 @@ const DEPTH: u32 = 64;
 
 /// The number of the layout of `S`.
 pub fn layout<S: DeserializeOwned>() -> u64 {
-    let mut notes = String::new();
-    let (mut pass, mut passes) = (0, 1);
-    while pass < passes.min(PASSES) {
-        let trace = Trace { notes: &mut notes, passes: &mut passes, pass, stride: 1, depth: 0 };
-        if S::deserialize(trace).is_err() {
+    // What was asked for, and the passes that are needed to see every variant.
+    let seen = RefCell::new((String::new(), 1));
+    let mut pass = 0;
+    while pass < seen.borrow().1.min(PASSES) {
+        if S::deserialize(Trace { seen: &seen, pass, stride: 1, depth: 0 }).is_err() {
             // A type that checks its values refuses those that are made up: what comes behind it is not seen.
-            notes.push('!');
+            seen.borrow_mut().0.push('!');
         }
         pass += 1;
     }
-    fnv1a(notes.as_bytes())
+    fnv1a(seen.borrow().0.as_bytes())
 }
 
 /// What comes of a value.
 type Made<'de, V> = Result<<V as Visitor<'de>>::Value, Error>;
-type Name = &'static str;
 type Names = &'static [&'static str];
 
+/// A place in a type.
+#[derive(Clone, Copy)]
 struct Trace<'a> {
-    notes: &'a mut String,
-    /// Passes that are needed to see every variant.
-    passes: &'a mut usize,
+    seen: &'a RefCell<(String, usize)>,
     pass: usize,
     /// Passes over which the variants of the enums around this place stay the same.
     stride: usize,
     depth: u32,
 }
 
-impl Trace<'_> {
-    fn note(&mut self, what: &str) {
-        self.notes.push_str(what);
-        self.notes.push(' ');
-    }
-
-    fn inner(&mut self) -> Result<Trace<'_>, Error> {
-        if self.depth == DEPTH {
-            return Err(Error::custom("it contains itself"));
+impl<'a> Trace<'a> {
+    /// Note what is asked for here; returns the places inside of it.
+    fn note(self, what: &str) -> Result<Self, Error> {
+        let notes = &mut self.seen.borrow_mut().0;
+        notes.push_str(what);
+        notes.push(' ');
+        match self.depth {
+            DEPTH => Err(Error::custom("it contains itself")),
+            depth => Ok(Self { depth: depth + 1, ..self }),
         }
-        let Trace { pass, stride, depth, .. } = *self;
-        Ok(Trace { notes: self.notes, passes: self.passes, pass, stride, depth: depth + 1 })
     }
 
-    fn items<'de, V: Visitor<'de>>(mut self, what: &str, count: usize, visitor: V) -> Made<'de, V> {
-        self.note(&format!("{what}{count}("));
-        let value = visitor.visit_seq(Items { trace: self.inner()?, left: count });
-        self.note(")");
-        value
+    fn items<'de, V: Visitor<'de>>(self, what: &str, count: usize, visitor: V) -> Made<'de, V> {
+        let inner = self.note(&format!("{what}{count}("))?;
+        let value = visitor.visit_seq(SeqDeserializer::new(repeat_n(inner, count)))?;
+        self.note(")")?;
+        Ok(value)
+    }
+}
+
+impl<'de> IntoDeserializer<'de, Error> for Trace<'_> {
+    type Deserializer = Self;
+
+    fn into_deserializer(self) -> Self {
+        self
     }
 }
 
 macro_rules! values {
-    ($($method:ident $visit:ident $value:expr;)*) => {$(
-        fn $method<V: Visitor<'de>>(mut self, visitor: V) -> Made<'de, V> {
-            self.note(stringify!($visit));
-            visitor.$visit($value)
+    ($($method:ident($($name:ident)?) $visit:ident $value:expr;)*) => {$(
+        fn $method<V: Visitor<'de>>(self, $($name: &'static str,)? visitor: V) -> Made<'de, V> {
+            let inner = self.note(stringify!($visit))?;
+            visitor.$visit($value(inner))
         }
     )*};
 }
@@ -80,41 +88,23 @@ impl<'de> Deserializer<'de> for Trace<'_> {
     type Error = Error;
 
     values! {
-        deserialize_bool visit_bool true;
-        deserialize_i8 visit_i8 1;
-        deserialize_i16 visit_i16 1;
-        deserialize_i32 visit_i32 1;
-        deserialize_i64 visit_i64 1;
-        deserialize_i128 visit_i128 1;
-        deserialize_u8 visit_u8 1;
-        deserialize_u16 visit_u16 1;
-        deserialize_u32 visit_u32 1;
-        deserialize_u64 visit_u64 1;
-        deserialize_u128 visit_u128 1;
-        deserialize_f32 visit_f32 1.0;
-        deserialize_f64 visit_f64 1.0;
-        deserialize_char visit_char 'a';
-        deserialize_str visit_str "a";
-        deserialize_string visit_str "a";
-        deserialize_bytes visit_bytes b"a";
-        deserialize_byte_buf visit_bytes b"a";
-    }
-
-    fn deserialize_option<V: Visitor<'de>>(mut self, visitor: V) -> Made<'de, V> {
-        self.note("option");
-        visitor.visit_some(self.inner()?)
-    }
-
-    fn deserialize_unit<V: Visitor<'de>>(self, visitor: V) -> Made<'de, V> {
-        visitor.visit_unit()
-    }
-
-    fn deserialize_unit_struct<V: Visitor<'de>>(self, _: Name, visitor: V) -> Made<'de, V> {
-        visitor.visit_unit()
-    }
-
-    fn deserialize_newtype_struct<V: Visitor<'de>>(mut self, _: Name, visitor: V) -> Made<'de, V> {
-        visitor.visit_newtype_struct(self.inner()?)
+        deserialize_bool() visit_bool |_| true;
+        deserialize_i8() visit_i8 |_| 1;
+        deserialize_i16() visit_i16 |_| 1;
+        deserialize_i32() visit_i32 |_| 1;
+        deserialize_i64() visit_i64 |_| 1;
+        deserialize_u8() visit_u8 |_| 1;
+        deserialize_u16() visit_u16 |_| 1;
+        deserialize_u32() visit_u32 |_| 1;
+        deserialize_u64() visit_u64 |_| 1;
+        deserialize_f32() visit_f32 |_| 1.0;
+        deserialize_f64() visit_f64 |_| 1.0;
+        deserialize_char() visit_char |_| 'a';
+        deserialize_str() visit_str |_| "a";
+        deserialize_string() visit_str |_| "a";
+        deserialize_option() visit_some |inner| inner;
+        deserialize_newtype_struct(_name) visit_newtype_struct |inner| inner;
+        deserialize_map() visit_map |inner| MapDeserializer::new(once((inner, inner)));
     }
 
     fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Made<'de, V> {
@@ -125,35 +115,27 @@ impl<'de> Deserializer<'de> for Trace<'_> {
         self.items("tuple", length, visitor)
     }
 
-    fn deserialize_tuple_struct<V: Visitor<'de>>(self, _: Name, length: usize, visitor: V) -> Made<'de, V> {
+    fn deserialize_tuple_struct<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        length: usize,
+        visitor: V,
+    ) -> Made<'de, V> {
         self.items("tuple", length, visitor)
     }
 
-    fn deserialize_map<V: Visitor<'de>>(mut self, visitor: V) -> Made<'de, V> {
-        self.note("map");
-        visitor.visit_map(Items { trace: self.inner()?, left: 1 })
-    }
-
-    fn deserialize_struct<V: Visitor<'de>>(self, _: Name, fields: Names, visitor: V) -> Made<'de, V> {
+    fn deserialize_struct<V: Visitor<'de>>(self, _: &'static str, fields: Names, visitor: V) -> Made<'de, V> {
         self.items(&fields.join(","), fields.len(), visitor)
     }
 
-    fn deserialize_enum<V: Visitor<'de>>(mut self, _: Name, variants: Names, visitor: V) -> Made<'de, V> {
-        self.note(&variants.join("|"));
-        let mut inner = self.inner()?;
+    fn deserialize_enum<V: Visitor<'de>>(self, _: &'static str, variants: Names, visitor: V) -> Made<'de, V> {
+        let inner = self.note(&variants.join("|"))?;
         let count = variants.len().max(1);
+        let stride = inner.stride.saturating_mul(count);
+        let passes = stride.max(self.seen.borrow().1);
+        self.seen.borrow_mut().1 = passes;
         let variant = (inner.pass / inner.stride) % count;
-        inner.stride = inner.stride.saturating_mul(count);
-        *inner.passes = inner.stride.max(*inner.passes);
-        visitor.visit_enum(Variant(inner, variant as u32))
-    }
-
-    fn deserialize_identifier<V: Visitor<'de>>(self, visitor: V) -> Made<'de, V> {
-        self.deserialize_any(visitor)
-    }
-
-    fn deserialize_ignored_any<V: Visitor<'de>>(self, visitor: V) -> Made<'de, V> {
-        self.deserialize_any(visitor)
+        visitor.visit_enum(Variant(Trace { stride, ..inner }, variant as u32))
     }
 
     fn deserialize_any<V: Visitor<'de>>(self, _: V) -> Made<'de, V> {
@@ -163,33 +145,8 @@ impl<'de> Deserializer<'de> for Trace<'_> {
     fn is_human_readable(&self) -> bool {
         false
     }
-}
 
-struct Items<'a> {
-    trace: Trace<'a>,
-    left: usize,
-}
-
-impl<'de> SeqAccess<'de> for Items<'_> {
-    type Error = Error;
-
-    fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, Error> {
-        let Some(left) = self.left.checked_sub(1) else { return Ok(None) };
-        self.left = left;
-        seed.deserialize(self.trace.inner()?).map(Some)
-    }
-}
-
-impl<'de> MapAccess<'de> for Items<'_> {
-    type Error = Error;
-
-    fn next_key_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, Error> {
-        self.next_element_seed(seed)
-    }
-
-    fn next_value_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<T::Value, Error> {
-        seed.deserialize(self.trace.inner()?)
-    }
+    forward_to_deserialize_any! { i128 u128 bytes byte_buf unit unit_struct identifier ignored_any }
 }
 
 /// A place in an enum, and the number of the variant that is followed.
@@ -200,7 +157,7 @@ impl<'de, 'a> EnumAccess<'de> for Variant<'a> {
     type Variant = Trace<'a>;
 
     fn variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<(T::Value, Trace<'a>), Error> {
-        Ok((seed.deserialize(self.1.into_deserializer())?, self.0))
+        Ok((seed.deserialize(U32Deserializer::new(self.1))?, self.0))
     }
 }
 

@@ -116,35 +116,30 @@ impl Limits {
     pub fn judge(&self, summary: &mut Summary, evidence: &Evidence) {
         let (mut passed, mut by_energy) = (Vec::new(), false);
         for measure in &summary.measures {
-            let name = measure.name.as_str();
+            let (name, value) = (measure.name.as_str(), measure.value);
             let at = measure.time.map_or(String::new(), |t| format!(" at {t:.6} s"));
-            let value = measure.value;
-            if name == ENERGY_ERROR && value > self.energy_error {
-                let what = format!(
-                    "energy_error is {}{at}, above limits.energy_error = {}",
-                    percent(value),
-                    percent(self.energy_error)
-                );
-                passed.push((what, evidence.energy.as_str()));
-                by_energy = true;
-            } else if name == ENERGY_ERROR
-                && evidence.residual.is_some()
-                && 0.5 * value > self.deflection_bound()
-            {
-                let what = format!(
-                    "energy_error is {}{at}, which lets expect an error of the deflection of {}, above \
-                     limits.deflection_error = {}",
-                    percent(value),
-                    percent(0.5 * value),
-                    percent(self.deflection_bound())
-                );
-                passed.push((what, evidence.energy.as_str()));
-                by_energy = true;
-            } else if name == ENERGY_ERROR && value > NOTICE {
-                let what = format!("energy_error is {}{at}", percent(value));
-                summary
-                    .warnings
-                    .push(Diagnostic::warning(code::LIMIT, what).try_instead(evidence.energy.as_str()));
+            if name == ENERGY_ERROR {
+                let is = format!("energy_error is {}{at}", percent(value));
+                let above = if value > self.energy_error {
+                    Some(format!("above limits.energy_error = {}", percent(self.energy_error)))
+                } else if evidence.residual.is_some() && 0.5 * value > self.deflection_bound() {
+                    Some(format!(
+                        "which lets expect an error of the deflection of {}, above limits.deflection_error = {}",
+                        percent(0.5 * value),
+                        percent(self.deflection_bound())
+                    ))
+                } else {
+                    None
+                };
+                by_energy |= above.is_some();
+                match above {
+                    Some(above) => passed.push((format!("{is}, {above}"), evidence.energy.as_str())),
+                    None if value > NOTICE => {
+                        let warning = Diagnostic::warning(code::LIMIT, is);
+                        summary.warnings.push(warning.try_instead(evidence.energy.as_str()));
+                    }
+                    None => {}
+                }
             }
             if name.contains("max_penetration") && measure.unit == "1" && value > self.penetration {
                 let what = format!(

@@ -49,25 +49,24 @@ impl Output {
     /// From the scene; the whole table may be absent.
     pub fn of(scene: &Scene) -> Result<Self, Diagnostic> {
         let table: Table = scene.read("output")?.unwrap_or_default();
-        for (key, interval) in [("interval", table.interval), ("fields", table.fields)] {
-            if let Some(seconds) = interval.filter(|i| *i <= 0.0) {
-                let what = format!("an interval of {seconds} s is none, it must lie above 0");
-                return Err(scene.invalid(&format!("output.{key}"), what));
-            }
-        }
         for (key, interval, most, of) in [
             ("interval", table.interval, ROWS, "rows"),
             ("fields", table.fields, FILES, "sets of field files"),
         ] {
+            let Some(seconds) = interval else { continue };
+            let refuse = |what: String| scene.invalid(&format!("output.{key}"), what);
+            if seconds <= 0.0 {
+                return Err(refuse(format!("an interval of {seconds} s is none, it must lie above 0")));
+            }
             // A missing end_time is another's complaint.
-            let (Some(seconds), Ok(end_time)) = (interval, scene.end_time()) else { continue };
+            let Ok(end_time) = scene.end_time() else { continue };
             if end_time / seconds > most {
                 let what = format!(
                     "an interval of {seconds:e} s makes {:.1e} {of} until end_time = {end_time} s, more than {most:e}",
                     end_time / seconds
                 );
                 let cure = format!("times are in seconds: {key} = {}", end_time / 200.0);
-                return Err(scene.invalid(&format!("output.{key}"), what).try_instead(cure));
+                return Err(refuse(what).try_instead(cure));
             }
         }
         let checkpoint = table.checkpoint.unwrap_or(CHECKPOINT);

@@ -14,6 +14,8 @@ pub(crate) struct Override {
     /// Where its text begins.
     pub base: usize,
     path: Vec<(String, Range<usize>)>,
+    /// The value as that of a key `v`, behind so many blanks that positions in it are those of all text.
+    line: String,
     value_at: usize,
 }
 
@@ -25,7 +27,7 @@ impl Override {
                 .at(Place::in_argument(text, 0..text.len()))
                 .try_instead("write KEY=VALUE, as in --set coupling.scheme=weak or --set rock.0.mass=180")
         };
-        let (key, _) = text.split_once('=').ok_or_else(|| refuse("there is no `=`"))?;
+        let (key, written) = text.split_once('=').ok_or_else(|| refuse("there is no `=`"))?;
         let as_line = format!("{key} = 0");
         let mut path = Vec::new();
         let mut table = DeTable::parse(&as_line).map_err(|_| refuse("this is no path of keys"))?.into_inner();
@@ -40,7 +42,9 @@ impl Override {
                 _ => break,
             }
         }
-        Ok(Self { text: text.to_owned(), base, path, value_at: key.len() + 1 })
+        let value_at = base + text.len() - written.trim_start().len();
+        let line = format!("{}v={}", " ".repeat(value_at - 2), written.trim());
+        Ok(Self { text: text.to_owned(), base, path, line, value_at })
     }
 
     /// Set the value in `root`; tables that are not there are made.
@@ -103,36 +107,10 @@ impl Override {
 
     /// The value, read as TOML, else as text.
     fn value(&self) -> Spanned<DeValue<'_>> {
-        let written = &self.text[self.value_at..];
-        let trimmed = written.trim();
-        let start = self.base + self.value_at + (written.len() - written.trim_start().len());
-        match DeValue::parse(trimmed) {
-            Ok(value) => shifted(value, start),
-            Err(_) => Spanned::new(start..start + trimmed.len(), DeValue::String(Cow::Borrowed(trimmed))),
-        }
+        let read = DeTable::parse(&self.line).ok().and_then(|line| line.into_inner().remove("v"));
+        read.filter(|value| value.span().end == self.line.len()).unwrap_or_else(|| {
+            let text = Cow::Borrowed(&self.line[self.value_at..]);
+            Spanned::new(self.value_at..self.line.len(), DeValue::String(text))
+        })
     }
-}
-
-/// `value` with all its positions moved on by `by`.
-fn shifted(value: Spanned<DeValue>, by: usize) -> Spanned<DeValue> {
-    let moved = |span: Range<usize>| span.start + by..span.end + by;
-    let span = moved(value.span());
-    let inner = match value.into_inner() {
-        DeValue::Array(mut items) => {
-            for item in items.iter_mut() {
-                let taken = std::mem::replace(item, Spanned::new(0..0, DeValue::Boolean(false)));
-                *item = shifted(taken, by);
-            }
-            DeValue::Array(items)
-        }
-        DeValue::Table(table) => {
-            let mut out = DeTable::new();
-            for (key, value) in table {
-                out.insert(Spanned::new(moved(key.span()), key.into_inner()), shifted(value, by));
-            }
-            DeValue::Table(out)
-        }
-        leaf => leaf,
-    };
-    Spanned::new(span, inner)
 }

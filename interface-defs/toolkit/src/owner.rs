@@ -4,16 +4,18 @@
 //! launcher lets the processes that it starts inherit the lock: it lasts until the last of them has ended, whatever ends
 //! them, and a solver knows its launcher by its number.
 
+use super::checkpoint;
 use super::files::{self, Dir, Exposed};
 use super::manifest;
 use super::provenance::build_id;
 use super::run_dir::{self, RECORD, SUMMARY, unwritable};
-use super::summary::Summary;
+use super::summary::{RunStatus, Summary};
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc::RunId;
 use rustix::fs::{Mode, OFlags};
 use rustix::io::FdFlags;
-use serde_json::json;
+use serde::Serialize;
+use serde_json::{Map, Value, json};
 use std::fs::{File, TryLockError};
 use std::io::{self, Read, Seek, Write};
 use std::os::unix::fs::MetadataExt;
@@ -131,26 +133,28 @@ impl Owner {
         ))
     }
 
-    /// Write `run.json`, where no launcher has written a fuller one.
-    pub fn write_record(&self) -> io::Result<()> {
-        if !self.first {
-            return Ok(());
-        }
-        let words: Vec<String> =
-            std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();
-        let record = json!({
-            "version": env!("CARGO_PKG_VERSION"),
-            "build": build_id(),
-            "command_line": words,
-            "run": self.run.to_string(),
-        });
-        let text = serde_json::to_string_pretty(&record).map_err(io::Error::from)?;
-        files::write(&self.dir.join(RECORD), (text + "\n").as_bytes())
+    /// Write `run.json`, where no launcher has written a fuller one, and into it that `program` of this project leads as `part`.
+    pub fn write_record(&self, part: &str, program: &str) -> Result<(), Diagnostic> {
+        self.add_record(part, program).map_err(|e| unwritable(&self.dir, &e))
     }
 
-    /// Write `manifest.json`, after the last file of a run that has come to its end, where no launcher will do so.
-    pub fn seal(&self) -> io::Result<()> {
-        if self.first { manifest::write(&self.dir) } else { Ok(()) }
+    fn add_record(&self, part: &str, program: &str) -> io::Result<()> {
+        let build = build_id();
+        if self.first {
+            let words: Vec<String> =
+                std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();
+            write_json(
+                &self.dir,
+                &json!({
+                    "version": build.version,
+                    "build": build,
+                    "command_line": words,
+                    "run": self.run.to_string(),
+                }),
+            )?;
+        }
+        let name = format!("{program} {}", build.version);
+        note_programs(&self.dir, [(part, name.as_str(), Some(build.to_string().as_str()))])
     }
 
     /// Give the directory up, before the process ends at once.
@@ -158,6 +162,23 @@ impl Owner {
         // Held until it is gone: nobody else can have taken it.
         if self.first && self.check().is_ok() {
             let _ = files::remove(&self.dir.join(LOCK));
+        }
+    }
+
+    /// End the run: write its summary, in which it stands where that fails, remove checkpoints that nobody needs, and write
+    /// `manifest.json`, after the last file, where no launcher will do so.
+    pub fn conclude(&self, summary: &mut Summary) {
+        if let Err(what) = self.write_summary(summary) {
+            summary.fail(Diagnostic::error(code::NOT_WRITTEN, what));
+            return;
+        }
+        checkpoint::remove_if_over(summary, &self.dir);
+        // What was interrupted goes on, and must end at once.
+        if self.first
+            && summary.status != RunStatus::Interrupted
+            && let Err(e) = manifest::write(&self.dir)
+        {
+            tracing::warn!("{}: no manifest: {e}", self.dir.display());
         }
     }
 
@@ -169,6 +190,36 @@ impl Owner {
             .write(&self.dir)
             .map_err(|e| format!("cannot write {}: {e}", self.dir.join(SUMMARY).display()))
     }
+}
+
+/// Add to `run.json` of `dir` what these parts of the run say of themselves: name with version, and build.
+pub fn note_programs<'p>(
+    dir: &Path,
+    programs: impl IntoIterator<Item = (&'p str, &'p str, Option<&'p str>)>,
+) -> io::Result<()> {
+    let mut record = match files::read_text(&dir.join(RECORD)) {
+        Err(e) if e.kind() == io::ErrorKind::NotFound => Map::new(),
+        text => serde_json::from_str(&text?)?,
+    };
+    for (part, name, build) in programs {
+        let program = below(below(&mut record, "programs")?, part)?;
+        program.insert("name".into(), name.into());
+        program.extend(build.map(|build| ("build".into(), build.into())));
+    }
+    write_json(dir, &record)
+}
+
+/// The object at this key, which is made where there is nothing.
+fn below<'m>(map: &'m mut Map<String, Value>, key: &str) -> io::Result<&'m mut Map<String, Value>> {
+    let value = map.entry(key).or_insert_with(|| json!({}));
+    value
+        .as_object_mut()
+        .ok_or_else(|| io::Error::new(io::ErrorKind::InvalidData, format!("`{key}` is no object")))
+}
+
+fn write_json(dir: &Path, record: &impl Serialize) -> io::Result<()> {
+    let text = serde_json::to_string_pretty(record)?;
+    files::write(&dir.join(RECORD), (text + "\n").as_bytes())
 }
 
 impl Drop for Owner {
@@ -199,13 +250,8 @@ fn refuse_exposed(dir: &Dir) -> Result<(), Diagnostic> {
 
 /// Refuse to write into `dir` as part of `run` while another run owns it.
 pub fn refuse_stranger(dir: &Path, run: &RunId) -> Result<(), Diagnostic> {
-    // Without a lock nobody is there.
-    let Ok(mut lock) = open_with(dir, OFlags::RDONLY) else { return Ok(()) };
-    if !matches!(lock.try_lock_shared(), Err(TryLockError::WouldBlock)) {
-        return Ok(());
-    }
-    match read(&mut lock) {
-        (Some(owner), process) if owner != *run => {
+    match holder(dir) {
+        Some((Some(owner), process)) if owner != *run => {
             Err(taken(&dir.display().to_string(), Some(&owner), process))
         }
         _ => Ok(()),
@@ -250,7 +296,6 @@ fn read(lock: &mut File) -> (Option<RunId>, Option<u32>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::summary::RunStatus;
 
     fn claim(dir: &Path) -> Result<Owner, Diagnostic> {
         Owner::claim(dir, &Claim::default())
@@ -299,6 +344,12 @@ mod tests {
         let temp = tempfile::tempdir().expect("a directory");
         let dir = temp.path().join("out");
         let owner = claim(&dir).expect("free");
+        owner.write_record("fem", "fem-solver").expect("written");
+        note_programs(&dir, [("dem", "weight 1.0", None)]).expect("written");
+        let record: Value =
+            serde_json::from_slice(&std::fs::read(dir.join(RECORD)).expect("there")).expect("JSON");
+        assert_eq!(record["programs"]["fem"]["build"], build_id().to_string());
+        assert_eq!(record["programs"]["dem"], json!({ "name": "weight 1.0" }));
         owner.write_summary(&mut Summary::new(RunStatus::Done)).expect("written");
         let written = Summary::read(&dir).expect("a summary");
         assert_eq!(written.run, Some(owner.run.to_string()));

@@ -1,10 +1,10 @@
 //! The `main` of a solver: `run` alone, `check`, `serve` to a coupler.
 
 pub use super::arguments::Savings;
-use super::arguments::{AnswerForm, Input, Leader, Logging, Membership, ResultDir, Supervised};
+use super::arguments::{AnswerForm, Input, Leader, Logging, Membership, ResultDir, Results, Supervised};
 use super::check;
 pub use super::check::CheckReport;
-use super::checkpoint;
+use super::checkpoint::{self, Checkpoint};
 use super::exit::Exit;
 use super::guest::Guest;
 use super::limits::Limits;
@@ -30,7 +30,7 @@ use interface_defs::solver::Solver;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Makes the solver of a scene.
 pub type Build = fn(&Scene, &Options) -> Result<Box<dyn Solver>, Diagnostic>;
@@ -178,7 +178,7 @@ pub fn main_with(program: &Program, extras: &[Extra]) -> ExitCode {
 }
 
 /// Do it, print an error once, choose the exit code.
-fn guarded(work: impl FnOnce() -> Result<Exit, Diagnostic>) -> ExitCode {
+pub fn guarded(work: impl FnOnce() -> Result<Exit, Diagnostic>) -> ExitCode {
     // A broken invariant is on stderr by then; the exit code is that of a failed run.
     match std::panic::catch_unwind(std::panic::AssertUnwindSafe(work)) {
         Ok(Ok(exit)) => exit.into(),
@@ -215,26 +215,35 @@ fn run_alone(program: &Program, arguments: &RunArguments) -> Result<Exit, Diagno
     let scene = input.load()?;
     let limits = Limits::of(&scene)?;
     let out = leader.results.dir.of(&scene);
-    start_from::refuse_own(&scene, &out)?;
-    let options = Options { out: Some(out.clone()), shortcuts: !savings.no_shortcuts };
+    let options = Options { out: Some(out), shortcuts: !savings.no_shortcuts };
     let mut solver = (program.build)(&scene, &options)?;
-    let resume = leader.results.resume.then(|| checkpoint::to_go_on(&scene, &out)).transpose()?.flatten();
-    let force = leader.results.force || (leader.results.resume && resume.is_none());
-    let claim = Claim { force, resume: resume.is_some(), run: None, supervisor };
-    let owner = Arc::new(Owner::claim(&out, &claim)?);
-    owner.write_record().map_err(|e| Diagnostic::in_file(out.display().to_string(), e.to_string()))?;
+    let claim = Claim { supervisor, ..Claim::default() };
+    let (owner, resume) = claim_results(&scene, &leader.results, claim)?;
+    owner.write_record(program.role, program.name)?;
+    let owner = Arc::new(owner);
     interrupt::install();
     end_in_time(&owner, supervisor);
     let reporter = Reporter::new(leader.progress);
     let mut stage = Stage { role: program.role, owner: &owner, supervisor, limits, reporter, resume };
     let summary = solo::run(&mut stage, solver.as_mut(), &scene)?;
-    if !leader.quiet {
-        summary.print_table(&out);
-    }
-    if summary.status != RunStatus::Done {
-        summary.complain();
-    }
-    Ok(Exit::of(summary.status))
+    Ok(summary.present(owner.dir(), leader.quiet))
+}
+
+/// The directory of the results of `scene`, owned as `claim` says, and the checkpoint from which a run in it goes on.
+///
+/// # Errors
+/// If the run would start from its own results, another one owns the directory, or it may neither go on in it nor begin anew.
+pub fn claim_results(
+    scene: &Scene,
+    results: &Results,
+    claim: Claim,
+) -> Result<(Owner, Option<Checkpoint>), Diagnostic> {
+    let out = results.dir.of(scene);
+    start_from::refuse_own(scene, &out)?;
+    let from = results.resume.then(|| checkpoint::to_go_on(scene, &out)).transpose()?.flatten();
+    let force = results.force || (results.resume && from.is_none());
+    let owner = Owner::claim(&out, &Claim { force, resume: from.is_some(), ..claim })?;
+    Ok((owner, from))
 }
 
 /// Take part in a run that a coupler leads.
@@ -273,35 +282,23 @@ const LAST_WORDS: Duration = Duration::from_secs(1);
 fn end_in_time(owner: &Arc<Owner>, supervisor: Option<u32>) {
     // Weak: the directory is given up where the run ends, and not with the process.
     let owner = Arc::downgrade(owner);
-    std::thread::spawn(move || {
-        let mut since: Option<Instant> = None;
-        loop {
-            std::thread::sleep(Duration::from_millis(100));
-            let lost = supervisor.is_some_and(is_orphan);
-            if !lost && !interrupt::requested() {
-                continue;
-            }
-            if since.get_or_insert_with(Instant::now).elapsed() < LAST_WORDS {
-                continue;
-            }
-            let Some(owner) = owner.upgrade() else { return };
-            let (status, code, message) = if lost {
-                (RunStatus::Failed, code::PROCESS, "the launcher was lost")
-            } else {
-                (RunStatus::Interrupted, code::INTERRUPTED, "interrupted")
-            };
-            let mut summary = Summary::ended(status, Diagnostic::error(code, message));
-            let why = "the run ended in the middle of a window";
-            summary.warnings.push(Diagnostic::absent("every measure", why));
-            if !owner.dir().join(run_dir::SUMMARY).exists()
-                && let Err(what) = owner.write_summary(&mut summary)
-            {
-                complain(&Diagnostic::error(code::NOT_WRITTEN, what));
-            }
-            owner.release();
-            summary.complain();
-            std::process::exit(Exit::Failed as i32);
+    let must_end = move || match supervisor.is_some_and(is_orphan) {
+        true => Some((RunStatus::Failed, code::PROCESS, "the launcher was lost")),
+        false => interrupt::requested().then_some((RunStatus::Interrupted, code::INTERRUPTED, "interrupted")),
+    };
+    interrupt::watch(LAST_WORDS, must_end, move |(status, code, message)| {
+        let Some(owner) = owner.upgrade() else { return };
+        let mut summary = Summary::ended(status, Diagnostic::error(code, message));
+        let why = "the run ended in the middle of a window";
+        summary.warnings.push(Diagnostic::absent("every measure", why));
+        if !owner.dir().join(run_dir::SUMMARY).exists()
+            && let Err(what) = owner.write_summary(&mut summary)
+        {
+            complain(&Diagnostic::error(code::NOT_WRITTEN, what));
         }
+        owner.release();
+        summary.complain();
+        std::process::exit(Exit::Failed as i32);
     });
 }
 

@@ -1,8 +1,7 @@
 //! What a run leaves behind, made the same by a solver alone, by the coupler and by the members of a study: windows and the rows
 //! that they end ([`Windows`]), the balance of energy of one solver ([`Ledger`]), `history.csv` with the extremes of gauges
-//! ([`Recorder`]), checkpoints ([`Checkpoints`]), and the cost of processes ([`describe_processes`]).
+//! ([`Recorder`]), and the cost of processes ([`describe_processes`]).
 
-use super::checkpoint::{Checkpoint, Store, Subject};
 use super::energy::{Balance, Energies, has_roles};
 use super::history::{History, Mark, gauge_column};
 use super::limits::Limits;
@@ -14,7 +13,6 @@ use interface_defs::solver::{Solver, Window};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 use std::path::Path;
-use std::time::{Duration, Instant};
 
 /// The windows of a solver alone: equal parts of the interval between two rows, no longer than the solver takes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -344,58 +342,6 @@ impl Recorder {
     /// What a checkpoint keeps of it.
     pub fn kept(&self) -> KeptRows {
         KeptRows { extremes: self.extremes.clone(), history: self.history.mark() }
-    }
-}
-
-/// States by the names of those that they are of.
-type Parts = Vec<(String, Vec<u8>)>;
-
-/// Writes checkpoints as often as the scene says. One that cannot be written is missed: the run goes on, and the next is tried an
-/// interval later.
-pub struct Checkpoints {
-    store: Option<Store>,
-    interval: Duration,
-    /// When the last one failed, if it did.
-    failed: Option<Instant>,
-}
-
-impl Checkpoints {
-    /// None, ever.
-    pub fn none() -> Self {
-        Self { store: None, interval: Duration::ZERO, failed: None }
-    }
-
-    /// One each `interval` [s] of wall time, 0: none, of the run of `subject` in `out`; after the
-    /// checkpoint `before`, if the run goes on from one.
-    pub fn new(out: &Path, subject: Subject, interval: f64, before: Option<&Checkpoint>) -> Self {
-        let store = Some(Store::new(out, subject, interval, before)).filter(Store::is_wanted);
-        Self { store, interval: Duration::try_from_secs_f64(interval).unwrap_or(Duration::MAX), failed: None }
-    }
-
-    /// Whether it is time for one, between two windows; a run that the user has `interrupted` writes a last one.
-    pub fn is_due(&self, interrupted: bool) -> bool {
-        let rests = self.failed.is_some_and(|failed| failed.elapsed() < self.interval);
-        self.store.as_ref().is_some_and(|store| interrupted || (store.is_due() && !rests))
-    }
-
-    /// Write the state of a run at `time` [s]. The first failure of a series is a warning of the log.
-    pub fn write(&mut self, time: f64, parts: impl FnOnce() -> Result<Parts, Diagnostic>) {
-        let Some(store) = &mut self.store else { return };
-        let written = parts().map_err(|e| e.to_string());
-        match written.and_then(|parts| store.write(time, parts).map_err(|e| e.to_string())) {
-            Ok(()) if self.failed.take().is_some() => {
-                tracing::info!("checkpoints are written again, from t = {time} s on");
-            }
-            Ok(()) => {}
-            Err(what) => {
-                if self.failed.replace(Instant::now()).is_none() {
-                    let seconds = self.interval.as_secs_f64();
-                    tracing::warn!(
-                        "no checkpoint at t = {time} s: {what}; it is tried again each {seconds} s"
-                    );
-                }
-            }
-        }
     }
 }
 

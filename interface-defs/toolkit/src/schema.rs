@@ -42,6 +42,19 @@ impl Entry {
         }
     }
 
+    /// The entries of a table as text: a line with a file, then one `name | unit | meaning` for each of its numbers.
+    pub fn table(text: &'static str) -> Vec<Self> {
+        let mut file = "";
+        let mut entries = Vec::new();
+        for line in text.lines().map(str::trim).filter(|line| !line.is_empty()) {
+            match line.splitn(3, " | ").collect::<Vec<_>>()[..] {
+                [name, unit, meaning] => entries.push(Self::new(file, name, unit, meaning)),
+                _ => file = line,
+            }
+        }
+        entries
+    }
+
     /// Whether this describes the result `name` of its file, the placeholders of [`Entry::name`] filled in. Columns
     /// bear their unit in their name.
     pub fn describes(&self, name: &str) -> bool {

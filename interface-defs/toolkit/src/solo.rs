@@ -1,19 +1,18 @@
 //! A run of one solver alone: windows of the output interval, rows from its gauges.
 
-use super::checkpoint::{self, Checkpoint, Subject};
+use super::checkpoint::{self, Checkpoint, Store, Subject};
 use super::energy;
 use super::limits::{Evidence, Limits, cure};
 use super::output::Output;
 use super::owner::Owner;
 use super::progress::{Line, Reporter};
-use super::recorder::{
-    Checkpoints, KeptLedger, KeptRows, Ledger, Recorder, Windows, broken, describe_processes,
-};
+use super::recorder::{KeptLedger, KeptRows, Ledger, Recorder, Windows, broken, describe_processes};
 use super::scene::Scene;
 use super::summary::{RunStatus, Summary, totals};
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc::interrupt;
-use interface_defs::ipc::serve::{cpu_seconds, peak_memory};
+use interface_defs::ipc::serve::with_cost;
+use interface_defs::ipc::wait::is_orphan;
 use interface_defs::message::{Fault, FaultKind, Measure, Plan, Progress, Ready, Statistics, capability};
 use interface_defs::solver::Solver;
 use serde::{Deserialize, Serialize};
@@ -42,12 +41,9 @@ impl Stage<'_> {
         if interrupt::requested() {
             return Err(Fault::interrupted());
         }
-        let parent = || rustix::process::getppid().map_or(0, |p| p.as_raw_nonzero().get() as u32);
-        match self.supervisor {
-            Some(pid) if parent() != pid => {
-                Err(Fault::broken(format!("the launcher (process {pid}) was lost")))
-            }
-            _ => Ok(()),
+        match self.supervisor.filter(|pid| is_orphan(*pid)) {
+            Some(pid) => Err(Fault::broken(format!("the launcher (process {pid}) was lost"))),
+            None => Ok(()),
         }
     }
 
@@ -63,7 +59,7 @@ struct Solo<'a> {
     ledger: Ledger,
     recorder: Recorder,
     windows: Windows,
-    checkpoints: Checkpoints,
+    checkpoints: Store,
 }
 
 /// What is kept of a run beside the state of its solver.
@@ -99,14 +95,18 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
     let mut ready = match prepare(solver, stage) {
         Ok(ready) => ready,
         Err(fault) if fault.kind == FaultKind::Input => return Err(*fault.diagnostic),
-        Err(fault) => return Ok(failed_at_start(fault, owner)),
+        Err(fault) => {
+            let mut summary = ended_by(fault);
+            owner.conclude(&mut summary);
+            return Ok(summary);
+        }
     };
     let prepared = started.elapsed().as_secs_f64();
     let warnings = std::mem::take(&mut ready.warnings);
     let mut summary = Summary::new(RunStatus::Done);
     let checkpoints = match hello.can(capability::CHECKPOINT) && output.checkpoint > 0.0 {
-        true => Checkpoints::new(out, Subject::of(scene)?, output.checkpoint, resume.as_ref()),
-        false => Checkpoints::none(),
+        true => Store::new(out, Subject::of(scene)?, output.checkpoint, resume.as_ref()),
+        false => Store::none(),
     };
     let outcome =
         Solo::new(solver, ready, stage, windows, checkpoints, resume.as_ref()).and_then(|mut solo| {
@@ -131,14 +131,7 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
     summary.measures.extend(gauges.into_iter().map(|m| Measure { source: hello.program.clone(), ..m }));
     stage.limits.judge(&mut summary, &Evidence { energy: cure(stage.role).into(), ..Evidence::default() });
     cost(&mut summary, stage.role, statistics, prepared, started.elapsed().as_secs_f64());
-    write(&mut summary, owner);
-    checkpoint::remove_if_over(&summary, out);
-    // What was interrupted goes on, and must end at once.
-    if summary.status != RunStatus::Interrupted
-        && let Err(e) = owner.seal()
-    {
-        tracing::warn!("{}: no manifest: {e}", out.display());
-    }
+    owner.conclude(&mut summary);
     Ok(summary)
 }
 
@@ -150,25 +143,8 @@ fn ended_by(fault: Fault) -> Summary {
     Summary::ended(status, *fault.diagnostic)
 }
 
-fn failed_at_start(fault: Fault, owner: &Owner) -> Summary {
-    let mut summary = ended_by(fault);
-    write(&mut summary, owner);
-    summary
-}
-
-fn write(summary: &mut Summary, owner: &Owner) {
-    if let Err(what) = owner.write_summary(summary) {
-        summary.fail(Diagnostic::error(code::NOT_WRITTEN, what));
-    }
-}
-
-fn cost(summary: &mut Summary, role: &str, mut own: Statistics, prepared: f64, total: f64) {
-    if own.cpu_seconds <= 0.0 {
-        own.cpu_seconds = cpu_seconds();
-    }
-    if own.peak_memory == 0 {
-        own.peak_memory = peak_memory();
-    }
+fn cost(summary: &mut Summary, role: &str, own: Statistics, prepared: f64, total: f64) {
+    let own = with_cost(own, 0.0);
     summary.cost.insert("wall_s".into(), json!(total));
     summary.cost.insert("stages".into(), json!({ "prepare_s": prepared, "loop_s": total - prepared }));
     totals(&mut summary.cost, &[&own]);
@@ -181,7 +157,7 @@ impl<'a> Solo<'a> {
         ready: Ready,
         stage: &Stage,
         windows: Windows,
-        checkpoints: Checkpoints,
+        checkpoints: Store,
         resume: Option<&Checkpoint>,
     ) -> Result<Self, Fault> {
         let kept: Option<Kept> =
@@ -211,7 +187,7 @@ impl<'a> Solo<'a> {
             let (solver, recorder) = (&mut *self.solver, &self.recorder);
             let kept =
                 Kept { ledger: self.ledger.kept(), rows: recorder.kept(), windows: self.windows.clone() };
-            self.checkpoints.write(time, || {
+            self.checkpoints.keep(time, || {
                 let state = solver.save().map_err(|fault| *fault.diagnostic)?;
                 recorder.sync()?;
                 Ok(vec![(stage.role.to_owned(), state), (KEPT.to_owned(), checkpoint::pack(&kept))])

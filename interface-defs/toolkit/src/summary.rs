@@ -5,16 +5,17 @@ use super::run_dir::SUMMARY;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::message::{Measure, Statistics};
 use interface_defs::verdict::{NOTHING_TORE, Torn, Verdict};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 use serde_json::{Map, Value};
 use std::io;
 use std::path::Path;
 
 /// How the run ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RunStatus {
     /// To its end.
+    #[default]
     Done,
     /// To its end, but a bound of `[limits]` was passed: not to be trusted.
     Unreliable,
@@ -37,10 +38,10 @@ impl RunStatus {
 }
 
 /// What a run came to.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
     /// What became of each rock.
-    #[serde(default, with = "verdicts")]
+    #[serde(default, serialize_with = "with_sentences")]
     pub verdict: Vec<Verdict>,
     /// The program that gave each; not written.
     #[serde(skip)]
@@ -75,20 +76,7 @@ pub struct Summary {
 impl Summary {
     /// An empty one.
     pub fn new(status: RunStatus) -> Self {
-        Self {
-            verdict: Vec::new(),
-            judges: Vec::new(),
-            torn: None,
-            status,
-            run: None,
-            message: None,
-            reasons: Vec::new(),
-            measures: Vec::new(),
-            energy: Map::new(),
-            coupling: Map::new(),
-            cost: Map::new(),
-            warnings: Vec::new(),
-        }
+        Self { status, ..Self::default() }
     }
 
     /// One of a run that ended so, and why.
@@ -267,31 +255,20 @@ fn drop_null(name: &str, map: &mut Map<String, Value>, lost: &mut Vec<Diagnostic
     });
 }
 
-mod verdicts {
-    use interface_defs::verdict::Verdict;
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
+fn with_sentences<S: Serializer>(verdicts: &[Verdict], to: S) -> Result<S::Ok, S::Error> {
     #[derive(Serialize)]
     struct Written<'a> {
         #[serde(flatten)]
         verdict: &'a Verdict,
         sentence: String,
     }
-
-    pub fn serialize<S: Serializer>(verdicts: &[Verdict], to: S) -> Result<S::Ok, S::Error> {
-        to.collect_seq(verdicts.iter().map(|verdict| Written { verdict, sentence: verdict.to_string() }))
-    }
-
-    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<Verdict>, D::Error> {
-        Vec::deserialize(from)
-    }
+    to.collect_seq(verdicts.iter().map(|verdict| Written { verdict, sentence: verdict.to_string() }))
 }
 
 mod measures {
+    use indexmap::IndexMap;
     use interface_defs::message::{Measure, Worse};
-    use serde::de::{MapAccess, Visitor};
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
-    use std::fmt;
 
     #[derive(Serialize, Deserialize)]
     struct Written {
@@ -314,24 +291,11 @@ mod measures {
     }
 
     pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<Measure>, D::Error> {
-        struct InOrder;
-        impl<'de> Visitor<'de> for InOrder {
-            type Value = Vec<Measure>;
-
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("measures by name")
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
-                let mut out = Vec::new();
-                while let Some((name, written)) = map.next_entry::<String, Written>()? {
-                    let Written { value, unit, member, time_s: time, rank, worse, source } = written;
-                    out.push(Measure { name, value, unit, time, member, rank, worse, source });
-                }
-                Ok(out)
-            }
-        }
-        from.deserialize_map(InOrder)
+        let measure = |(name, written)| {
+            let Written { value, unit, member, time_s: time, rank, worse, source } = written;
+            Measure { name, value, unit, time, member, rank, worse, source }
+        };
+        Ok(IndexMap::<String, Written>::deserialize(from)?.into_iter().map(measure).collect())
     }
 }
 

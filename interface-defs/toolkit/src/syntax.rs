@@ -48,13 +48,13 @@ pub(crate) fn hint(path: &Path, text: &str, at: usize) -> Option<String> {
     let start = text[..floor(text, at)].rfind('\n').map_or(0, |end| end + 1);
     let line = text[start..].lines().next()?;
     let code = line.split('#').next().unwrap_or(line);
-    if let Some(c) = code.chars().find(|c| "\u{2212}\u{2013}\u{2014}".contains(*c)) {
-        return Some(format!("a minus is written as the hyphen -; here is `{c}`, as word processors put it"));
-    }
-    if let Some(c) =
-        code.chars().find(|c| "\u{201c}\u{201d}\u{201e}\u{2018}\u{2019}\u{ab}\u{bb}".contains(*c))
-    {
-        return Some(format!("quotes are straight: \"; here is `{c}`, as word processors put it"));
+    for (marks, cure) in [
+        ("\u{2212}\u{2013}\u{2014}", "a minus is written as the hyphen -"),
+        ("\u{201c}\u{201d}\u{201e}\u{2018}\u{2019}\u{ab}\u{bb}", "quotes are straight: \""),
+    ] {
+        if let Some(c) = code.chars().find(|c| marks.contains(*c)) {
+            return Some(format!("{cure}; here is `{c}`, as word processors put it"));
+        }
     }
     if code.chars().any(|c| !c.is_ascii() && c.is_whitespace()) {
         return Some("there is a special space in this line, as web pages have them: write it again".into());

@@ -1,5 +1,6 @@
 //! The end of a run on the screen: verdict, the numbers that matter, warnings, where the files are.
 
+use super::exit::Exit;
 use super::run_dir::SUMMARY;
 use super::screen::{complain, show};
 use super::summary::{RunStatus, Summary, short};
@@ -62,6 +63,17 @@ impl Summary {
         } else {
             self.reasons.iter().for_each(complain);
         }
+    }
+
+    /// Print it, unless `quiet`, and why the run is not done; returns the exit code of the run.
+    pub fn present(&self, out: &Path, quiet: bool) -> Exit {
+        if !quiet {
+            self.print_table(out);
+        }
+        if self.status != RunStatus::Done {
+            self.complain();
+        }
+        Exit::of(self.status)
     }
 
     /// Print it on stdout.

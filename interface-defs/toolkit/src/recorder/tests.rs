@@ -1,8 +1,6 @@
-//! Windows, rows, checkpoints.
+//! Windows and rows.
 
 use super::*;
-use crate::checkpoint::Found;
-use crate::run_dir::CHECKPOINT;
 use interface_defs::message::Role;
 
 fn gauges() -> Vec<Gauge> {
@@ -79,27 +77,4 @@ fn a_ledger_goes_on_with_its_own_gauges_alone_and_starts_from_finite_numbers() {
     assert_eq!(ledger.go_on(kept).expect_err("one gauge").diagnostic.code, code::PROVENANCE);
     assert_eq!(of(vec![1.0; 5]).expect_err("five numbers").diagnostic.code, code::CONTRACT);
     assert_eq!(of(vec![f64::NAN; 6]).expect_err("no numbers").diagnostic.code, code::NOT_FINITE);
-}
-
-#[test]
-fn a_checkpoint_that_fails_is_tried_again_at_the_next_due_time() {
-    let dir = tempfile::tempdir().expect("a directory");
-    let parts = || Ok(vec![("dem".to_owned(), vec![1, 2])]);
-    let mut checkpoints = Checkpoints::new(dir.path(), Subject::default(), 0.05, None);
-    // A file stands where their directory belongs.
-    std::fs::write(dir.path().join(CHECKPOINT), "").expect("written");
-    std::thread::sleep(Duration::from_millis(60));
-    assert!(checkpoints.is_due(false));
-    checkpoints.write(1.0, parts);
-    checkpoints.write(1.5, || Err(Diagnostic::error(code::OTHER, "no state")));
-    assert!(!checkpoints.is_due(false) && checkpoints.is_due(true), "not at once, but where the run ends");
-    assert!(Found::of(dir.path()).newest.is_none());
-    std::fs::remove_file(dir.path().join(CHECKPOINT)).expect("removed");
-    std::thread::sleep(Duration::from_millis(60));
-    assert!(checkpoints.is_due(false));
-    checkpoints.write(2.0, parts);
-    assert_eq!(Found::of(dir.path()).newest.map(|one| one.time), Some(2.0));
-    assert!(!checkpoints.is_due(false) && checkpoints.failed.is_none());
-    assert!(!Checkpoints::none().is_due(true));
-    assert!(!Checkpoints::new(dir.path(), Subject::default(), 0.0, None).is_due(true));
 }

@@ -118,9 +118,9 @@ impl Grid {
         let Self { points, cells, sections } = self;
         let mut body = Body::default();
         for (tag, arrays) in sections {
-            body.open(tag);
+            let _ = writeln!(body.xml, "<{tag}>");
             arrays.iter().for_each(|array| body.array(array));
-            body.close(tag);
+            let _ = writeln!(body.xml, "</{tag}>");
         }
         format!(
             "<?xml version=\"1.0\"?>\n\
@@ -142,14 +142,6 @@ struct Body {
 }
 
 impl Body {
-    fn open(&mut self, tag: &str) {
-        let _ = writeln!(self.xml, "<{tag}>");
-    }
-
-    fn close(&mut self, tag: &str) {
-        let _ = writeln!(self.xml, "</{tag}>");
-    }
-
     fn array(&mut self, Array { kind, name, components, bytes }: &Array) {
         let _ = writeln!(
             self.xml,
