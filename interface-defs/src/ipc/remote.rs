@@ -16,7 +16,7 @@ use iceoryx2::pending_response::PendingResponse;
 use iceoryx2::port::client::Client;
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
-use iceoryx2::prelude::{AllocationStrategy, EventId, ipc};
+use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, EventId, ipc};
 use iceoryx2::response::Response;
 use iceoryx2::service::port_factory::PortFactory;
 use std::cell::RefCell;
@@ -32,6 +32,9 @@ const LOOK_AFTER: u64 = 256;
 
 /// How long a survivor is given to hear why the run ends.
 const FAREWELL: Duration = Duration::from_millis(400);
+/// A request that the one before still keeps out is dropped: only a solver that is gone has left that one there, and to wait for its
+/// place would be for ever. Whoever waits for the answer finds out.
+const NEVER_BLOCK: BackpressureStrategy = BackpressureStrategy::DiscardData;
 
 /// How the coupler waits.
 #[derive(Debug, Clone)]
@@ -139,6 +142,7 @@ impl Remote {
             .control
             .client_builder()
             .initial_max_slice_len(FRAME)
+            .backpressure_strategy(NEVER_BLOCK)
             .create()
             .map_err(transport(format!("cannot create the control channel of {name}")))?;
         let run = shared.options.run.number();
@@ -302,6 +306,7 @@ impl Participant for Remote {
             .client_builder()
             .initial_max_slice_len(longest.max(1))
             .allocation_strategy(AllocationStrategy::PowerOfTwo)
+            .backpressure_strategy(NEVER_BLOCK)
             .create()
             .map_err(transport(format!("cannot create the field channel of {}", self.name)))?;
         self.client = Some(client);
