@@ -118,11 +118,11 @@ impl Origin {
                 refuse(format!("the run in {shown} has not come to its end: it has no {SUMMARY}"))
                     .try_instead("wait until it has ended, or run it again")
             }
-            _ => refuse(format!(
-                "the {SUMMARY} of {shown} is of another version of this project, or damaged: {e}"
-            ))
-            .coded(code::PROVENANCE)
-            .try_instead("run that scene again with this version"),
+            _ => {
+                refuse(format!("the {SUMMARY} of {shown} is of another version of this project, or damaged"))
+                    .coded(code::PROVENANCE)
+                    .try_instead("run that scene again with this version")
+            }
         })?;
         let warning = match summary.status {
             RunStatus::Done => None,
