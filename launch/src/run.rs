@@ -162,6 +162,10 @@ fn keep_logs(log: &Path, commands: &[(&str, Vec<OsString>)]) -> io::Result<()> {
 
 /// A run that is to go on, and has come to its end before.
 fn is_over(summary: &Summary, out: &Path, quiet: bool) -> Exit {
+    // It was killed between its summary and its manifest.
+    if !out.join(run_dir::MANIFEST).exists() {
+        verify::seal(out);
+    }
     if !quiet {
         summary.print_table(out);
         let (out, status) = (out.display(), summary.status.word());

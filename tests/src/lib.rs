@@ -185,6 +185,16 @@ pub fn rows(out: &Path) -> usize {
     text.lines().count().saturating_sub(1)
 }
 
+/// Seeds of a reader: files of its corpus, and what this version writes itself.
+pub fn seeds(target: &readers::Target) -> Vec<Vec<u8>> {
+    let dir = repository().join("tests/fuzz/corpus").join(target.name);
+    let mut paths: Vec<PathBuf> =
+        std::fs::read_dir(dir).into_iter().flatten().flatten().map(|entry| entry.path()).collect();
+    paths.sort();
+    let kept = paths.iter().map(|path| std::fs::read(path).expect("a file"));
+    kept.chain((target.made)()).collect()
+}
+
 /// Ask again until there is an answer. Panics at the watchdog's limit.
 pub fn until<T>(what: &str, mut ask: impl FnMut() -> Option<T>) -> T {
     let started = Instant::now();

@@ -16,7 +16,7 @@ use iceoryx2::pending_response::PendingResponse;
 use iceoryx2::port::client::Client;
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
-use iceoryx2::prelude::{AllocationStrategy, EventId, ipc};
+use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, EventId, ipc};
 use iceoryx2::response::Response;
 use iceoryx2::service::port_factory::PortFactory;
 use std::cell::RefCell;
@@ -36,6 +36,9 @@ const CONNECT: Duration = Duration::from_millis(500);
 
 /// How long a survivor is given to hear why the run ends.
 const FAREWELL: Duration = Duration::from_millis(400);
+/// A request that the one before still keeps out is dropped: only a solver that is gone has left that one there, and to wait for its
+/// place would be for ever. Whoever waits for the answer finds out.
+const NEVER_BLOCK: BackpressureStrategy = BackpressureStrategy::DiscardData;
 
 /// How the coupler waits.
 #[derive(Debug, Clone)]
@@ -140,7 +143,8 @@ pub struct Remote {
 }
 
 fn control_client(channels: &Channels, name: &str) -> Result<Option<ControlClient>, Failure> {
-    let builder = channels.control.client_builder().initial_max_slice_len(FRAME);
+    let builder =
+        channels.control.client_builder().initial_max_slice_len(FRAME).backpressure_strategy(NEVER_BLOCK);
     builder.create().map(Some).map_err(transport(format!("cannot create the control channel of {name}")))
 }
 
@@ -340,6 +344,7 @@ impl Participant for Remote {
             .client_builder()
             .initial_max_slice_len(longest.max(1))
             .allocation_strategy(AllocationStrategy::PowerOfTwo)
+            .backpressure_strategy(NEVER_BLOCK)
             .create()
             .map_err(transport(format!("cannot create the field channel of {}", self.name)))?;
         self.client = Some(client);

@@ -3,12 +3,13 @@
 use super::run_dir::{STRUCTURE_STATE, SUMMARY};
 use super::scene::Scene;
 use super::summary::{RunStatus, Summary};
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::diagnostic::{Diagnostic, code};
 use schemars::JsonSchema;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserialize, Deserializer, MapAccess, Visitor};
 use serde::{Deserialize as DeriveDeserialize, Serialize};
 use std::fmt;
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// The key of the scene.
@@ -112,10 +113,17 @@ impl Origin {
         if !self.run.is_dir() {
             return Err(refuse(format!("there is no directory {shown}")).try_instead(self.elsewhere(scene)));
         }
-        let Ok(summary) = Summary::read(&self.run) else {
-            return Err(refuse(format!("the run in {shown} has not come to its end: it has no {SUMMARY}"))
-                .try_instead("wait until it has ended, or run it again"));
-        };
+        let summary = Summary::read(&self.run).map_err(|e| match e.kind() {
+            io::ErrorKind::NotFound => {
+                refuse(format!("the run in {shown} has not come to its end: it has no {SUMMARY}"))
+                    .try_instead("wait until it has ended, or run it again")
+            }
+            _ => {
+                refuse(format!("the {SUMMARY} of {shown} is of another version of this project, or damaged"))
+                    .coded(code::PROVENANCE)
+                    .try_instead("run that scene again with this version")
+            }
+        })?;
         let warning = match summary.status {
             RunStatus::Done => None,
             RunStatus::Unreliable => Some(format!(

@@ -11,7 +11,7 @@
 
 use super::files;
 use super::provenance::{self, Reader};
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::message;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -20,6 +20,8 @@ use std::path::Path;
 
 /// What the file begins with.
 const MARK: &[u8; 8] = b"RKFLSTA2";
+/// What it began with before states named their build.
+const EARLIER: &[u8; 8] = b"RKFLSTAT";
 /// Bytes before that of which the hash is taken.
 const HEAD: usize = 44;
 
@@ -64,6 +66,10 @@ pub fn write<S: Serialize + DeserializeOwned>(path: &Path, version: u32, state: 
 /// Read what [`write`] has written to `path` as content of `version`, by any program that has the same layout of it.
 pub fn read<S: DeserializeOwned>(path: &Path, version: u32) -> Result<S, Unreadable> {
     let bytes = files::read(path, files::STATE).map_err(Unreadable::File)?;
+    if bytes.starts_with(EARLIER) {
+        let what = "an earlier version of this project wrote it, which named no build";
+        return Err(Unreadable::Foreign(Box::new(Diagnostic::error(code::PROVENANCE, what))));
+    }
     if !bytes.starts_with(MARK) {
         return Err(Unreadable::Damaged("it does not begin as the state of a run".into()));
     }
@@ -130,6 +136,9 @@ mod tests {
         std::fs::write(&path, &whole).expect("written");
         let other = read::<(Vec<f64>, String)>(&path, 4).expect_err("refused");
         assert_eq!(other.to_string(), "it is of version 3, and this program reads version 4");
+        std::fs::write(&path, [&EARLIER[..], &whole[8..]].concat()).expect("written");
+        let other = read::<(Vec<f64>, String)>(&path, 3).expect_err("refused");
+        assert!(matches!(other, Unreadable::Foreign(_)), "{other}");
         let none = read::<(Vec<f64>, String)>(&temp.path().join("b"), 3).expect_err("none");
         assert!(matches!(none, Unreadable::File(_)));
     }
