@@ -6,9 +6,10 @@ use coupler::side::Side;
 use dem_solver::study::journal::Journal;
 use dem_solver::study::record::{Outcome, Record};
 use dem_solver::study::track::{Crossing, Track, Visit};
+use in_process::{Any, InProcess};
+use interface_defs::Diagnostic;
 use interface_defs::message::{Fault, FromSolver, Hello, Measure, Plan, Ready, Statistics, ToSolver, encode};
 use interface_defs::message::{pack, unpack};
-use interface_defs::{Diagnostic, InProcess};
 use std::ops::Range;
 use std::path::Path;
 use std::sync::OnceLock;
@@ -125,7 +126,7 @@ pub(super) fn records() -> [Record; 2] {
 pub(super) fn journal() -> Vec<Vec<u8>> {
     let dir = tempfile::tempdir().expect("a directory");
     let path = dir.path().join("a");
-    let (mut journal, _) = Journal::open(&path, "study").expect("opened");
+    let (mut journal, _) = Journal::open(&path, "study").expect("opened").expect("alone");
     for record in records() {
         journal.add(&record).expect("added");
     }
@@ -182,7 +183,7 @@ fn few(from: Option<KeptRun>, sets: &[String], out: Option<&Path>) -> (Few, bool
     let options = Options { out: out.map(Path::to_path_buf), shortcuts: true };
     let dem = (dem_solver::PROGRAM.build)(&scene, &options).expect("a solver");
     let fem = (fem_solver::PROGRAM.build)(&scene, &options).expect("a solver");
-    let (mut dem, mut fem) = (InProcess::new("dem", dem), InProcess::new("fem", fem));
+    let (mut dem, mut fem) = (InProcess::new("dem", Any(dem)), InProcess::new("fem", Any(fem)));
     let settings = CouplingSettings::of(&scene).expect("settings");
     let mut coupling = Coupling::new(settings, scene.end_time().expect("a time"), &mut dem, &mut fem);
     coupling.resume = from;
