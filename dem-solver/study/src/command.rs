@@ -359,6 +359,7 @@ impl Study<'_> {
             is_unreliable: summary.status != RunStatus::Done,
             doubts: self.base.warnings.len(),
         };
+        self.directory.sweep().map_err(|e| self.fault(e))?;
         let found = results::write(self.base, owner.dir(), &study, &mut all).map_err(|e| self.fault(e))?;
         let of_lines = found.sentences.into_iter();
         let notes = of_lines.map(|sentence| Diagnostic::of(Severity::Note, code::OTHER, sentence));

@@ -131,6 +131,12 @@ impl Directory {
         Ok(())
     }
 
+    /// Remove what killed processes had begun to write among the results. For whoever alone writes them.
+    pub fn sweep(&self) -> io::Result<()> {
+        let folders = [results::MAPS, results::LINES, worst::FOLDER].map(|name| Dir::open(&self.dir.join(name)));
+        folders.into_iter().flatten().try_for_each(|dir| dir.sweep())
+    }
+
     /// All records of complete chunks and of the journal, whose records are `own`.
     pub fn index(&self, base: &Base, own: &[Found]) -> Result<Index, Diagnostic> {
         let mut index =

@@ -203,7 +203,7 @@ fn what_is_to_be_doubted_is_said_at_its_place() {
             speed,
             "speed = 2.0\ndip = { uniform = [-30.0, 10.0] }",
             ":15:7",
-            "a dip of -30 to 10 degrees: below 0 rocks are thrown upward",
+            "a dip of -30 to 10 degrees: it counts below the horizontal, so this throws rocks upward",
         ),
         (
             "contact.0.friction = { normal = [0.6, 0.05] }",
@@ -254,7 +254,7 @@ fn what_a_study_cannot_say_is_said() {
     let summary: serde_json::Value = serde_json::from_str(&summary).expect("JSON");
     let said = summary["warnings"].to_string();
     for words in [
-        "the design of the line `road` is not made and nothing is said of its barrier: no rock passes it",
+        "the barrier on the line `road` is not judged by its design: no rock passes it",
         "4 of 4 members came to rest where they started, nearer than their own size: 1, 2, 3, 4;",
     ] {
         assert!(said.contains(words), "{words}: {said}");
