@@ -133,7 +133,8 @@ impl Directory {
 
     /// Remove what killed processes had begun to write among the results. For whoever alone writes them.
     pub fn sweep(&self) -> io::Result<()> {
-        let folders = [results::MAPS, results::LINES, worst::FOLDER].map(|name| Dir::open(&self.dir.join(name)));
+        let folders =
+            [results::MAPS, results::LINES, worst::FOLDER].map(|name| Dir::open(&self.dir.join(name)));
         folders.into_iter().flatten().try_for_each(|dir| dir.sweep())
     }
 
