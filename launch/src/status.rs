@@ -10,7 +10,7 @@ use toolkit::checkpoint::{self, Found};
 use toolkit::exit::Exit;
 use toolkit::files::{self, Dir};
 use toolkit::owner::holder;
-use toolkit::run_dir::{HISTORY, SUMMARY};
+use toolkit::run_dir::{BARRIER, HISTORY, SUMMARY};
 use toolkit::summary::{RunStatus, Summary};
 
 /// What a study is, its rows, its chunks.
@@ -132,7 +132,7 @@ fn of_study(dir: &Path, members: u64, running: Option<String>) -> (String, Exit)
 
 /// A study that has ended, and how far the runs against its barrier are where there are any.
 fn with_barrier(dir: &Path, mut text: String, exit: Exit) -> (String, Exit) {
-    let barrier = dir.join(worst::FOLDER);
+    let barrier = dir.join(BARRIER);
     let Some((done, all)) = worst::progress(&barrier) else { return (text, exit) };
     text += &format!("  barrier: {done} of {all} members run\n");
     if let Ok(summary) = Summary::read(&barrier) {
@@ -254,7 +254,7 @@ mod tests {
     fn runs_against_the_barrier_are_counted() {
         let temp = tempfile::tempdir().expect("a directory");
         let dir = temp.path();
-        let barrier = dir.join(worst::FOLDER);
+        let barrier = dir.join(BARRIER);
         std::fs::write(dir.join(STUDY), "{\"members\": 200}").expect("written");
         Summary::new(RunStatus::Done).write(dir).expect("written");
         let plain = status(dir).expect("a study");

@@ -383,7 +383,7 @@ impl Study<'_> {
         }
         if let Some((comings, barrier)) = comings.zip(self.barrier) {
             let count = self.arguments.worst as usize;
-            comings.write(self.base, barrier, &owner.dir().join(worst::FOLDER), count)?;
+            comings.write(self.base, barrier, &owner.dir().join(run_dir::BARRIER), count)?;
         }
         if let Err(e) = manifest::write(owner.dir()) {
             tracing::warn!("{}: no manifest: {e}", owner.dir().display());

@@ -13,7 +13,7 @@ use interface_defs::diagnostic::Diagnostic;
 use std::io;
 use std::path::{Path, PathBuf};
 use toolkit::files::{self, Dir};
-use toolkit::run_dir::{CLUSTERS, MANIFEST, SCENE, SUMMARY};
+use toolkit::run_dir::{BARRIER, CLUSTERS, MANIFEST, SCENE, SUMMARY};
 use toolkit::scene::Scene;
 
 /// What the study was computed from ([`inputs`]).
@@ -133,8 +133,7 @@ impl Directory {
 
     /// Remove what killed processes had begun to write among the results. For whoever alone writes them.
     pub fn sweep(&self) -> io::Result<()> {
-        let folders =
-            [results::MAPS, results::LINES, worst::FOLDER].map(|name| Dir::open(&self.dir.join(name)));
+        let folders = [results::MAPS, results::LINES, BARRIER].map(|name| Dir::open(&self.dir.join(name)));
         folders.into_iter().flatten().try_for_each(|dir| dir.sweep())
     }
 

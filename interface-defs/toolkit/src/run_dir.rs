@@ -27,6 +27,8 @@ pub const SCENE: &str = "scene.toml";
 pub const RECORD: &str = "run.json";
 /// The spheres that were made for rocks before the start.
 pub const CLUSTERS: &str = "clusters";
+/// Of a study with a barrier: its worst members, coupled.
+pub const BARRIER: &str = "barrier";
 /// State of the structure at the end of the run, for another run that starts from it.
 pub const STRUCTURE_STATE: &str = "structure.state";
 /// Checkpoints, from which a run that was killed goes on.

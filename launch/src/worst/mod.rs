@@ -33,12 +33,11 @@ use toolkit::arguments::{EnsembleArguments, Input};
 use toolkit::exit::Exit;
 use toolkit::ground::Area;
 use toolkit::owner::{Claim, Owner, holder};
-use toolkit::run_dir;
+use toolkit::run_dir::{self, BARRIER};
 use toolkit::scene::Scene;
 use toolkit::summary::{RunStatus, Summary};
 
-/// Folder of the barrier in the directory of the study, and the list of members that the rocks' program leaves there.
-pub const FOLDER: &str = "barrier";
+/// The list of members that the rocks' program leaves in the folder of the barrier.
 const CHOSEN: &str = "chosen.json";
 
 /// How often a member is looked at that another process runs.
@@ -72,7 +71,7 @@ pub fn worst(arguments: &EnsembleArguments, json: bool) -> Result<Exit, Stop> {
         return work.study(&work.of_part());
     }
     let name = Scene::from_text(&arguments.study.display().to_string(), "")?;
-    let out = run_dir::location(arguments.dir.out.as_deref(), &name).join(FOLDER);
+    let out = run_dir::location(arguments.dir.out.as_deref(), &name).join(BARRIER);
     if let Some(member) = arguments.run_worst {
         return work.one(&out, member);
     }

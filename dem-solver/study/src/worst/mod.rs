@@ -23,8 +23,6 @@ use toolkit::files;
 use toolkit::run_dir;
 use toolkit::summary::RunStatus;
 
-/// Folder of the barrier in the directory of a study.
-pub const FOLDER: &str = "barrier";
 /// Which members were chosen, and what they bring to the line.
 pub const CHOSEN: &str = "chosen.json";
 
