@@ -192,7 +192,7 @@ pub const REFUSED: &[Row] = &[
         "friction below 0",
         NET,
         ["friction = 0.4", "friction = -0.4"],
-        ["14:12", "a friction of -0.4", "friction = 0.4"],
+        ["14:12", "friction = -0.4", "friction = 0.4"],
     ),
     (
         "corners of a box exchanged",
