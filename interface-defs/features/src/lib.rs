@@ -1,1 +1,1 @@
-//! Which features of third-party crates are compiled, the same for every package: `Cargo.toml` says why. There is no code.
+//! Which features of third-party crates are compiled, the same for every package: `Cargo.toml` says why.
