@@ -1,5 +1,6 @@
 //! The map of the code says what the code says: folders by their own first sentence, and files and functions that are there.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use tests::repository;
 
@@ -94,4 +95,117 @@ fn files_and_functions_are_where_the_page_says() {
         }
     }
     assert!(lost.is_empty() && found >= 15, "{found} found; not where ARCHITECTURE.md says: {lost:?}");
+}
+
+/// A module by the names that lead to it from the root of its crate.
+type Module = Vec<String>;
+
+/// The source of each module of the crate whose sources are in `dir`, without lines of comment and without its tests.
+fn modules(dir: &Path, at: &Module, found: &mut BTreeMap<Module, String>) {
+    for entry in std::fs::read_dir(dir).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        let stem = path.file_stem().and_then(|stem| stem.to_str()).expect("a name").to_owned();
+        let below = || [at.clone(), vec![stem.clone()]].concat();
+        if path.is_dir() {
+            modules(&path, &below(), found);
+        } else if path.extension().is_some_and(|ending| ending == "rs") && stem != "tests" {
+            let module = if ["lib", "main", "mod"].contains(&&*stem) { at.clone() } else { below() };
+            let text = std::fs::read_to_string(&path).expect("a source file");
+            let product = text.split("#[cfg(test)]\nmod tests").next().unwrap_or_default();
+            let code = product.lines().filter(|line| !line.trim_start().starts_with("//"));
+            *found.entry(module).or_default() += &code.collect::<Vec<_>>().join("\n");
+        }
+    }
+}
+
+/// The paths of a use tree, each written out.
+fn written_out(tree: &str) -> Vec<String> {
+    let Some((head, rest)) = tree.split_once('{') else { return vec![tree.trim().to_owned()] };
+    let inside = rest.rsplit_once('}').map_or(rest, |(inside, _)| inside);
+    let mut depth = 0;
+    let branches = inside.split(|c| {
+        depth += i32::from(c == '{') - i32::from(c == '}');
+        c == ',' && depth == 0
+    });
+    let paths = branches.filter(|branch| !branch.trim().is_empty()).flat_map(written_out);
+    paths.map(|path| format!("{}{path}", head.trim())).collect()
+}
+
+/// What the module `of` names: the innermost module of each path in its code.
+fn named(of: &Module, code: &str, all: &BTreeMap<Module, String>) -> BTreeSet<Module> {
+    let trees = code.split("use ").skip(1).filter_map(|rest| rest.split_once(';'));
+    let mut paths: Vec<String> = trees.flat_map(|(tree, _)| written_out(tree)).collect();
+    let in_place = code.split(|c: char| !(c.is_alphanumeric() || c == '_' || c == ':'));
+    paths.extend(in_place.filter(|path| path.contains("::")).map(str::to_owned));
+    let module = |path: &String| {
+        let mut names = path.split("::").map(str::trim).peekable();
+        let mut module = match names.peek() {
+            Some(&"crate") => Module::new(),
+            Some(&"super" | &"self") => of.clone(),
+            Some(&child) if code.contains(&format!("mod {child};")) => of.clone(),
+            _ => return None,
+        };
+        for name in names {
+            match name {
+                "crate" | "self" => {}
+                "super" => drop(module.pop()),
+                name => {
+                    module.push(name.to_owned());
+                    if !all.contains_key(&module) {
+                        module.pop();
+                        break;
+                    }
+                }
+            }
+        }
+        // A folder's own file and what is in the folder are one.
+        (!module.starts_with(of) && !of.starts_with(&module)).then_some(module)
+    };
+    paths.iter().filter_map(module).collect()
+}
+
+/// Modules that use each other, one through the other, in the crate at `src`.
+fn circle(src: &Path) -> Option<Vec<Module>> {
+    let mut all = BTreeMap::new();
+    modules(src, &Module::new(), &mut all);
+    let mut uses: BTreeMap<&Module, BTreeSet<Module>> =
+        all.iter().map(|(module, code)| (module, named(module, code, &all))).collect();
+    // What uses nothing that is left, or what nothing that is left uses, is in no circle.
+    loop {
+        let before = uses.len();
+        let left: BTreeSet<Module> = uses.keys().map(|module| (*module).clone()).collect();
+        uses.retain(|_, used| used.iter().any(|module| left.contains(module)));
+        let used: BTreeSet<Module> = uses.values().flatten().cloned().collect();
+        uses.retain(|module, _| used.contains(*module));
+        if uses.len() == before {
+            break;
+        }
+    }
+    (!uses.is_empty()).then(|| uses.into_keys().cloned().collect())
+}
+
+#[test]
+fn no_files_use_each_other_in_a_circle() {
+    let (root, mut crates) = (repository(), 0);
+    let own = ["interface-defs", "coupler", "dem-solver", "fem-solver", "launch"].map(|name| root.join(name));
+    let inner = own.iter().flat_map(|dir| std::fs::read_dir(dir).expect("a folder"));
+    let inner: Vec<PathBuf> = inner.map(|entry| entry.expect("an entry").path()).collect();
+    for src in own.iter().chain(&inner).map(|dir| dir.join("src")).filter(|src| src.is_dir()) {
+        crates += 1;
+        assert_eq!(circle(&src), None, "they form a circle in {}", src.display());
+    }
+    assert!(crates > 8, "{crates}");
+}
+
+#[test]
+fn a_circle_is_found_through_braces_and_paths_in_place() {
+    let temp = tempfile::tempdir().expect("a directory");
+    let write = |name: &str, text: &str| std::fs::write(temp.path().join(name), text).expect("written");
+    write("lib.rs", "mod a;\nmod b;\nmod c;\nuse a::A;\n");
+    write("a.rs", "use crate::{b::{B, Other}, std::fmt};\n");
+    write("b.rs", "fn f() -> super::c::C {}\n");
+    write("c.rs", "pub struct C;\n// use crate::a::A;\n");
+    assert_eq!(circle(temp.path()), None);
+    write("c.rs", "pub struct C(crate::a::A);\n");
+    assert_eq!(circle(temp.path()).map(|modules| modules.len()), Some(3));
 }
