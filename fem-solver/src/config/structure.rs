@@ -129,14 +129,8 @@ pub struct CableEntry {
 impl CableEntry {
     /// The properties that it states itself.
     pub fn stated(&self) -> Stated {
-        Stated {
-            young: self.young,
-            area: self.area,
-            density: self.density,
-            prestress: self.prestress,
-            tension_only: self.tension_only,
-            radius: self.radius,
-        }
+        let Self { young, area, density, prestress, tension_only, radius, .. } = *self;
+        Stated { young, area, density, prestress, tension_only, radius }
     }
 }
 

@@ -20,9 +20,9 @@
 //! Source: Crisfield (1990), CMAME 81, 131 (kinematics by `e . r`); the energy form after handbook 2.5.
 
 use super::bar::Rupture;
-use super::cable_properties::CableConfig;
-use super::part::{NewElements, PartCell, PartSettings, StatedSection, part};
-use super::segment::{add_block, add_product, add_vector, vector};
+use super::membrane::axes;
+use super::part::{NewElements, PartCell, PartSettings, part};
+use super::segment::{add_block, add_pair, add_product, add_scaled, vector};
 use super::turn::{self, START, TURN};
 use super::{Answer, Element, Energy};
 use interface_defs::diagnostic::Diagnostic;
@@ -120,29 +120,14 @@ impl BeamShape {
     }
 }
 
-/// Gradient of one deformation: with respect to `d = x_2 - x_1`, and to the rotation of each node.
-#[derive(Clone, Copy, Default)]
-struct Gradient {
-    d: Vector3<f64>,
-    turns: [Vector3<f64>; 2],
-}
-
-impl Gradient {
-    fn local(&self) -> [f64; 12] {
-        let mut g = [0.0; 12];
-        for c in 0..3 {
-            (g[c], g[6 + c]) = (-self.d[c], self.d[c]);
-            (g[3 + c], g[9 + c]) = (self.turns[0][c], self.turns[1][c]);
-        }
-        g
+/// Gradient of one deformation over the local degrees of freedom, of that with respect to `d = x_2 - x_1` and to the rotation
+/// of each node.
+fn gradient(d: Vector3<f64>, turns: [Vector3<f64>; 2]) -> [f64; 12] {
+    let mut g = [0.0; 12];
+    for (part, vector) in g.as_chunks_mut::<3>().0.iter_mut().zip([-d, turns[0], d, turns[1]]) {
+        *part = vector.into();
     }
-
-    fn add_force(&self, factor: f64, force: &mut [f64]) {
-        add_vector(force, 0, &(-factor * self.d));
-        add_vector(force, 6, &(factor * self.d));
-        add_vector(force, 3, &(factor * self.turns[0]));
-        add_vector(force, 9, &(factor * self.turns[1]));
-    }
+    g
 }
 
 /// Second derivative of `s = e . a` times `factor`, `a` being an axis of `node`.
@@ -152,7 +137,7 @@ fn add_curvature(k: &mut [f64], factor: f64, shape: &BeamShape, a: &Vector3<f64>
     let across = Matrix3::identity() - e * e.transpose();
     let g = a - s * e;
     let dd = -(g * e.transpose() + e * g.transpose() + s * across) * (factor / (l * l));
-    super::segment::add_pair(k, 12, 0, 6, &dd);
+    add_pair(k, 12, 0, 6, &dd);
     let at = 6 * node + 3;
     // d(a x e)/dd = [a]x (I - e e^T) / l, row = rotation.
     let mixed = a.cross_matrix() * across * (factor / l);
@@ -195,11 +180,11 @@ impl Element for Beam {
         let shape = self.shape(u, history);
         let (rest, e) = (self.rest(), shape.e);
         answer.tension = self.force(&shape);
-        Gradient { d: e, ..Gradient::default() }.add_force(answer.tension, answer.force);
+        add_scaled(answer.force, answer.tension, &gradient(e, [Vector3::zeros(); 2]));
         if let Some(k) = &mut answer.tangent {
             let across = Matrix3::identity() - e * e.transpose();
             let block = self.axial / rest * e * e.transpose() + across * (answer.tension / shape.length);
-            super::segment::add_pair(k, 12, 0, 6, &block);
+            add_pair(k, 12, 0, 6, &block);
         }
         for plane in 0..2 {
             let axes = [0, 1].map(|node: usize| shape.axes[node][plane]);
@@ -210,37 +195,29 @@ impl Element for Beam {
                 let a = axes[node];
                 let mut turns = [Vector3::zeros(); 2];
                 turns[node] = a.cross(&e);
-                Gradient { d: (a - e.dot(&a) * e) / shape.length, turns }
+                gradient((a - e.dot(&a) * e) / shape.length, turns)
             });
             for i in 0..2 {
-                gradients[i].add_force(moments[i] * arcs[i].1, answer.force);
+                add_scaled(answer.force, moments[i] * arcs[i].1, &gradients[i]);
                 let Some(k) = &mut answer.tangent else { continue };
                 for j in 0..2 {
                     let share = if i == j { 4.0 } else { 2.0 };
-                    add_product(
-                        k,
-                        stiffness * share * arcs[i].1 * arcs[j].1,
-                        &gradients[i].local(),
-                        &gradients[j].local(),
-                    );
+                    let factor = stiffness * share * arcs[i].1 * arcs[j].1;
+                    add_product(k, factor, &gradients[i], &gradients[j]);
                 }
-                add_product(k, moments[i] * arcs[i].2, &gradients[i].local(), &gradients[i].local());
+                add_product(k, moments[i] * arcs[i].2, &gradients[i], &gradients[i]);
                 add_curvature(k, moments[i] * arcs[i].1, &shape, &axes[i], i);
             }
         }
         let [[a1, b1], [a2, b2]] = shape.axes;
         let (twist, slope, bend) = arc(shape.twist());
         let turn = 0.5 * (b1.cross(&a2) - a1.cross(&b2));
-        let gradient = Gradient { d: Vector3::zeros(), turns: [turn, -turn] };
+        let gradient = gradient(Vector3::zeros(), [turn, -turn]);
         let moment = self.torsion / rest * twist;
-        gradient.add_force(moment * slope, answer.force);
+        add_scaled(answer.force, moment * slope, &gradient);
         if let Some(k) = &mut answer.tangent {
-            add_product(
-                k,
-                self.torsion / rest * slope * slope + moment * bend,
-                &gradient.local(),
-                &gradient.local(),
-            );
+            let factor = self.torsion / rest * slope * slope + moment * bend;
+            add_product(k, factor, &gradient, &gradient);
             add_twist_curvature(k, 0.5 * moment * slope, &b1, &a2);
             add_twist_curvature(k, -0.5 * moment * slope, &a1, &b2);
         }
@@ -377,16 +354,13 @@ impl PartSettings for BeamPart {
         let along = span.normalize();
         let default = if along.z.abs() > 0.9 { Vector3::x() } else { Vector3::z() };
         let up = self.up.map_or(default, Vector3::from);
-        let first = up - along * along.dot(&up);
-        if first.norm() <= 1e-6 * up.norm() || up.norm() == 0.0 {
-            let what = format!("`up` lies along the beam between nodes {} and {}", nodes[0], nodes[1]);
-            return Err(cell.invalid(what));
-        }
-        let first = first.normalize();
+        let axes = axes(&along, &up).ok_or_else(|| {
+            cell.invalid(format!("`up` lies along the beam between nodes {} and {}", nodes[0], nodes[1]))
+        })?;
         let beam = Beam {
             nodes,
             span,
-            axes: [first, along.cross(&first)],
+            axes,
             area: self.area,
             axial: self.young * self.area,
             bending: self.inertia.map(|i| self.young * i),
@@ -398,18 +372,6 @@ impl PartSettings for BeamPart {
         };
         made.elements.push(beam.into());
         Ok(())
-    }
-
-    fn section(&self, _common: Option<&CableConfig>) -> Option<StatedSection> {
-        Some(StatedSection {
-            young: Some(self.young),
-            density: Some(self.density),
-            area: Some(self.area),
-            inertia: Some(self.inertia),
-            radius: self.radius,
-            rupture_force: self.rupture_force,
-            ..StatedSection::default()
-        })
     }
 }
 

@@ -2,8 +2,7 @@
 //! is a [`Bar`] without a section.
 
 use super::Bar;
-use super::cable_properties::CableConfig;
-use super::part::{Key, NewElements, PartCell, PartSettings, StatedSection, Surroundings, is_zero, part};
+use super::part::{Key, NewElements, PartCell, PartSettings, Surroundings, is_zero, part};
 use crate::element::material::Law;
 use interface_defs::diagnostic::{Diagnostic, code};
 
@@ -115,10 +114,6 @@ impl PartSettings for BrakePart {
         };
         made.elements.push(brake.into());
         Ok(())
-    }
-
-    fn section(&self, _common: Option<&CableConfig>) -> Option<StatedSection> {
-        Some(StatedSection { radius: self.radius, ..StatedSection::default() })
     }
 
     fn judge(&self, at: &Surroundings) -> Result<Vec<Diagnostic>, Diagnostic> {

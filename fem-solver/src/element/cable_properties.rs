@@ -3,7 +3,7 @@
 
 use super::bar::Rupture;
 use super::material::Law;
-use super::part::{Key, NewElements, PartCell, PartSettings, StatedSection, part, yes};
+use super::part::{Key, NewElements, PartCell, PartSettings, part, yes};
 use super::{Bar, Cable};
 use crate::read::mesh::Kind;
 use crate::read::{not_negative, positive};
@@ -122,20 +122,15 @@ part! {
 }
 
 impl CablePart {
-    fn own(&self) -> Stated {
-        Stated {
-            young: self.young,
-            area: self.area,
-            density: self.density,
-            prestress: self.prestress,
-            tension_only: self.tension_only,
-            radius: self.radius,
-        }
+    /// The properties of each that it states itself.
+    pub fn stated(&self) -> Stated {
+        let Self { young, area, density, prestress, tension_only, radius, .. } = *self;
+        Stated { young, area, density, prestress, tension_only, radius }
     }
 
     /// Properties and rupture of its cables, checked.
     fn check(&self, key: &Key, common: Option<&CableConfig>) -> Result<(CableConfig, Rupture), Diagnostic> {
-        let own = self.own().complete(key.scene, &key.key, common)?;
+        let own = self.stated().complete(key.scene, &key.key, common)?;
         key.positive(&[("length", self.length.unwrap_or(1.0), "m")])?;
         key.check_table("hardening", &self.hardening)?;
         if self.hardening.first().is_some_and(|row| row[0] != 0.0) {
@@ -148,10 +143,6 @@ impl CablePart {
 impl PartSettings for CablePart {
     fn closes(&self, kind: Kind) -> bool {
         matches!(kind, Kind::Tri3 | Kind::Quad4)
-    }
-
-    fn stated(&self) -> Option<Stated> {
-        Some(self.own())
     }
 
     fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), Diagnostic> {
@@ -169,19 +160,5 @@ impl PartSettings for CablePart {
             made.elements.push(Bar { nodes, span, length, section, mass, radius, law, rupture }.into());
         }
         Ok(())
-    }
-
-    fn section(&self, common: Option<&CableConfig>) -> Option<StatedSection> {
-        Some(StatedSection {
-            young: self.young,
-            density: self.density,
-            area: self.area.or(common.map(|c| c.area)),
-            radius: self.radius.or(common.map(|c| c.radius)),
-            prestress: self.prestress.or(common.map(|c| c.prestress)),
-            strained: self.young.or(common.map(|c| c.young)),
-            rupture_force: self.rupture_force,
-            rupture_strain: self.rupture_strain,
-            ..StatedSection::default()
-        })
     }
 }

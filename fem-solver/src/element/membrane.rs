@@ -14,8 +14,7 @@
 //!
 //! Source: handbook 2.4; Pipkin (1986), IMA J. Appl. Math. 36, 85 (relaxed energy).
 
-use super::cable_properties::CableConfig;
-use super::part::{Key, NewElements, PartCell, PartSettings, StatedSection, Surroundings, is_zero, part};
+use super::part::{Key, NewElements, PartCell, PartSettings, Surroundings, is_zero, part};
 use super::segment::{add_block, add_vector, vector};
 use super::{Answer, Element, Energy, MembraneQuad};
 use crate::element::Slack;
@@ -289,10 +288,6 @@ impl<const N: usize, const P: usize> Element for Sheet<N, P> {
         principal(&self.points.iter().map(|p| stress(p) * (p.area / area)).sum())
     }
 
-    fn faces(&self) -> Vec<[usize; 3]> {
-        self.nodes[1..].windows(2).map(|pair| [self.nodes[0], pair[0], pair[1]]).collect()
-    }
-
     fn thickness(&self) -> f64 {
         self.thickness
     }
@@ -366,15 +361,9 @@ impl MembranePart {
 impl PartSettings for MembranePart {
     fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), Diagnostic> {
         let key = cell.key;
-        key.positive(&[("thickness", self.thickness, "m")])?;
-        key.not_negative(&[("density", self.density, "kg/m3"), ("shear", self.shear, "Pa")])?;
+        key.not_negative(&[("shear", self.shear, "Pa")])?;
         self.young.iter().try_for_each(|young| key.positive(&[("young", *young, "Pa")]))?;
-        if self.rupture_force.is_some() {
-            return Err(key.invalid("rupture_force", "a membrane does not break"));
-        }
-        if self.radius.is_some() {
-            return Err(key.invalid("radius", "a membrane is touched at its faces, it has no radius"));
-        }
+        check_sheet(key, "membrane", (self.thickness, self.density), (self.rupture_force, self.radius))?;
         let (thickness, density, fabric) = (self.thickness, self.density, self.fabric(key)?);
         if let &[a, b, c, d] = cell.nodes {
             let nodes = [a, b, c, d];
@@ -397,14 +386,27 @@ impl PartSettings for MembranePart {
         Ok(())
     }
 
-    fn section(&self, _common: Option<&CableConfig>) -> Option<StatedSection> {
-        let (young, density) = (self.young.first().copied(), Some(self.density));
-        Some(StatedSection { young, density, ..StatedSection::default() })
-    }
-
     fn judge(&self, at: &Surroundings) -> Result<Vec<Diagnostic>, Diagnostic> {
         check_thickness(at, self.thickness)
     }
+}
+
+/// Refuse a thickness [m] and a density [kg/m3] that no sheet has, and what lines alone have: rupture and radius.
+pub(super) fn check_sheet(
+    key: &Key,
+    one: &str,
+    (thickness, density): (f64, f64),
+    (rupture, radius): (Option<f64>, Option<f64>),
+) -> Result<(), Diagnostic> {
+    key.positive(&[("thickness", thickness, "m")])?;
+    key.not_negative(&[("density", density, "kg/m3")])?;
+    if rupture.is_some() {
+        return Err(key.invalid("rupture_force", format!("a {one} does not break")));
+    }
+    if radius.is_some() {
+        return Err(key.invalid("radius", format!("a {one} is touched at its faces, it has no radius")));
+    }
+    Ok(())
 }
 
 /// Refuse faces that are thicker than they are wide.

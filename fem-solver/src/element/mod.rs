@@ -152,9 +152,10 @@ pub trait Element: Debug {
         self.line_count()
     }
 
-    /// Faces that a contact sees.
+    /// Faces that a contact sees: the triangles of [`Element::face_cell`] from its first node.
     fn faces(&self) -> Vec<[usize; 3]> {
-        Vec::new()
+        let Some((first, others)) = self.face_cell().split_first() else { return Vec::new() };
+        others.windows(2).map(|pair| [*first, pair[0], pair[1]]).collect()
     }
 
     /// Nodes of the cell that field files show of its faces, around; none where it has no faces.

@@ -15,8 +15,7 @@
 pub mod formula;
 
 use self::formula::RingConstants;
-use super::cable_properties::CableConfig;
-use super::part::{NewElements, PartCell, PartSettings, StatedSection, Surroundings, part};
+use super::part::{NewElements, PartCell, PartSettings, Surroundings, part};
 use super::segment::{Segment, add_block, add_pair, add_vector, vector};
 use super::{Answer, AnyElement, Element, Energy};
 use crate::element::Slack;
@@ -380,10 +379,6 @@ impl PartSettings for RingPart {
         };
         made.elements.push(ring.into());
         Ok(())
-    }
-
-    fn section(&self, _common: Option<&CableConfig>) -> Option<StatedSection> {
-        Some(StatedSection { radius: self.radius, ..StatedSection::default() })
     }
 
     fn judge(&self, at: &Surroundings) -> Result<Vec<Diagnostic>, Diagnostic> {

@@ -100,6 +100,11 @@ pub fn add_pair(k: &mut [f64], n: usize, first: usize, second: usize, block: &Ma
     add_block(k, n, second, first, &-block);
 }
 
+/// Add `factor g` to `f`.
+pub fn add_scaled(f: &mut [f64], factor: f64, g: &[f64]) {
+    f.iter_mut().zip(g).for_each(|(f, g)| *f += factor * g);
+}
+
 /// Add `factor a b^T` to a square matrix, by rows.
 pub fn add_product<const N: usize>(k: &mut [f64], factor: f64, a: &[f64; N], b: &[f64; N]) {
     for (row, x) in k.chunks_exact_mut(N).zip(a) {

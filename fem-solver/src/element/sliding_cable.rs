@@ -1,9 +1,8 @@
 //! A rope that slides over any number of nodes, without friction or with that of a capstan.
 
 use super::bar::Rupture;
-use super::cable_properties::CableConfig;
 use super::capstan::{self, Returned, RopeLaw};
-use super::part::{NewElements, PartCell, PartSettings, StatedSection, is_zero, part};
+use super::part::{NewElements, PartCell, PartSettings, is_zero, part};
 use super::segment::{Segment, add_pair, add_vector};
 use super::{Answer, AnyElement, Element, Energy};
 use crate::element::Slack;
@@ -450,20 +449,6 @@ impl PartSettings for SlidingCablePart {
         };
         made.elements.push(rope.into());
         Ok(())
-    }
-
-    fn section(&self, _common: Option<&CableConfig>) -> Option<StatedSection> {
-        Some(StatedSection {
-            young: Some(self.young),
-            density: Some(self.density),
-            area: Some(self.area),
-            radius: self.radius,
-            prestress: Some(self.prestress),
-            strained: Some(self.young),
-            rupture_force: self.rupture_force,
-            rupture_strain: self.rupture_strain,
-            ..StatedSection::default()
-        })
     }
 }
 

@@ -4,6 +4,7 @@ use super::Model;
 use super::base::{Base, Cell, Made};
 use crate::config::Config;
 use crate::config::structure::{StructureConfig, Where};
+use crate::element::part::PartHead;
 use crate::read::{not_negative, positive, refuse};
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::mesh::Group;
@@ -17,28 +18,28 @@ impl Model {
     /// Build the structure of a scene.
     pub fn build(scene: &Scene, config: &Config) -> Result<Self, Diagnostic> {
         let table = &config.structure;
-        let base = Base::new(scene, table)?;
+        let Base { mesh, lines, cells, held, framed } = Base::new(scene, table)?;
         let mut model = Self {
             part_count: table.parts.len(),
-            mass: vec![0.0; base.nodes.len()],
-            held: vec![false; 3 * base.nodes.len()],
-            dead_load: vec![0.0; 3 * base.nodes.len()],
+            mass: vec![0.0; mesh.nodes.len()],
+            held: vec![false; 3 * mesh.nodes.len()],
+            dead_load: vec![0.0; 3 * mesh.nodes.len()],
             damping: table.damping,
-            groups: base.groups,
-            nodes: base.nodes,
-            numbers: base.numbers,
-            warnings: base.warnings,
+            groups: mesh.node_groups,
+            nodes: mesh.nodes,
+            numbers: mesh.numbers,
+            warnings: mesh.warnings,
             ..Self::default()
         };
         not_negative(scene, "structure.damping", table.damping, "1/s")?;
         model.add_groups(scene, table)?;
-        let mut made = vec![Made::default(); base.elements.0];
-        model.add_cables(scene, table, &base.lines, &mut made)?;
-        model.add_parts(scene, table, &base.cells, &mut made)?;
-        model.number_elements(&base.element_numbers, &made);
-        model.name_elements(base.elements.1, &made);
+        let mut made = vec![Made::default(); mesh.elements.len()];
+        model.add_cables(scene, table, &lines, &mut made)?;
+        model.add_parts(scene, table, &cells, &mut made)?;
+        model.number_elements(&mesh.elements, &made);
+        model.name_elements(mesh.element_groups, &made);
         model.number_rotations();
-        for (node, c) in base.held.iter().flat_map(|node| [0, 1, 2].map(|c| (*node, c))) {
+        for (node, c) in held.iter().flat_map(|node| [0, 1, 2].map(|c| (*node, c))) {
             let dof = model.dof(node, c);
             model.held[dof] = true;
         }
@@ -48,7 +49,7 @@ impl Model {
         model.add_ground(scene, config)?;
         model.load(scene, config)?;
         model.check_path(scene, config)?;
-        model.check_held_together(scene, config, base.framed)?;
+        model.check_held_together(scene, config, framed)?;
         // A mesh file may have a group of that name; then it is the user's.
         if model.groups.iter().all(|g| g.name != "supports") {
             let held = (0..model.nodes.len()).filter(|n| model.held_at_first(*n)).map(|n| n as u32);
@@ -193,8 +194,8 @@ impl Model {
         }
         let parts = &config.structure.parts;
         if let Some(i) = parts.iter().position(|part| part.turns_without_inertia()) {
-            let (of, name) = (parts[i].plural(), parts[i].name());
-            let what = format!("the {of} `{name}` have no density: nothing resists their turning");
+            let PartHead { name, plural, .. } = parts[i].head();
+            let what = format!("the {plural} `{name}` have no density: nothing resists their turning");
             let hint = "write density, for steel 7850; or choose integrator = \"static\"";
             return refuse(scene, &format!("structure.parts.{i}"), what, hint);
         }

@@ -228,7 +228,7 @@ pub fn area(scene: &Scene, table: &StructureConfig) -> Result<Option<Area>, Diag
     if ground_file(table).is_some() || !(stands || table.ground.is_some()) {
         return Ok(None);
     }
-    let nodes = Base::new(scene, &flat(table))?.nodes;
+    let nodes = Base::new(scene, &flat(table))?.mesh.nodes;
     let (low, high) = around(&nodes);
     let middle = [0, 1].map(|a: usize| 0.5 * (low[a] + high[a]));
     let margin = (0..2).map(|a| 0.5 * (high[a] - low[a])).fold(0.0, f64::max) + 2.0 * CELL;

@@ -4,8 +4,8 @@ use super::base::{Cell, Made};
 use super::{Model, Part};
 use crate::config::structure::StructureConfig;
 use crate::element::PartConfig;
-use crate::element::part::{Key, NewElements, PartCell};
-use crate::read::mesh::ElementGroup;
+use crate::element::part::{Key, NewElements, PartCell, PartHead};
+use crate::read::mesh::{ElementGroup, MeshElement};
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::mesh::Group;
 use nalgebra::Vector3;
@@ -23,7 +23,7 @@ impl Model {
     ) -> Result<(), Diagnostic> {
         for (i, config) in table.parts.iter().enumerate() {
             let key = Key { scene, key: format!("structure.parts.{i}") };
-            let (name, own) = (config.name(), config.cells());
+            let PartHead { name, cells: own, .. } = config.head();
             if name.is_empty() || self.parts.iter().any(|p| p.name == name) {
                 let what = format!("there is a part `{name}` already, or it has no name");
                 return Err(key.invalid("name", what));
@@ -83,7 +83,7 @@ impl Model {
 
     fn check_cell(&self, config: &PartConfig, at: &PartCell) -> Result<(), Diagnostic> {
         let cell = at.nodes;
-        let (fewest, most) = config.nodes();
+        let (fewest, most) = config.head().nodes;
         if cell.len() < fewest || cell.len() > most {
             let wanted = match most {
                 usize::MAX => format!("{fewest} or more"),
@@ -132,15 +132,16 @@ impl Model {
 }
 
 impl Model {
-    /// Remember what the mesh file calls its elements: `numbers`, of which `made` says what became of each.
-    pub(super) fn number_elements(&mut self, numbers: &[u64], made: &[Made]) {
+    /// Remember what the mesh file calls its `elements`, where there is one; `made` says what became of each.
+    pub(super) fn number_elements(&mut self, elements: &[MeshElement], made: &[Made]) {
         self.element_numbers = [vec![None; self.elements.len()], vec![None; self.cables.len()]];
         let mut twice = [vec![false; self.elements.len()], vec![false; self.cables.len()]];
-        for (number, made) in numbers.iter().zip(made) {
+        let filed = if self.numbers.is_empty() { &[] } else { elements };
+        for (element, made) in filed.iter().zip(made) {
             for (kind, range) in [made.elements.clone(), made.cables.clone()].into_iter().enumerate() {
                 for i in range {
                     twice[kind][i] |= self.element_numbers[kind][i].is_some();
-                    self.element_numbers[kind][i] = Some(*number).filter(|_| !twice[kind][i]);
+                    self.element_numbers[kind][i] = Some(element.number).filter(|_| !twice[kind][i]);
                 }
             }
         }

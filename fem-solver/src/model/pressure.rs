@@ -10,7 +10,8 @@
 //! Source: Schweizerhof and Ramm (1984), Displacement dependent pressure loads in nonlinear finite element analyses,
 //! Comput. Struct. 18, 1099.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
+use std::array::from_fn;
 
 /// Add the forces of `pressures` [Pa] on the faces of `loads` at the displacements `u` to `force` [N]. Returns the sum of
 /// the squares of the forces on all corners [N2].
@@ -38,23 +39,13 @@ fn normal([a, b, c]: &[Vector3<f64>; 3]) -> Vector3<f64> {
 /// What the pressure adds to the stiffness of a triangle, by rows: minus the derivative of its forces [N/m]. Local degrees
 /// of freedom are x, y, z of one corner after the other.
 pub fn face_tangent([a, b, c]: &[Vector3<f64>; 3], pressure: f64) -> [[f64; 9]; 9] {
-    let columns = [c - b, a - c, b - a].map(|edge| -pressure / 6.0 * cross_matrix(&edge));
-    let mut tangent = [[0.0; 9]; 9];
-    for (row, entries) in tangent.iter_mut().enumerate() {
-        for (column, entry) in entries.iter_mut().enumerate() {
-            *entry = columns[column / 3][(row % 3, column % 3)];
-        }
-    }
-    tangent
-}
-
-fn cross_matrix(v: &Vector3<f64>) -> Matrix3<f64> {
-    Matrix3::new(0.0, -v.z, v.y, v.z, 0.0, -v.x, -v.y, v.x, 0.0)
+    let columns = [c - b, a - c, b - a].map(|edge| -pressure / 6.0 * edge.cross_matrix());
+    from_fn(|row| from_fn(|column| columns[column / 3][(row % 3, column % 3)]))
 }
 
 /// Degrees of freedom of a face in a structure of so many nodes.
 pub fn dofs_of_face(face: &Face, node_count: usize) -> [usize; 9] {
-    std::array::from_fn(|i| (i % 3) * node_count + face.nodes[i / 3])
+    from_fn(|i| (i % 3) * node_count + face.nodes[i / 3])
 }
 
 /// One entry of loads with a history, or of pressures.

@@ -4,10 +4,13 @@
 pub mod supports;
 
 use crate::config::Config;
-use crate::element::cable_properties::Stated;
-use crate::element::part::{Key, StatedSection, Surroundings};
+use crate::config::structure::CableEntry;
+use crate::element::PartConfig;
+use crate::element::cable_properties::{CableConfig, Stated};
+use crate::element::part::{Key, Surroundings};
 use crate::model::{Model, Part};
 use interface_defs::diagnostic::{Code, Diagnostic, code};
+use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::f64::consts::PI;
 use toolkit::ranges::{Band, Gate};
@@ -83,7 +86,7 @@ pub fn judge(scene: &Scene, config: &Config, model: &mut Model) -> Result<(), Di
     let mut at = Judge { scene, config, model, warnings: &mut warnings };
     judge_extent(&mut at)?;
     for section in sections(config, model) {
-        let mut judge = SectionJudge { scene, section: &section, warnings: at.warnings };
+        let mut judge = SectionJudge { scene, section, warnings: at.warnings };
         judge.material()?;
         judge.shape()?;
         judge.strength()?;
@@ -95,31 +98,84 @@ pub fn judge(scene: &Scene, config: &Config, model: &mut Model) -> Result<(), Di
     Ok(())
 }
 
-/// The sections of a scene: that of all cables, then one for each part that has lines.
-fn sections(config: &Config, model: &Model) -> Vec<StatedSection> {
+/// Material and section as a table states them, SI units; `None` where it does not.
+#[derive(Debug, Default)]
+struct Section {
+    /// Key of the table.
+    key: String,
+    young: Option<f64>,
+    density: Option<f64>,
+    area: Option<f64>,
+    inertia: Option<[f64; 2]>,
+    radius: Option<f64>,
+    prestress: Option<f64>,
+    /// Modulus that the prestress strains [Pa]: its own, else that of all cables.
+    strained: Option<f64>,
+    rupture_force: Option<f64>,
+    rupture_strain: Option<f64>,
+    /// Its longest line [m].
+    longest: f64,
+}
+
+impl Section {
+    /// That of any table: these keys mean the same in all of them.
+    fn of(table: &impl Serialize) -> Self {
+        let table = serde_json::to_value(table).expect("a table of a scene is a value");
+        let number = |key: &str| table[key].as_f64();
+        let young = number("young");
+        Self {
+            // Of two families of fibres the first.
+            young: young.or_else(|| table["young"][0].as_f64()),
+            density: number("density"),
+            area: number("area"),
+            inertia: <[f64; 2]>::deserialize(&table["inertia"]).ok(),
+            radius: number("radius"),
+            prestress: number("prestress"),
+            strained: young,
+            rupture_force: number("rupture_force"),
+            rupture_strain: number("rupture_strain"),
+            ..Self::default()
+        }
+    }
+
+    /// That of a part: what cables do not state `common` states for all; their own modulus and density alone are judged here.
+    fn of_part(part: &PartConfig, common: Option<&CableConfig>) -> Self {
+        let own = Self::of(part);
+        match (part, common.map(Self::of)) {
+            (PartConfig::CablePart(_), Some(common)) => Self {
+                area: own.area.or(common.area),
+                radius: own.radius.or(common.radius),
+                prestress: own.prestress.or(common.prestress),
+                strained: own.young.or(common.young),
+                ..own
+            },
+            _ => own,
+        }
+    }
+}
+
+/// The sections of a scene: that of all cables, then one for each part.
+fn sections(config: &Config, model: &Model) -> Vec<Section> {
     let table = &config.structure;
     let span = |line: &[usize; 2]| (model.nodes[line[1]] - model.nodes[line[0]]).norm();
     // What every cable states for itself nothing uses of the common table.
     let parted: usize = model.parts[..model.part_count].iter().map(|p| p.cables.len()).sum();
     let others = model.cables.len() > parted + table.cables.len();
-    let used = |states: fn(&Stated) -> bool| {
-        others
-            || table.cables.iter().any(|c| !states(&c.stated()))
-            || table.parts.iter().any(|p| p.stated().is_some_and(|own| !states(&own)))
-    };
+    let cables = table.cables.iter().map(CableEntry::stated).chain(table.parts.iter().filter_map(|part| {
+        if let PartConfig::CablePart(cables) = part { Some(cables.stated()) } else { None }
+    }));
+    let used = |states: fn(&Stated) -> bool| others || cables.clone().any(|own| !states(&own));
     let all = model.lines().map(|(line, _)| span(&line)).fold(0.0, f64::max);
     let mut sections = Vec::new();
     if let Some(common) = &table.cable {
-        sections.push(StatedSection {
+        let own = Section::of(common);
+        sections.push(Section {
             key: "structure.cable".into(),
-            young: Some(common.young).filter(|_| used(|own| own.young.is_some())),
-            density: Some(common.density).filter(|_| used(|own| own.density.is_some())),
-            area: Some(common.area).filter(|_| used(|own| own.area.is_some())),
-            radius: Some(common.radius),
-            prestress: Some(common.prestress),
-            strained: Some(common.young),
+            young: own.young.filter(|_| used(|own| own.young.is_some())),
+            density: own.density.filter(|_| used(|own| own.density.is_some())),
+            area: own.area.filter(|_| used(|own| own.area.is_some())),
             longest: all,
-            ..StatedSection::default()
+            ..own
         });
     }
     for (i, (config, part)) in table.parts.iter().zip(&model.parts).enumerate() {
@@ -127,11 +183,7 @@ fn sections(config: &Config, model: &Model) -> Vec<StatedSection> {
         let others = part.elements.iter().flat_map(|e| model.elements[*e].lines()).map(|l| span(&l));
         let longest = cables.chain(others).fold(0.0, f64::max);
         let key = format!("structure.parts.{i}");
-        sections.extend(config.section(table.cable.as_ref()).map(|own| StatedSection {
-            key,
-            longest,
-            ..own
-        }));
+        sections.push(Section { key, longest, ..Section::of_part(config, table.cable.as_ref()) });
     }
     sections
 }
@@ -139,7 +191,7 @@ fn sections(config: &Config, model: &Model) -> Vec<StatedSection> {
 /// Judges one section.
 struct SectionJudge<'a> {
     scene: &'a Scene,
-    section: &'a StatedSection,
+    section: Section,
     warnings: &'a mut Vec<Diagnostic>,
 }
 
@@ -153,10 +205,7 @@ impl SectionJudge<'_> {
     }
 
     fn pass(&mut self, gate: &Gate, value: Option<f64>) -> Result<(), Diagnostic> {
-        match value {
-            Some(value) => gate.pass(self.scene, &self.section.key, value, self.warnings),
-            None => Ok(()),
-        }
+        value.map_or(Ok(()), |value| gate.pass(self.scene, &self.section.key, value, self.warnings))
     }
 
     /// Modulus and density.
@@ -365,10 +414,10 @@ fn pulled<'a>(config: &'a Config, model: &Model, of: usize) -> Option<(&'a str, 
     let own = nodes(&model.parts[of]);
     let common = config.structure.cable.as_ref();
     let ropes = config.structure.parts.iter().zip(&model.parts).filter_map(|(part, built)| {
-        let section = part.section(common)?;
+        let section = Section::of_part(part, common);
         let (stress, area) = (section.prestress?, section.area?);
         let touches = nodes(built).iter().any(|node| own.contains(node));
-        (touches && stress > 0.0).then(|| (part.name(), stress * area))
+        (touches && stress > 0.0).then(|| (part.head().name, stress * area))
     });
     ropes.max_by(|a, b| a.1.total_cmp(&b.1))
 }
