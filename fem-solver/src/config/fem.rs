@@ -4,6 +4,7 @@ use crate::read::{positive, refuse};
 use interface_defs::diagnostic::Diagnostic;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::fmt;
 use toolkit::scene::Scene;
 
 /// Most iterations of one step where the scene does not say.
@@ -128,7 +129,7 @@ impl NewtonConfig {
 impl FemConfig {
     /// Refuse numbers out of range, and parameters of an integrator that is not chosen.
     pub fn check(&self, scene: &Scene) -> Result<(), Diagnostic> {
-        let (newton, own) = (&self.newton, self.integrator.name());
+        let (newton, own) = (&self.newton, self.integrator);
         let first = self.load_steps.map(|steps| steps.first);
         let shortest = self.load_steps.as_ref().map(LoadSteps::shortest);
         for (name, value, unit) in [
@@ -166,7 +167,7 @@ impl FemConfig {
             ("beta", Integrator::Newmark, self.beta, least_beta..=1.0),
         ] {
             let Some(value) = value else { continue };
-            let (of, from, to) = (of.name(), range.start(), range.end());
+            let (from, to) = (range.start(), range.end());
             let what = if of != own {
                 format!("{name} belongs to the integrator {of}, not to {own}")
             } else if !range.contains(&value) {
@@ -215,16 +216,10 @@ impl FemConfig {
     }
 }
 
-impl Integrator {
-    /// Its name in a scene.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Static => "static",
-            Self::GeneralizedAlpha => "generalized_alpha",
-            Self::Bossak => "bossak",
-            Self::Newmark => "newmark",
-            Self::CentralDifference => "central_difference",
-        }
+/// Its name in a scene.
+impl fmt::Display for Integrator {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        self.serialize(f)
     }
 }
 

@@ -19,7 +19,7 @@
 //!
 //! Source: Crisfield (1990), CMAME 81, 131 (kinematics by `e . r`); the energy form after handbook 2.5.
 
-use super::bar::Rupture;
+use super::material::Rupture;
 use super::membrane::axes;
 use super::part::{NewElements, PartCell, PartSettings, part};
 use super::segment::{add_block, add_pair, add_product, add_scaled, vector};
@@ -224,10 +224,8 @@ impl Element for Beam {
     }
 
     fn energy(&self, u: &[f64], history: &[f64]) -> Energy {
-        if history[BROKEN] > 0.0 {
-            return Energy { stored: 0.0, dissipated: history[LOST] };
-        }
-        Energy { stored: self.stored(&self.shape(u, history)), dissipated: history[LOST] }
+        let stored = if history[BROKEN] > 0.0 { 0.0 } else { self.stored(&self.shape(u, history)) };
+        Energy { stored, dissipated: history[LOST] }
     }
 
     fn can_break(&self) -> bool {
@@ -235,8 +233,7 @@ impl Element for Beam {
     }
 
     fn utilisation_bound(&self, u: &[f64], _history: &[f64]) -> f64 {
-        let stretch = (self.span + vector(u, 6) - vector(u, 0)).norm() - self.rest();
-        let force = (self.axial / self.rest() * stretch).abs();
+        let force = (self.axial / self.rest() * self.elongation(u)).abs();
         self.rupture.share(force, force / self.axial)
     }
 

@@ -1,4 +1,4 @@
-//! The uniaxial law: elastic, hardening by a table, an end of the plastic travel, rupture.
+//! The uniaxial law: elastic, hardening by a table, an end of the plastic travel; and rupture.
 //!
 //! ```text
 //! S = s_0 + E (e - p)                      p = plastic strain, a = its sum of magnitudes
@@ -138,6 +138,30 @@ impl Law {
             Some(last) => work + last.1 * (a - last.0).max(0.0),
             None => 0.0,
         }
+    }
+}
+
+/// Where something breaks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rupture {
+    /// Axial force [N]; infinite = never.
+    pub force: f64,
+    /// Strain, of the measure of the element; infinite = never.
+    pub strain: f64,
+}
+
+impl Rupture {
+    /// Never.
+    pub const NEVER: Self = Self { force: f64::INFINITY, strain: f64::INFINITY };
+
+    /// Whether it breaks under `force` at `strain`.
+    pub fn at(&self, force: f64, strain: f64) -> bool {
+        force > self.force || strain > self.strain
+    }
+
+    /// The larger of both over its limit; 0 where there is none.
+    pub fn share(&self, force: f64, strain: f64) -> f64 {
+        (force / self.force).max(strain / self.strain).max(0.0)
     }
 }
 

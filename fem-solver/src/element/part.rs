@@ -3,15 +3,14 @@
 //! A part says what its elements are; its `cells` say between which nodes. A mesh file or a generator gives
 //! the cells instead, in the group that bears the name of the part.
 
-use super::cable_properties::CableConfig;
+use super::cable::CableConfig;
 use super::{AnyElement, Cable};
-use crate::element::bar::Rupture;
+use crate::element::material::Rupture;
+pub use crate::read::Key;
 use crate::read::mesh::Kind;
-use crate::read::{not_negative, positive};
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::Vector3;
 use std::fmt::Debug;
-use toolkit::scene::Scene;
 
 /// What all parts state, and of what an element is made.
 #[derive(Debug, Clone, Copy)]
@@ -124,32 +123,7 @@ impl Surroundings<'_> {
     }
 }
 
-/// Where a part stands in the scene, for messages.
-pub struct Key<'a> {
-    /// The scene.
-    pub scene: &'a Scene,
-    /// Its dotted path in it.
-    pub key: String,
-}
-
 impl Key<'_> {
-    /// Each of these numbers, by its key, must lie above 0; the last is its unit.
-    pub fn positive(&self, numbers: &[(&str, f64, &str)]) -> Result<(), Diagnostic> {
-        let path = |name: &str| format!("{}.{name}", self.key);
-        numbers.iter().try_for_each(|(name, value, unit)| positive(self.scene, &path(name), *value, unit))
-    }
-
-    /// None of these numbers may lie below 0, likewise.
-    pub fn not_negative(&self, numbers: &[(&str, f64, &str)]) -> Result<(), Diagnostic> {
-        let path = |name: &str| format!("{}.{name}", self.key);
-        numbers.iter().try_for_each(|(name, value, unit)| not_negative(self.scene, &path(name), *value, unit))
-    }
-
-    /// The key `name` is at fault.
-    pub fn invalid(&self, name: &str, what: impl Into<String>) -> Diagnostic {
-        self.scene.invalid(&format!("{}.{name}", self.key), what)
-    }
-
     /// When elements break: force [N] and strain as stated, above 0.
     pub fn rupture(&self, force: Option<f64>, strain: Option<f64>) -> Result<Rupture, Diagnostic> {
         let or_one = |stated: Option<f64>| stated.unwrap_or(1.0);
@@ -181,7 +155,7 @@ impl Key<'_> {
 }
 
 /// Default of a key.
-pub(super) fn yes() -> bool {
+pub(crate) fn yes() -> bool {
     true
 }
 

@@ -7,7 +7,7 @@ use crate::config::structure::{PlaceConfig, StructureConfig};
 use crate::element::part::PartHead;
 use crate::read::heights::Heights;
 use crate::read::mesh::{Kind, Mesh};
-use crate::read::{named, read, refuse};
+use crate::read::{Key, named, read, refuse};
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::Vector3;
 use std::collections::HashMap;
@@ -79,7 +79,7 @@ impl Base {
     fn bound(scene: &Scene, table: &StructureConfig, generated: Generated) -> Result<Self, Diagnostic> {
         let Generated { mesh, held, parts } = generated;
         if let Some(common) = &table.cable {
-            common.check(scene, "structure.cable")?;
+            common.check(&Key { scene, key: "structure.cable".into() })?;
         }
         let binding = Binding { scene, table, mesh: &mesh };
         let (mut cells, mut lines) = (vec![Vec::new(); table.parts.len()], Vec::new());
@@ -90,9 +90,9 @@ impl Base {
         }
         for (i, part) in table.parts.iter().enumerate() {
             if part.joins_lines() {
-                cells[i] = join(std::mem::take(&mut cells[i])).or_else(|fault| {
-                    let (name, why) = (part.head().name, fault.words(&mesh));
-                    let what = format!("the lines of `{name}` make no ropes: {why}");
+                let number = |node: usize| mesh.numbers.get(node).copied().unwrap_or(node as u64);
+                cells[i] = join(std::mem::take(&mut cells[i]), number).or_else(|why| {
+                    let what = format!("the lines of `{}` make no ropes: {why}", part.head().name);
                     let hint = "put ropes that share nodes into groups of their own";
                     refuse(scene, &format!("structure.parts.{i}.name"), what, hint)
                 })?;
@@ -308,35 +308,16 @@ pub struct Made {
     pub cables: Range<usize>,
 }
 
-/// Why lines make no ropes; nodes by position.
-#[derive(Debug, PartialEq, Eq)]
-pub enum Fault {
-    /// More than two lines end at this node.
-    Branch(usize),
-    /// The rope through this node has no ends.
-    Closed(usize),
-}
-
-impl Fault {
-    /// In words.
-    pub fn words(&self, mesh: &Mesh) -> String {
-        let number = |n: usize| mesh.numbers.get(n).copied().unwrap_or(n as u64);
-        match self {
-            Self::Branch(node) => format!("more than two of them end at node {}", number(*node)),
-            Self::Closed(node) => format!("that through node {} has no ends", number(*node)),
-        }
-    }
-}
-
-/// Join the lines that share an end: one cell for each rope, in the order and direction of its first line.
-pub fn join(lines: Vec<Cell>) -> Result<Vec<Cell>, Fault> {
+/// Join the lines that share an end: one cell for each rope, in the order and direction of its first line. An error says why lines
+/// make no ropes; `number` is what it calls a node.
+pub fn join(lines: Vec<Cell>, number: impl Fn(usize) -> u64) -> Result<Vec<Cell>, String> {
     let mut at: HashMap<usize, Vec<usize>> = HashMap::new();
     for (i, line) in lines.iter().enumerate() {
         for end in [line.nodes[0], line.nodes[line.nodes.len() - 1]] {
             let there = at.entry(end).or_default();
             there.push(i);
             if there.len() > 2 {
-                return Err(Fault::Branch(end));
+                return Err(format!("more than two of them end at node {}", number(end)));
             }
         }
     }
@@ -363,7 +344,7 @@ pub fn join(lines: Vec<Cell>) -> Result<Vec<Cell>, Fault> {
             rope.nodes.reverse();
         }
         if rope.nodes[0] == rope.nodes[rope.nodes.len() - 1] {
-            return Err(Fault::Closed(rope.nodes[0]));
+            return Err(format!("that through node {} has no ends", number(rope.nodes[0])));
         }
         ropes.push(rope);
     }
@@ -461,17 +442,22 @@ mod tests {
         nodes.iter().enumerate().map(cell).collect()
     }
 
+    fn number(node: usize) -> u64 {
+        node as u64
+    }
+
     #[test]
     fn lines_in_any_order_and_direction_are_one_rope_for_each_chain() {
-        let ropes = join(lines(&[[2, 3], [1, 2], [7, 8], [4, 3], [9, 8]])).unwrap();
+        let ropes = join(lines(&[[2, 3], [1, 2], [7, 8], [4, 3], [9, 8]]), number).unwrap();
         assert_eq!(ropes.iter().map(|r| &r.nodes[..]).collect::<Vec<_>>(), [&[1, 2, 3, 4][..], &[7, 8, 9]]);
         assert_eq!(ropes[0].from, [0, 3, 1]);
     }
 
     #[test]
     fn branches_and_loops_are_no_ropes() {
-        assert_eq!(join(lines(&[[0, 1], [1, 2], [1, 3]])), Err(Fault::Branch(1)));
-        assert_eq!(join(lines(&[[0, 1], [1, 2], [2, 0]])), Err(Fault::Closed(0)));
+        let why = |of: &[[usize; 2]]| join(lines(of), number).unwrap_err();
+        assert_eq!(why(&[[0, 1], [1, 2], [1, 3]]), "more than two of them end at node 1");
+        assert_eq!(why(&[[0, 1], [1, 2], [2, 0]]), "that through node 0 has no ends");
     }
 }
 

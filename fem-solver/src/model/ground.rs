@@ -58,7 +58,7 @@ impl Model {
             let contact = GroundContact {
                 node: [node],
                 surface: Arc::clone(&surface),
-                place: self.nodes[node] - surface.origin(),
+                place: self.nodes[node] - surface.origin,
                 radius: radii[node],
                 stiffness,
                 friction: ground.friction,
@@ -146,37 +146,29 @@ impl Model {
 
     /// Refuse nodes that are modelled far below the ground; a word on those that are a little.
     fn judge_depth(&mut self, scene: &Scene, config: &Config) -> Result<(), Diagnostic> {
-        let below = |least: f64| {
-            let deep = self.ground_contacts().filter_map(|c| Some((c.depth()?, c.node[0], c.stiffness)));
-            deep.filter(move |(depth, ..)| *depth > least).collect::<Vec<_>>()
-        };
-        let deepest =
-            |all: &[(f64, usize, f64)]| all.iter().map(|d| (d.0, d.1)).max_by(|a, b| a.0.total_cmp(&b.0));
+        let all = self.ground_contacts().filter_map(|c| Some((c.depth()?, c.node[0], c.stiffness)));
+        let in_it: Vec<_> = all.filter(|(depth, ..)| *depth > DEEP).collect();
+        let deepest = in_it.iter().max_by(|a, b| a.0.total_cmp(&b.0));
+        let Some((depth, node, _)) = deepest else { return Ok(()) };
+        let node = self.node_name(*node);
         let count = |n: usize| if n == 1 { "1 node is".to_owned() } else { format!("{n} nodes are") };
-        let far = below(DEEPEST);
-        if let Some((depth, node)) = deepest(&far) {
+        if *depth > DEEPEST {
+            let far = count(in_it.iter().filter(|(depth, ..)| *depth > DEEPEST).count());
             let what = format!(
-                "{} modelled more than {DEEPEST} m below the ground, the deepest by {depth:.2} m: node {}",
-                count(far.len()),
-                self.node_name(node)
+                "{far} modelled more than {DEEPEST} m below the ground, the deepest by {depth:.2} m: node {node}"
             );
             return Err(scene.invalid("structure.ground", what).try_instead(
                 "raise the structure, or is the raster that of another place? `except` leaves nodes out",
             ));
         }
-        let in_it = below(DEEP);
-        let Some((depth, node)) = deepest(&in_it) else { return Ok(()) };
         let so = if config.structure.form_finding == FormFinding::None {
             let energy: f64 = in_it.iter().map(|(depth, _, k)| 0.5 * k * depth * depth).sum();
             format!("it throws them out with {energy:.3e} J, as no rest shape is looked for")
         } else {
             "form finding lifts them".to_owned()
         };
-        let what = format!(
-            "{} modelled in the ground, the deepest by {depth:.3} m: node {}; {so}",
-            count(in_it.len()),
-            self.node_name(node)
-        );
+        let are = count(in_it.len());
+        let what = format!("{are} modelled in the ground, the deepest by {depth:.3} m: node {node}; {so}");
         self.warnings.push(Diagnostic::warning(code::PLACE, what).about("structure.ground"));
         Ok(())
     }

@@ -7,13 +7,11 @@
 
 pub mod applied;
 mod base;
+mod boundary;
 mod build;
 pub(crate) mod generator;
 pub(crate) mod ground;
-mod holding;
-mod loading;
 pub mod numbering;
-mod parts;
 pub mod pressure;
 pub mod validation;
 

@@ -158,7 +158,7 @@ impl<'a> Work<'a> {
     fn rings(&mut self) {
         let [per_field, rows] = self.table.cells;
         let columns = per_field * self.table.fields;
-        let contacts = Contacts::new([columns, rows]);
+        let contacts = Contacts { rings: [columns, rows] };
         for [x, y] in contacts.places() {
             self.net_node(x, y / rows as f64);
         }

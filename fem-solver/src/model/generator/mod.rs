@@ -1,14 +1,12 @@
 //! Generated structures: each a mesh with named parts, as a file would give it.
 
 mod barrier;
-mod line;
 mod nets;
 mod site;
 
-use self::line::Line;
-pub(super) use self::line::check_point;
 pub use self::nets::{Generated, MadeFor};
-use self::site::Site;
+pub(super) use self::site::check_point;
+use self::site::{Line, Site};
 use crate::config::generator::{Barrier, Generator, Held};
 use crate::read::{not_negative, positive, refuse};
 use interface_defs::diagnostic::Diagnostic;
