@@ -38,7 +38,7 @@ pub struct Bar {
 impl Bar {
     /// Where its nodes are displaced by `u`, and its strain or elongation there.
     fn segment(&self, u: &[f64]) -> (Segment, f64) {
-        let (segment, rest) = (Segment::new(&self.span, u, 0, 1, 3), self.length);
+        let (segment, rest) = (Segment::new(&self.span, u, 0, 1), self.length);
         if self.section.is_some() {
             return (segment, segment.strain(&self.span, rest));
         }

@@ -100,12 +100,19 @@ impl Beam {
         self.axial / self.rest() * (shape.length - self.rest())
     }
 
+    /// Turn of each end against the chord in a plane, with its derivatives as [`arc`] has them, and the moment there.
+    fn bent(&self, shape: &BeamShape, plane: usize) -> ([(f64, f64, f64); 2], [f64; 2]) {
+        let arcs = [0, 1].map(|node: usize| arc(shape.e.dot(&shape.axes[node][plane])));
+        let stiffness = self.bending[plane] / self.rest();
+        (arcs, [0, 1].map(|i: usize| stiffness * (4.0 * arcs[i].0 + 2.0 * arcs[1 - i].0)))
+    }
+
     fn stored(&self, shape: &BeamShape) -> f64 {
         let rest = self.rest();
         let stretch = shape.length - rest;
         let mut energy = 0.5 * self.axial / rest * stretch * stretch;
         for plane in 0..2 {
-            let [y1, y2] = [0, 1].map(|node: usize| arc(shape.e.dot(&shape.axes[node][plane])).0);
+            let [y1, y2] = self.bent(shape, plane).0.map(|arc| arc.0);
             energy += 2.0 * self.bending[plane] / rest * (y1 * y1 + y1 * y2 + y2 * y2);
         }
         let twist = arc(shape.twist()).0;
@@ -188,9 +195,8 @@ impl Element for Beam {
         }
         for plane in 0..2 {
             let axes = [0, 1].map(|node: usize| shape.axes[node][plane]);
-            let arcs = axes.map(|a| arc(e.dot(&a)));
             let stiffness = self.bending[plane] / rest;
-            let moments = [0, 1].map(|i: usize| stiffness * (4.0 * arcs[i].0 + 2.0 * arcs[1 - i].0));
+            let (arcs, moments) = self.bent(&shape, plane);
             let gradients = [0, 1].map(|node: usize| {
                 let a = axes[node];
                 let mut turns = [Vector3::zeros(); 2];
@@ -299,15 +305,13 @@ impl Element for Beam {
         if history[BROKEN] > 0.0 {
             return [0.0; 5];
         }
-        let (shape, rest) = (self.shape(u, history), self.rest());
+        let shape = self.shape(u, history);
         let [[a, b], [c, d]] = [0, 1].map(|plane: usize| {
-            let arcs = [0, 1].map(|node: usize| arc(shape.e.dot(&shape.axes[node][plane])));
-            let end =
-                |i: usize| self.bending[plane] / rest * (4.0 * arcs[i].0 + 2.0 * arcs[1 - i].0) * arcs[i].1;
-            [end(0), -end(1)]
+            let (arcs, moments) = self.bent(&shape, plane);
+            [moments[0] * arcs[0].1, -(moments[1] * arcs[1].1)]
         });
         let (twist, slope, _) = arc(shape.twist());
-        [a, b, c, d, self.torsion / rest * twist * slope]
+        [a, b, c, d, self.torsion / self.rest() * twist * slope]
     }
 
     fn elongation(&self, u: &[f64]) -> f64 {

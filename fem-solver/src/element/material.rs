@@ -66,10 +66,8 @@ impl Law {
             return Stress { stress: elastic, modulus: self.modulus, slack: false, history: now };
         }
         let stress = elastic - elastic.signum() * self.modulus * flow;
-        let modulus = match slope {
-            Some(hardening) => self.modulus * hardening / (self.modulus + hardening),
-            None => self.modulus,
-        };
+        let hardens = |hardening: f64| self.modulus * hardening / (self.modulus + hardening);
+        let modulus = slope.map_or(self.modulus, hardens);
         let history = [plastic + elastic.signum() * flow, accumulated + flow, 0.0, lost];
         Stress { stress, modulus, slack: false, history }
     }
@@ -134,10 +132,7 @@ impl Law {
             let end = pair[0].1 + (pair[1].1 - pair[0].1) * (to - pair[0].0) / (pair[1].0 - pair[0].0);
             work += 0.5 * (pair[0].1 + end) * (to - pair[0].0);
         }
-        match self.hardening.last() {
-            Some(last) => work + last.1 * (a - last.0).max(0.0),
-            None => 0.0,
-        }
+        self.hardening.last().map_or(0.0, |last| work + last.1 * (a - last.0).max(0.0))
     }
 }
 

@@ -63,11 +63,6 @@ pub enum Fabric {
 type Behaviour = (f64, Vector3<f64>, Matrix3<f64>);
 
 impl Fabric {
-    /// Stress at the strain `e` [Pa].
-    pub fn stress(&self, e: &Vector3<f64>) -> Vector3<f64> {
-        self.respond(e, Slack::Exact).1
-    }
-
     /// At the strain `e`, energy counted from where it carries nothing.
     fn respond(&self, e: &Vector3<f64>, slack: Slack) -> Behaviour {
         match self {
@@ -351,7 +346,8 @@ impl<const N: usize, const P: usize> Element for Sheet<N, P> {
     /// Of the mean stress.
     fn face_stresses(&self, u: &[f64]) -> [f64; 2] {
         let area: f64 = self.points.iter().map(|p| p.area).sum();
-        let stress = |p: &MembranePoint<N>| self.fabric.stress(&strain(&p.axes, &p.slopes, u).1);
+        let strain = |p: &MembranePoint<N>| strain(&p.axes, &p.slopes, u).1;
+        let stress = |p: &MembranePoint<N>| self.fabric.respond(&strain(p), Slack::Exact).1;
         principal(&self.points.iter().map(|p| stress(p) * (p.area / area)).sum())
     }
 

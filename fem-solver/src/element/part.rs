@@ -135,22 +135,19 @@ impl Key<'_> {
     pub fn check_table(&self, name: &str, rows: &[[f64; 2]]) -> Result<(), Diagnostic> {
         if let Some(row) = rows.iter().find(|row| !(row[1] > 0.0 && row.iter().all(|x| x.is_finite()))) {
             let what = format!("the row [{}, {}] must be finite, its second above 0", row[0], row[1]);
-            return Err(self.invalid(name, what).try_instead("forces and stresses in tension count upward"));
+            return self.refuse(name, what, "forces and stresses in tension count upward");
         }
         if let Some(row) = rows.iter().find(|row| row[0] < 0.0) {
             let what = format!(
                 "the row [{}, {}] must not begin below 0: elongations and strains count upward",
                 row[0], row[1]
             );
-            return Err(self.invalid(name, what).try_instead("turn its sign round"));
+            return self.refuse(name, what, "turn its sign round");
         }
-        match rows.windows(2).find(|pair| pair[1][0] <= pair[0][0]) {
-            Some(pair) => {
-                let what = format!("the first column must increase, {} follows {}", pair[1][0], pair[0][0]);
-                Err(self.invalid(name, what))
-            }
-            None => Ok(()),
-        }
+        let falls = rows.windows(2).find(|pair| pair[1][0] <= pair[0][0]);
+        let Some([before, next]) = falls else { return Ok(()) };
+        let what = format!("the first column must increase, {} follows {}", next[0], before[0]);
+        Err(self.invalid(name, what))
     }
 }
 

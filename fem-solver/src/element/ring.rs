@@ -103,7 +103,7 @@ impl Ring {
     }
 
     fn side(&self, u: &[f64], i: usize) -> Segment {
-        Segment::new(&self.spans[i], u, i, (i + 1) % self.nodes.len(), 3)
+        Segment::new(&self.spans[i], u, i, (i + 1) % self.nodes.len())
     }
 
     fn length(&self, u: &[f64]) -> f64 {

@@ -17,9 +17,9 @@ pub struct Segment {
 
 impl Segment {
     /// The piece that spans `modelled` as modelled, where its nodes `first` and `second` (numbers in the
-    /// element) are displaced by `u`, with `stride` degrees of freedom for each node.
-    pub fn new(modelled: &Vector3<f64>, u: &[f64], first: usize, second: usize, stride: usize) -> Self {
-        let w = vector(u, second * stride) - vector(u, first * stride);
+    /// element) are displaced by `u`.
+    pub fn new(modelled: &Vector3<f64>, u: &[f64], first: usize, second: usize) -> Self {
+        let w = vector(u, 3 * second) - vector(u, 3 * first);
         let span = modelled + w;
         Self { span, length: span.norm(), growth: w.dot(&(2.0 * modelled + w)), blunt: 0.0 }
     }

@@ -115,7 +115,7 @@ impl SlidingCable {
     /// Its segments where its nodes are displaced by `u`.
     fn pieces(&self, u: &[f64]) -> impl Iterator<Item = Segment> {
         let spans = self.spans.iter().enumerate();
-        spans.map(|(i, span)| Segment::new(span, u, i, i + 1, 3).blunted(BLUNT * span.norm()))
+        spans.map(|(i, span)| Segment::new(span, u, i, i + 1).blunted(BLUNT * span.norm()))
     }
 
     fn shape(&self, u: &[f64], history: &[f64]) -> RefMut<'_, Shape> {

@@ -7,12 +7,11 @@ use crate::config::structure::{PlaceConfig, StructureConfig};
 use crate::element::part::PartHead;
 use crate::read::heights::Heights;
 use crate::read::mesh::{Kind, Mesh};
-use crate::read::{Key, named, read, refuse};
+use crate::read::{Key, named, nearest, read, refuse};
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::Vector3;
 use std::collections::HashMap;
 use std::ops::Range;
-use toolkit::explain::suggestion;
 use toolkit::scene::Scene;
 
 /// What a model begins with.
@@ -33,6 +32,9 @@ pub struct Base {
 impl Base {
     /// The nodes of the scene, of its mesh file or of its generator, in their place.
     pub fn new(scene: &Scene, table: &StructureConfig) -> Result<Self, Diagnostic> {
+        if let Some(common) = &table.cable {
+            common.check(&Key { scene, key: "structure.cable".into() })?;
+        }
         let mut base = Self::in_own_axes(scene, table)?;
         put(scene, table, &mut base.mesh.nodes)?;
         Ok(base)
@@ -78,9 +80,6 @@ impl Base {
     /// The cells of a mesh by the parts of the scene, without the nodes that nothing uses.
     fn bound(scene: &Scene, table: &StructureConfig, generated: Generated) -> Result<Self, Diagnostic> {
         let Generated { mesh, held, parts } = generated;
-        if let Some(common) = &table.cable {
-            common.check(&Key { scene, key: "structure.cable".into() })?;
-        }
         let binding = Binding { scene, table, mesh: &mesh };
         let (mut cells, mut lines) = (vec![Vec::new(); table.parts.len()], Vec::new());
         for (position, owner) in binding.owners(&parts)?.into_iter().enumerate() {
@@ -199,12 +198,8 @@ impl Binding<'_> {
                 }
                 (None, true) => {
                     let names: Vec<_> = mesh.element_groups.iter().map(|g| g.name.as_str()).collect();
-                    let hint = match names.is_empty() {
-                        true => {
-                            "the mesh has no groups of elements: name them in the program that made it".into()
-                        }
-                        false => suggestion(name, &names).unwrap_or_default(),
-                    };
+                    let none = "the mesh has no groups of elements: name them in the program that made it";
+                    let hint = nearest(name, &names, none);
                     return refuse(scene, &key, format!("there is no group of elements `{name}`"), hint);
                 }
             };

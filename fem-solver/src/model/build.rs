@@ -102,9 +102,6 @@ impl Model {
         lines: &[Cell],
         made: &mut [Made],
     ) -> Result<(), Diagnostic> {
-        if let Some(common) = &table.cable {
-            common.check(&Key { scene, key: "structure.cable".into() })?;
-        }
         for cell in lines {
             let common =
                 table.cable.as_ref().expect("lines in no part are there only with [structure.cable]");

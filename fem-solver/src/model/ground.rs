@@ -8,7 +8,7 @@ use crate::config::structure::{FormFinding, GroundConfig, StructureConfig};
 use crate::element::{AnyElement, GroundContact};
 use crate::ground::Surface;
 use crate::read::heights::Heights;
-use crate::read::{not_negative, positive, refuse};
+use crate::read::{Key, refuse};
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::Vector3;
 use std::path::PathBuf;
@@ -37,12 +37,11 @@ impl Model {
         self.ground = first..first;
         let table = &config.structure;
         let Some(ground) = &table.ground else { return Ok(()) };
-        check(scene, ground)?;
+        check(&Key { scene, key: "structure.ground".into() }, ground)?;
         let nodes = self.on_ground(scene, ground)?;
         let surface = self.surface(scene, table)?;
         let radii = self.radii();
         let typical = median(nodes.iter().map(|node| self.mass[*node]).collect());
-        let mut missing = None;
         for node in nodes {
             let stiffness = match ground.stiffness {
                 Some(stiffness) => stiffness,
@@ -65,20 +64,17 @@ impl Model {
                 restitution: ground.restitution,
             };
             if contact.depth().is_none() {
-                missing = missing.or(Some(node));
+                let what = format!(
+                    "the ground does not reach below node {}, or has a hole there",
+                    self.node_name(node)
+                );
+                let hint = "a larger raster, in the coordinates of the structure; or `groups` of the nodes that touch the ground";
+                return refuse(scene, &self.ground_key(table), what, hint);
             }
             self.elements.push(contact.into());
             self.element_numbers[0].push(None);
         }
         self.ground = first..self.elements.len();
-        if let Some(node) = missing {
-            let what =
-                format!("the ground does not reach below node {}, or has a hole there", self.node_name(node));
-            let place = self.ground_key(table);
-            return Err(scene.invalid(&place, what).try_instead(
-                "a larger raster, in the coordinates of the structure; or `groups` of the nodes that touch the ground",
-            ));
-        }
         self.judge_depth(scene, config)
     }
 
@@ -196,20 +192,17 @@ pub(super) fn around(nodes: &[Vector3<f64>]) -> ([f64; 2], [f64; 2]) {
 }
 
 /// Numbers of the table.
-fn check(scene: &Scene, ground: &GroundConfig) -> Result<(), Diagnostic> {
-    let key = |name: &str| format!("structure.ground.{name}");
-    if let Some(stiffness) = ground.stiffness {
-        positive(scene, &key("stiffness"), stiffness, "N/m")?;
-    }
-    not_negative(scene, &key("friction"), ground.friction, "")?;
+fn check(key: &Key, ground: &GroundConfig) -> Result<(), Diagnostic> {
+    key.positive(&[("stiffness", ground.stiffness.unwrap_or(1.0), "N/m")])?;
+    key.not_negative(&[("friction", ground.friction, "")])?;
     if ground.friction > ROUGHEST {
         let what = format!("friction = {}: it is a coefficient, of soils 0.3 to 1", ground.friction);
         let hint = "the tangent of the angle of friction: 30 degrees is 0.58";
-        return refuse(scene, &key("friction"), what, hint);
+        return key.refuse("friction", what, hint);
     }
     if !(ground.restitution > 0.0 && ground.restitution <= 1.0) {
         let what = format!("restitution = {}: it must lie above 0, and not above 1", ground.restitution);
-        return Err(scene.invalid(&key("restitution"), what));
+        return Err(key.invalid("restitution", what));
     }
     Ok(())
 }

@@ -341,10 +341,12 @@ fn judge_extent(at: &mut Judge) -> Result<(), Diagnostic> {
     } else {
         ("structure.generator", "lengths count in metres: 150 mm is 0.15")
     };
-    if extent > LONGEST[0] && (table.mesh.is_some() || table.generator.is_some()) {
+    let (made, flat) =
+        (table.mesh.is_some() || table.generator.is_some(), model.nodes.len() > 1 && extent < SHORTEST);
+    if extent > LONGEST[0] && made {
         return Err(scene.invalid(key, format!("{what}, more than {} m", LONGEST[0])).try_instead(cure));
     }
-    if model.nodes.len() > 1 && extent < SHORTEST && (table.mesh.is_some() || table.generator.is_some()) {
+    if flat && made {
         let cure = cure.replace("scale it by 0.001", "scale it by 1000 if it is in kilometres");
         return Err(scene.invalid(key, format!("{what}, less than {SHORTEST} m")).try_instead(cure));
     }
@@ -352,7 +354,7 @@ fn judge_extent(at: &mut Judge) -> Result<(), Diagnostic> {
     if extent > LONGEST[1] {
         let hint = format!("are these centimetres or millimetres? {cure}");
         warnings.push(warning(code::LIKELY_UNIT, key, what, &hint));
-    } else if model.nodes.len() > 1 && extent < SHORTEST {
+    } else if flat {
         warnings.push(warning(code::LIKELY_UNIT, key, what, "its coordinates count in metres"));
     }
     Ok(())
@@ -365,12 +367,8 @@ fn twins(model: &Model) -> Option<Diagnostic> {
     let mut pairs = Vec::new();
     for (node, p) in model.nodes.iter().enumerate() {
         let place = [p.x, p.y, p.z].map(|c| (c / step).round() as i64);
-        match seen.get(&place) {
-            Some(first) => pairs.push((*first, node)),
-            None => {
-                seen.insert(place, node);
-            }
-        }
+        let first = *seen.entry(place).or_insert(node);
+        pairs.extend((first != node).then_some((first, node)));
     }
     let (a, b) = *pairs.first()?;
     let what = format!(

@@ -24,6 +24,7 @@ use interface_defs::diagnostic::Diagnostic;
 use mesh::Mesh;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
+use toolkit::explain::suggestion;
 use toolkit::input_file;
 use toolkit::scene::Scene;
 
@@ -103,6 +104,11 @@ pub fn parse(file: &str, format: Format, bytes: &[u8]) -> Result<Mesh, Diagnosti
             .try_instead("save the mesh as text (ASCII)"));
     }
     FORMATS[format as usize].3(file, &text)
+}
+
+/// What to try instead of `name`, which is none of the `known` ones; `none` where there are none.
+pub(crate) fn nearest(name: &str, known: &[&str], none: &str) -> String {
+    if known.is_empty() { none.into() } else { suggestion(name, known).unwrap_or_default() }
 }
 
 /// An error about `key` of `scene`: what is wrong there, and what to try instead.
