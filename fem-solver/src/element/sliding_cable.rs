@@ -311,10 +311,8 @@ impl Element for SlidingCable {
         if self.friction > 0.0 {
             dissipated += shape.returned.dissipated;
         }
-        Energy {
-            stored: self.stored(shape.lengths.iter().copied(), &shape.returned.rest) - start,
-            dissipated,
-        }
+        let stored = self.stored(shape.lengths.iter().copied(), &shape.returned.rest);
+        Energy { stored: stored - start, dissipated }
     }
 
     fn can_break(&self) -> bool {

@@ -7,7 +7,7 @@ use crate::config::structure::{StructureConfig, Where};
 use crate::element::PartConfig;
 use crate::element::part::{NewElements, PartCell, PartHead};
 use crate::read::mesh::{ElementGroup, MeshElement};
-use crate::read::{Key, not_negative, refuse};
+use crate::read::{Key, refuse};
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::mesh::Group;
 use nalgebra::Vector3;
@@ -33,7 +33,8 @@ impl Model {
             warnings: mesh.warnings,
             ..Self::default()
         };
-        not_negative(scene, "structure.damping", table.damping, "1/s")?;
+        let key = Key { scene, key: "structure".into() };
+        key.not_negative(&[("damping", table.damping, "1/s")])?;
         model.add_groups(scene, table)?;
         let mut made = vec![Made::default(); mesh.elements.len()];
         model.add_cables(scene, table, &lines, &mut made)?;

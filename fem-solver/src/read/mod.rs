@@ -121,22 +121,6 @@ pub(crate) fn refuse<T>(
     Err(scene.invalid(key, what).try_instead(hint))
 }
 
-/// `value` must be finite and lie above 0.
-pub(crate) fn positive(scene: &Scene, key: &str, value: f64, unit: &str) -> Result<(), Diagnostic> {
-    if value > 0.0 && value.is_finite() {
-        return Ok(());
-    }
-    Err(scene.invalid(key, format!("{key} is {value} {unit}, it must lie above 0")))
-}
-
-/// `value` must be finite and not below 0.
-pub(crate) fn not_negative(scene: &Scene, key: &str, value: f64, unit: &str) -> Result<(), Diagnostic> {
-    if value >= 0.0 && value.is_finite() {
-        return Ok(());
-    }
-    Err(scene.invalid(key, format!("{key} is {value} {unit}, it must not lie below 0")))
-}
-
 /// Where a table stands in the scene, for messages.
 pub struct Key<'a> {
     /// The scene.
@@ -151,16 +135,25 @@ impl Key<'_> {
         format!("{}.{name}", self.key)
     }
 
-    /// Each of these numbers, by its key, must lie above 0; the last is its unit.
+    /// Each of these numbers, by its key, must be finite and lie above 0; the last is its unit.
     pub fn positive(&self, numbers: &[(&str, f64, &str)]) -> Result<(), Diagnostic> {
-        numbers.iter().try_for_each(|(name, value, unit)| positive(self.scene, &self.at(name), *value, unit))
+        self.all(numbers, |value| value > 0.0, "lie above 0")
     }
 
-    /// None of these numbers may lie below 0, likewise.
+    /// Each of these numbers must be finite and not below 0, likewise.
     pub fn not_negative(&self, numbers: &[(&str, f64, &str)]) -> Result<(), Diagnostic> {
-        numbers
-            .iter()
-            .try_for_each(|(name, value, unit)| not_negative(self.scene, &self.at(name), *value, unit))
+        self.all(numbers, |value| value >= 0.0, "not lie below 0")
+    }
+
+    fn all(
+        &self,
+        numbers: &[(&str, f64, &str)],
+        fits: fn(f64) -> bool,
+        must: &str,
+    ) -> Result<(), Diagnostic> {
+        let wrong = numbers.iter().find(|(_, value, _)| !(fits(*value) && value.is_finite()));
+        let Some((name, value, unit)) = wrong else { return Ok(()) };
+        Err(self.invalid(name, format!("{} is {value} {unit}, it must {must}", self.at(name))))
     }
 
     /// The key `name` is at fault.

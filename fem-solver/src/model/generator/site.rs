@@ -5,7 +5,7 @@
 
 use crate::config::generator::{Barrier, Side};
 use crate::read::heights::Heights;
-use crate::read::{positive, refuse};
+use crate::read::refuse;
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::{Vector2, Vector3};
 use toolkit::coordinates::{Coordinates, Form};
@@ -94,7 +94,7 @@ impl Line {
             let what = "position is the middle of the line: azimuth and length are required with it";
             return refuse(scene, key, what, "azimuth in degrees from y, clockwise; length in metres");
         };
-        positive(scene, "structure.generator.length", length, "m")?;
+        super::key(scene).positive(&[("length", length, "m")])?;
         check_point(scene, "structure.generator", ("position", middle), azimuth)?;
         let at = Vector3::new(middle[0], middle[1], middle.get(2).copied().unwrap_or(0.0));
         let (sine, cosine) = azimuth.to_radians().sin_cos();
