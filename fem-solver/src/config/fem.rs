@@ -1,9 +1,10 @@
 //! `[fem]`: how the structure is advanced in time.
 
-use crate::read::{positive, refuse};
+use crate::read::Key;
 use interface_defs::diagnostic::Diagnostic;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::fmt;
 use toolkit::scene::Scene;
 
 /// Most iterations of one step where the scene does not say.
@@ -128,7 +129,8 @@ impl NewtonConfig {
 impl FemConfig {
     /// Refuse numbers out of range, and parameters of an integrator that is not chosen.
     pub fn check(&self, scene: &Scene) -> Result<(), Diagnostic> {
-        let (newton, own) = (&self.newton, self.integrator.name());
+        let (newton, own) = (&self.newton, self.integrator);
+        let key = Key { scene, key: "fem".into() };
         let first = self.load_steps.map(|steps| steps.first);
         let shortest = self.load_steps.as_ref().map(LoadSteps::shortest);
         for (name, value, unit) in [
@@ -139,21 +141,21 @@ impl FemConfig {
             ("load_steps.first", first, "s"),
             ("load_steps.shortest", shortest, "s"),
         ] {
-            value.map_or(Ok(()), |value| positive(scene, &format!("fem.{name}"), value, unit))?;
+            value.map_or(Ok(()), |value| key.positive(&[(name, value, unit)]))?;
         }
         if newton.tolerance >= 1.0 {
             let what =
                 format!("a tolerance of {} accepts what is no equilibrium: 1 is the load", newton.tolerance);
-            return refuse(scene, "fem.newton.tolerance", what, "1e-10 is the default");
+            return key.refuse("newton.tolerance", what, "1e-10 is the default");
         }
         if newton.max_iterations == Some(0) {
             let what = "no Newton iteration is allowed; write 1 or more";
-            return Err(scene.invalid("fem.newton.max_iterations", what));
+            return Err(key.invalid("newton.max_iterations", what));
         }
         if self.path_at_branch.is_some() && self.path_speed.is_none() {
             let what = "without path_speed there is no path that could branch";
             let hint = "write path_speed too, or leave out path_at_branch";
-            return refuse(scene, "fem.path_at_branch", what, hint);
+            return key.refuse("path_at_branch", what, hint);
         }
         let least_beta = 0.5 * self.gamma.unwrap_or(0.5);
         for (name, of, value, range) in [
@@ -166,7 +168,7 @@ impl FemConfig {
             ("beta", Integrator::Newmark, self.beta, least_beta..=1.0),
         ] {
             let Some(value) = value else { continue };
-            let (of, from, to) = (of.name(), range.start(), range.end());
+            let (from, to) = (range.start(), range.end());
             let what = if of != own {
                 format!("{name} belongs to the integrator {of}, not to {own}")
             } else if !range.contains(&value) {
@@ -174,21 +176,21 @@ impl FemConfig {
             } else {
                 continue;
             };
-            return Err(scene.invalid(&format!("fem.{name}"), what));
+            return Err(key.invalid(name, what));
         }
         let Some((first, shortest)) = first.zip(shortest) else { return Ok(()) };
         if self.path_speed.is_some() {
             let what = "a path of equilibrium has steps of its own: there are no load_steps along it";
-            return refuse(scene, "fem.load_steps", what, "leave out either load_steps or path_speed");
+            return key.refuse("load_steps", what, "leave out either load_steps or path_speed");
         }
         let end = scene.end_time()?;
         if first > end {
             let what = format!("the first step of {first} s is longer than the run, end_time = {end} s");
-            return refuse(scene, "fem.load_steps.first", what, "0.05 is 50 ms");
+            return key.refuse("load_steps.first", what, "0.05 is 50 ms");
         }
         if shortest > first {
             let what = format!("the shortest step of {shortest} s is longer than the first, {first} s");
-            return Err(scene.invalid("fem.load_steps.shortest", what));
+            return Err(key.invalid("load_steps.shortest", what));
         }
         Ok(())
     }
@@ -215,16 +217,10 @@ impl FemConfig {
     }
 }
 
-impl Integrator {
-    /// Its name in a scene.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Static => "static",
-            Self::GeneralizedAlpha => "generalized_alpha",
-            Self::Bossak => "bossak",
-            Self::Newmark => "newmark",
-            Self::CentralDifference => "central_difference",
-        }
+/// Its name in a scene.
+impl fmt::Display for Integrator {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        self.serialize(f)
     }
 }
 

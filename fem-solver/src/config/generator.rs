@@ -6,10 +6,6 @@ use std::path::PathBuf;
 use toolkit::coordinates::Coordinates;
 use toolkit::tagged;
 
-fn yes() -> bool {
-    true
-}
-
 tagged! {
     /// A generated structure.
     #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
@@ -41,7 +37,7 @@ pub struct RectangularNet {
     #[serde(default)]
     pub held: Held,
     /// Whether cables run along the frame. Default true.
-    #[serde(default = "yes")]
+    #[serde(default = "crate::element::part::yes")]
     pub boundary_cables: bool,
 }
 

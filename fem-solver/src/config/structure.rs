@@ -2,7 +2,7 @@
 
 use super::generator::Generator;
 use crate::element::PartConfig;
-use crate::element::cable_properties::{CableConfig, Stated};
+use crate::element::cable::{CableConfig, Stated};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -62,7 +62,7 @@ pub struct StructureConfig {
     #[serde(default)]
     pub damping: f64,
     /// Whether gravity acts on the structure. Default true; false: it has inertia and no weight.
-    #[serde(default = "yes")]
+    #[serde(default = "crate::element::part::yes")]
     pub dead_load: bool,
     /// State at t = 0: static equilibrium under the dead load (default), or as modelled.
     #[serde(default)]
@@ -80,10 +80,6 @@ impl StructureConfig {
         let tables = places!(supports springs dampers masses loads velocities);
         tables.into_iter().flat_map(|t| t.into_iter().enumerate().map(|(i, (name, place))| (name, i, place)))
     }
-}
-
-fn yes() -> bool {
-    true
 }
 
 /// State at t = 0.
@@ -129,14 +125,8 @@ pub struct CableEntry {
 impl CableEntry {
     /// The properties that it states itself.
     pub fn stated(&self) -> Stated {
-        Stated {
-            young: self.young,
-            area: self.area,
-            density: self.density,
-            prestress: self.prestress,
-            tension_only: self.tension_only,
-            radius: self.radius,
-        }
+        let Self { young, area, density, prestress, tension_only, radius, .. } = *self;
+        Stated { young, area, density, prestress, tension_only, radius }
     }
 }
 

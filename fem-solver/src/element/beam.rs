@@ -19,10 +19,10 @@
 //!
 //! Source: Crisfield (1990), CMAME 81, 131 (kinematics by `e . r`); the energy form after handbook 2.5.
 
-use super::bar::Rupture;
-use super::cable_properties::CableConfig;
-use super::part::{NewElements, PartCell, PartSettings, StatedSection, part};
-use super::segment::{add_block, add_product, add_vector, vector};
+use super::material::Rupture;
+use super::membrane::axes;
+use super::part::{NewElements, PartCell, PartSettings, part};
+use super::segment::{add_block, add_pair, add_product, add_scaled, vector};
 use super::turn::{self, START, TURN};
 use super::{Answer, Element, Energy};
 use interface_defs::diagnostic::Diagnostic;
@@ -100,12 +100,19 @@ impl Beam {
         self.axial / self.rest() * (shape.length - self.rest())
     }
 
+    /// Turn of each end against the chord in a plane, with its derivatives as [`arc`] has them, and the moment there.
+    fn bent(&self, shape: &BeamShape, plane: usize) -> ([(f64, f64, f64); 2], [f64; 2]) {
+        let arcs = [0, 1].map(|node: usize| arc(shape.e.dot(&shape.axes[node][plane])));
+        let stiffness = self.bending[plane] / self.rest();
+        (arcs, [0, 1].map(|i: usize| stiffness * (4.0 * arcs[i].0 + 2.0 * arcs[1 - i].0)))
+    }
+
     fn stored(&self, shape: &BeamShape) -> f64 {
         let rest = self.rest();
         let stretch = shape.length - rest;
         let mut energy = 0.5 * self.axial / rest * stretch * stretch;
         for plane in 0..2 {
-            let [y1, y2] = [0, 1].map(|node: usize| arc(shape.e.dot(&shape.axes[node][plane])).0);
+            let [y1, y2] = self.bent(shape, plane).0.map(|arc| arc.0);
             energy += 2.0 * self.bending[plane] / rest * (y1 * y1 + y1 * y2 + y2 * y2);
         }
         let twist = arc(shape.twist()).0;
@@ -120,29 +127,14 @@ impl BeamShape {
     }
 }
 
-/// Gradient of one deformation: with respect to `d = x_2 - x_1`, and to the rotation of each node.
-#[derive(Clone, Copy, Default)]
-struct Gradient {
-    d: Vector3<f64>,
-    turns: [Vector3<f64>; 2],
-}
-
-impl Gradient {
-    fn local(&self) -> [f64; 12] {
-        let mut g = [0.0; 12];
-        for c in 0..3 {
-            (g[c], g[6 + c]) = (-self.d[c], self.d[c]);
-            (g[3 + c], g[9 + c]) = (self.turns[0][c], self.turns[1][c]);
-        }
-        g
+/// Gradient of one deformation over the local degrees of freedom, of that with respect to `d = x_2 - x_1` and to the rotation
+/// of each node.
+fn gradient(d: Vector3<f64>, turns: [Vector3<f64>; 2]) -> [f64; 12] {
+    let mut g = [0.0; 12];
+    for (part, vector) in g.as_chunks_mut::<3>().0.iter_mut().zip([-d, turns[0], d, turns[1]]) {
+        *part = vector.into();
     }
-
-    fn add_force(&self, factor: f64, force: &mut [f64]) {
-        add_vector(force, 0, &(-factor * self.d));
-        add_vector(force, 6, &(factor * self.d));
-        add_vector(force, 3, &(factor * self.turns[0]));
-        add_vector(force, 9, &(factor * self.turns[1]));
-    }
+    g
 }
 
 /// Second derivative of `s = e . a` times `factor`, `a` being an axis of `node`.
@@ -152,7 +144,7 @@ fn add_curvature(k: &mut [f64], factor: f64, shape: &BeamShape, a: &Vector3<f64>
     let across = Matrix3::identity() - e * e.transpose();
     let g = a - s * e;
     let dd = -(g * e.transpose() + e * g.transpose() + s * across) * (factor / (l * l));
-    super::segment::add_pair(k, 12, 0, 6, &dd);
+    add_pair(k, 12, 0, 6, &dd);
     let at = 6 * node + 3;
     // d(a x e)/dd = [a]x (I - e e^T) / l, row = rotation.
     let mixed = a.cross_matrix() * across * (factor / l);
@@ -195,62 +187,51 @@ impl Element for Beam {
         let shape = self.shape(u, history);
         let (rest, e) = (self.rest(), shape.e);
         answer.tension = self.force(&shape);
-        Gradient { d: e, ..Gradient::default() }.add_force(answer.tension, answer.force);
+        add_scaled(answer.force, answer.tension, &gradient(e, [Vector3::zeros(); 2]));
         if let Some(k) = &mut answer.tangent {
             let across = Matrix3::identity() - e * e.transpose();
             let block = self.axial / rest * e * e.transpose() + across * (answer.tension / shape.length);
-            super::segment::add_pair(k, 12, 0, 6, &block);
+            add_pair(k, 12, 0, 6, &block);
         }
         for plane in 0..2 {
             let axes = [0, 1].map(|node: usize| shape.axes[node][plane]);
-            let arcs = axes.map(|a| arc(e.dot(&a)));
             let stiffness = self.bending[plane] / rest;
-            let moments = [0, 1].map(|i: usize| stiffness * (4.0 * arcs[i].0 + 2.0 * arcs[1 - i].0));
+            let (arcs, moments) = self.bent(&shape, plane);
             let gradients = [0, 1].map(|node: usize| {
                 let a = axes[node];
                 let mut turns = [Vector3::zeros(); 2];
                 turns[node] = a.cross(&e);
-                Gradient { d: (a - e.dot(&a) * e) / shape.length, turns }
+                gradient((a - e.dot(&a) * e) / shape.length, turns)
             });
             for i in 0..2 {
-                gradients[i].add_force(moments[i] * arcs[i].1, answer.force);
+                add_scaled(answer.force, moments[i] * arcs[i].1, &gradients[i]);
                 let Some(k) = &mut answer.tangent else { continue };
                 for j in 0..2 {
                     let share = if i == j { 4.0 } else { 2.0 };
-                    add_product(
-                        k,
-                        stiffness * share * arcs[i].1 * arcs[j].1,
-                        &gradients[i].local(),
-                        &gradients[j].local(),
-                    );
+                    let factor = stiffness * share * arcs[i].1 * arcs[j].1;
+                    add_product(k, factor, &gradients[i], &gradients[j]);
                 }
-                add_product(k, moments[i] * arcs[i].2, &gradients[i].local(), &gradients[i].local());
+                add_product(k, moments[i] * arcs[i].2, &gradients[i], &gradients[i]);
                 add_curvature(k, moments[i] * arcs[i].1, &shape, &axes[i], i);
             }
         }
         let [[a1, b1], [a2, b2]] = shape.axes;
         let (twist, slope, bend) = arc(shape.twist());
         let turn = 0.5 * (b1.cross(&a2) - a1.cross(&b2));
-        let gradient = Gradient { d: Vector3::zeros(), turns: [turn, -turn] };
+        let gradient = gradient(Vector3::zeros(), [turn, -turn]);
         let moment = self.torsion / rest * twist;
-        gradient.add_force(moment * slope, answer.force);
+        add_scaled(answer.force, moment * slope, &gradient);
         if let Some(k) = &mut answer.tangent {
-            add_product(
-                k,
-                self.torsion / rest * slope * slope + moment * bend,
-                &gradient.local(),
-                &gradient.local(),
-            );
+            let factor = self.torsion / rest * slope * slope + moment * bend;
+            add_product(k, factor, &gradient, &gradient);
             add_twist_curvature(k, 0.5 * moment * slope, &b1, &a2);
             add_twist_curvature(k, -0.5 * moment * slope, &a1, &b2);
         }
     }
 
     fn energy(&self, u: &[f64], history: &[f64]) -> Energy {
-        if history[BROKEN] > 0.0 {
-            return Energy { stored: 0.0, dissipated: history[LOST] };
-        }
-        Energy { stored: self.stored(&self.shape(u, history)), dissipated: history[LOST] }
+        let stored = if history[BROKEN] > 0.0 { 0.0 } else { self.stored(&self.shape(u, history)) };
+        Energy { stored, dissipated: history[LOST] }
     }
 
     fn can_break(&self) -> bool {
@@ -258,8 +239,7 @@ impl Element for Beam {
     }
 
     fn utilisation_bound(&self, u: &[f64], _history: &[f64]) -> f64 {
-        let stretch = (self.span + vector(u, 6) - vector(u, 0)).norm() - self.rest();
-        let force = (self.axial / self.rest() * stretch).abs();
+        let force = (self.axial / self.rest() * self.elongation(u)).abs();
         self.rupture.share(force, force / self.axial)
     }
 
@@ -325,15 +305,13 @@ impl Element for Beam {
         if history[BROKEN] > 0.0 {
             return [0.0; 5];
         }
-        let (shape, rest) = (self.shape(u, history), self.rest());
+        let shape = self.shape(u, history);
         let [[a, b], [c, d]] = [0, 1].map(|plane: usize| {
-            let arcs = [0, 1].map(|node: usize| arc(shape.e.dot(&shape.axes[node][plane])));
-            let end =
-                |i: usize| self.bending[plane] / rest * (4.0 * arcs[i].0 + 2.0 * arcs[1 - i].0) * arcs[i].1;
-            [end(0), -end(1)]
+            let (arcs, moments) = self.bent(&shape, plane);
+            [moments[0] * arcs[0].1, -(moments[1] * arcs[1].1)]
         });
         let (twist, slope, _) = arc(shape.twist());
-        [a, b, c, d, self.torsion / rest * twist * slope]
+        [a, b, c, d, self.torsion / self.rest() * twist * slope]
     }
 
     fn elongation(&self, u: &[f64]) -> f64 {
@@ -377,16 +355,13 @@ impl PartSettings for BeamPart {
         let along = span.normalize();
         let default = if along.z.abs() > 0.9 { Vector3::x() } else { Vector3::z() };
         let up = self.up.map_or(default, Vector3::from);
-        let first = up - along * along.dot(&up);
-        if first.norm() <= 1e-6 * up.norm() || up.norm() == 0.0 {
-            let what = format!("`up` lies along the beam between nodes {} and {}", nodes[0], nodes[1]);
-            return Err(cell.invalid(what));
-        }
-        let first = first.normalize();
+        let axes = axes(&along, &up).ok_or_else(|| {
+            cell.invalid(format!("`up` lies along the beam between nodes {} and {}", nodes[0], nodes[1]))
+        })?;
         let beam = Beam {
             nodes,
             span,
-            axes: [first, along.cross(&first)],
+            axes,
             area: self.area,
             axial: self.young * self.area,
             bending: self.inertia.map(|i| self.young * i),
@@ -398,18 +373,6 @@ impl PartSettings for BeamPart {
         };
         made.elements.push(beam.into());
         Ok(())
-    }
-
-    fn section(&self, _common: Option<&CableConfig>) -> Option<StatedSection> {
-        Some(StatedSection {
-            young: Some(self.young),
-            density: Some(self.density),
-            area: Some(self.area),
-            inertia: Some(self.inertia),
-            radius: self.radius,
-            rupture_force: self.rupture_force,
-            ..StatedSection::default()
-        })
     }
 }
 

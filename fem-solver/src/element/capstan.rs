@@ -89,15 +89,11 @@ impl RopeLaw {
     }
 }
 
-/// What a node does.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Contact {
-    Sticks,
-    /// Length passes into the segment behind it.
-    Forward,
-    /// Length passes into the segment before it.
-    Backward,
-}
+/// What a node does, by the sign of its slip: length passes into the segment behind it.
+const FORWARD: Ordering = Ordering::Greater;
+/// Length passes into the segment before it.
+const BACKWARD: Ordering = Ordering::Less;
+const STICKS: Ordering = Ordering::Equal;
 
 /// A rope that has returned to where friction holds it, and the memory for that.
 #[derive(Debug, Clone, Default)]
@@ -108,7 +104,7 @@ pub struct Returned {
     pub tension: Vec<Tension>,
     /// Work of friction on the way [J].
     pub dissipated: f64,
-    contacts: Vec<Contact>,
+    contacts: Vec<Ordering>,
     factors: Vec<f64>,
     slip: Vec<f64>,
     /// Slips after the last sweeps.
@@ -160,11 +156,7 @@ impl Returned {
             }
             self.pull(law, lengths);
             for (contact, slip) in self.contacts.iter_mut().zip(&self.slip) {
-                *contact = match slip.partial_cmp(&0.0) {
-                    Some(Ordering::Greater) => Contact::Forward,
-                    Some(Ordering::Less) => Contact::Backward,
-                    _ => Contact::Sticks,
-                };
+                *contact = slip.partial_cmp(&0.0).unwrap_or(STICKS);
             }
             self.swept.copy_from_slice(&self.slip);
             settled = self.iterate(law, lengths, rest);
@@ -195,7 +187,7 @@ impl Returned {
             let changed = self.choose(scale);
             self.set_up();
             let left = (0..inner).map(|j| match self.contacts[j] {
-                Contact::Sticks => self.slip[j].abs() / total,
+                STICKS => self.slip[j].abs() / total,
                 _ => self.system[3][j].abs() / scale,
             });
             if !changed && left.fold(0.0, f64::max) <= SETTLED {
@@ -274,7 +266,7 @@ impl Returned {
         rest.clone_into(&mut self.rest);
         factors.clone_into(&mut self.factors);
         self.contacts.clear();
-        self.contacts.resize(inner, Contact::Sticks);
+        self.contacts.resize(inner, STICKS);
         self.slip.clear();
         self.slip.resize(inner, 0.0);
         self.swept.resize(inner, 0.0);
@@ -293,10 +285,10 @@ impl Returned {
             let (before, behind, r) = (self.tension[j].force, self.tension[j + 1].force, self.factors[j]);
             let least = SETTLED * scale;
             let next = match *contact {
-                Contact::Sticks if behind > r * before + least && behind > 0.0 => Contact::Forward,
-                Contact::Sticks if before > r * behind + least && before > 0.0 => Contact::Backward,
-                Contact::Forward if self.slip[j] < 0.0 => Contact::Sticks,
-                Contact::Backward if self.slip[j] > 0.0 => Contact::Sticks,
+                STICKS if behind > r * before + least && behind > 0.0 => FORWARD,
+                STICKS if before > r * behind + least && before > 0.0 => BACKWARD,
+                FORWARD if self.slip[j] < 0.0 => STICKS,
+                BACKWARD if self.slip[j] > 0.0 => STICKS,
                 same => same,
             };
             changed |= next != *contact;
@@ -309,7 +301,7 @@ impl Returned {
     fn set_up(&mut self) {
         let [below, diagonal, above, residual] = &mut self.system;
         for j in 0..self.factors.len() {
-            if self.contacts[j] == Contact::Sticks {
+            if self.contacts[j] == STICKS {
                 (below[j], diagonal[j], above[j], residual[j]) = (0.0, 1.0, 0.0, -self.slip[j]);
                 continue;
             }
@@ -334,11 +326,11 @@ impl Returned {
             let (weight_a, weight_b) = weights(self.contacts[j], self.factors[j]);
             let grows = friction * self.factors[j] * by_wrap[j];
             *slip = match self.contacts[j] {
-                Contact::Sticks => 0.0,
-                Contact::Backward => grows * self.tension[j + 1].force,
-                Contact::Forward => grows * self.tension[j].force,
+                STICKS => 0.0,
+                BACKWARD => grows * self.tension[j + 1].force,
+                FORWARD => grows * self.tension[j].force,
             };
-            if self.contacts[j] != Contact::Sticks {
+            if self.contacts[j] != STICKS {
                 *slip -= weight_b * into[j + 1] + weight_a * into[j];
             }
         }
@@ -350,9 +342,9 @@ impl Returned {
 }
 
 /// `g = w_a N_before + w_b N_behind` is 0 where a node slides.
-fn weights(contact: Contact, factor: f64) -> (f64, f64) {
+fn weights(contact: Ordering, factor: f64) -> (f64, f64) {
     match contact {
-        Contact::Backward => (1.0, -factor),
+        BACKWARD => (1.0, -factor),
         _ => (-factor, 1.0),
     }
 }
@@ -399,9 +391,9 @@ mod tests {
                     let (n, m) = (end.tension[j].force, end.tension[j + 1].force);
                     assert!(n <= r * m + 1e-9 && m <= r * n + 1e-9, "{n} {m} {r} mu {friction}, {segments}");
                     match end.contacts[j] {
-                        Contact::Forward => assert!((m - r * n).abs() < 1e-9),
-                        Contact::Backward => assert!((n - r * m).abs() < 1e-9),
-                        Contact::Sticks => {}
+                        FORWARD => assert!((m - r * n).abs() < 1e-9),
+                        BACKWARD => assert!((n - r * m).abs() < 1e-9),
+                        STICKS => {}
                     }
                 }
                 assert!(end.dissipated >= 0.0);

@@ -1,4 +1,4 @@
-//! The uniaxial law: elastic, hardening by a table, an end of the plastic travel, rupture.
+//! The uniaxial law: elastic, hardening by a table, an end of the plastic travel; and rupture.
 //!
 //! ```text
 //! S = s_0 + E (e - p)                      p = plastic strain, a = its sum of magnitudes
@@ -66,10 +66,8 @@ impl Law {
             return Stress { stress: elastic, modulus: self.modulus, slack: false, history: now };
         }
         let stress = elastic - elastic.signum() * self.modulus * flow;
-        let modulus = match slope {
-            Some(hardening) => self.modulus * hardening / (self.modulus + hardening),
-            None => self.modulus,
-        };
+        let hardens = |hardening: f64| self.modulus * hardening / (self.modulus + hardening);
+        let modulus = slope.map_or(self.modulus, hardens);
         let history = [plastic + elastic.signum() * flow, accumulated + flow, 0.0, lost];
         Stress { stress, modulus, slack: false, history }
     }
@@ -134,10 +132,31 @@ impl Law {
             let end = pair[0].1 + (pair[1].1 - pair[0].1) * (to - pair[0].0) / (pair[1].0 - pair[0].0);
             work += 0.5 * (pair[0].1 + end) * (to - pair[0].0);
         }
-        match self.hardening.last() {
-            Some(last) => work + last.1 * (a - last.0).max(0.0),
-            None => 0.0,
-        }
+        self.hardening.last().map_or(0.0, |last| work + last.1 * (a - last.0).max(0.0))
+    }
+}
+
+/// Where something breaks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rupture {
+    /// Axial force [N]; infinite = never.
+    pub force: f64,
+    /// Strain, of the measure of the element; infinite = never.
+    pub strain: f64,
+}
+
+impl Rupture {
+    /// Never.
+    pub const NEVER: Self = Self { force: f64::INFINITY, strain: f64::INFINITY };
+
+    /// Whether it breaks under `force` at `strain`.
+    pub fn at(&self, force: f64, strain: f64) -> bool {
+        force > self.force || strain > self.strain
+    }
+
+    /// The larger of both over its limit; 0 where there is none.
+    pub fn share(&self, force: f64, strain: f64) -> f64 {
+        (force / self.force).max(strain / self.strain).max(0.0)
     }
 }
 

@@ -1,4 +1,4 @@
-//! The membrane: a triangle of constant strain, total Lagrangian, isotropic or of two fibres, with wrinkling.
+//! The membrane: a triangle of constant strain or a quadrilateral, total Lagrangian, isotropic or of two fibres, with wrinkling.
 //!
 //! With orthonormal axes `A_1, A_2` in the plane as modelled, `f_a = sum_I x_I dN_I/dX_a`:
 //!
@@ -12,15 +12,25 @@
 //! state, so force and tangent stay derivatives of one function. Prestress is a strain `e_0 = C^-1 S_0` to
 //! begin with. Fibres carry tension only, each for itself, and a linear shear between them.
 //!
-//! Source: handbook 2.4; Pipkin (1986), IMA J. Appl. Math. 36, 85 (relaxed energy).
+//! A quadrilateral is bilinear, with 2 x 2 points:
+//!
+//! ```text
+//! N_I = (1 + r r_I)(1 + s s_I) / 4      x(r, s) = sum_I x_I N_I
+//! ```
+//!
+//! At each of the four Gauss points the plane that touches the surface there, as modelled, has axes of its own, the first as
+//! near to `along` as the plane allows: a warped quadrilateral is a warped surface. Strain, tension field and fibres are those
+//! of the triangle, point by point; four points leave no motion without stiffness in the plane of what is taut.
+//!
+//! Source: handbook 2.4; Pipkin (1986), IMA J. Appl. Math. 36, 85 (relaxed energy); Zienkiewicz and Taylor (2005), The Finite
+//! Element Method 1, chapters 4 and 5 (bilinear, quadrature).
 
-use super::cable_properties::CableConfig;
-use super::part::{Key, NewElements, PartCell, PartSettings, StatedSection, Surroundings, is_zero, part};
+use super::part::{Key, NewElements, PartCell, PartSettings, Surroundings, is_zero, part};
 use super::segment::{add_block, add_vector, vector};
-use super::{Answer, Element, Energy, MembraneQuad};
+use super::{Answer, Element, Energy};
 use crate::element::Slack;
 use interface_defs::diagnostic::Diagnostic;
-use nalgebra::{Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 /// Stress over strain, both in the axes of the element: `[11, 22, 12]`, the strain with twice the 12.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,11 +63,6 @@ pub enum Fabric {
 type Behaviour = (f64, Vector3<f64>, Matrix3<f64>);
 
 impl Fabric {
-    /// Stress at the strain `e` [Pa].
-    pub fn stress(&self, e: &Vector3<f64>) -> Vector3<f64> {
-        self.respond(e, Slack::Exact).1
-    }
-
     /// At the strain `e`, energy counted from where it carries nothing.
     fn respond(&self, e: &Vector3<f64>, slack: Slack) -> Behaviour {
         match self {
@@ -196,6 +201,62 @@ impl Membrane {
     }
 }
 
+/// Corners in the plane of `r` and `s`.
+const CORNERS: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+
+/// A quadrilateral of membrane.
+pub type MembraneQuad = Sheet<4, 4>;
+
+/// Shape functions and their slopes at `(r, s)`.
+fn shape(r: f64, s: f64) -> ([f64; 4], [Vector2<f64>; 4]) {
+    (
+        CORNERS.map(|[a, b]| 0.25 * (1.0 + a * r) * (1.0 + b * s)),
+        CORNERS.map(|[a, b]| 0.25 * Vector2::new(a * (1.0 + b * s), b * (1.0 + a * r))),
+    )
+}
+
+/// Directions of `r` and `s` on the surface with these corners.
+fn directions(x: &[Vector3<f64>; 4], slopes: &[Vector2<f64>; 4]) -> [Vector3<f64>; 2] {
+    [0, 1].map(|c: usize| x.iter().zip(slopes).map(|(x, slope)| slope[c] * x).sum())
+}
+
+impl MembraneQuad {
+    /// The quadrilateral of these nodes at `x`, of a thickness [m] and density [kg/m3]. `None` where it is not convex, has no
+    /// area, or `along` is normal to it.
+    pub fn new(
+        nodes: [usize; 4],
+        x: &[Vector3<f64>; 4],
+        along: &Vector3<f64>,
+        thickness: f64,
+        density: f64,
+        fabric: Fabric,
+    ) -> Option<Self> {
+        let normal = (x[2] - x[0]).cross(&(x[3] - x[1]));
+        let size = (x[2] - x[0]).norm_squared() + (x[3] - x[1]).norm_squared();
+        let convex = CORNERS.iter().all(|[r, s]| {
+            let [a, b] = directions(x, &shape(*r, *s).1);
+            a.cross(&b).dot(&normal) > 1e-9 * size * normal.norm()
+        });
+        if !convex {
+            return None;
+        }
+        let mut lumped = [0.0; 4];
+        let mut points = CORNERS.iter().map(|corner| {
+            let [r, s] = corner.map(|c| c / 3.0_f64.sqrt());
+            let (shape, slopes) = shape(r, s);
+            let [a, b] = directions(x, &slopes);
+            let (area, unit) = (a.cross(&b).norm(), a.cross(&b).normalize());
+            let axes = axes(&unit, along)?;
+            // dN/dr = J^T dN/dX with J_ac = A_a . dX/dr_c.
+            let turned = Matrix2::from_fn(|c, k| axes[k].dot(&[a, b][c])).try_inverse()?;
+            lumped.iter_mut().zip(shape).for_each(|(m, n)| *m += density * thickness * area * n);
+            Some(MembranePoint { axes, slopes: slopes.map(|slope| turned * slope), area })
+        });
+        let points = Box::new([points.next()??, points.next()??, points.next()??, points.next()??]);
+        Some(Self { nodes, points, thickness, lumped, fabric })
+    }
+}
+
 /// Axes in the plane normal to the unit vector `unit`, the first as near to `along` as it allows; none where that is normal to it.
 pub(super) fn axes(unit: &Vector3<f64>, along: &Vector3<f64>) -> Option<[Vector3<f64>; 2]> {
     let first = along - unit * unit.dot(along);
@@ -285,12 +346,9 @@ impl<const N: usize, const P: usize> Element for Sheet<N, P> {
     /// Of the mean stress.
     fn face_stresses(&self, u: &[f64]) -> [f64; 2] {
         let area: f64 = self.points.iter().map(|p| p.area).sum();
-        let stress = |p: &MembranePoint<N>| self.fabric.stress(&strain(&p.axes, &p.slopes, u).1);
+        let strain = |p: &MembranePoint<N>| strain(&p.axes, &p.slopes, u).1;
+        let stress = |p: &MembranePoint<N>| self.fabric.respond(&strain(p), Slack::Exact).1;
         principal(&self.points.iter().map(|p| stress(p) * (p.area / area)).sum())
-    }
-
-    fn faces(&self) -> Vec<[usize; 3]> {
-        self.nodes[1..].windows(2).map(|pair| [self.nodes[0], pair[0], pair[1]]).collect()
     }
 
     fn thickness(&self) -> f64 {
@@ -366,15 +424,9 @@ impl MembranePart {
 impl PartSettings for MembranePart {
     fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), Diagnostic> {
         let key = cell.key;
-        key.positive(&[("thickness", self.thickness, "m")])?;
-        key.not_negative(&[("density", self.density, "kg/m3"), ("shear", self.shear, "Pa")])?;
+        key.not_negative(&[("shear", self.shear, "Pa")])?;
         self.young.iter().try_for_each(|young| key.positive(&[("young", *young, "Pa")]))?;
-        if self.rupture_force.is_some() {
-            return Err(key.invalid("rupture_force", "a membrane does not break"));
-        }
-        if self.radius.is_some() {
-            return Err(key.invalid("radius", "a membrane is touched at its faces, it has no radius"));
-        }
+        check_sheet(key, "membrane", (self.thickness, self.density), (self.rupture_force, self.radius))?;
         let (thickness, density, fabric) = (self.thickness, self.density, self.fabric(key)?);
         if let &[a, b, c, d] = cell.nodes {
             let nodes = [a, b, c, d];
@@ -397,14 +449,27 @@ impl PartSettings for MembranePart {
         Ok(())
     }
 
-    fn section(&self, _common: Option<&CableConfig>) -> Option<StatedSection> {
-        let (young, density) = (self.young.first().copied(), Some(self.density));
-        Some(StatedSection { young, density, ..StatedSection::default() })
-    }
-
     fn judge(&self, at: &Surroundings) -> Result<Vec<Diagnostic>, Diagnostic> {
         check_thickness(at, self.thickness)
     }
+}
+
+/// Refuse a thickness [m] and a density [kg/m3] that no sheet has, and what lines alone have: rupture and radius.
+pub(super) fn check_sheet(
+    key: &Key,
+    one: &str,
+    (thickness, density): (f64, f64),
+    (rupture, radius): (Option<f64>, Option<f64>),
+) -> Result<(), Diagnostic> {
+    key.positive(&[("thickness", thickness, "m")])?;
+    key.not_negative(&[("density", density, "kg/m3")])?;
+    if rupture.is_some() {
+        return Err(key.invalid("rupture_force", format!("a {one} does not break")));
+    }
+    if radius.is_some() {
+        return Err(key.invalid("radius", format!("a {one} is touched at its faces, it has no radius")));
+    }
+    Ok(())
 }
 
 /// Refuse faces that are thicker than they are wide.
@@ -514,5 +579,116 @@ mod tests {
         // The energy is continuous where wrinkles begin: e_2 = -nu e_1.
         let at = |e2: f64| fabric.respond(&Vector3::new(1e-3, e2, 0.0), Slack::Exact).0;
         assert!((at(-3e-4 * (1.0 - 1e-9)) / at(-3e-4 * (1.0 + 1e-9)) - 1.0).abs() < 1e-8);
+    }
+}
+
+#[cfg(test)]
+mod quad_tests {
+    use super::*;
+    use crate::element::tests::checks::{Case, patch, random};
+    use nalgebra::UnitQuaternion;
+
+    const PLACES: [[f64; 3]; 4] = [[0.1, 0.0, 0.2], [1.2, 0.3, 0.1], [1.0, 1.4, 0.0], [-0.1, 1.1, 0.15]];
+
+    fn of(x: &[Vector3<f64>; 4], nodes: [usize; 4], fabric: Fabric) -> MembraneQuad {
+        MembraneQuad::new(nodes, x, &Vector3::x(), 0.002, 900.0, fabric).expect("is convex")
+    }
+
+    fn isotropic(prestress: [f64; 3], wrinkles: bool) -> Fabric {
+        Fabric::Isotropic { young: 2e8, poisson: 0.3, prestress, wrinkles }
+    }
+
+    #[test]
+    fn derivatives_rigid_motions_and_mass_are_consistent() {
+        let places = PLACES.map(Vector3::from);
+        let fibres = Fabric::Fibres {
+            directions: [Vector2::new(0.8, 0.6), Vector2::new(-0.6, 0.8)],
+            young: [3e8, 1e8],
+            prestress: [1e6, -2e6],
+            shear: 1e6,
+        };
+        let mut noise = random(12);
+        for fabric in
+            [isotropic([0.0; 3], false), isotropic([0.0; 3], true), isotropic([1e6, 2e6, 3e5], true), fibres]
+        {
+            let quad = of(&places, [0, 1, 2, 3], fabric);
+            for _ in 0..30 {
+                let u: Vec<f64> = (0..12).map(|_| 0.2 * noise()).collect();
+                Case::new(&quad, &places, &u)
+                    .check_all(1.8 * quad.points.iter().map(|p| p.area).sum::<f64>());
+            }
+        }
+    }
+
+    #[test]
+    fn a_patch_of_any_quadrilaterals_carries_a_uniform_strain() {
+        // MacNeal and Harder's patch: a rectangle with four nodes inside, turned out of the axes.
+        let turn = UnitQuaternion::new(Vector3::new(0.3, -0.5, 0.2));
+        let flat = [
+            [0.0, 0.0],
+            [0.24, 0.0],
+            [0.24, 0.12],
+            [0.0, 0.12],
+            [0.04, 0.02],
+            [0.18, 0.03],
+            [0.16, 0.08],
+            [0.08, 0.08],
+        ];
+        let places = flat.map(|[x, y]| turn * Vector3::new(x, y, 0.0));
+        let cells = [[0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7], [4, 5, 6, 7]];
+        let quads = cells.map(|nodes| of(&nodes.map(|n| places[n]), nodes, isotropic([0.0; 3], true)));
+        // Large: stretched by 1.2 and 1.1 and sheared, then turned.
+        let u: Vec<f64> = flat
+            .iter()
+            .zip(&places)
+            .flat_map(|([x, y], at)| {
+                <[f64; 3]>::from(turn * turn * Vector3::new(1.2 * x + 0.1 * y, 1.1 * y, 0.0) - at)
+            })
+            .collect();
+        let all: Vec<&dyn Element> = quads.iter().map(|quad| quad as &dyn Element).collect();
+        let left = patch(&all, &u, &[UnitQuaternion::identity(); 8], &[4, 5, 6, 7]);
+        assert!(left < 1e-12, "{left}");
+        // Green-Lagrange strain of that, and the stress by hand, in every one of them.
+        let (e11, e22, e12) = (0.22, 0.5 * (0.01 + 1.21 - 1.0), 0.5 * 1.2 * 0.1);
+        let k = 2e8 / 0.91;
+        let (s11, s22, s12) = (k * (e11 + 0.3 * e22), k * (e22 + 0.3 * e11), k * 0.7 * e12);
+        let radius = f64::hypot(0.5 * (s11 - s22), s12);
+        for (quad, nodes) in quads.iter().zip(cells) {
+            let own: Vec<f64> = nodes.iter().flat_map(|n| u[3 * n..3 * n + 3].to_vec()).collect();
+            let [first, second] = quad.face_stresses(&own);
+            let mean = 0.5 * (s11 + s22);
+            assert!((first / (mean + radius) - 1.0).abs() < 1e-12, "{first}");
+            assert!((second / (mean - radius) - 1.0).abs() < 1e-12, "{second}");
+        }
+    }
+
+    #[test]
+    fn what_is_bent_in_its_plane_is_softer_than_two_triangles() {
+        // Pure bending of a square: u_x = x y, u_y = -(x^2) / 2 at its corners, small. Exact: E t I k^2 / 2.
+        let square =
+            [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]| Vector3::new(x, y, 0.0));
+        let quad = of(&square, [0, 1, 2, 3], isotropic([0.0; 3], false));
+        let bend = 1e-6;
+        let u: Vec<f64> =
+            square.iter().flat_map(|p| [bend * p.x * p.y, -0.5 * bend * p.x * p.x, 0.0]).collect();
+        let energy = quad.energy(&u, &[]).stored;
+        // The bilinear element under bending: the shear that it cannot avoid makes it stiffer by the known factor
+        // (1 / (1 - nu)) (1 + (1 - nu) / 2) / (1 + nu) of a square.
+        let exact = 0.5 * 2e8 * 0.002 * (16.0 / 12.0) * bend * bend;
+        let factor = (1.0 / (1.0 - 0.09)) * (1.0 + 0.5 * 0.7);
+        assert!((energy / exact / factor - 1.0).abs() < 1e-4, "{} {factor}", energy / exact);
+    }
+
+    #[test]
+    fn what_is_not_convex_or_has_no_area_is_no_quadrilateral() {
+        let x = Vector3::x();
+        let of = |corners: [[f64; 2]; 4]| {
+            let corners = corners.map(|[x, y]| Vector3::new(x, y, 0.0));
+            MembraneQuad::new([0, 1, 2, 3], &corners, &x, 0.002, 900.0, isotropic([0.0; 3], true))
+        };
+        assert!(of([[0.0, 0.0], [1.0, 0.0], [0.2, 0.2], [0.0, 1.0]]).is_none());
+        assert!(of([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]]).is_none());
+        assert!(of([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]]).is_none());
+        assert!(of([[0.0, 0.0], [1.0, 0.0], [1.2, 1.3], [0.0, 1.0]]).is_some());
     }
 }

@@ -10,14 +10,11 @@
 
 pub mod bar;
 pub mod beam;
-pub mod brake;
 pub mod cable;
-pub mod cable_properties;
 mod capstan;
 pub mod ground_contact;
 pub mod material;
 pub mod membrane;
-pub mod membrane_quad;
 pub mod part;
 pub mod ring;
 pub mod segment;
@@ -31,8 +28,7 @@ pub use bar::Bar;
 pub use beam::Beam;
 pub use cable::Cable;
 pub use ground_contact::GroundContact;
-pub use membrane::Membrane;
-pub use membrane_quad::MembraneQuad;
+pub use membrane::{Membrane, MembraneQuad};
 pub use ring::Ring;
 pub use shell::Shell;
 pub use sliding_cable::SlidingCable;
@@ -152,9 +148,10 @@ pub trait Element: Debug {
         self.line_count()
     }
 
-    /// Faces that a contact sees.
+    /// Faces that a contact sees: the triangles of [`Element::face_cell`] from its first node.
     fn faces(&self) -> Vec<[usize; 3]> {
-        Vec::new()
+        let Some((first, others)) = self.face_cell().split_first() else { return Vec::new() };
+        others.windows(2).map(|pair| [*first, pair[0], pair[1]]).collect()
     }
 
     /// Nodes of the cell that field files show of its faces, around; none where it has no faces.
@@ -301,9 +298,9 @@ macro_rules! elements {
 
 elements! {
     parts {
-        "cable" => cable_properties::CablePart,
+        "cable" => cable::CablePart,
         "sliding_cable" => sliding_cable::SlidingCablePart,
-        "brake" => brake::BrakePart,
+        "brake" => bar::BrakePart,
         "beam" => beam::BeamPart,
         "ring" => ring::RingPart,
         "membrane" => membrane::MembranePart,
@@ -316,7 +313,7 @@ elements! {
         beam::Beam,
         ring::Ring,
         membrane::Membrane,
-        membrane_quad::MembraneQuad,
+        membrane::MembraneQuad,
         shell::Shell,
         ground_contact::GroundContact,
     }

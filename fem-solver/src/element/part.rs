@@ -3,50 +3,44 @@
 //! A part says what its elements are; its `cells` say between which nodes. A mesh file or a generator gives
 //! the cells instead, in the group that bears the name of the part.
 
-use super::cable_properties::{CableConfig, Stated};
+use super::cable::CableConfig;
 use super::{AnyElement, Cable};
-use crate::element::bar::Rupture;
+use crate::element::material::Rupture;
+pub use crate::read::Key;
 use crate::read::mesh::Kind;
-use crate::read::{not_negative, positive};
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::Vector3;
 use std::fmt::Debug;
-use toolkit::scene::Scene;
 
-/// What all parts state; `part!` writes it.
-pub trait PartHead: Debug {
+/// What all parts state, and of what an element is made.
+#[derive(Debug, Clone, Copy)]
+pub struct PartHead<'a> {
     /// Its name.
-    fn name(&self) -> &str;
-
+    pub name: &'a str,
     /// Nodes of each of its elements, as far as the scene states them.
-    fn cells(&self) -> &[Vec<usize>];
-
+    pub cells: &'a [Vec<usize>],
     /// What its elements are, in the plural.
-    fn plural(&self) -> &'static str;
-
+    pub plural: &'static str,
     /// Fewest and most nodes of an element.
-    fn nodes(&self) -> (usize, usize);
+    pub nodes: (usize, usize),
+    /// Shapes of cells of which an element can be made; none where nothing is made of any.
+    pub kinds: &'static [Kind],
+}
 
-    /// Whether an element can be made of a cell of that shape.
-    fn takes(&self, kind: Kind) -> bool;
+/// A table with a [`PartHead`]; `part!` writes it.
+pub trait PartTable: Debug {
+    /// Its head.
+    fn head(&self) -> PartHead<'_>;
 }
 
 /// A kind of part: implemented by the settings of an element, beside the element.
-pub trait PartSettings: PartHead {
+pub trait PartSettings: PartTable {
     /// Check the settings and make the elements of one cell.
     fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), Diagnostic>;
-
-    /// Material and section as stated, of which units are judged; `common` is `[structure.cable]`.
-    fn section(&self, common: Option<&CableConfig>) -> Option<StatedSection>;
 
     /// Refuse what is certainly wrong of elements with such surroundings; returns what is possible, but unusual.
     fn judge(&self, _at: &Surroundings) -> Result<Vec<Diagnostic>, Diagnostic> {
         Ok(Vec::new())
-    }
-
-    /// What it states of the properties that `[structure.cable]` states for all; `None` where it has nothing of that.
-    fn stated(&self) -> Option<Stated> {
-        None
     }
 
     /// Whether lines of a mesh that follow each other are one cell.
@@ -56,11 +50,6 @@ pub trait PartSettings: PartHead {
 
     /// Whether a cell of that shape is a closed polygon: its first node is its last one, too.
     fn closes(&self, _kind: Kind) -> bool {
-        false
-    }
-
-    /// Whether it makes nothing of its cells.
-    fn makes_nothing(&self) -> bool {
         false
     }
 
@@ -114,33 +103,6 @@ pub struct NewElements<'a> {
     pub cables: &'a mut Vec<Cable>,
 }
 
-/// Material and section as stated, SI units; `None` where nothing is stated.
-#[derive(Debug, Clone, Default)]
-pub struct StatedSection {
-    /// Key of the table.
-    pub key: String,
-    /// Young's modulus [Pa].
-    pub young: Option<f64>,
-    /// Density [kg/m3].
-    pub density: Option<f64>,
-    /// Section [m2].
-    pub area: Option<f64>,
-    /// Second moments of area [m4].
-    pub inertia: Option<[f64; 2]>,
-    /// Radius for contact [m].
-    pub radius: Option<f64>,
-    /// Second Piola-Kirchhoff stress as modelled [Pa].
-    pub prestress: Option<f64>,
-    /// Modulus that the prestress strains [Pa]: its own, else that of all cables.
-    pub strained: Option<f64>,
-    /// Axial force at which it breaks [N].
-    pub rupture_force: Option<f64>,
-    /// Strain at which it breaks.
-    pub rupture_strain: Option<f64>,
-    /// Its longest line [m].
-    pub longest: f64,
-}
-
 /// The structure around the elements of a part.
 pub struct Surroundings<'a> {
     /// Where the part stands in the scene.
@@ -161,32 +123,7 @@ impl Surroundings<'_> {
     }
 }
 
-/// Where a part stands in the scene, for messages.
-pub struct Key<'a> {
-    /// The scene.
-    pub scene: &'a Scene,
-    /// Its dotted path in it.
-    pub key: String,
-}
-
 impl Key<'_> {
-    /// Each of these numbers, by its key, must lie above 0; the last is its unit.
-    pub fn positive(&self, numbers: &[(&str, f64, &str)]) -> Result<(), Diagnostic> {
-        let path = |name: &str| format!("{}.{name}", self.key);
-        numbers.iter().try_for_each(|(name, value, unit)| positive(self.scene, &path(name), *value, unit))
-    }
-
-    /// None of these numbers may lie below 0, likewise.
-    pub fn not_negative(&self, numbers: &[(&str, f64, &str)]) -> Result<(), Diagnostic> {
-        let path = |name: &str| format!("{}.{name}", self.key);
-        numbers.iter().try_for_each(|(name, value, unit)| not_negative(self.scene, &path(name), *value, unit))
-    }
-
-    /// The key `name` is at fault.
-    pub fn invalid(&self, name: &str, what: impl Into<String>) -> Diagnostic {
-        self.scene.invalid(&format!("{}.{name}", self.key), what)
-    }
-
     /// When elements break: force [N] and strain as stated, above 0.
     pub fn rupture(&self, force: Option<f64>, strain: Option<f64>) -> Result<Rupture, Diagnostic> {
         let or_one = |stated: Option<f64>| stated.unwrap_or(1.0);
@@ -198,27 +135,24 @@ impl Key<'_> {
     pub fn check_table(&self, name: &str, rows: &[[f64; 2]]) -> Result<(), Diagnostic> {
         if let Some(row) = rows.iter().find(|row| !(row[1] > 0.0 && row.iter().all(|x| x.is_finite()))) {
             let what = format!("the row [{}, {}] must be finite, its second above 0", row[0], row[1]);
-            return Err(self.invalid(name, what).try_instead("forces and stresses in tension count upward"));
+            return self.refuse(name, what, "forces and stresses in tension count upward");
         }
         if let Some(row) = rows.iter().find(|row| row[0] < 0.0) {
             let what = format!(
                 "the row [{}, {}] must not begin below 0: elongations and strains count upward",
                 row[0], row[1]
             );
-            return Err(self.invalid(name, what).try_instead("turn its sign round"));
+            return self.refuse(name, what, "turn its sign round");
         }
-        match rows.windows(2).find(|pair| pair[1][0] <= pair[0][0]) {
-            Some(pair) => {
-                let what = format!("the first column must increase, {} follows {}", pair[1][0], pair[0][0]);
-                Err(self.invalid(name, what))
-            }
-            None => Ok(()),
-        }
+        let falls = rows.windows(2).find(|pair| pair[1][0] <= pair[0][0]);
+        let Some([before, next]) = falls else { return Ok(()) };
+        let what = format!("the first column must increase, {} follows {}", next[0], before[0]);
+        Err(self.invalid(name, what))
     }
 }
 
 /// Default of a key.
-pub(super) fn yes() -> bool {
+pub(crate) fn yes() -> bool {
     true
 }
 
@@ -247,26 +181,11 @@ macro_rules! part {
             $($(#[$field_doc])* pub $field: $type,)*
         }
 
-        impl $crate::element::part::PartHead for $name {
-            fn name(&self) -> &str {
-                &self.name
-            }
-
-            fn cells(&self) -> &[Vec<usize>] {
-                &self.cells
-            }
-
-            fn plural(&self) -> &'static str {
-                $plural
-            }
-
-            fn nodes(&self) -> (usize, usize) {
-                $nodes
-            }
-
-            fn takes(&self, kind: $crate::read::mesh::Kind) -> bool {
-                use $crate::read::mesh::Kind;
-                matches!(kind, $(Kind::$kind)|+)
+        impl $crate::element::part::PartTable for $name {
+            fn head(&self) -> $crate::element::part::PartHead<'_> {
+                let kinds = &[$($crate::read::mesh::Kind::$kind),+];
+                let (name, cells) = (&self.name, &self.cells);
+                $crate::element::part::PartHead { name, cells, plural: $plural, nodes: $nodes, kinds }
             }
         }
     };
@@ -281,38 +200,14 @@ pub struct NoPart {
     pub name: String,
 }
 
-impl PartHead for NoPart {
-    fn name(&self) -> &str {
-        &self.name
-    }
-
-    fn cells(&self) -> &[Vec<usize>] {
-        &[]
-    }
-
-    fn plural(&self) -> &'static str {
-        "nothing"
-    }
-
-    fn nodes(&self) -> (usize, usize) {
-        (0, usize::MAX)
-    }
-
-    fn takes(&self, _kind: Kind) -> bool {
-        true
+impl PartTable for NoPart {
+    fn head(&self) -> PartHead<'_> {
+        PartHead { name: &self.name, cells: &[], plural: "nothing", nodes: (0, usize::MAX), kinds: &[] }
     }
 }
 
 impl PartSettings for NoPart {
     fn build(&self, _cell: &PartCell, _made: &mut NewElements) -> Result<(), Diagnostic> {
         Ok(())
-    }
-
-    fn section(&self, _common: Option<&CableConfig>) -> Option<StatedSection> {
-        None
-    }
-
-    fn makes_nothing(&self) -> bool {
-        true
     }
 }

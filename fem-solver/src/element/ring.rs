@@ -14,14 +14,14 @@
 
 pub mod formula;
 
-use self::formula::RingConstants;
-use super::cable_properties::CableConfig;
-use super::part::{NewElements, PartCell, PartSettings, StatedSection, Surroundings, part};
-use super::segment::{Segment, add_block, add_pair, add_vector, vector};
+use self::formula::{RingConstants, Stiffnesses, coefficient};
+use super::part::{NewElements, PartCell, PartSettings, Surroundings, part};
+use super::segment::{Segment, add_block, add_pair, add_scaled, add_vector};
 use super::{Answer, AnyElement, Element, Energy};
 use crate::element::Slack;
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::{Matrix3, Vector3};
+use std::array::from_fn;
 
 /// One mechanism.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,12 +43,10 @@ impl Mechanism {
         if self.ease > 0.0 {
             return self.eased_force(u, most);
         }
-        if u >= most {
-            return (self.stiffness * u.max(0.0), if u > 0.0 { self.stiffness } else { 0.0 }, u.max(most));
-        }
-        let back = self.stiffness * self.unloading;
-        let force = self.stiffness * most - back * (most - u);
-        if force > 0.0 { (force, back, most) } else { (0.0, 0.0, most) }
+        let law = Stiffnesses::from(self);
+        let (force, most_now) = law.force(l, most);
+        let slope = if u >= most { law.loading } else { law.unloading };
+        (force, if force > 0.0 { slope } else { 0.0 }, most_now)
     }
 
     /// The same without a corner: `N = (f + sqrt(f^2 + 4 e^2)) / 2` of the force `f` that would push, too.
@@ -92,10 +90,6 @@ pub const PERIMETER: usize = 2;
 /// See [`BROKEN`].
 pub const WIDTHS: usize = 3;
 
-/// Coefficients of the widths over 4 and over 3 nodes.
-const DIAGONALS: [[f64; 4]; 2] = [[-1.0, 0.0, 1.0, 0.0], [0.0, -1.0, 0.0, 1.0]];
-const MEDIANS: [[f64; 4]; 3] = [[-1.0, 0.5, 0.5, 0.0], [0.5, -1.0, 0.5, 0.0], [0.5, 0.5, -1.0, 0.0]];
-
 impl Ring {
     /// The same, going slack over the forces `ease` [N]: for forces and tangents, its energy stays.
     pub fn eased(&self, ease: f64) -> Self {
@@ -108,65 +102,53 @@ impl Ring {
         self.perimeter.ease > 0.0 || self.width.ease > 0.0
     }
 
-    fn widths(&self) -> &'static [[f64; 4]] {
-        if self.nodes.len() == 4 { &DIAGONALS } else { &MEDIANS }
-    }
-
     fn side(&self, u: &[f64], i: usize) -> Segment {
-        Segment::new(&self.spans[i], u, i, (i + 1) % self.nodes.len(), 3)
+        Segment::new(&self.spans[i], u, i, (i + 1) % self.nodes.len())
     }
 
     fn length(&self, u: &[f64]) -> f64 {
         (0..self.nodes.len()).map(|i| self.side(u, i).length).sum()
     }
 
-    /// A width as a vector.
-    fn across(&self, u: &[f64], coefficients: &[f64; 4]) -> Vector3<f64> {
-        let mut position = Vector3::zeros();
-        let mut sum = Vector3::zeros();
-        for (node, span) in self.spans.iter().enumerate() {
-            sum += coefficients[node] * (position + vector(u, 3 * node));
-            position += span;
-        }
-        sum
+    /// The widths as vectors [m].
+    fn widths<const N: usize, const W: usize>(&self, u: &[f64]) -> [Vector3<f64>; W] {
+        self.constants::<N>().widths::<W>(&places(u)).map(Vector3::from)
     }
 
-    /// What its formulas need, over its `N` nodes. The force without easing is computed there ([`RingConstants::pull`]), by the same
-    /// law as `Mechanism::force`: they change together.
+    /// What its formulas need, over its `N` nodes.
     pub fn constants<const N: usize>(&self) -> RingConstants<N> {
-        let spans = std::array::from_fn(|i| self.spans[i].into());
+        let spans = from_fn(|i| self.spans[i].into());
         RingConstants { spans, perimeter: (&self.perimeter).into(), width: (&self.width).into() }
     }
 
-    /// Force, history and tension of an unbroken ring.
+    /// Force, history, tension and tangent of an unbroken ring.
     fn pull<const N: usize, const W: usize>(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
         if self.is_eased() {
-            return self.eased_pull(u, history, answer);
+            self.eased_pull::<N, W>(u, history, answer);
+        } else {
+            let pull = self.constants::<N>().pull::<W>(&places(u), &most(history));
+            answer.force.copy_from_slice(pull.force.as_flattened());
+            answer.tension = pull.tension;
+            answer.history[PERIMETER] = pull.most.0;
+            answer.history[WIDTHS..].copy_from_slice(&pull.most.1);
         }
-        let own = std::array::from_fn(|a| [u[3 * a], u[3 * a + 1], u[3 * a + 2]]);
-        let most = (history[PERIMETER], std::array::from_fn(|j| history[WIDTHS + j]));
-        let pull = self.constants::<N>().pull::<W>(&own, &most);
-        answer.force.copy_from_slice(pull.force.as_flattened());
-        answer.tension = pull.tension;
-        answer.history[PERIMETER] = pull.most.0;
-        answer.history[WIDTHS..].copy_from_slice(&pull.most.1);
+        let slack = answer.slack;
+        if let Some(k) = &mut answer.tangent {
+            self.add_tangent::<N, W>(u, history, slack, k);
+        }
     }
 
-    /// The same of one whose mechanisms go slack gradually.
-    fn eased_pull(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
-        let count = self.nodes.len();
+    /// Force, history and tension of one whose mechanisms go slack gradually.
+    fn eased_pull<const N: usize, const W: usize>(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
         let (force, _, most) = self.perimeter.force(self.length(u), history[PERIMETER]);
         answer.history[PERIMETER] = most;
         answer.tension = force;
-        answer.force.iter_mut().zip(self.gradient(u)).for_each(|(f, g)| *f += force * g);
-        for (j, coefficients) in self.widths().iter().enumerate() {
-            let width = self.across(u, coefficients);
+        add_scaled(answer.force, force, &self.gradient(u));
+        for (j, width) in self.widths::<N, W>(u).iter().enumerate() {
             let (force, _, most) = self.width.force(width.norm(), history[WIDTHS + j]);
             answer.history[WIDTHS + j] = most;
             let t = width.normalize();
-            for (a, c) in coefficients[..count].iter().enumerate() {
-                add_vector(answer.force, 3 * a, &(*c * force * t));
-            }
+            (0..N).for_each(|a| add_vector(answer.force, 3 * a, &(coefficient::<N>(j, a) * force * t)));
         }
     }
 
@@ -182,32 +164,35 @@ impl Ring {
     }
 
     /// Add the tangent of an unbroken ring to `k`.
-    fn add_tangent(&self, u: &[f64], history: &[f64], slack: Slack, k: &mut [f64]) {
-        let count = self.nodes.len();
-        let n = 3 * count;
+    fn add_tangent<const N: usize, const W: usize>(
+        &self,
+        u: &[f64],
+        history: &[f64],
+        slack: Slack,
+        k: &mut [f64],
+    ) {
+        let n = 3 * N;
         let taut = |slope: f64, of: &Mechanism| match slack {
             Slack::Taut => of.stiffness * of.unloading,
             Slack::Regularised(part) if slope == 0.0 => part * of.stiffness,
             _ => slope,
         };
         let (force, slope, _) = self.perimeter.force(self.length(u), history[PERIMETER]);
-        for i in 0..count {
-            add_pair(k, n, 3 * i, 3 * ((i + 1) % count), &self.side(u, i).tangent(0.0, force));
+        for i in 0..N {
+            add_pair(k, n, 3 * i, 3 * ((i + 1) % N), &self.side(u, i).tangent(0.0, force));
         }
         let (gradient, stiffness) = (self.gradient(u), taut(slope, &self.perimeter));
         for (row, g) in k.chunks_exact_mut(n).zip(gradient) {
             row.iter_mut().zip(gradient).for_each(|(k, h)| *k += stiffness * g * h);
         }
-        for (j, coefficients) in self.widths().iter().enumerate() {
-            let width = self.across(u, coefficients);
+        for (j, width) in self.widths::<N, W>(u).iter().enumerate() {
             let (force, slope, _) = self.width.force(width.norm(), history[WIDTHS + j]);
             let (t, across) = (width.normalize(), force / width.norm());
             let block = (taut(slope, &self.width) - across) * t * t.transpose()
                 + Matrix3::from_diagonal_element(across);
-            for a in 0..count {
-                for b in 0..count {
-                    add_block(k, n, 3 * a, 3 * b, &(coefficients[a] * coefficients[b] * block));
-                }
+            for (a, b) in (0..N).flat_map(|a| (0..N).map(move |b| (a, b))) {
+                let share = coefficient::<N>(j, a) * coefficient::<N>(j, b);
+                add_block(k, n, 3 * a, 3 * b, &(share * block));
             }
         }
     }
@@ -218,16 +203,19 @@ impl Ring {
 
     fn energies(&self, u: &[f64], history: &[f64]) -> (f64, f64) {
         match self.nodes.len() {
-            3 => self.energies_of::<3, 3>(u, history),
-            _ => self.energies_of::<4, 2>(u, history),
+            3 => self.constants::<3>().energy::<3>(&places(u), &most(history)),
+            _ => self.constants::<4>().energy::<2>(&places(u), &most(history)),
         }
     }
+}
 
-    fn energies_of<const N: usize, const W: usize>(&self, u: &[f64], history: &[f64]) -> (f64, f64) {
-        let own = std::array::from_fn(|a| [u[3 * a], u[3 * a + 1], u[3 * a + 2]]);
-        let most = (history[PERIMETER], std::array::from_fn(|j| history[WIDTHS + j]));
-        self.constants::<N>().energy::<W>(&own, &most)
-    }
+fn places<const N: usize>(u: &[f64]) -> [[f64; 3]; N] {
+    from_fn(|a| [u[3 * a], u[3 * a + 1], u[3 * a + 2]])
+}
+
+/// Largest extensions of the perimeter and of each width.
+fn most<const W: usize>(history: &[f64]) -> (f64, [f64; W]) {
+    (history[PERIMETER], from_fn(|j| history[WIDTHS + j]))
 }
 
 impl Element for Ring {
@@ -240,7 +228,7 @@ impl Element for Ring {
     }
 
     fn start_history(&self) -> Vec<f64> {
-        vec![0.0; WIDTHS + self.widths().len()]
+        vec![0.0; WIDTHS + if self.nodes.len() == 4 { 2 } else { 3 }]
     }
 
     fn add_to(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
@@ -250,10 +238,6 @@ impl Element for Ring {
         match self.nodes.len() {
             3 => self.pull::<3, 3>(u, history, answer),
             _ => self.pull::<4, 2>(u, history, answer),
-        }
-        let slack = answer.slack;
-        if let Some(k) = &mut answer.tangent {
-            self.add_tangent(u, history, slack, k);
         }
     }
 
@@ -380,10 +364,6 @@ impl PartSettings for RingPart {
         };
         made.elements.push(ring.into());
         Ok(())
-    }
-
-    fn section(&self, _common: Option<&CableConfig>) -> Option<StatedSection> {
-        Some(StatedSection { radius: self.radius, ..StatedSection::default() })
     }
 
     fn judge(&self, at: &Surroundings) -> Result<Vec<Diagnostic>, Diagnostic> {

@@ -17,9 +17,9 @@ pub struct Segment {
 
 impl Segment {
     /// The piece that spans `modelled` as modelled, where its nodes `first` and `second` (numbers in the
-    /// element) are displaced by `u`, with `stride` degrees of freedom for each node.
-    pub fn new(modelled: &Vector3<f64>, u: &[f64], first: usize, second: usize, stride: usize) -> Self {
-        let w = vector(u, second * stride) - vector(u, first * stride);
+    /// element) are displaced by `u`.
+    pub fn new(modelled: &Vector3<f64>, u: &[f64], first: usize, second: usize) -> Self {
+        let w = vector(u, 3 * second) - vector(u, 3 * first);
         let span = modelled + w;
         Self { span, length: span.norm(), growth: w.dot(&(2.0 * modelled + w)), blunt: 0.0 }
     }
@@ -98,6 +98,11 @@ pub fn add_pair(k: &mut [f64], n: usize, first: usize, second: usize, block: &Ma
     add_block(k, n, second, second, block);
     add_block(k, n, first, second, &-block);
     add_block(k, n, second, first, &-block);
+}
+
+/// Add `factor g` to `f`.
+pub fn add_scaled(f: &mut [f64], factor: f64, g: &[f64]) {
+    f.iter_mut().zip(g).for_each(|(f, g)| *f += factor * g);
 }
 
 /// Add `factor a b^T` to a square matrix, by rows.

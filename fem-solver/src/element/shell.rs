@@ -18,10 +18,11 @@
 //!
 //! Source: Batoz, Bathe, Ho (1980), Int. J. Numer. Meth. Eng. 15, 1771 (DKT); rotations as in [`super::Beam`].
 
-use super::cable_properties::CableConfig;
-use super::membrane::{Fabric, Membrane, MembranePoint, check_thickness, poisson, principal, triangle};
-use super::part::{NewElements, PartCell, PartSettings, StatedSection, Surroundings, part};
-use super::segment::{add_block, add_product, add_vector, vector};
+use super::membrane::{
+    Fabric, Membrane, MembranePoint, check_sheet, check_thickness, poisson, principal, strain, triangle,
+};
+use super::part::{NewElements, PartCell, PartSettings, Surroundings, part};
+use super::segment::{add_block, add_product, add_scaled, add_vector};
 use super::turn::{self, START};
 use super::{Answer, Element, Energy};
 use interface_defs::diagnostic::{Diagnostic, code};
@@ -66,18 +67,11 @@ impl Shell {
         let k = young * thickness.powi(3) / (12.0 * (1.0 - poisson * poisson));
         let d = Matrix3::new(1.0, poisson, 0.0, poisson, 1.0, 0.0, 0.0, 0.0, 0.5 * (1.0 - poisson)) * k;
         let points = kirchhoff(&membrane.points[0].slopes, membrane.points[0].area);
-        let bending = points
-            .iter()
-            .map(|(b, weight)| *weight * b.transpose() * d * b)
-            .fold(Matrix6::zeros(), |sum, k| sum + k)
-            .into();
-        let moments = points
-            .iter()
-            .map(|(b, weight)| d * b * (weight / membrane.points[0].area))
-            .sum::<SMatrix<f64, 3, 6>>()
-            .into();
+        let bending: Matrix6<f64> = points.iter().map(|(b, weight)| *weight * b.transpose() * d * b).sum();
+        let area = membrane.points[0].area;
+        let moments: SMatrix<f64, 3, 6> = points.iter().map(|(b, weight)| d * b * (weight / area)).sum();
         let drilling = DRILLING * young * thickness * membrane.points[0].area / 3.0;
-        Self { membrane, bending, moments, drilling }
+        Self { membrane, bending: bending.into(), moments: moments.into(), drilling }
     }
 
     /// The material of its middle surface: it carries compression.
@@ -92,10 +86,7 @@ impl Shell {
     fn shape(&self, u: &[f64], history: &[f64]) -> ShellShape {
         let [first, second] = self.middle().axes;
         let own = [first, second, first.cross(&second)];
-        let f = [0, 1].map(|b: usize| {
-            let growth = (0..3).map(|i| self.middle().slopes[i][b] * vector(u, 6 * i)).sum::<Vector3<f64>>();
-            self.middle().axes[b] + growth
-        });
+        let (f, _) = strain(&self.middle().axes, &self.middle().slopes, &translations(u));
         let triads = [0, 1, 2].map(|node: usize| {
             let turn = turn::rotation(u, history, node);
             own.map(|axis| turn * axis)
@@ -145,6 +136,10 @@ impl Tilt {
     fn value(&self) -> f64 {
         self.a.dot(&self.f)
     }
+}
+
+fn values(tilts: &[Tilt; 6]) -> Vector6<f64> {
+    Vector6::from_fn(|i, _| tilts[i].value())
 }
 
 /// Curvature `[11, 22, 2 x 12]` over the tilts of the corners, at the three points of a rule that integrates its square,
@@ -214,10 +209,10 @@ impl Element for Shell {
         }
         let shape = self.shape(u, history);
         let tilts = shape.tilts();
-        let moments = *self.bending * Vector6::from_fn(|i, _| tilts[i].value());
+        let moments = *self.bending * values(&tilts);
         let gradients: [[f64; 18]; 6] = std::array::from_fn(|i| self.gradient(&tilts[i]));
         for (moment, gradient) in moments.iter().zip(&gradients) {
-            answer.force.iter_mut().zip(gradient).for_each(|(f, g)| *f += moment * g);
+            add_scaled(answer.force, *moment, gradient);
         }
         if let Some(k) = &mut answer.tangent {
             for i in 0..6 {
@@ -229,7 +224,7 @@ impl Element for Shell {
             let moment = 0.5 * self.drilling * (one.value() - other.value());
             let (g, h) = (self.gradient(&one), self.gradient(&other));
             let gradient: [f64; 18] = std::array::from_fn(|i| 0.5 * (g[i] - h[i]));
-            answer.force.iter_mut().zip(&gradient).for_each(|(f, g)| *f += moment * g);
+            add_scaled(answer.force, moment, &gradient);
             if let Some(k) = &mut answer.tangent {
                 add_product(k, self.drilling, &gradient, &gradient);
                 self.add_curvature(&one, 0.5 * moment, k);
@@ -241,7 +236,7 @@ impl Element for Shell {
     fn energy(&self, u: &[f64], history: &[f64]) -> Energy {
         let shape = self.shape(u, history);
         let tilts = shape.tilts();
-        let q = Vector6::from_fn(|i, _| tilts[i].value());
+        let q = values(&tilts);
         let drills = shape.drills().map(|[one, other]| 0.5 * (one.value() - other.value()));
         let turned = drills.iter().map(|g| g * g).sum::<f64>();
         let own = 0.5 * (*self.bending * q).dot(&q) + 0.5 * self.drilling * turned;
@@ -257,13 +252,8 @@ impl Element for Shell {
         inertia.iter_mut().for_each(|i| *i += m * square);
     }
 
-    fn faces(&self) -> Vec<[usize; 3]> {
-        self.membrane.faces()
-    }
-
     fn face_moments(&self, u: &[f64], history: &[f64]) -> [f64; 2] {
-        let tilts = self.shape(u, history).tilts();
-        principal(&(*self.moments * Vector6::from_fn(|i, _| tilts[i].value())))
+        principal(&(*self.moments * values(&self.shape(u, history).tilts())))
     }
 
     fn thickness(&self) -> f64 {
@@ -313,14 +303,8 @@ impl PartSettings for ShellPart {
 
     fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), Diagnostic> {
         let (key, young) = (cell.key, self.young);
-        key.positive(&[("thickness", self.thickness, "m"), ("young", young, "Pa")])?;
-        key.not_negative(&[("density", self.density, "kg/m3")])?;
-        if self.rupture_force.is_some() {
-            return Err(key.invalid("rupture_force", "a shell does not break"));
-        }
-        if self.radius.is_some() {
-            return Err(key.invalid("radius", "a shell is touched at its faces, it has no radius"));
-        }
+        key.positive(&[("young", young, "Pa")])?;
+        check_sheet(key, "shell", (self.thickness, self.density), (self.rupture_force, self.radius))?;
         let poisson = poisson(key, self.poisson)?;
         let (thickness, density) = (self.thickness, self.density);
         for nodes in triangles(cell) {
@@ -329,11 +313,6 @@ impl PartSettings for ShellPart {
             made.elements.push(Shell::new(membrane, young, poisson).into());
         }
         Ok(())
-    }
-
-    fn section(&self, _common: Option<&CableConfig>) -> Option<StatedSection> {
-        let (young, density) = (Some(self.young), Some(self.density));
-        Some(StatedSection { young, density, ..StatedSection::default() })
     }
 
     fn judge(&self, at: &Surroundings) -> Result<Vec<Diagnostic>, Diagnostic> {

@@ -1,9 +1,8 @@
 //! A rope that slides over any number of nodes, without friction or with that of a capstan.
 
-use super::bar::Rupture;
-use super::cable_properties::CableConfig;
 use super::capstan::{self, Returned, RopeLaw};
-use super::part::{NewElements, PartCell, PartSettings, StatedSection, is_zero, part};
+use super::material::Rupture;
+use super::part::{NewElements, PartCell, PartSettings, is_zero, part};
 use super::segment::{Segment, add_pair, add_vector};
 use super::{Answer, AnyElement, Element, Energy};
 use crate::element::Slack;
@@ -116,7 +115,7 @@ impl SlidingCable {
     /// Its segments where its nodes are displaced by `u`.
     fn pieces(&self, u: &[f64]) -> impl Iterator<Item = Segment> {
         let spans = self.spans.iter().enumerate();
-        spans.map(|(i, span)| Segment::new(span, u, i, i + 1, 3).blunted(BLUNT * span.norm()))
+        spans.map(|(i, span)| Segment::new(span, u, i, i + 1).blunted(BLUNT * span.norm()))
     }
 
     fn shape(&self, u: &[f64], history: &[f64]) -> RefMut<'_, Shape> {
@@ -166,13 +165,13 @@ impl SlidingCable {
         (l * l - rest * rest) / (2.0 * rest * rest)
     }
 
-    /// Stored energy [J], counted from where it is without stress.
-    fn stored(&self, shape: &Shape) -> f64 {
+    /// Stored energy [J] of segments of `lengths`, counted from where it is without stress; with friction these are `rest` long
+    /// unstretched.
+    fn stored(&self, lengths: impl Iterator<Item = f64>, rest: &[f64]) -> f64 {
         if self.friction > 0.0 {
-            let pieces = shape.lengths.iter().zip(&shape.returned.rest);
-            return pieces.map(|(l, rest)| self.law().energy(*l, *rest)).sum();
+            return lengths.zip(rest).map(|(l, rest)| self.law().energy(l, *rest)).sum();
         }
-        self.law().energy(shape.lengths.iter().sum(), self.total())
+        self.law().energy(lengths.sum(), self.total())
     }
 
     /// Derivative of each tension with respect to every degree of freedom, by rows, into `shape.slopes`.
@@ -214,11 +213,9 @@ impl SlidingCable {
         }
     }
 
-    fn add_tangent(&self, shape: &mut Shape, slack: Slack, k: &mut [f64], broken: bool) {
+    /// Add the tangent of an unbroken rope to `k`.
+    fn add_tangent(&self, shape: &mut Shape, slack: Slack, k: &mut [f64]) {
         let n = 3 * self.nodes.len();
-        if broken {
-            return;
-        }
         if slack == Slack::Taut {
             // Every segment for itself, at least just taut: stiffer than what slides.
             for (i, (segment, rest)) in shape.segments.iter().zip(&self.lengths).enumerate() {
@@ -285,9 +282,11 @@ impl Element for SlidingCable {
     }
 
     fn add_to(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
+        if history[BROKEN] > 0.0 {
+            return;
+        }
         let mut shape = self.shape(u, history);
-        let slides = self.friction > 0.0 && history[BROKEN] == 0.0;
-        if slides {
+        if self.friction > 0.0 {
             answer.history[RESTS..].copy_from_slice(&shape.returned.rest);
             answer.history[FRICTION] += shape.returned.dissipated;
         }
@@ -298,17 +297,12 @@ impl Element for SlidingCable {
             add_vector(answer.force, 3 * i + 3, &pull);
         }
         if let Some(k) = &mut answer.tangent {
-            self.add_tangent(&mut shape, answer.slack, k, history[BROKEN] > 0.0);
+            self.add_tangent(&mut shape, answer.slack, k);
         }
     }
 
     fn energy(&self, u: &[f64], history: &[f64]) -> Energy {
-        let start: f64 = if self.friction > 0.0 {
-            let pieces = self.spans.iter().zip(&self.lengths);
-            pieces.map(|(span, rest)| self.law().energy(span.norm(), *rest)).sum()
-        } else {
-            self.law().energy(self.spans.iter().map(Vector3::norm).sum(), self.total())
-        };
+        let start = self.stored(self.spans.iter().map(Vector3::norm), &self.lengths);
         let mut dissipated = history[LOST] + history[FRICTION];
         if history[BROKEN] > 0.0 {
             return Energy { stored: -start, dissipated };
@@ -317,7 +311,8 @@ impl Element for SlidingCable {
         if self.friction > 0.0 {
             dissipated += shape.returned.dissipated;
         }
-        Energy { stored: self.stored(&shape) - start, dissipated }
+        let stored = self.stored(shape.lengths.iter().copied(), &shape.returned.rest);
+        Energy { stored: stored - start, dissipated }
     }
 
     fn can_break(&self) -> bool {
@@ -348,7 +343,7 @@ impl Element for SlidingCable {
         let breaks = self.rupture.at(shape.forces.iter().copied().fold(0.0, f64::max), strain);
         if breaks {
             history[BROKEN] = 1.0;
-            history[LOST] += self.stored(&shape);
+            history[LOST] += self.stored(shape.lengths.iter().copied(), &shape.returned.rest);
         }
         breaks
     }
@@ -450,20 +445,6 @@ impl PartSettings for SlidingCablePart {
         };
         made.elements.push(rope.into());
         Ok(())
-    }
-
-    fn section(&self, _common: Option<&CableConfig>) -> Option<StatedSection> {
-        Some(StatedSection {
-            young: Some(self.young),
-            density: Some(self.density),
-            area: Some(self.area),
-            radius: self.radius,
-            prestress: Some(self.prestress),
-            strained: Some(self.young),
-            rupture_force: self.rupture_force,
-            rupture_strain: self.rupture_strain,
-            ..StatedSection::default()
-        })
     }
 }
 

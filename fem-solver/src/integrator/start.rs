@@ -8,7 +8,7 @@ use crate::equilibrium::newton::{Failure, Info, Newton};
 use crate::integrator::critical_step::highest_frequency;
 use crate::internal_force::Displacements;
 use crate::model::Model;
-use crate::model::validation::supports::unseen_rows;
+use crate::model::validation::unseen_rows;
 use crate::state::inherited::{Inherited, StartMotion};
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::message::Fault;
@@ -133,7 +133,7 @@ impl Start {
         let at_rest = moves.is_none() && (residual <= AT_REST * scale || residual == 0.0);
         Ok(Self {
             form,
-            motion: moves.map(|from| from.motion(config.fem.integrator.name()).held(model)),
+            motion: moves.map(|from| from.motion(&config.fem.integrator.to_string()).held(model)),
             torn: inherited.is_some_and(|from| !from.end.torn.is_empty()),
             booked,
             force,

@@ -4,50 +4,39 @@
 use super::generator::{Generated, MadeFor, check_point, generate};
 use super::numbering::neighbours_together;
 use crate::config::structure::{PlaceConfig, StructureConfig};
+use crate::element::part::PartHead;
 use crate::read::heights::Heights;
-use crate::read::mesh::{ElementGroup, Kind, Mesh};
-use crate::read::{named, read, refuse};
+use crate::read::mesh::{Kind, Mesh};
+use crate::read::{Key, named, nearest, read, refuse};
 use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::mesh::Group;
 use nalgebra::Vector3;
 use std::collections::HashMap;
 use std::ops::Range;
-use toolkit::explain::suggestion;
 use toolkit::scene::Scene;
 
 /// What a model begins with.
 #[derive(Debug, Default)]
 pub struct Base {
-    /// Nodes [m].
-    pub nodes: Vec<Vector3<f64>>,
-    /// Numbers of the nodes in the mesh file; empty where there is none.
-    pub numbers: Vec<u64>,
+    /// Nodes, groups, elements; of a scene that lists its nodes, the nodes alone.
+    pub mesh: Mesh,
     /// Lines in no part: cables of `[structure.cable]`.
     pub lines: Vec<Cell>,
     /// For each part of the scene the cells that the mesh gives it.
     pub cells: Vec<Vec<Cell>>,
-    /// Number of elements of the mesh, and named sets of them.
-    pub elements: (usize, Vec<ElementGroup>),
-    /// Numbers of the elements in the mesh file; empty where there is none.
-    pub element_numbers: Vec<u64>,
-    /// Named sets of nodes.
-    pub groups: Vec<Group>,
     /// Nodes that are held in all directions.
     pub held: Vec<usize>,
     /// Whether nodes without an element may stay where they are held: a frame.
     pub framed: bool,
-    /// What the user should know.
-    pub warnings: Vec<Diagnostic>,
 }
-
-/// In no part.
-const NONE: u32 = u32::MAX;
 
 impl Base {
     /// The nodes of the scene, of its mesh file or of its generator, in their place.
     pub fn new(scene: &Scene, table: &StructureConfig) -> Result<Self, Diagnostic> {
+        if let Some(common) = &table.cable {
+            common.check(&Key { scene, key: "structure.cable".into() })?;
+        }
         let mut base = Self::in_own_axes(scene, table)?;
-        put(scene, table, &mut base.nodes)?;
+        put(scene, table, &mut base.mesh.nodes)?;
         Ok(base)
     }
 
@@ -83,46 +72,32 @@ impl Base {
                 "write mesh = \"file\", a generator, or nodes = [[x, y, z], ...] and cables between them",
             ));
         }
-        let nodes = table.nodes.iter().map(|p| Vector3::from(*p)).collect();
-        Ok(Self { nodes, cells: vec![Vec::new(); table.parts.len()], ..Self::default() })
+        let mut base = Self { cells: vec![Vec::new(); table.parts.len()], ..Self::default() };
+        base.mesh.nodes.extend(table.nodes.iter().map(|p| Vector3::from(*p)));
+        Ok(base)
     }
 
     /// The cells of a mesh by the parts of the scene, without the nodes that nothing uses.
     fn bound(scene: &Scene, table: &StructureConfig, generated: Generated) -> Result<Self, Diagnostic> {
         let Generated { mesh, held, parts } = generated;
-        if let Some(common) = &table.cable {
-            common.check(scene, "structure.cable")?;
-        }
-        let owners = owners(scene, table, &mesh, &parts)?;
-        let mut base = Self {
-            framed: true,
-            warnings: mesh.warnings.clone(),
-            cells: vec![Vec::new(); table.parts.len()],
-            ..Self::default()
-        };
-        for (position, owner) in owners.into_iter().enumerate() {
-            let Some(nodes) = cell(scene, table, &mesh, position, owner)? else { continue };
-            let list = base.cells.get_mut(owner as usize).unwrap_or(&mut base.lines);
+        let binding = Binding { scene, table, mesh: &mesh };
+        let (mut cells, mut lines) = (vec![Vec::new(); table.parts.len()], Vec::new());
+        for (position, owner) in binding.owners(&parts)?.into_iter().enumerate() {
+            let Some(nodes) = binding.cell(position, owner)? else { continue };
+            let list = owner.map_or(&mut lines, |part| &mut cells[part]);
             list.push(Cell { nodes, from: vec![position as u32] });
         }
         for (i, part) in table.parts.iter().enumerate() {
             if part.joins_lines() {
-                base.cells[i] = join(std::mem::take(&mut base.cells[i])).or_else(|fault| {
-                    let what =
-                        format!("the lines of `{}` make no ropes: {}", part.name(), fault.words(&mesh));
+                let number = |node: usize| mesh.numbers.get(node).copied().unwrap_or(node as u64);
+                cells[i] = join(std::mem::take(&mut cells[i]), number).or_else(|why| {
+                    let what = format!("the lines of `{}` make no ropes: {why}", part.head().name);
                     let hint = "put ropes that share nodes into groups of their own";
                     refuse(scene, &format!("structure.parts.{i}.name"), what, hint)
                 })?;
             }
         }
-        if table.mesh.is_some() {
-            base.element_numbers = mesh.elements.iter().map(|e| e.number).collect();
-        }
-        base.elements = (mesh.elements.len(), mesh.element_groups);
-        base.nodes = mesh.nodes;
-        base.numbers = mesh.numbers;
-        base.groups = mesh.node_groups;
-        base.held = held;
+        let mut base = Self { mesh, lines, cells, held, framed: true };
         if counts_nodes(table).is_none() {
             base.leave_out(table);
             if table.mesh.is_some() {
@@ -134,11 +109,11 @@ impl Base {
 
     /// Leave out the nodes that no element, no support and no entry with a group uses.
     fn leave_out(&mut self, table: &StructureConfig) {
-        let mut used = vec![false; self.nodes.len()];
+        let mut used = vec![false; self.mesh.nodes.len()];
         let cells = self.lines.iter().chain(self.cells.iter().flatten());
         cells.flat_map(|c| &c.nodes).chain(&self.held).for_each(|n| used[*n] = true);
         for name in table.places().filter_map(|(.., place)| place.group) {
-            let group = self.groups.iter().find(|g| g.name == name);
+            let group = self.mesh.node_groups.iter().find(|g| g.name == name);
             group.into_iter().flat_map(|g| &g.nodes).for_each(|n| used[*n as usize] = true);
         }
         let unused = used.iter().filter(|u| !**u).count();
@@ -150,7 +125,7 @@ impl Base {
         let what = format!(
             "{unused} nodes of the mesh belong to no element and to no support, spring, mass or load: left out"
         );
-        self.warnings.push(Diagnostic::warning(code::GEOMETRY, what));
+        self.mesh.warnings.push(Diagnostic::warning(code::GEOMETRY, what));
     }
 
     /// Number the nodes anew, neighbours close to each other, if that halves their distances: steps then walk through
@@ -158,7 +133,7 @@ impl Base {
     fn bring_neighbours_together(&mut self) {
         let cells = self.lines.iter().chain(self.cells.iter().flatten());
         let pairs: Vec<[usize; 2]> = cells.flat_map(|c| c.nodes.array_windows().copied()).collect();
-        let order = neighbours_together(&pairs, self.nodes.len());
+        let order = neighbours_together(&pairs, self.mesh.nodes.len());
         let mut place = vec![0; order.len()];
         order.iter().enumerate().for_each(|(new, old)| place[*old] = new);
         let now: usize = pairs.iter().map(|[a, b]| a.abs_diff(*b)).sum();
@@ -170,21 +145,20 @@ impl Base {
 
     /// Keep the nodes of `order` alone, in that order.
     fn put_in_order(&mut self, order: &[usize]) {
-        let mut place = vec![None; self.nodes.len()];
+        let mesh = &mut self.mesh;
+        let mut place = vec![None; mesh.nodes.len()];
         order.iter().enumerate().for_each(|(new, old)| place[*old] = Some(new));
-        self.nodes = order.iter().map(|n| self.nodes[*n]).collect();
-        if !self.numbers.is_empty() {
-            self.numbers = order.iter().map(|n| self.numbers[*n]).collect();
-        }
+        mesh.nodes = order.iter().map(|n| mesh.nodes[*n]).collect();
+        mesh.numbers = order.iter().filter_map(|n| mesh.numbers.get(*n).copied()).collect();
         let cells = self.lines.iter_mut().chain(self.cells.iter_mut().flatten());
         for node in cells.flat_map(|c| &mut c.nodes).chain(&mut self.held) {
             *node = place[*node].expect("a node that is used is kept");
         }
-        for group in &mut self.groups {
+        for group in &mut mesh.node_groups {
             group.nodes = group.nodes.iter().filter_map(|n| place[*n as usize]).map(|n| n as u32).collect();
             group.nodes.sort_unstable();
         }
-        self.groups.retain(|g| !g.nodes.is_empty());
+        mesh.node_groups.retain(|g| !g.nodes.is_empty());
     }
 }
 
@@ -193,115 +167,110 @@ fn counts_nodes(table: &StructureConfig) -> Option<String> {
     let place = table.places().find(|(.., place)| place.nodes.is_some());
     let entry = place.map(|(name, i, _)| format!("structure.{name}.{i}.nodes"));
     let group = || (!table.groups.is_empty()).then(|| "structure.groups.0.nodes".into());
-    let part = || table.parts.iter().position(|p| !p.cells().is_empty());
+    let part = || table.parts.iter().position(|p| !p.head().cells.is_empty());
     entry.or_else(group).or_else(|| part().map(|i| format!("structure.parts.{i}.cells")))
 }
 
-/// For each element of the mesh the part of the scene that it is in, or `NONE`.
-fn owners(
-    scene: &Scene,
-    table: &StructureConfig,
-    mesh: &Mesh,
-    made: &[MadeFor],
-) -> Result<Vec<u32>, Diagnostic> {
-    let mut owners = vec![NONE; mesh.elements.len()];
-    for (i, part) in table.parts.iter().enumerate() {
-        let key = format!("structure.parts.{i}.name");
-        let (name, own) = (part.name(), part.cells());
-        let group = mesh.element_groups.iter().find(|g| g.name == name);
-        let group = match (group, own.is_empty()) {
-            (None, false) => continue,
-            (Some(group), true) => group,
-            (Some(_), false) => {
-                let what =
-                    format!("the part `{name}` has cells, and the mesh has a group of elements of that name");
-                return refuse(scene, &key, what, "leave out `cells`, or choose another name");
-            }
-            (None, true) => {
-                let names: Vec<_> = mesh.element_groups.iter().map(|g| g.name.as_str()).collect();
-                let hint = match names.is_empty() {
-                    true => {
-                        "the mesh has no groups of elements: name them in the program that made it".into()
-                    }
-                    false => suggestion(name, &names).unwrap_or_default(),
-                };
-                return refuse(scene, &key, format!("there is no group of elements `{name}`"), hint);
-            }
-        };
-        for element in &group.elements {
-            let owner = &mut owners[*element as usize];
-            if *owner != NONE {
-                let (number, other) =
-                    (mesh.elements[*element as usize].number, table.parts[*owner as usize].name());
-                let what = format!("element {number} is in the parts `{other}` and `{name}`");
-                return Err(scene.invalid(&key, what));
-            }
-            *owner = i as u32;
-        }
-    }
-    for MadeFor { group, element } in made.iter().filter(|p| p.element != "cable") {
-        let own = mesh.element_groups.iter().find(|g| g.name == *group);
-        if own.into_iter().flat_map(|g| &g.elements).any(|e| owners[*e as usize] == NONE) {
-            let what = format!(
-                "the generated group `{group}` is made for element = \"{element}\", and no part says what becomes of it"
-            );
-            let hint = format!(
-                "write [[structure.parts]] with name = \"{group}\" and an element; \"none\" makes nothing of it"
-            );
-            return refuse(scene, "structure.generator", what, hint);
-        }
-    }
-    Ok(owners)
+/// A mesh and the scene to whose parts its elements go.
+struct Binding<'a> {
+    scene: &'a Scene,
+    table: &'a StructureConfig,
+    mesh: &'a Mesh,
 }
 
-/// Nodes of the cell that an element of the mesh is; `None` where nothing becomes of it.
-fn cell(
-    scene: &Scene,
-    table: &StructureConfig,
-    mesh: &Mesh,
-    position: usize,
-    owner: u32,
-) -> Result<Option<Vec<usize>>, Diagnostic> {
-    let (element, part) = (&mesh.elements[position], table.parts.get(owner as usize));
-    let key = if part.is_some() { format!("structure.parts.{owner}.name") } else { "structure".into() };
-    // Lines in no part are cables; a point says where something is, and is nothing.
-    let takes = part.map_or(matches!(element.kind, Kind::Line2 | Kind::Row), |part| part.takes(element.kind));
-    if part.map_or(element.kind == Kind::Point, |part| part.makes_nothing()) {
-        return Ok(None);
-    }
-    if !takes {
-        let of = part.map_or("cables", |part| part.plural());
-        let (kind, one) = (element.kind.name(), describe(mesh, position));
-        let what = format!("{of} cannot be made of {kind}, and {one} is one of them");
-        let hint = match element.kind {
-            Kind::Line3 | Kind::Tri6 => {
-                "save the mesh with elements of first order, or write a part with element = \"none\" for the group"
+impl Binding<'_> {
+    /// For each element of the mesh the part of the scene that it is in, if it is in any.
+    fn owners(&self, made: &[MadeFor]) -> Result<Vec<Option<usize>>, Diagnostic> {
+        let Self { scene, table, mesh } = *self;
+        let mut owners: Vec<Option<usize>> = vec![None; mesh.elements.len()];
+        for (i, part) in table.parts.iter().enumerate() {
+            let key = format!("structure.parts.{i}.name");
+            let PartHead { name, cells, .. } = part.head();
+            let group = mesh.element_groups.iter().find(|g| g.name == name);
+            let group = match (group, cells.is_empty()) {
+                (None, false) => continue,
+                (Some(group), true) => group,
+                (Some(_), false) => {
+                    let what = format!(
+                        "the part `{name}` has cells, and the mesh has a group of elements of that name"
+                    );
+                    return refuse(scene, &key, what, "leave out `cells`, or choose another name");
+                }
+                (None, true) => {
+                    let names: Vec<_> = mesh.element_groups.iter().map(|g| g.name.as_str()).collect();
+                    let none = "the mesh has no groups of elements: name them in the program that made it";
+                    let hint = nearest(name, &names, none);
+                    return refuse(scene, &key, format!("there is no group of elements `{name}`"), hint);
+                }
+            };
+            for element in &group.elements {
+                if let Some(other) = owners[*element as usize].replace(i) {
+                    let (number, other) =
+                        (mesh.elements[*element as usize].number, table.parts[other].head().name);
+                    let what = format!("element {number} is in the parts `{other}` and `{name}`");
+                    return Err(scene.invalid(&key, what));
+                }
             }
-            Kind::Tri3 | Kind::Quad4 => {
-                "write a part for the group: element = \"membrane\", \"shell\" or \"ring\", \"cable\" for a closed polygon of cables, \"none\" for nothing"
-            }
-            _ => "write a part with another element for the group; \"none\" makes nothing of it",
-        };
-        return refuse(scene, &key, what, hint);
-    }
-    if part.is_none() && table.cable.is_none() {
-        let what =
-            format!("{} is in no part, and there is no table [structure.cable]", describe(mesh, position));
-        let hint = "write parts for the groups of the mesh, or [structure.cable] for all of its lines";
-        return refuse(scene, &key, what, hint);
-    }
-    let mut nodes: Vec<usize> = mesh.nodes_of(element).iter().map(|n| *n as usize).collect();
-    if part.is_some_and(|part| part.closes(element.kind)) {
-        nodes.push(nodes[0]);
-    }
-    for pair in nodes.windows(2) {
-        let length = (mesh.nodes[pair[1]] - mesh.nodes[pair[0]]).norm();
-        if !(length > 0.0 && length.is_finite()) {
-            let what = format!("{} has the length {length} m", describe(mesh, position));
-            return Err(scene.invalid(&key, what));
         }
+        for MadeFor { group, element } in made.iter().filter(|p| p.element != "cable") {
+            let own = mesh.element_groups.iter().find(|g| g.name == *group);
+            if own.into_iter().flat_map(|g| &g.elements).any(|e| owners[*e as usize].is_none()) {
+                let what = format!(
+                    "the generated group `{group}` is made for element = \"{element}\", and no part says what becomes of it"
+                );
+                let hint = format!(
+                    "write [[structure.parts]] with name = \"{group}\" and an element; \"none\" makes nothing of it"
+                );
+                return refuse(scene, "structure.generator", what, hint);
+            }
+        }
+        Ok(owners)
     }
-    Ok(Some(nodes))
+
+    /// Nodes of the cell that an element of the mesh is; `None` where nothing becomes of it.
+    fn cell(&self, position: usize, owner: Option<usize>) -> Result<Option<Vec<usize>>, Diagnostic> {
+        let Self { scene, table, mesh } = *self;
+        let (element, part) = (&mesh.elements[position], owner.map(|part| &table.parts[part]));
+        let key = owner.map_or("structure".into(), |part| format!("structure.parts.{part}.name"));
+        // Lines in no part are cables; a point says where something is, and is nothing.
+        let head = part.map(|part| part.head());
+        let (plural, kinds) =
+            head.map_or(("cables", &[Kind::Line2, Kind::Row][..]), |head| (head.plural, head.kinds));
+        if kinds.is_empty() || part.is_none() && element.kind == Kind::Point {
+            return Ok(None);
+        }
+        let one = || describe(mesh, position);
+        if !kinds.contains(&element.kind) {
+            let what =
+                format!("{plural} cannot be made of {}, and {} is one of them", element.kind.name(), one());
+            let hint = match element.kind {
+                Kind::Line3 | Kind::Tri6 => {
+                    "save the mesh with elements of first order, or write a part with element = \"none\" for the group"
+                }
+                Kind::Tri3 | Kind::Quad4 => {
+                    "write a part for the group: element = \"membrane\", \"shell\" or \"ring\", \"cable\" for a closed polygon of cables, \"none\" for nothing"
+                }
+                _ => "write a part with another element for the group; \"none\" makes nothing of it",
+            };
+            return refuse(scene, &key, what, hint);
+        }
+        if part.is_none() && table.cable.is_none() {
+            let what = format!("{} is in no part, and there is no table [structure.cable]", one());
+            let hint = "write parts for the groups of the mesh, or [structure.cable] for all of its lines";
+            return refuse(scene, &key, what, hint);
+        }
+        let mut nodes: Vec<usize> = mesh.nodes_of(element).iter().map(|n| *n as usize).collect();
+        if part.is_some_and(|part| part.closes(element.kind)) {
+            nodes.push(nodes[0]);
+        }
+        for pair in nodes.windows(2) {
+            let length = (mesh.nodes[pair[1]] - mesh.nodes[pair[0]]).norm();
+            if !(length > 0.0 && length.is_finite()) {
+                return Err(scene.invalid(&key, format!("{} has the length {length} m", one())));
+            }
+        }
+        Ok(Some(nodes))
+    }
 }
 
 /// An element in words, with its groups.
@@ -334,35 +303,16 @@ pub struct Made {
     pub cables: Range<usize>,
 }
 
-/// Why lines make no ropes; nodes by position.
-#[derive(Debug, PartialEq, Eq)]
-pub enum Fault {
-    /// More than two lines end at this node.
-    Branch(usize),
-    /// The rope through this node has no ends.
-    Closed(usize),
-}
-
-impl Fault {
-    /// In words.
-    pub fn words(&self, mesh: &Mesh) -> String {
-        let number = |n: usize| mesh.numbers.get(n).copied().unwrap_or(n as u64);
-        match self {
-            Self::Branch(node) => format!("more than two of them end at node {}", number(*node)),
-            Self::Closed(node) => format!("that through node {} has no ends", number(*node)),
-        }
-    }
-}
-
-/// Join the lines that share an end: one cell for each rope, in the order and direction of its first line.
-pub fn join(lines: Vec<Cell>) -> Result<Vec<Cell>, Fault> {
+/// Join the lines that share an end: one cell for each rope, in the order and direction of its first line. An error says why lines
+/// make no ropes; `number` is what it calls a node.
+pub fn join(lines: Vec<Cell>, number: impl Fn(usize) -> u64) -> Result<Vec<Cell>, String> {
     let mut at: HashMap<usize, Vec<usize>> = HashMap::new();
     for (i, line) in lines.iter().enumerate() {
         for end in [line.nodes[0], line.nodes[line.nodes.len() - 1]] {
             let there = at.entry(end).or_default();
             there.push(i);
             if there.len() > 2 {
-                return Err(Fault::Branch(end));
+                return Err(format!("more than two of them end at node {}", number(end)));
             }
         }
     }
@@ -389,7 +339,7 @@ pub fn join(lines: Vec<Cell>) -> Result<Vec<Cell>, Fault> {
             rope.nodes.reverse();
         }
         if rope.nodes[0] == rope.nodes[rope.nodes.len() - 1] {
-            return Err(Fault::Closed(rope.nodes[0]));
+            return Err(format!("that through node {} has no ends", number(rope.nodes[0])));
         }
         ropes.push(rope);
     }
@@ -487,17 +437,22 @@ mod tests {
         nodes.iter().enumerate().map(cell).collect()
     }
 
+    fn number(node: usize) -> u64 {
+        node as u64
+    }
+
     #[test]
     fn lines_in_any_order_and_direction_are_one_rope_for_each_chain() {
-        let ropes = join(lines(&[[2, 3], [1, 2], [7, 8], [4, 3], [9, 8]])).unwrap();
+        let ropes = join(lines(&[[2, 3], [1, 2], [7, 8], [4, 3], [9, 8]]), number).unwrap();
         assert_eq!(ropes.iter().map(|r| &r.nodes[..]).collect::<Vec<_>>(), [&[1, 2, 3, 4][..], &[7, 8, 9]]);
         assert_eq!(ropes[0].from, [0, 3, 1]);
     }
 
     #[test]
     fn branches_and_loops_are_no_ropes() {
-        assert_eq!(join(lines(&[[0, 1], [1, 2], [1, 3]])), Err(Fault::Branch(1)));
-        assert_eq!(join(lines(&[[0, 1], [1, 2], [2, 0]])), Err(Fault::Closed(0)));
+        let why = |of: &[[usize; 2]]| join(lines(of), number).unwrap_err();
+        assert_eq!(why(&[[0, 1], [1, 2], [1, 3]]), "more than two of them end at node 1");
+        assert_eq!(why(&[[0, 1], [1, 2], [2, 0]]), "that through node 0 has no ends");
     }
 }
 

@@ -1,10 +1,13 @@
-//! From the table `[structure]` to a [`Model`], with every input error located.
+//! From the table `[structure]` and its parts to a [`Model`], with every input error located.
 
-use super::Model;
 use super::base::{Base, Cell, Made};
+use super::{Model, Part};
 use crate::config::Config;
 use crate::config::structure::{StructureConfig, Where};
-use crate::read::{not_negative, positive, refuse};
+use crate::element::PartConfig;
+use crate::element::part::{NewElements, PartCell, PartHead};
+use crate::read::mesh::{ElementGroup, MeshElement};
+use crate::read::{Key, refuse};
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::mesh::Group;
 use nalgebra::Vector3;
@@ -17,28 +20,29 @@ impl Model {
     /// Build the structure of a scene.
     pub fn build(scene: &Scene, config: &Config) -> Result<Self, Diagnostic> {
         let table = &config.structure;
-        let base = Base::new(scene, table)?;
+        let Base { mesh, lines, cells, held, framed } = Base::new(scene, table)?;
         let mut model = Self {
             part_count: table.parts.len(),
-            mass: vec![0.0; base.nodes.len()],
-            held: vec![false; 3 * base.nodes.len()],
-            dead_load: vec![0.0; 3 * base.nodes.len()],
+            mass: vec![0.0; mesh.nodes.len()],
+            held: vec![false; 3 * mesh.nodes.len()],
+            dead_load: vec![0.0; 3 * mesh.nodes.len()],
             damping: table.damping,
-            groups: base.groups,
-            nodes: base.nodes,
-            numbers: base.numbers,
-            warnings: base.warnings,
+            groups: mesh.node_groups,
+            nodes: mesh.nodes,
+            numbers: mesh.numbers,
+            warnings: mesh.warnings,
             ..Self::default()
         };
-        not_negative(scene, "structure.damping", table.damping, "1/s")?;
+        let key = Key { scene, key: "structure".into() };
+        key.not_negative(&[("damping", table.damping, "1/s")])?;
         model.add_groups(scene, table)?;
-        let mut made = vec![Made::default(); base.elements.0];
-        model.add_cables(scene, table, &base.lines, &mut made)?;
-        model.add_parts(scene, table, &base.cells, &mut made)?;
-        model.number_elements(&base.element_numbers, &made);
-        model.name_elements(base.elements.1, &made);
+        let mut made = vec![Made::default(); mesh.elements.len()];
+        model.add_cables(scene, table, &lines, &mut made)?;
+        model.add_parts(scene, table, &cells, &mut made)?;
+        model.number_elements(&mesh.elements, &made);
+        model.name_elements(mesh.element_groups, &made);
         model.number_rotations();
-        for (node, c) in base.held.iter().flat_map(|node| [0, 1, 2].map(|c| (*node, c))) {
+        for (node, c) in held.iter().flat_map(|node| [0, 1, 2].map(|c| (*node, c))) {
             let dof = model.dof(node, c);
             model.held[dof] = true;
         }
@@ -48,7 +52,7 @@ impl Model {
         model.add_ground(scene, config)?;
         model.load(scene, config)?;
         model.check_path(scene, config)?;
-        model.check_held_together(scene, config, base.framed)?;
+        model.check_held_together(scene, config, framed)?;
         // A mesh file may have a group of that name; then it is the user's.
         if model.groups.iter().all(|g| g.name != "supports") {
             let held = (0..model.nodes.len()).filter(|n| model.held_at_first(*n)).map(|n| n as u32);
@@ -80,12 +84,12 @@ impl Model {
 
     fn add_groups(&mut self, scene: &Scene, table: &StructureConfig) -> Result<(), Diagnostic> {
         for (i, group) in table.groups.iter().enumerate() {
-            let key = format!("structure.groups.{i}");
+            let key = Key { scene, key: format!("structure.groups.{i}") };
             if group.name == "supports" || self.groups.iter().any(|g| g.name == group.name) {
                 let what = format!("there is a group `{}` already", group.name);
-                return Err(scene.invalid(&format!("{key}.name"), what));
+                return Err(key.invalid("name", what));
             }
-            self.known(scene, &format!("{key}.nodes"), &group.nodes)?;
+            self.known(&key, &group.nodes)?;
             let nodes = group.nodes.iter().map(|n| *n as u32).collect();
             self.groups.push(Group { name: group.name.clone(), nodes });
         }
@@ -99,9 +103,6 @@ impl Model {
         lines: &[Cell],
         made: &mut [Made],
     ) -> Result<(), Diagnostic> {
-        if let Some(common) = &table.cable {
-            common.check(scene, "structure.cable")?;
-        }
         for cell in lines {
             let common =
                 table.cable.as_ref().expect("lines in no part are there only with [structure.cable]");
@@ -112,18 +113,15 @@ impl Model {
             cell.from.iter().for_each(|e| made[*e as usize] = own.clone());
         }
         for (i, entry) in table.cables.iter().enumerate() {
-            let key = format!("structure.cables.{i}");
-            let nodes_key = format!("{key}.nodes");
-            self.known(scene, &nodes_key, &entry.nodes)?;
-            if let Some(length) = entry.length {
-                positive(scene, &format!("{key}.length"), length, "m")?;
-            }
-            let own = entry.stated().complete(scene, &key, table.cable.as_ref())?;
+            let key = Key { scene, key: format!("structure.cables.{i}") };
+            self.known(&key, &entry.nodes)?;
+            key.positive(&[("length", entry.length.unwrap_or(1.0), "m")])?;
+            let own = entry.stated().complete(&key, table.cable.as_ref())?;
             let built = own.cable(&self.nodes, entry.nodes, entry.length);
             let [a, b] = entry.nodes;
             if built.length == 0.0 || a == b {
                 let what = format!("the cable between nodes {a} and {b} has no length");
-                return Err(scene.invalid(&nodes_key, what));
+                return Err(key.invalid("nodes", what));
             }
             self.cables.push(built);
         }
@@ -132,25 +130,23 @@ impl Model {
 
     fn add_elements(&mut self, scene: &Scene, table: &StructureConfig) -> Result<(), Diagnostic> {
         for (i, entry) in table.springs.iter().enumerate() {
-            let key = format!("structure.springs.{i}");
-            let own = format!("{key}.stiffness");
-            entry.stiffness.iter().try_for_each(|k| not_negative(scene, &own, *k, "N/m"))?;
-            let nodes = self.place(scene, &key, entry.place())?;
+            let key = Key { scene, key: format!("structure.springs.{i}") };
+            key.not_negative(&entry.stiffness.map(|k| ("stiffness", k, "N/m")))?;
+            let nodes = self.place(&key, entry.place())?;
             self.springs.extend(nodes.into_iter().map(|node| (node, entry.stiffness)));
         }
         for (i, entry) in table.dampers.iter().enumerate() {
-            let key = format!("structure.dampers.{i}");
-            let own = format!("{key}.viscosity");
-            entry.viscosity.iter().try_for_each(|c| not_negative(scene, &own, *c, "N s/m"))?;
-            for node in self.place(scene, &key, entry.place())? {
+            let key = Key { scene, key: format!("structure.dampers.{i}") };
+            key.not_negative(&entry.viscosity.map(|c| ("viscosity", c, "N s/m")))?;
+            for node in self.place(&key, entry.place())? {
                 let own = [0, 1, 2].map(|c| (self.dof(node, c), entry.viscosity[c]));
                 self.dashpots.extend(own.into_iter().filter(|(_, c)| *c > 0.0));
             }
         }
         for (i, entry) in table.masses.iter().enumerate() {
-            let key = format!("structure.masses.{i}");
-            positive(scene, &format!("{key}.mass"), entry.mass, "kg")?;
-            let nodes = self.place(scene, &key, entry.place())?;
+            let key = Key { scene, key: format!("structure.masses.{i}") };
+            key.positive(&[("mass", entry.mass, "kg")])?;
+            let nodes = self.place(&key, entry.place())?;
             self.point_masses.extend(nodes.into_iter().map(|node| (node, entry.mass)));
         }
         Ok(())
@@ -193,8 +189,8 @@ impl Model {
         }
         let parts = &config.structure.parts;
         if let Some(i) = parts.iter().position(|part| part.turns_without_inertia()) {
-            let (of, name) = (parts[i].plural(), parts[i].name());
-            let what = format!("the {of} `{name}` have no density: nothing resists their turning");
+            let PartHead { name, plural, .. } = parts[i].head();
+            let what = format!("the {plural} `{name}` have no density: nothing resists their turning");
             let hint = "write density, for steel 7850; or choose integrator = \"static\"";
             return refuse(scene, &format!("structure.parts.{i}"), what, hint);
         }
@@ -205,27 +201,27 @@ impl Model {
         refuse(scene, &format!("structure.nodes.{node}"), what, hint)
     }
 
-    fn known(&self, scene: &Scene, key: &str, nodes: &[usize]) -> Result<(), Diagnostic> {
-        match nodes.iter().find(|node| **node >= self.nodes.len()) {
-            None => Ok(()),
-            Some(node) => {
-                let last = self.nodes.len() - 1;
-                Err(scene.invalid(key, format!("there is no node {node}; nodes are 0 to {last}")))
-            }
-        }
+    /// Refuse nodes that are not there.
+    fn known(&self, key: &Key, nodes: &[usize]) -> Result<(), Diagnostic> {
+        let Some(node) = nodes.iter().find(|node| **node >= self.nodes.len()) else { return Ok(()) };
+        let last = self.nodes.len() - 1;
+        Err(key.invalid("nodes", format!("there is no node {node}; nodes are 0 to {last}")))
     }
 
     /// The nodes that an entry names.
-    pub(crate) fn place(&self, scene: &Scene, key: &str, place: Where) -> Result<Vec<usize>, Diagnostic> {
+    pub(crate) fn place(&self, key: &Key, place: Where) -> Result<Vec<usize>, Diagnostic> {
         let point = match place {
             Where { nodes: Some(nodes), group: None, at: None } => {
-                return self.known(scene, &format!("{key}.nodes"), nodes).map(|()| nodes.to_vec());
+                return self.known(key, nodes).map(|()| nodes.to_vec());
             }
             Where { nodes: None, group: Some(name), at: None } => {
-                return self.group(scene, &format!("{key}.group"), name);
+                return self.group(key.scene, &key.at("group"), name);
             }
             Where { nodes: None, group: None, at: Some(point) } => Vector3::from(point),
-            _ => return Err(scene.invalid(key, "name the nodes by exactly one of nodes, group and at")),
+            _ => {
+                let what = "name the nodes by exactly one of nodes, group and at";
+                return Err(key.scene.invalid(&key.key, what));
+            }
         };
         let distance = |n: usize| (self.nodes[n] - point).norm();
         let nearest = (0..self.nodes.len()).min_by(|a, b| distance(*a).total_cmp(&distance(*b)));
@@ -238,7 +234,7 @@ impl Model {
         let [x, y, z] = point.into();
         let what = format!("no node of the structure lies at ({x}, {y}, {z}){near}");
         let hint = "points count in the structure as modelled, before form finding; half a cable's length is tolerated";
-        refuse(scene, &format!("{key}.at"), what, hint)
+        key.refuse("at", what, hint)
     }
 
     /// How far a point may lie from a node that it names [m]: half of its shortest cable.
@@ -248,4 +244,184 @@ impl Model {
         let half = ends.map(|line| 0.5 * span(line)).fold(f64::INFINITY, f64::min);
         if half.is_finite() { half * (1.0 + SAME_POINT) } else { SAME_POINT * self.extent().max(1.0) }
     }
+}
+
+impl Model {
+    /// Build the parts of the scene; `meshed` are the cells that a mesh gives to each. What becomes of its
+    /// elements goes into `made`.
+    fn add_parts(
+        &mut self,
+        scene: &Scene,
+        table: &StructureConfig,
+        meshed: &[Vec<Cell>],
+        made: &mut [Made],
+    ) -> Result<(), Diagnostic> {
+        for (i, config) in table.parts.iter().enumerate() {
+            let key = Key { scene, key: format!("structure.parts.{i}") };
+            let PartHead { name, cells: own, .. } = config.head();
+            if name.is_empty() || self.parts.iter().any(|p| p.name == name) {
+                let what = format!("there is a part `{name}` already, or it has no name");
+                return Err(key.invalid("name", what));
+            }
+            if own.is_empty() && made.is_empty() {
+                let hint = "write cells = [[node, node, ...], ...], or use the name of a group of a mesh";
+                return key.refuse("name", format!("the part `{name}` has no cells"), hint);
+            }
+            let first = (self.elements.len(), self.cables.len());
+            let cells = own.iter().chain(meshed[i].iter().map(|cell| &cell.nodes));
+            self.warnings.extend(config.remark(cells.filter(|cell| cell.len() == 4).count()));
+            let common = table.cable.as_ref();
+            let cell = PartCell { key: &key, place: "name", nodes: &[], positions: &[], common };
+            for (at, nodes) in own.iter().enumerate() {
+                self.add_cell(config, &PartCell { place: &format!("cells.{at}"), nodes, ..cell })?;
+            }
+            for Cell { nodes, from } in &meshed[i] {
+                let (elements, cables) = (self.elements.len(), self.cables.len());
+                self.add_cell(config, &PartCell { nodes, ..cell })?;
+                let own = Made { elements: elements..self.elements.len(), cables: cables..self.cables.len() };
+                from.iter().for_each(|e| made[*e as usize] = own.clone());
+            }
+            let new = !own.is_empty() && self.groups.iter().all(|g| g.name != name);
+            if new && name != "supports" {
+                let mut nodes: Vec<u32> = own.iter().flatten().map(|n| *n as u32).collect();
+                nodes.sort_unstable();
+                nodes.dedup();
+                self.groups.push(Group { name: name.into(), nodes });
+            }
+            self.parts.push(Part {
+                name: name.into(),
+                elements: (first.0..self.elements.len()).collect(),
+                cables: (first.1..self.cables.len()).collect(),
+            });
+        }
+        Ok(())
+    }
+
+    /// Name what became of the groups of a mesh that are no parts.
+    fn name_elements(&mut self, groups: Vec<ElementGroup>, made: &[Made]) {
+        for group in groups {
+            if self.parts.iter().any(|p| p.name == group.name) {
+                continue;
+            }
+            let made = || group.elements.iter().map(|e| made[*e as usize].clone());
+            let mut elements: Vec<usize> = made().flat_map(|m| m.elements).collect();
+            let mut cables: Vec<usize> = made().flat_map(|m| m.cables).collect();
+            // Several lines of a mesh are one sliding rope.
+            elements.sort_unstable();
+            elements.dedup();
+            cables.sort_unstable();
+            if !elements.is_empty() || !cables.is_empty() {
+                self.parts.push(Part { name: group.name, elements, cables });
+            }
+        }
+    }
+
+    fn check_cell(&self, config: &PartConfig, at: &PartCell) -> Result<(), Diagnostic> {
+        let cell = at.nodes;
+        let (fewest, most) = config.head().nodes;
+        if cell.len() < fewest || cell.len() > most {
+            let wanted = match most {
+                usize::MAX => format!("{fewest} or more"),
+                _ if most == fewest => fewest.to_string(),
+                _ => format!("{fewest} to {most}"),
+            };
+            let what = format!("an element of this part has {} nodes, it takes {wanted}", cell.len());
+            return Err(at.invalid(what));
+        }
+        if let Some(node) = cell.iter().find(|n| **n >= self.nodes.len()) {
+            let what = format!("there is no node {node}; nodes are 0 to {}", self.nodes.len() - 1);
+            return Err(at.invalid(what));
+        }
+        for pair in cell.windows(2) {
+            if self.nodes[pair[0]] == self.nodes[pair[1]] {
+                let [a, b] = [pair[0], pair[1]].map(|n| self.node_name(n));
+                let what = format!("there is no distance between its nodes {a} and {b}");
+                return Err(at.invalid(what));
+            }
+        }
+        Ok(())
+    }
+
+    /// Make the elements of a cell.
+    fn add_cell(&mut self, config: &PartConfig, cell: &PartCell) -> Result<(), Diagnostic> {
+        self.check_cell(config, cell)?;
+        let Self { nodes, elements, cables, .. } = self;
+        config.build(&PartCell { positions: nodes, ..*cell }, &mut NewElements { elements, cables })
+    }
+
+    /// Number the nodes that have rotations, and set their memory aside.
+    fn number_rotations(&mut self) {
+        let mut turns = vec![false; self.nodes.len()];
+        for element in self.elements.iter().filter(|e| e.rotates()) {
+            element.nodes().iter().for_each(|n| turns[*n] = true);
+        }
+        self.turning = (0..turns.len()).filter(|n| turns[*n]).collect();
+        self.turning_number = vec![None; turns.len()];
+        for (number, node) in self.turning.iter().enumerate() {
+            self.turning_number[*node] = Some(number);
+        }
+        self.inertia = vec![0.0; self.turning.len()];
+        self.held.resize(self.dof_count(), false);
+        self.dead_load.resize(self.dof_count(), 0.0);
+    }
+}
+
+impl Model {
+    /// Remember what the mesh file calls its `elements`, where there is one; `made` says what became of each.
+    fn number_elements(&mut self, elements: &[MeshElement], made: &[Made]) {
+        self.element_numbers = [vec![None; self.elements.len()], vec![None; self.cables.len()]];
+        let mut twice = [vec![false; self.elements.len()], vec![false; self.cables.len()]];
+        let filed = if self.numbers.is_empty() { &[] } else { elements };
+        for (element, made) in filed.iter().zip(made) {
+            for (kind, range) in [made.elements.clone(), made.cables.clone()].into_iter().enumerate() {
+                for i in range {
+                    twice[kind][i] |= self.element_numbers[kind][i].is_some();
+                    self.element_numbers[kind][i] = Some(element.number).filter(|_| !twice[kind][i]);
+                }
+            }
+        }
+    }
+
+    /// Element number `element` as a member of a group, or its line number `line`: `element 3 of posts, (x y z) to (x y z)`.
+    /// Its number is that of the mesh file, else it counts from 0 in its part.
+    pub fn member_name(&self, element: usize, line: Option<usize>) -> String {
+        let nodes = self.elements[element].nodes();
+        let head = self.numbered(0, element, |part| &part.elements);
+        let lines = self.elements[element].lines();
+        match line.and_then(|line| lines.get(line)) {
+            Some(ends) => format!("{head}, its segment {}", self.ends_name(*ends)),
+            // Closed: a ring.
+            None if lines.len() == nodes.len() => {
+                let sum: Vector3<f64> = nodes.iter().map(|n| self.nodes[*n]).sum();
+                format!("{head}, around {}", point(&(sum / nodes.len() as f64)))
+            }
+            None => format!("{head}, {}", self.ends_name([nodes[0], nodes[nodes.len() - 1]])),
+        }
+    }
+
+    /// The same of cable number `cable`.
+    pub fn cable_name(&self, cable: usize) -> String {
+        let head = self.numbered(1, cable, |part| &part.cables);
+        format!("{head}, {}", self.ends_name(self.cables[cable].nodes))
+    }
+
+    fn numbered(&self, kind: usize, own: usize, members: impl Fn(&Part) -> &Vec<usize>) -> String {
+        let part = self.parts.iter().find(|p| members(p).contains(&own));
+        let place = part.and_then(|p| members(p).iter().position(|e| *e == own));
+        let number = self.element_numbers[kind].get(own).copied().flatten();
+        let number = number.unwrap_or(place.unwrap_or(own) as u64);
+        part.map_or_else(|| format!("element {number}"), |part| format!("element {number} of {}", part.name))
+    }
+
+    fn ends_name(&self, ends: [usize; 2]) -> String {
+        let [a, b] = ends.map(|node| point(&self.nodes[node]));
+        format!("{a} to {b}")
+    }
+}
+
+/// A point [m], to a tenth of a millimetre.
+fn point(p: &Vector3<f64>) -> String {
+    // Adding 0 makes 0 of -0.
+    let [x, y, z] = [p.x, p.y, p.z].map(|c| (1e4 * c).round() / 1e4 + 0.0);
+    format!("({x:?} {y:?} {z:?})")
 }

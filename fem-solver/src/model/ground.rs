@@ -8,7 +8,7 @@ use crate::config::structure::{FormFinding, GroundConfig, StructureConfig};
 use crate::element::{AnyElement, GroundContact};
 use crate::ground::Surface;
 use crate::read::heights::Heights;
-use crate::read::{not_negative, positive, refuse};
+use crate::read::{Key, refuse};
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::Vector3;
 use std::path::PathBuf;
@@ -37,12 +37,11 @@ impl Model {
         self.ground = first..first;
         let table = &config.structure;
         let Some(ground) = &table.ground else { return Ok(()) };
-        check(scene, ground)?;
+        check(&Key { scene, key: "structure.ground".into() }, ground)?;
         let nodes = self.on_ground(scene, ground)?;
         let surface = self.surface(scene, table)?;
         let radii = self.radii();
         let typical = median(nodes.iter().map(|node| self.mass[*node]).collect());
-        let mut missing = None;
         for node in nodes {
             let stiffness = match ground.stiffness {
                 Some(stiffness) => stiffness,
@@ -58,27 +57,24 @@ impl Model {
             let contact = GroundContact {
                 node: [node],
                 surface: Arc::clone(&surface),
-                place: self.nodes[node] - surface.origin(),
+                place: self.nodes[node] - surface.origin,
                 radius: radii[node],
                 stiffness,
                 friction: ground.friction,
                 restitution: ground.restitution,
             };
             if contact.depth().is_none() {
-                missing = missing.or(Some(node));
+                let what = format!(
+                    "the ground does not reach below node {}, or has a hole there",
+                    self.node_name(node)
+                );
+                let hint = "a larger raster, in the coordinates of the structure; or `groups` of the nodes that touch the ground";
+                return refuse(scene, &self.ground_key(table), what, hint);
             }
             self.elements.push(contact.into());
             self.element_numbers[0].push(None);
         }
         self.ground = first..self.elements.len();
-        if let Some(node) = missing {
-            let what =
-                format!("the ground does not reach below node {}, or has a hole there", self.node_name(node));
-            let place = self.ground_key(table);
-            return Err(scene.invalid(&place, what).try_instead(
-                "a larger raster, in the coordinates of the structure; or `groups` of the nodes that touch the ground",
-            ));
-        }
         self.judge_depth(scene, config)
     }
 
@@ -146,37 +142,29 @@ impl Model {
 
     /// Refuse nodes that are modelled far below the ground; a word on those that are a little.
     fn judge_depth(&mut self, scene: &Scene, config: &Config) -> Result<(), Diagnostic> {
-        let below = |least: f64| {
-            let deep = self.ground_contacts().filter_map(|c| Some((c.depth()?, c.node[0], c.stiffness)));
-            deep.filter(move |(depth, ..)| *depth > least).collect::<Vec<_>>()
-        };
-        let deepest =
-            |all: &[(f64, usize, f64)]| all.iter().map(|d| (d.0, d.1)).max_by(|a, b| a.0.total_cmp(&b.0));
+        let all = self.ground_contacts().filter_map(|c| Some((c.depth()?, c.node[0], c.stiffness)));
+        let in_it: Vec<_> = all.filter(|(depth, ..)| *depth > DEEP).collect();
+        let deepest = in_it.iter().max_by(|a, b| a.0.total_cmp(&b.0));
+        let Some((depth, node, _)) = deepest else { return Ok(()) };
+        let node = self.node_name(*node);
         let count = |n: usize| if n == 1 { "1 node is".to_owned() } else { format!("{n} nodes are") };
-        let far = below(DEEPEST);
-        if let Some((depth, node)) = deepest(&far) {
+        if *depth > DEEPEST {
+            let far = count(in_it.iter().filter(|(depth, ..)| *depth > DEEPEST).count());
             let what = format!(
-                "{} modelled more than {DEEPEST} m below the ground, the deepest by {depth:.2} m: node {}",
-                count(far.len()),
-                self.node_name(node)
+                "{far} modelled more than {DEEPEST} m below the ground, the deepest by {depth:.2} m: node {node}"
             );
             return Err(scene.invalid("structure.ground", what).try_instead(
                 "raise the structure, or is the raster that of another place? `except` leaves nodes out",
             ));
         }
-        let in_it = below(DEEP);
-        let Some((depth, node)) = deepest(&in_it) else { return Ok(()) };
         let so = if config.structure.form_finding == FormFinding::None {
             let energy: f64 = in_it.iter().map(|(depth, _, k)| 0.5 * k * depth * depth).sum();
             format!("it throws them out with {energy:.3e} J, as no rest shape is looked for")
         } else {
             "form finding lifts them".to_owned()
         };
-        let what = format!(
-            "{} modelled in the ground, the deepest by {depth:.3} m: node {}; {so}",
-            count(in_it.len()),
-            self.node_name(node)
-        );
+        let are = count(in_it.len());
+        let what = format!("{are} modelled in the ground, the deepest by {depth:.3} m: node {node}; {so}");
         self.warnings.push(Diagnostic::warning(code::PLACE, what).about("structure.ground"));
         Ok(())
     }
@@ -204,20 +192,17 @@ pub(super) fn around(nodes: &[Vector3<f64>]) -> ([f64; 2], [f64; 2]) {
 }
 
 /// Numbers of the table.
-fn check(scene: &Scene, ground: &GroundConfig) -> Result<(), Diagnostic> {
-    let key = |name: &str| format!("structure.ground.{name}");
-    if let Some(stiffness) = ground.stiffness {
-        positive(scene, &key("stiffness"), stiffness, "N/m")?;
-    }
-    not_negative(scene, &key("friction"), ground.friction, "")?;
+fn check(key: &Key, ground: &GroundConfig) -> Result<(), Diagnostic> {
+    key.positive(&[("stiffness", ground.stiffness.unwrap_or(1.0), "N/m")])?;
+    key.not_negative(&[("friction", ground.friction, "")])?;
     if ground.friction > ROUGHEST {
         let what = format!("friction = {}: it is a coefficient, of soils 0.3 to 1", ground.friction);
         let hint = "the tangent of the angle of friction: 30 degrees is 0.58";
-        return refuse(scene, &key("friction"), what, hint);
+        return key.refuse("friction", what, hint);
     }
     if !(ground.restitution > 0.0 && ground.restitution <= 1.0) {
         let what = format!("restitution = {}: it must lie above 0, and not above 1", ground.restitution);
-        return Err(scene.invalid(&key("restitution"), what));
+        return Err(key.invalid("restitution", what));
     }
     Ok(())
 }
@@ -228,7 +213,7 @@ pub fn area(scene: &Scene, table: &StructureConfig) -> Result<Option<Area>, Diag
     if ground_file(table).is_some() || !(stands || table.ground.is_some()) {
         return Ok(None);
     }
-    let nodes = Base::new(scene, &flat(table))?.nodes;
+    let nodes = Base::new(scene, &flat(table))?.mesh.nodes;
     let (low, high) = around(&nodes);
     let middle = [0, 1].map(|a: usize| 0.5 * (low[a] + high[a]));
     let margin = (0..2).map(|a| 0.5 * (high[a] - low[a])).fold(0.0, f64::max) + 2.0 * CELL;

@@ -7,23 +7,21 @@
 
 pub mod applied;
 mod base;
+mod boundary;
 mod build;
 pub(crate) mod generator;
 pub(crate) mod ground;
-mod holding;
-mod loading;
 pub mod numbering;
-mod parts;
 pub mod pressure;
 pub mod validation;
 
 use crate::element::{AnyElement, Cable};
+use crate::read::nearest;
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::mesh::{Group, InterfaceMesh};
 use nalgebra::Vector3;
 use pressure::{Motion, TimedLoad};
 use std::ops::Range;
-use toolkit::explain::suggestion;
 use toolkit::scene::Scene;
 
 /// A structure, ready to be computed.
@@ -162,10 +160,7 @@ impl Model {
     pub(crate) fn group(&self, scene: &Scene, key: &str, name: &str) -> Result<Vec<usize>, Diagnostic> {
         let group = self.groups.iter().find(|g| g.name == name).ok_or_else(|| {
             let names: Vec<_> = self.groups.iter().map(|g| g.name.as_str()).collect();
-            let hint = match names.is_empty() {
-                true => "there are no groups here".into(),
-                false => suggestion(name, &names).unwrap_or_default(),
-            };
+            let hint = nearest(name, &names, "there are no groups here");
             scene.invalid(key, format!("there is no group `{name}`")).try_instead(hint)
         })?;
         Ok(group.nodes.iter().map(|n| *n as usize).collect())
@@ -208,31 +203,19 @@ impl Model {
     /// A node of the first connected part of the structure that no support and no spring holds, and how many nodes that part
     /// has.
     pub fn adrift(&self) -> Option<(usize, usize)> {
-        // Each node points to one before it of its part, the first to itself.
-        let mut first: Vec<usize> = (0..self.node_count()).collect();
-        let find = |first: &mut Vec<usize>, mut node: usize| {
-            while first[node] != node {
-                first[node] = first[first[node]];
-                node = first[node];
-            }
-            node
-        };
-        let elements = self.elements.iter().map(|e| e.nodes());
-        for nodes in self.cables.iter().map(|c| &c.nodes[..]).chain(elements) {
-            for pair in nodes.windows(2) {
-                let (a, b) = (find(&mut first, pair[0]), find(&mut first, pair[1]));
-                first[a.max(b)] = a.min(b);
-            }
-        }
+        let ends = self.cables.iter().map(|c| &c.nodes[..]).chain(self.elements.iter().map(|e| e.nodes()));
+        let pairs: Vec<[usize; 2]> = ends.flat_map(|nodes| nodes.array_windows().copied()).collect();
+        let around = numbering::neighbours(&pairs, self.node_count());
+        let mut level = vec![None; self.node_count()];
         let held = |node: usize| (0..3).any(|c| self.held_first(self.dof(node, c)));
-        let mut safe = vec![false; self.node_count()];
-        let mut size = vec![0; self.node_count()];
-        for node in 0..self.node_count() {
-            let part = find(&mut first, node);
-            safe[part] |= held(node) || self.springs.iter().any(|s| s.0 == node);
-            size[part] += 1;
-        }
-        (0..self.node_count()).find(|n| first[*n] == *n && !safe[*n]).map(|n| (n, size[n]))
+        (0..self.node_count()).find_map(|first| {
+            let mut part = Vec::new();
+            if level[first].is_none() {
+                numbering::walk(first, &around, &mut level, &mut part);
+            }
+            let safe = |node: &usize| held(*node) || self.springs.iter().any(|s| s.0 == *node);
+            (!part.is_empty() && !part.iter().any(safe)).then_some((first, part.len()))
+        })
     }
 
     /// Whether a node is held in all directions.

@@ -7,22 +7,9 @@ const LOOKS: usize = 4;
 /// neighbours of a node by the number of theirs. `pairs` are the neighbours. Source: Cuthill and McKee (1969), Proc. 24th
 /// ACM Conf., 157; the start after George and Liu (1979), ACM TOMS 5, 284.
 pub fn neighbours_together(pairs: &[[usize; 2]], nodes: usize) -> Vec<usize> {
-    let mut starts = vec![0_usize; nodes + 1];
-    pairs.iter().flatten().for_each(|n| starts[n + 1] += 1);
-    (0..nodes).for_each(|n| starts[n + 1] += starts[n]);
-    let mut next = starts.clone();
-    let mut beside = vec![0_usize; 2 * pairs.len()];
-    for pair in pairs {
-        for (a, b) in [(pair[0], pair[1]), (pair[1], pair[0])] {
-            beside[next[a]] = b;
-            next[a] += 1;
-        }
-    }
-    let degree = |n: usize| starts[n + 1] - starts[n];
-    for n in 0..nodes {
-        beside[starts[n]..starts[n + 1]].sort_by_key(|other| (degree(*other), *other));
-    }
-    let around = |n: usize| &beside[starts[n]..starts[n + 1]];
+    let mut around = neighbours(pairs, nodes);
+    let degrees: Vec<usize> = around.iter().map(Vec::len).collect();
+    around.iter_mut().for_each(|beside| beside.sort_by_key(|other| (degrees[*other], *other)));
     let mut order = Vec::with_capacity(nodes);
     let mut level = vec![None; nodes];
     for node in 0..nodes {
@@ -30,14 +17,14 @@ pub fn neighbours_together(pairs: &[[usize; 2]], nodes: usize) -> Vec<usize> {
             continue;
         }
         let first = order.len();
-        let mut depth = walk(node, around, &mut level, &mut order);
+        let mut depth = walk(node, &around, &mut level, &mut order);
         for _ in 0..LOOKS {
             // The last level, where few neighbours are, is the next end to begin at.
             let last = order[first..].iter().filter(|n| level[**n] == Some(depth));
-            let start = *last.min_by_key(|n| (degree(**n), **n)).expect("a walk has a last level");
+            let start = *last.min_by_key(|n| (degrees[**n], **n)).expect("a walk has a last level");
             order[first..].iter().for_each(|n| level[*n] = None);
             order.truncate(first);
-            let before = std::mem::replace(&mut depth, walk(start, around, &mut level, &mut order));
+            let before = std::mem::replace(&mut depth, walk(start, &around, &mut level, &mut order));
             if depth <= before {
                 break;
             }
@@ -46,11 +33,21 @@ pub fn neighbours_together(pairs: &[[usize; 2]], nodes: usize) -> Vec<usize> {
     order
 }
 
+/// The neighbours of each of so many nodes.
+pub(super) fn neighbours(pairs: &[[usize; 2]], nodes: usize) -> Vec<Vec<usize>> {
+    let mut around = vec![Vec::new(); nodes];
+    for [a, b] in pairs {
+        around[*a].push(*b);
+        around[*b].push(*a);
+    }
+    around
+}
+
 /// Walk breadth first from `start` over the nodes without a level, which get theirs, and append them to `order`. Returns
 /// the last level.
-fn walk<'a>(
+pub(super) fn walk(
     start: usize,
-    around: impl Fn(usize) -> &'a [usize],
+    around: &[Vec<usize>],
     level: &mut [Option<usize>],
     order: &mut Vec<usize>,
 ) -> usize {
@@ -62,7 +59,7 @@ fn walk<'a>(
         let node = order[head];
         head += 1;
         let beyond = level[node].map_or(0, |l| l + 1);
-        for other in around(node) {
+        for other in &around[node] {
             if level[*other].is_none() {
                 level[*other] = Some(beyond);
                 depth = beyond;

@@ -10,7 +10,8 @@
 //! Source: Schweizerhof and Ramm (1984), Displacement dependent pressure loads in nonlinear finite element analyses,
 //! Comput. Struct. 18, 1099.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
+use std::array::from_fn;
 
 /// Add the forces of `pressures` [Pa] on the faces of `loads` at the displacements `u` to `force` [N]. Returns the sum of
 /// the squares of the forces on all corners [N2].
@@ -38,23 +39,13 @@ fn normal([a, b, c]: &[Vector3<f64>; 3]) -> Vector3<f64> {
 /// What the pressure adds to the stiffness of a triangle, by rows: minus the derivative of its forces [N/m]. Local degrees
 /// of freedom are x, y, z of one corner after the other.
 pub fn face_tangent([a, b, c]: &[Vector3<f64>; 3], pressure: f64) -> [[f64; 9]; 9] {
-    let columns = [c - b, a - c, b - a].map(|edge| -pressure / 6.0 * cross_matrix(&edge));
-    let mut tangent = [[0.0; 9]; 9];
-    for (row, entries) in tangent.iter_mut().enumerate() {
-        for (column, entry) in entries.iter_mut().enumerate() {
-            *entry = columns[column / 3][(row % 3, column % 3)];
-        }
-    }
-    tangent
-}
-
-fn cross_matrix(v: &Vector3<f64>) -> Matrix3<f64> {
-    Matrix3::new(0.0, -v.z, v.y, v.z, 0.0, -v.x, -v.y, v.x, 0.0)
+    let columns = [c - b, a - c, b - a].map(|edge| -pressure / 6.0 * edge.cross_matrix());
+    from_fn(|row| from_fn(|column| columns[column / 3][(row % 3, column % 3)]))
 }
 
 /// Degrees of freedom of a face in a structure of so many nodes.
 pub fn dofs_of_face(face: &Face, node_count: usize) -> [usize; 9] {
-    std::array::from_fn(|i| (i % 3) * node_count + face.nodes[i / 3])
+    from_fn(|i| (i % 3) * node_count + face.nodes[i / 3])
 }
 
 /// One entry of loads with a history, or of pressures.
@@ -102,15 +93,13 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// From rows `(time [s], value)`. Refuses times that do not increase.
-    pub fn new(rows: &[(f64, f64)]) -> Result<Self, String> {
-        if let Some(pair) = rows.windows(2).find(|pair| pair[1].0 <= pair[0].0) {
-            return Err(format!(
-                "the times of a table must increase, {} s follows {} s",
-                pair[1].0, pair[0].0
-            ));
+    /// From rows `[time [s], value]`. Refuses times that do not increase.
+    pub fn new(rows: impl IntoIterator<Item = [f64; 2]>) -> Result<Self, String> {
+        let (times, values): (Vec<f64>, Vec<f64>) =
+            rows.into_iter().map(|[time, value]| (time, value)).unzip();
+        if let Some([before, next]) = times.array_windows().find(|[before, next]| next <= before) {
+            return Err(format!("the times of a table must increase, {next} s follows {before} s"));
         }
-        let (times, values) = rows.iter().copied().unzip();
         Ok(Self { times, values, circle: None })
     }
 
@@ -151,8 +140,7 @@ impl Motion {
     /// Mean value of the table from `start` to `end` [s], which lies behind it, to the last corner.
     pub fn mean(&self, start: f64, end: f64) -> f64 {
         let (mut time, mut value, mut sum) = (start, self.straight(start), 0.0);
-        let inside = self.times.iter().zip(&self.values).filter(|(t, _)| **t > start && **t < end);
-        for (t, v) in inside.map(|(t, v)| (*t, *v)).chain([(end, self.straight(end))]) {
+        for (t, v) in self.corners(start, end).chain([(end, self.straight(end))]) {
             sum += 0.5 * (value + v) * (t - time);
             (time, value) = (t, v);
         }
@@ -162,8 +150,13 @@ impl Motion {
     /// Whether it stands still from `start` to `end` [s].
     pub fn rests(&self, start: f64, end: f64) -> bool {
         let value = self.straight(start);
-        let inside = self.times.iter().zip(&self.values).filter(|(t, _)| **t > start && **t < end);
-        self.straight(end) == value && inside.map(|(_, v)| v).all(|v| *v == value)
+        self.straight(end) == value && self.corners(start, end).all(|(_, v)| v == value)
+    }
+
+    /// The rows between `start` and `end` [s].
+    fn corners(&self, start: f64, end: f64) -> impl Iterator<Item = (f64, f64)> {
+        let all = self.times.iter().copied().zip(self.values.iter().copied());
+        all.filter(move |(t, _)| *t > start && *t < end)
     }
 }
 
@@ -173,7 +166,7 @@ mod tests {
 
     fn load(corners: [[f64; 3]; 3]) -> TimedLoad {
         TimedLoad {
-            factor: Motion::new(&[(0.0, 1.0)]).expect("is one row"),
+            factor: Motion::new([[0.0, 1.0]]).expect("is one row"),
             forces: Vec::new(),
             pressure: 1.0,
             faces: vec![Face { nodes: [0, 1, 2], corners: corners.map(Vector3::from) }],
@@ -219,7 +212,7 @@ mod motion_tests {
 
     #[test]
     fn it_is_straight_between_rows_and_constant_outside() {
-        let motion = Motion::new(&[(1.0, 0.0), (3.0, 4.0)]).expect("increases");
+        let motion = Motion::new([[1.0, 0.0], [3.0, 4.0]]).expect("increases");
         assert_eq!([0.0, 1.0, 1.5, 3.0, 9.0].map(|t| motion.at(t)), [0.0, 0.0, 1.0, 4.0, 4.0]);
         assert!(motion.rests(0.0, 1.0) && motion.rests(3.0, 5.0));
         assert!(!motion.rests(0.5, 1.5) && !motion.rests(0.0, 9.0));
@@ -227,20 +220,20 @@ mod motion_tests {
 
     #[test]
     fn there_and_back_inside_a_window_is_no_rest() {
-        let motion = Motion::new(&[(1.0, 0.0), (1.1, 1.0), (1.2, 0.0)]).expect("increases");
+        let motion = Motion::new([[1.0, 0.0], [1.1, 1.0], [1.2, 0.0]]).expect("increases");
         assert!(!motion.rests(0.9, 1.3));
     }
 
     #[test]
     fn the_mean_counts_every_corner() {
         // A triangle of height 2 over 1 s to 3 s: an area of 2.
-        let table = Motion::new(&[(1.0, 0.0), (2.0, 2.0), (3.0, 0.0)]).expect("increases");
+        let table = Motion::new([[1.0, 0.0], [2.0, 2.0], [3.0, 0.0]]).expect("increases");
         let mean = |a, b| table.mean(a, b);
         assert_eq!([mean(0.0, 4.0), mean(1.0, 2.0), mean(1.5, 2.5), mean(5.0, 6.0)], [0.5, 1.0, 1.5, 0.0]);
     }
 
     #[test]
     fn times_that_do_not_increase_are_refused() {
-        assert!(Motion::new(&[(1.0, 0.0), (1.0, 1.0)]).is_err());
+        assert!(Motion::new([[1.0, 0.0], [1.0, 1.0]]).is_err());
     }
 }

@@ -19,11 +19,11 @@ const NODATA: f64 = -9999.0;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Heights {
     /// x of the first column's and y of the last row's middles [m].
-    corner: [f64; 2],
+    pub corner: [f64; 2],
     /// Distance of columns and of rows [m].
-    spacing: [f64; 2],
-    /// Columns, rows.
-    counts: [usize; 2],
+    pub spacing: [f64; 2],
+    /// Number of columns and rows, 2 of each at least.
+    pub counts: [usize; 2],
     /// Row by row from the north; NaN where there is none [m].
     heights: Vec<f64>,
 }
@@ -91,26 +91,6 @@ impl Heights {
                 self.extent()
             )
         })
-    }
-
-    /// Distance of its points [m], the shorter one.
-    pub fn cell(&self) -> f64 {
-        self.spacing[0].min(self.spacing[1])
-    }
-
-    /// Distance of its columns and of its rows [m].
-    pub fn spacing(&self) -> [f64; 2] {
-        self.spacing
-    }
-
-    /// x of its first column and y of its southern row [m].
-    pub fn corner(&self) -> [f64; 2] {
-        self.corner
-    }
-
-    /// Number of its columns and rows, 2 of each at least.
-    pub fn counts(&self) -> [usize; 2] {
-        self.counts
     }
 
     /// Height at a column from the west and a row from the south [m]; NaN where there is none.

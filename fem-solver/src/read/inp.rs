@@ -17,9 +17,6 @@ use interface_defs::diagnostic::Diagnostic;
 /// Most nodes that an element has, of the shapes that are read.
 const MOST_NODES: usize = 6;
 
-/// Programs that write it.
-pub const PROGRAMS: &str = "CalculiX, Abaqus";
-
 /// Read a mesh from its text.
 pub fn parse(file: &str, text: &str) -> Result<Mesh, Diagnostic> {
     let mut reader = InpReader {

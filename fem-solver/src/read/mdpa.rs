@@ -17,9 +17,6 @@ const DEEPEST: usize = 16;
 /// Blocks that say nothing about the mesh and that every file has.
 const EXPECTED: [&str; 2] = ["ModelPartData", "Properties"];
 
-/// Programs that write it.
-pub const PROGRAMS: &str = "Kratos";
-
 /// Read a mesh from its text.
 pub fn parse(file: &str, text: &str) -> Result<Mesh, Diagnostic> {
     let text = without_comments(text);

@@ -24,53 +24,45 @@ use interface_defs::diagnostic::Diagnostic;
 use mesh::Mesh;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
+use toolkit::explain::suggestion;
 use toolkit::input_file;
 use toolkit::scene::Scene;
 
 /// Longest file that is read [bytes]: positions in a mesh are 32 bits wide.
 const LONGEST: u64 = 4 << 30;
 
-/// Declares the formats: the extension of each, and its reader.
-macro_rules! formats {
-    ($($extension:literal => $module:ident as $format:ident,)*) => {
-        /// Format of a mesh file.
-        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-        #[allow(missing_docs)] // Each is described where its reader is.
-        pub enum Format {
-            $($format,)*
-        }
-
-        impl Format {
-            /// The format that the extension of `path` stands for.
-            pub fn of(path: &Path) -> Option<Self> {
-                match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
-                    $($extension => Some(Self::$format),)*
-                    _ => None,
-                }
-            }
-
-            fn parse(self, file: &str, text: &str) -> Result<Mesh, Diagnostic> {
-                match self {
-                    $(Self::$format => $module::parse(file, text),)*
-                }
-            }
-        }
-
-        /// Extension of each format, and programs that write it.
-        const KNOWN: &[(&str, &str)] = &[$(($extension, $module::PROGRAMS),)*];
-    };
+/// Format of a mesh file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// Gmsh.
+    Msh,
+    /// CalculiX, Abaqus.
+    Inp,
+    /// Kratos.
+    Mdpa,
 }
 
-formats! {
-    "msh" => msh as Msh,
-    "inp" => inp as Inp,
-    "mdpa" => mdpa as Mdpa,
+/// Reads the text of the file with a name.
+type Parser = fn(&str, &str) -> Result<Mesh, Diagnostic>;
+
+/// Each format, in the order of [`Format`]: its extension, programs that write it, and its reader.
+const FORMATS: [(Format, &str, &str, Parser); 3] = [
+    (Format::Msh, "msh", "Gmsh", msh::parse),
+    (Format::Inp, "inp", "CalculiX, Abaqus", inp::parse),
+    (Format::Mdpa, "mdpa", "Kratos", mdpa::parse),
+];
+
+impl Format {
+    /// The format that the extension of `path` stands for.
+    pub fn of(path: &Path) -> Option<Self> {
+        let own = path.extension()?.to_str()?.to_ascii_lowercase();
+        FORMATS.iter().find(|(_, extension, ..)| *extension == own).map(|format| format.0)
+    }
 }
 
 /// The formats in words.
 fn known() -> String {
-    let words: Vec<String> =
-        KNOWN.iter().map(|(extension, programs)| format!(".{extension} ({programs})")).collect();
+    let words = FORMATS.map(|(_, extension, programs, _)| format!(".{extension} ({programs})"));
     let (last, others) = words.split_last().expect("there are formats");
     format!("{} and {last}", others.join(", "))
 }
@@ -111,7 +103,12 @@ pub fn parse(file: &str, format: Format, bytes: &[u8]) -> Result<Mesh, Diagnosti
         return Err(tokens::error(file, line, "a zero byte: this is no text file")
             .try_instead("save the mesh as text (ASCII)"));
     }
-    format.parse(file, &text)
+    FORMATS[format as usize].3(file, &text)
+}
+
+/// What to try instead of `name`, which is none of the `known` ones; `none` where there are none.
+pub(crate) fn nearest(name: &str, known: &[&str], none: &str) -> String {
+    if known.is_empty() { none.into() } else { suggestion(name, known).unwrap_or_default() }
 }
 
 /// An error about `key` of `scene`: what is wrong there, and what to try instead.
@@ -124,18 +121,53 @@ pub(crate) fn refuse<T>(
     Err(scene.invalid(key, what).try_instead(hint))
 }
 
-/// `value` must be finite and lie above 0.
-pub(crate) fn positive(scene: &Scene, key: &str, value: f64, unit: &str) -> Result<(), Diagnostic> {
-    if value > 0.0 && value.is_finite() {
-        return Ok(());
-    }
-    Err(scene.invalid(key, format!("{key} is {value} {unit}, it must lie above 0")))
+/// Where a table stands in the scene, for messages.
+pub struct Key<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Its dotted path in it.
+    pub key: String,
 }
 
-/// `value` must be finite and not below 0.
-pub(crate) fn not_negative(scene: &Scene, key: &str, value: f64, unit: &str) -> Result<(), Diagnostic> {
-    if value >= 0.0 && value.is_finite() {
-        return Ok(());
+impl Key<'_> {
+    /// The path of its key `name`.
+    pub fn at(&self, name: &str) -> String {
+        format!("{}.{name}", self.key)
     }
-    Err(scene.invalid(key, format!("{key} is {value} {unit}, it must not lie below 0")))
+
+    /// Each of these numbers, by its key, must be finite and lie above 0; the last is its unit.
+    pub fn positive(&self, numbers: &[(&str, f64, &str)]) -> Result<(), Diagnostic> {
+        self.all(numbers, |value| value > 0.0, "lie above 0")
+    }
+
+    /// Each of these numbers must be finite and not below 0, likewise.
+    pub fn not_negative(&self, numbers: &[(&str, f64, &str)]) -> Result<(), Diagnostic> {
+        self.all(numbers, |value| value >= 0.0, "not lie below 0")
+    }
+
+    fn all(
+        &self,
+        numbers: &[(&str, f64, &str)],
+        fits: fn(f64) -> bool,
+        must: &str,
+    ) -> Result<(), Diagnostic> {
+        let wrong = numbers.iter().find(|(_, value, _)| !(fits(*value) && value.is_finite()));
+        let Some((name, value, unit)) = wrong else { return Ok(()) };
+        Err(self.invalid(name, format!("{} is {value} {unit}, it must {must}", self.at(name))))
+    }
+
+    /// The key `name` is at fault.
+    pub fn invalid(&self, name: &str, what: impl Into<String>) -> Diagnostic {
+        self.scene.invalid(&self.at(name), what)
+    }
+
+    /// The same, as an error with what to try instead.
+    pub(crate) fn refuse<T>(
+        &self,
+        name: &str,
+        what: impl Into<String>,
+        hint: impl Into<String>,
+    ) -> Result<T, Diagnostic> {
+        refuse(self.scene, &self.at(name), what, hint)
+    }
 }

@@ -14,9 +14,6 @@ use std::collections::HashMap;
 /// What to do about a version that is not read.
 const SAVE_AS: &str = "save it as 4.1 or 2.2, as in: gmsh -0 in.msh -format msh41 -o out.msh";
 
-/// Programs that write it.
-pub const PROGRAMS: &str = "Gmsh";
-
 /// Refuse a binary file by its header, which is text in any case.
 pub fn refuse_binary(file: &str, text: &str) -> Result<(), Diagnostic> {
     let mut t = Tokens::new(file, text);

@@ -4,6 +4,7 @@ use crate::config::structure::Where;
 use crate::config::{GaugeConfig, Quantity};
 use crate::internal_force::assembly::Assembly;
 use crate::model::Model;
+use crate::read::Key;
 use crate::results::height::Height;
 use crate::state::State;
 use interface_defs::diagnostic::Diagnostic;
@@ -29,7 +30,7 @@ impl Probe {
     /// The probe of the gauge with the key `key`.
     pub fn of(scene: &Scene, key: &str, model: &Model, gauge: &GaugeConfig) -> Result<Self, Diagnostic> {
         let place = Where { nodes: None, group: gauge.group.as_deref(), at: gauge.at };
-        let nodes = model.place(scene, key, place)?;
+        let nodes = model.place(&Key { scene, key: key.into() }, place)?;
         if nodes.is_empty() {
             return Err(scene.invalid(key, "the group of this gauge has no nodes"));
         }

@@ -124,7 +124,7 @@ fn describe(config: &Config, model: &Model, start: &Start, sag: Option<f64>) -> 
     } else {
         "one step per window".into()
     };
-    lines.push(format!("integrator: {}, {step}", config.fem.integrator.name()));
+    lines.push(format!("integrator: {}, {step}", config.fem.integrator));
     lines
 }
 

@@ -212,8 +212,8 @@ impl FemSolver {
             return None;
         }
         let path = out.join(run_dir::STRUCTURE_STATE);
-        let (state, name) = (&prepared.windows.committed, self.config.fem.integrator.name());
-        let end = End::new(&self.model, state, prepared.accepted, name, &prepared.torn);
+        let (state, name) = (&prepared.windows.committed, self.config.fem.integrator.to_string());
+        let end = End::new(&self.model, state, prepared.accepted, &name, &prepared.torn);
         let why = end.write(&path).err()?;
         let what = format!("it cannot be written, so no run can start from this one: {why}");
         Some(Diagnostic::warning(code::NOT_WRITTEN, what).at(Place::file(path.display().to_string())))

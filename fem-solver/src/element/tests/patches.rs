@@ -1,8 +1,8 @@
 //! Patch tests: elements of unlike size and shape in a state of constant strain leave no force at the nodes that they share.
 
 use super::checks::patch;
-use crate::element::bar::Rupture;
 use crate::element::material::Law;
+use crate::element::material::Rupture;
 use crate::element::membrane::{Fabric, Membrane};
 use crate::element::sliding_cable::Memory;
 use crate::element::{Bar, Beam, Element, Shell, SlidingCable};

@@ -317,7 +317,7 @@ mod tests {
                         nodes,
                         span: position(nodes[1]) - position(nodes[0]),
                         length: 1.0 + 0.1 * random(),
-                        of: crate::element::cable_properties::CableConfig {
+                        of: crate::element::cable::CableConfig {
                             young: 2e7,
                             area: 1e-3,
                             density: 1.0,

@@ -13,8 +13,19 @@ const HALF_BLOCK: f64 = 0.6;
 
 /// The barrier as a mesh with named parts; in axes of its own, or where `site` says.
 pub fn barrier(table: &Barrier, site: Option<&Site>) -> Generated {
-    let mut work = Work::new(table, site);
-    work.net();
+    let rise = (table.height * table.height - table.lean() * table.lean()).sqrt();
+    let mut work = Work {
+        table,
+        site,
+        mesh: Mesh::default(),
+        parts: Vec::new(),
+        post: Vector3::new(0.0, table.lean(), rise),
+        at: Nodes::default(),
+    };
+    match table.net {
+        BarrierNet::Square => work.square_net(),
+        BarrierNet::Rings => work.rings(),
+    }
     work.posts();
     work.bearing_ropes();
     work.upslope_ropes();
@@ -30,41 +41,25 @@ struct Work<'a> {
     parts: Vec<MadeFor>,
     /// Up along a post, of the post's length [m].
     post: Vector3<f64>,
+    at: Nodes,
+}
+
+/// Its nodes.
+#[derive(Default)]
+struct Nodes {
     feet: Vec<usize>,
     heads: Vec<usize>,
     side_anchors: Vec<usize>,
     upslope_anchors: Vec<usize>,
-    /// Every node of the net.
-    net: Vec<usize>,
-    /// Where along the line they lie, in fields.
-    along: Vec<f64>,
+    /// Every node of the net, and where along the line it lies, in fields.
+    net: Vec<(usize, f64)>,
     /// Nodes of ropes and net along the feet, along the heads, and along the two sides, in order.
     bottom: Vec<usize>,
     top: Vec<usize>,
     sides: [Vec<usize>; 2],
 }
 
-impl<'a> Work<'a> {
-    fn new(table: &'a Barrier, site: Option<&'a Site>) -> Self {
-        let rise = (table.height * table.height - table.lean() * table.lean()).sqrt();
-        Self {
-            table,
-            site,
-            mesh: Mesh::default(),
-            parts: Vec::new(),
-            post: Vector3::new(0.0, table.lean(), rise),
-            feet: Vec::new(),
-            heads: Vec::new(),
-            side_anchors: Vec::new(),
-            upslope_anchors: Vec::new(),
-            net: Vec::new(),
-            along: Vec::new(),
-            bottom: Vec::new(),
-            top: Vec::new(),
-            sides: [Vec::new(), Vec::new()],
-        }
-    }
-
+impl Work<'_> {
     fn node(&mut self, at: Vector3<f64>) -> usize {
         self.mesh.nodes.push(at);
         self.mesh.nodes.len() - 1
@@ -88,8 +83,7 @@ impl<'a> Work<'a> {
         let per_field = self.table.cells[0] as f64;
         let cell = self.table.spacing() / per_field;
         let node = self.node(self.in_net(cells / per_field, cell * cells, up));
-        self.net.push(node);
-        self.along.push(cells / per_field);
+        self.at.net.push((node, cells / per_field));
     }
 
     /// Anchors beside the first and the last post; `rope` 0: of the bottom rope, 1: of the top rope.
@@ -120,14 +114,6 @@ impl<'a> Work<'a> {
         self.parts.push(MadeFor { group, element });
     }
 
-    /// The net, with feet and heads.
-    fn net(&mut self) {
-        match self.table.net {
-            BarrierNet::Square => self.square_net(),
-            BarrierNet::Rings => self.rings(),
-        }
-    }
-
     /// Cables between the ropes; along ropes there are none, the ropes are there. Feet and heads are
     /// corners of the net.
     fn square_net(&mut self) {
@@ -146,11 +132,11 @@ impl<'a> Work<'a> {
                 }
             }
         }
-        self.bottom = (0..=columns).map(|i| number(i, 0)).collect();
-        self.top = (0..=columns).map(|i| number(i, rows)).collect();
-        self.sides = [0, columns].map(|i| (0..=rows).map(|j| number(i, j)).collect());
-        self.feet = (0..=self.table.fields).map(|k| number(k * per_field, 0)).collect();
-        self.heads = (0..=self.table.fields).map(|k| number(k * per_field, rows)).collect();
+        self.at.bottom = (0..=columns).map(|i| number(i, 0)).collect();
+        self.at.top = (0..=columns).map(|i| number(i, rows)).collect();
+        self.at.sides = [0, columns].map(|i| (0..=rows).map(|j| number(i, j)).collect());
+        self.at.feet = (0..=self.table.fields).map(|k| number(k * per_field, 0)).collect();
+        self.at.heads = (0..=self.table.fields).map(|k| number(k * per_field, rows)).collect();
         self.part("net", "cable", cables);
     }
 
@@ -158,7 +144,7 @@ impl<'a> Work<'a> {
     fn rings(&mut self) {
         let [per_field, rows] = self.table.cells;
         let columns = per_field * self.table.fields;
-        let contacts = Contacts::new([columns, rows]);
+        let contacts = Contacts { rings: [columns, rows] };
         for [x, y] in contacts.places() {
             self.net_node(x, y / rows as f64);
         }
@@ -166,21 +152,21 @@ impl<'a> Work<'a> {
             let along = self.table.spacing() * k as f64;
             let foot = self.node(self.in_net(k as f64, along, 0.0));
             let head = self.node(self.in_net(k as f64, along, 1.0));
-            self.feet.push(foot);
-            self.heads.push(head);
-            self.bottom.push(foot);
-            self.top.push(head);
+            self.at.feet.push(foot);
+            self.at.heads.push(head);
+            self.at.bottom.push(foot);
+            self.at.top.push(head);
             if k < self.table.fields {
                 let field = k * per_field..(k + 1) * per_field;
-                self.bottom.extend(field.clone().map(|i| contacts.between(i, 0)));
-                self.top.extend(field.map(|i| contacts.between(i, rows)));
+                self.at.bottom.extend(field.clone().map(|i| contacts.between(i, 0)));
+                self.at.top.extend(field.map(|i| contacts.between(i, rows)));
             }
         }
         for (side, post, i) in [(0, 0, 0), (1, self.table.fields, columns)] {
             let nodes = (0..rows).map(|j| contacts.beside(i, j));
-            self.sides[side] = std::iter::once(self.feet[post])
+            self.at.sides[side] = std::iter::once(self.at.feet[post])
                 .chain(nodes)
-                .chain(std::iter::once(self.heads[post]))
+                .chain(std::iter::once(self.at.heads[post]))
                 .collect();
         }
         let ring = |k: usize| (Kind::Quad4, contacts.of_ring(k % columns, k / columns).to_vec());
@@ -188,7 +174,8 @@ impl<'a> Work<'a> {
     }
 
     fn posts(&mut self) {
-        let posts = self.feet.iter().zip(&self.heads).map(|(foot, head)| (Kind::Line2, vec![*foot, *head]));
+        let posts =
+            self.at.feet.iter().zip(&self.at.heads).map(|(foot, head)| (Kind::Line2, vec![*foot, *head]));
         let posts = posts.collect();
         self.part("posts", "beam", posts);
     }
@@ -201,19 +188,19 @@ impl<'a> Work<'a> {
 
     /// Top, bottom and side ropes, the brakes of the first two, and the ropes to the side.
     fn bearing_ropes(&mut self) {
-        let sides = self.sides.clone().map(|nodes| (Kind::Row, nodes)).to_vec();
+        let sides = self.at.sides.clone().map(|nodes| (Kind::Row, nodes)).to_vec();
         self.part("side_ropes", "cable", sides);
         let mut brakes = Vec::new();
         let mut lateral = Vec::new();
         for (group, which, mut rope) in
-            [("bottom_rope", 0, self.bottom.clone()), ("top_rope", 1, self.top.clone())]
+            [("bottom_rope", 0, self.at.bottom.clone()), ("top_rope", 1, self.at.top.clone())]
         {
             let [before, behind] = self.side_anchors(which);
             let ends = [rope[0], rope[rope.len() - 1]];
             let [first, last] = [(before, ends[0]), (behind, ends[1])].map(|(at, end)| {
                 let anchor = self.node(at);
                 let brake = self.brake_end(anchor, end);
-                self.side_anchors.push(anchor);
+                self.at.side_anchors.push(anchor);
                 brakes.push((Kind::Line2, vec![brake, anchor]));
                 if group == "top_rope" {
                     lateral.push((Kind::Line2, vec![end, anchor]));
@@ -234,9 +221,9 @@ impl<'a> Work<'a> {
         for k in 0..=self.table.fields {
             for at in self.anchors_of(k) {
                 let anchor = self.node(at);
-                let brake = self.brake_end(anchor, self.heads[k]);
-                self.upslope_anchors.push(anchor);
-                ropes.push((Kind::Line2, vec![self.heads[k], brake]));
+                let brake = self.brake_end(anchor, self.at.heads[k]);
+                self.at.upslope_anchors.push(anchor);
+                ropes.push((Kind::Line2, vec![self.at.heads[k], brake]));
                 brakes.push((Kind::Line2, vec![brake, anchor]));
             }
         }
@@ -248,10 +235,10 @@ impl<'a> Work<'a> {
         let nodes = &self.mesh.nodes;
         let fields = (self.table.fields / 2) as f64 + 0.5;
         let middle = self.in_net(fields, self.table.spacing() * fields, 0.5);
-        let inside =
-            self.net.iter().zip(&self.along).filter(|(_, a)| (*a - fields).abs() < 0.5 * (1.0 - 1e-9));
-        let free: Vec<usize> =
-            self.net.iter().copied().filter(|n| !self.feet.contains(n) && !self.heads.contains(n)).collect();
+        let Nodes { feet, heads, side_anchors, upslope_anchors, net, .. } = &self.at;
+        let inside = net.iter().filter(|(_, along)| (along - fields).abs() < 0.5 * (1.0 - 1e-9));
+        let all = net.iter().map(|(n, _)| *n);
+        let free: Vec<usize> = all.filter(|n| !feet.contains(n) && !heads.contains(n)).collect();
         // Feet and heads lie at its borders.
         let middle_field: Vec<usize> = inside.map(|(n, _)| *n).collect();
         let distance = |n: &usize| (nodes[*n] - middle).norm();
@@ -260,12 +247,12 @@ impl<'a> Work<'a> {
         if impact.is_empty() {
             impact.extend(free.iter().copied().min_by(|a, b| distance(a).total_cmp(&distance(b))));
         }
-        let anchors = [&self.side_anchors[..], &self.upslope_anchors].concat();
+        let anchors = [&side_anchors[..], upslope_anchors].concat();
         self.mesh.node_groups = [
-            ("feet", &self.feet),
-            ("heads", &self.heads),
-            ("side_anchors", &self.side_anchors),
-            ("upslope_anchors", &self.upslope_anchors),
+            ("feet", feet),
+            ("heads", heads),
+            ("side_anchors", side_anchors),
+            ("upslope_anchors", upslope_anchors),
             ("anchors", &anchors),
             ("free_net", &free),
             ("middle_field", &middle_field),

@@ -1,42 +1,40 @@
 //! Generated structures: each a mesh with named parts, as a file would give it.
 
 mod barrier;
-mod line;
 mod nets;
 mod site;
 
-use self::line::Line;
-pub(super) use self::line::check_point;
 pub use self::nets::{Generated, MadeFor};
-use self::site::Site;
+pub(super) use self::site::check_point;
+use self::site::{Line, Site};
 use crate::config::generator::{Barrier, Generator, Held};
-use crate::read::{not_negative, positive, refuse};
+use crate::read::Key;
 use interface_defs::diagnostic::Diagnostic;
 use toolkit::ground::Area;
 use toolkit::scene::Scene;
 
 /// Make the structure of `[structure.generator]`.
 pub fn generate(scene: &Scene, generator: &Generator) -> Result<Generated, Diagnostic> {
+    let key = &key(scene);
     match generator {
         Generator::RectangularNet(net) => {
-            check_counts(scene, "cells", net.cells)?;
-            positive(scene, "structure.generator.spacing", net.spacing, "m")?;
-            check_place(scene, net.origin, net.center)?;
+            check_counts(key, "cells", net.cells)?;
+            key.positive(&[("spacing", net.spacing, "m")])?;
+            check_place(key, net.origin, net.center)?;
             Ok(nets::rectangular_net(net))
         }
         Generator::RingNet(net) => {
-            check_counts(scene, "rings", net.rings)?;
-            positive(scene, "structure.generator.diameter", net.diameter, "m")?;
-            check_place(scene, net.origin, net.center)?;
+            check_counts(key, "rings", net.rings)?;
+            key.positive(&[("diameter", net.diameter, "m")])?;
+            check_place(key, net.origin, net.center)?;
             if net.held == Held::Corners {
                 let what = "a ring net has no nodes at its corners";
-                let hint = "`edges`, or `none` and supports of your own";
-                return refuse(scene, "structure.generator.held", what, hint);
+                return key.refuse("held", what, "`edges`, or `none` and supports of your own");
             }
             Ok(nets::ring_net(net))
         }
         Generator::Barrier(table) => {
-            check_barrier(scene, table)?;
+            check_barrier(key, table)?;
             let site = if table.is_placed() { Some(Site::of(scene, table)?) } else { None };
             Ok(barrier::barrier(table, site.as_ref()))
         }
@@ -46,7 +44,7 @@ pub fn generate(scene: &Scene, generator: &Generator) -> Result<Generated, Diagn
 /// Where heights of the ground are needed for the barrier of `table`, whose `ground` is not named: nowhere if its line has its own.
 /// Further around it where its net `touches` the ground: a block takes it along.
 pub fn area(scene: &Scene, table: &Barrier, touches: bool) -> Result<Option<Area>, Diagnostic> {
-    check_barrier(scene, table)?;
+    check_barrier(&key(scene), table)?;
     let line = Line::of(scene, table)?;
     // A cell more, between whose heights the furthest anchor lies.
     let stands = table.anchor_distance.max(table.side_distance) + 2.0 * CELL;
@@ -69,7 +67,11 @@ const SWEPT: f64 = 4.0;
 /// Most cells or rings of a generated net.
 const MOST_CELLS: usize = 4_000_000;
 
-fn check_counts(scene: &Scene, name: &str, counts: [usize; 2]) -> Result<(), Diagnostic> {
+fn key(scene: &Scene) -> Key<'_> {
+    Key { scene, key: "structure.generator".into() }
+}
+
+fn check_counts(key: &Key, name: &str, counts: [usize; 2]) -> Result<(), Diagnostic> {
     // Some kilobytes each while it is computed.
     let many = counts[0].saturating_mul(counts[1]) > MOST_CELLS;
     if !counts.contains(&0) && !many {
@@ -77,12 +79,12 @@ fn check_counts(scene: &Scene, name: &str, counts: [usize; 2]) -> Result<(), Dia
     }
     let words = if many { format!("too many, at most {MOST_CELLS} are made") } else { "none".into() };
     let what = format!("a net of {} x {} {name} is {words}", counts[0], counts[1]);
-    Err(scene.invalid(&format!("structure.generator.{name}"), what).try_instead(format!("{name} = [20, 20]")))
+    key.refuse(name, what, format!("{name} = [20, 20]"))
 }
 
-fn check_place(scene: &Scene, origin: Option<[f64; 3]>, center: Option<[f64; 3]>) -> Result<(), Diagnostic> {
+fn check_place(key: &Key, origin: Option<[f64; 3]>, center: Option<[f64; 3]>) -> Result<(), Diagnostic> {
     if origin.is_some() && center.is_some() {
-        return Err(scene.invalid("structure.generator.center", "state either origin or center"));
+        return Err(key.invalid("center", "state either origin or center"));
     }
     Ok(())
 }
@@ -92,7 +94,7 @@ const POSTS: [f64; 2] = [0.1, 40.0];
 const FIELDS: [f64; 2] = [0.1, 200.0];
 
 /// Refuse keys that leave each other without use.
-fn check_use(scene: &Scene, table: &Barrier) -> Result<(), Diagnostic> {
+fn check_use(key: &Key, table: &Barrier) -> Result<(), Diagnostic> {
     let (placed, on_ground) = (table.is_placed(), table.ground.is_some());
     let on_line = "there is neither line nor position: nothing will use it";
     let apart = "the posts stand on a line, whose length and `fields` say how far apart";
@@ -104,45 +106,40 @@ fn check_use(scene: &Scene, table: &Barrier) -> Result<(), Diagnostic> {
         ("spacing", placed && table.spacing.is_some(), apart),
         ("anchor_rise", on_ground && table.anchor_rise.is_some(), "the anchors lie on the ground"),
     ];
-    let Some((key, _, why)) = idle.into_iter().find(|(_, idle, _)| *idle) else { return Ok(()) };
-    let (what, hint) = (format!("`{key}`: {why}"), format!("leave `{key}` out"));
-    refuse(scene, &format!("structure.generator.{key}"), what, hint)
+    let Some((name, _, why)) = idle.into_iter().find(|(_, idle, _)| *idle) else { return Ok(()) };
+    key.refuse(name, format!("`{name}`: {why}"), format!("leave `{name}` out"))
 }
 
-fn check_barrier(scene: &Scene, table: &Barrier) -> Result<(), Diagnostic> {
-    let key = |name: &str| format!("structure.generator.{name}");
+fn check_barrier(key: &Key, table: &Barrier) -> Result<(), Diagnostic> {
     if table.fields == 0 {
-        return Err(scene.invalid(&key("fields"), "a barrier has one field at least"));
+        return Err(key.invalid("fields", "a barrier has one field at least"));
     }
-    check_counts(scene, "cells", [table.cells[0].saturating_mul(table.fields), table.cells[1]])?;
-    check_use(scene, table)?;
+    check_counts(key, "cells", [table.cells[0].saturating_mul(table.fields), table.cells[1]])?;
+    check_use(key, table)?;
     let (height, spacing, lean, brake) = (table.height, table.spacing(), table.lean(), table.brake_length);
-    for (name, length) in [
-        ("spacing", spacing),
-        ("height", height),
-        ("anchor_distance", table.anchor_distance),
-        ("side_distance", table.side_distance),
-        ("brake_length", brake),
-    ] {
-        positive(scene, &key(name), length, "m")?;
-    }
-    not_negative(scene, &key("anchor_rise"), table.anchor_rise(), "m")?;
+    key.positive(&[("spacing", spacing, "m"), ("height", height, "m")])?;
+    key.positive(&[
+        ("anchor_distance", table.anchor_distance, "m"),
+        ("side_distance", table.side_distance, "m"),
+    ])?;
+    key.positive(&[("brake_length", brake, "m")])?;
+    key.not_negative(&[("anchor_rise", table.anchor_rise(), "m")])?;
     for (name, value, [least, most]) in [("height", height, POSTS), ("spacing", spacing, FIELDS)] {
         if !(least..=most).contains(&value) {
             let what = format!(
                 "a {name} of {value} m: posts of barriers are {} to {} m long, and stand up to {} m apart",
                 POSTS[0], POSTS[1], FIELDS[1]
             );
-            return refuse(scene, &key(name), what, "it is written in metres: 400 cm is 4.0");
+            return key.refuse(name, what, "it is written in metres: 400 cm is 4.0");
         }
     }
     if lean.abs() >= height {
-        return Err(scene.invalid(&key("lean"), format!("posts of {height} m cannot lean by {lean} m")));
+        return Err(key.invalid("lean", format!("posts of {height} m cannot lean by {lean} m")));
     }
     let shortest = (0.5 * table.side_distance).min(table.anchor_distance);
     if brake >= shortest {
         let what = format!("a brake of {brake} m does not fit into {shortest} m of rope");
-        return Err(scene.invalid(&key("brake_length"), what));
+        return Err(key.invalid("brake_length", what));
     }
     Ok(())
 }

@@ -25,81 +25,77 @@ pub struct MadeFor {
     pub element: &'static str,
 }
 
-impl Generated {
-    /// A structure whose elements are all one part.
-    pub(super) fn of_one_part(
-        mut mesh: Mesh,
-        group: &'static str,
-        element: &'static str,
-        held: Vec<usize>,
-    ) -> Self {
-        let elements = (0..mesh.elements.len() as u32).collect();
-        mesh.element_groups.push(ElementGroup { name: group.into(), elements });
-        mesh.name_nodes();
-        Self { mesh, held, parts: vec![MadeFor { group, element }] }
-    }
-}
-
 /// A named set of nodes.
 pub(super) fn named(name: &str, nodes: &[usize]) -> Group {
     Group { name: name.into(), nodes: nodes.iter().map(|n| *n as u32).collect() }
 }
 
-/// The first corner of a net of `counts` cells of `size` [m], stated by itself or by its middle.
-fn corner(origin: Option<[f64; 3]>, center: Option<[f64; 3]>, [x, y]: [usize; 2], size: f64) -> Vector3<f64> {
-    let half = Vector3::new(x as f64, y as f64, 0.0) * (0.5 * size);
+/// A plain net of elements in the plane of x and y: nodes at `places`, in cells of `size` [m] from its first corner, which is
+/// stated by itself or by the middle of `counts` cells.
+fn plain_net(
+    mut mesh: Mesh,
+    element: &'static str,
+    places: &[[f64; 2]],
+    (counts, size): ([usize; 2], f64),
+    (origin, center): (Option<[f64; 3]>, Option<[f64; 3]>),
+    held: Held,
+) -> Generated {
+    let [x_end, y_end] = counts.map(|count| count as f64);
+    let half = Vector3::new(x_end, y_end, 0.0) * (0.5 * size);
     let of_center = center.map(|center| Vector3::from(center) - half);
-    of_center.unwrap_or_else(|| Vector3::from(origin.unwrap_or_default()))
+    let corner = of_center.unwrap_or_else(|| Vector3::from(origin.unwrap_or_default()));
+    mesh.nodes.extend(places.iter().map(|[x, y]| corner + size * Vector3::new(*x, *y, 0.0)));
+    let select = |chosen: &dyn Fn(f64, f64) -> bool| {
+        (0..places.len()).filter(|n| chosen(places[*n][0], places[*n][1])).collect::<Vec<_>>()
+    };
+    let (x_edge, y_edge) = (|x: f64| x == 0.0 || x == x_end, |y: f64| y == 0.0 || y == y_end);
+    let edges = select(&|x, y| x_edge(x) || y_edge(y));
+    let corners = select(&|x, y| x_edge(x) && y_edge(y));
+    mesh.node_groups.push(named("edges", &edges));
+    // Rings have no contact there.
+    mesh.node_groups.extend((!corners.is_empty()).then(|| named("corners", &corners)));
+    mesh.node_groups.extend([
+        named("interior", &select(&|x, y| !x_edge(x) && !y_edge(y))),
+        named("x_min", &select(&|x, _| x == 0.0)),
+        named("x_max", &select(&|x, _| x == x_end)),
+        named("y_min", &select(&|_, y| y == 0.0)),
+        named("y_max", &select(&|_, y| y == y_end)),
+    ]);
+    let held = match held {
+        Held::Edges => edges,
+        Held::Corners => corners,
+        Held::None => Vec::new(),
+    };
+    let (group, elements) = ("net", (0..mesh.elements.len() as u32).collect());
+    mesh.element_groups.push(ElementGroup { name: group.into(), elements });
+    mesh.name_nodes();
+    Generated { mesh, held, parts: vec![MadeFor { group, element }] }
 }
 
 /// A net of square cells in the plane of x and y.
 ///
 /// Nodes run along x first. So do the cables of each row, along x and then towards the next row:
 /// neighbouring cables have neighbouring nodes, which is what the kernel is fast on.
-pub fn rectangular_net(generator: &RectangularNet) -> Generated {
-    let [cells_x, cells_y] = generator.cells;
-    let (columns, rows) = (cells_x + 1, cells_y + 1);
-    let origin = corner(generator.origin, generator.center, generator.cells, generator.spacing);
-    let number = |i: usize, j: usize| j * columns + i;
+pub fn rectangular_net(net: &RectangularNet) -> Generated {
+    let [cells_x, cells_y] = net.cells;
+    let number = |i: usize, j: usize| j * (cells_x + 1) + i;
     let mut mesh = Mesh::default();
-    for j in 0..rows {
-        for i in 0..columns {
-            mesh.nodes.push(origin + generator.spacing * Vector3::new(i as f64, j as f64, 0.0));
-        }
+    for j in 0..=cells_y {
         let along_frame = j == 0 || j == cells_y;
-        if !along_frame || generator.boundary_cables {
+        if !along_frame || net.boundary_cables {
             for i in 0..cells_x {
                 mesh.push(Kind::Line2, &[number(i, j), number(i + 1, j)]);
             }
         }
         if j < cells_y {
-            for i in (0..columns).filter(|i| generator.boundary_cables || (*i != 0 && *i != cells_x)) {
+            for i in (0..=cells_x).filter(|i| net.boundary_cables || (*i != 0 && *i != cells_x)) {
                 mesh.push(Kind::Line2, &[number(i, j), number(i, j + 1)]);
             }
         }
     }
-    let select = |chosen: &dyn Fn(usize, usize) -> bool| {
-        let all = (0..rows).flat_map(|j| (0..columns).map(move |i| (i, j)));
-        all.filter(|(i, j)| chosen(*i, *j)).map(|(i, j)| number(i, j)).collect::<Vec<_>>()
-    };
-    let (x_edge, y_edge) = (|i: usize| i == 0 || i == cells_x, |j: usize| j == 0 || j == cells_y);
-    let edges = select(&|i, j| x_edge(i) || y_edge(j));
-    let corners = select(&|i, j| x_edge(i) && y_edge(j));
-    mesh.node_groups = vec![
-        named("edges", &edges),
-        named("corners", &corners),
-        named("interior", &select(&|i, j| !x_edge(i) && !y_edge(j))),
-        named("x_min", &select(&|i, _| i == 0)),
-        named("x_max", &select(&|i, _| i == cells_x)),
-        named("y_min", &select(&|_, j| j == 0)),
-        named("y_max", &select(&|_, j| j == cells_y)),
-    ];
-    let held = match generator.held {
-        Held::Edges => edges,
-        Held::Corners => corners,
-        Held::None => Vec::new(),
-    };
-    Generated::of_one_part(mesh, "net", "cable", held)
+    let places = (0..=cells_y).flat_map(|j| (0..=cells_x).map(move |i| [i as f64, j as f64]));
+    let places: Vec<_> = places.collect();
+    plain_net(mesh, "cable", &places, (net.cells, net.spacing), (net.origin, net.center), net.held)
 }
 
 /// Numbers of the contacts of `rings` rings in two directions: those between rows (`between`, where
@@ -107,21 +103,11 @@ pub fn rectangular_net(generator: &RectangularNet) -> Generated {
 /// of the first kind and one of the second take turns, so that a ring's contacts are close by.
 #[derive(Debug, Clone, Copy)]
 pub struct Contacts {
-    rings: [usize; 2],
+    /// Rings of the net in both directions.
+    pub rings: [usize; 2],
 }
 
 impl Contacts {
-    /// Contacts of a net of so many rings.
-    pub fn new(rings: [usize; 2]) -> Self {
-        Self { rings }
-    }
-
-    /// How many there are.
-    pub fn count(self) -> usize {
-        let [n, m] = self.rings;
-        m * (2 * n + 1) + n
-    }
-
     /// Below the ring in column `i` and row `j`; `j = rows` is the upper edge.
     pub fn between(self, i: usize, j: usize) -> usize {
         j * (2 * self.rings[0] + 1) + i
@@ -149,34 +135,15 @@ impl Contacts {
 }
 
 /// A net of rings in the plane of x and y; each ring is a quadrilateral of its four contacts.
-pub fn ring_net(generator: &RingNet) -> Generated {
-    let [columns, rows] = generator.rings;
-    let origin = corner(generator.origin, generator.center, generator.rings, generator.diameter);
-    let contacts = Contacts::new(generator.rings);
+pub fn ring_net(net: &RingNet) -> Generated {
+    let [columns, rows] = net.rings;
+    let contacts = Contacts { rings: net.rings };
     let mut mesh = Mesh::default();
-    mesh.nodes.extend(contacts.places().map(|[x, y]| origin + generator.diameter * Vector3::new(x, y, 0.0)));
-    for j in 0..rows {
-        for i in 0..columns {
-            mesh.push(Kind::Quad4, &contacts.of_ring(i, j));
-        }
+    for k in 0..columns * rows {
+        mesh.push(Kind::Quad4, &contacts.of_ring(k % columns, k / columns));
     }
-    let x_min: Vec<usize> = (0..rows).map(|j| contacts.beside(0, j)).collect();
-    let x_max: Vec<usize> = (0..rows).map(|j| contacts.beside(columns, j)).collect();
-    let y_min: Vec<usize> = (0..columns).map(|i| contacts.between(i, 0)).collect();
-    let y_max: Vec<usize> = (0..columns).map(|i| contacts.between(i, rows)).collect();
-    let mut edges = [&x_min[..], &x_max, &y_min, &y_max].concat();
-    edges.sort_unstable();
-    let interior: Vec<usize> = (0..contacts.count()).filter(|n| edges.binary_search(n).is_err()).collect();
-    mesh.node_groups = vec![
-        named("edges", &edges),
-        named("interior", &interior),
-        named("x_min", &x_min),
-        named("x_max", &x_max),
-        named("y_min", &y_min),
-        named("y_max", &y_max),
-    ];
-    let held = if generator.held == Held::Edges { edges } else { Vec::new() };
-    Generated::of_one_part(mesh, "net", "ring", held)
+    let places: Vec<_> = contacts.places().collect();
+    plain_net(mesh, "ring", &places, (net.rings, net.diameter), (net.origin, net.center), net.held)
 }
 
 #[cfg(test)]

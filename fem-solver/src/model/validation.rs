@@ -1,0 +1,678 @@
+//! What can be known of a structure before it is computed: numbers in other units than SI, sections that do not fit their
+//! elements, strengths below what acts from the start. Error: certainly wrong. Warning: possible, but unusual.
+
+use crate::config::Config;
+use crate::config::scheme::Scheme;
+use crate::config::structure::CableEntry;
+use crate::element::PartConfig;
+use crate::element::cable::{CableConfig, Stated};
+use crate::element::part::{Key, Surroundings};
+use crate::model::{Model, Part};
+use crate::read::refuse;
+use interface_defs::diagnostic::{Code, Diagnostic, code};
+use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
+use std::f64::consts::{PI, TAU};
+use toolkit::ranges::{Band, Gate};
+use toolkit::scene::Scene;
+
+/// Longest structure that a mesh or generator may make [m], and that from which on it is asked whether metres are meant.
+const LONGEST: [f64; 2] = [2000.0, 500.0];
+/// Shortest one [m].
+const SHORTEST: f64 = 0.01;
+/// Nodes closer than this, relative to the extent, are at one place.
+const SAME_PLACE: f64 = 1e-9;
+
+/// Strain by a prestress that changes nothing.
+const SLACK: f64 = 1e-6;
+/// Strain from which on a prestress below 0 is more likely to be a tension with the wrong sign.
+const LOOSE: f64 = 5e-3;
+/// Least density of metals [kg/m3], and a modulus that is below all of theirs [Pa].
+const METAL: f64 = 2000.0;
+const SOFTEST_METAL: f64 = 1e9;
+/// Modulus of rubber at most [Pa].
+const RUBBER: f64 = 3e5;
+const ALL_ABOVE: f64 = f64::INFINITY;
+
+const YOUNG: Gate = Gate {
+    key: "young",
+    unit: "Pa",
+    hint: "210 GPa of steel is 2.1e11, a wire rope has 1e11",
+    bands: &[
+        Band::wrong(-ALL_ABOVE..1e3, "is too soft: no solid is that soft"),
+        Band::likely(1e3..RUBBER, "is softer than rubber, which has 1e6", "MPa", 1e6),
+        Band::unusual(2e12..ALL_ABOVE, "is stiffer than diamond (1.2e12)"),
+    ],
+};
+/// Of parts with the density of a metal.
+const YOUNG_OF_METAL: Gate = Gate {
+    bands: &[Band::likely(
+        RUBBER..SOFTEST_METAL,
+        "is softer than plastic, and the density is that of a metal",
+        "kPa",
+        1e3,
+    )],
+    ..YOUNG
+};
+const DENSITY: Gate = Gate {
+    key: "density",
+    unit: "kg/m3",
+    hint: "steel has 7850 (7.85 g/cm3, 7.85e-9 t/mm3)",
+    bands: &[
+        Band::wrong(f64::MIN_POSITIVE..0.01, "is lighter than air"),
+        Band::likely(0.01..30.0, "is that of a foam", "g/cm3", 1e3),
+        Band::unusual(3e4..1e6, "is heavier than any metal (osmium has 22600)"),
+        Band::wrong(1e6..ALL_ABOVE, "is heavier than anything"),
+    ],
+};
+const PRESTRESS: Gate = Gate {
+    key: "prestress",
+    unit: "Pa",
+    hint: "it is a stress: 100 MPa is 1e8, a force is divided by the area",
+    bands: &[Band::unusual(1e10..ALL_ABOVE, "is more than any wire bears (2e9 Pa)")],
+};
+
+/// A structure that is judged, and what is said of it.
+struct Judge<'a> {
+    scene: &'a Scene,
+    config: &'a Config,
+    model: &'a Model,
+    warnings: &'a mut Vec<Diagnostic>,
+}
+
+/// Judge `model`. What is possible, but unusual goes into its warnings.
+pub fn judge(scene: &Scene, config: &Config, model: &mut Model) -> Result<(), Diagnostic> {
+    let mut warnings = Vec::new();
+    let mut at = Judge { scene, config, model, warnings: &mut warnings };
+    judge_extent(&mut at)?;
+    for section in sections(config, model) {
+        let mut judge = SectionJudge { scene, section, warnings: at.warnings };
+        judge.material()?;
+        judge.shape()?;
+        judge.strength()?;
+    }
+    judge_parts(&mut at)?;
+    judge_supports(&mut at)?;
+    warnings.extend(twins(model));
+    model.warnings.extend(warnings);
+    Ok(())
+}
+
+/// Material and section as a table states them, SI units; `None` where it does not.
+#[derive(Debug, Default)]
+struct Section {
+    /// Key of the table.
+    key: String,
+    young: Option<f64>,
+    density: Option<f64>,
+    area: Option<f64>,
+    inertia: Option<[f64; 2]>,
+    radius: Option<f64>,
+    prestress: Option<f64>,
+    /// Modulus that the prestress strains [Pa]: its own, else that of all cables.
+    strained: Option<f64>,
+    rupture_force: Option<f64>,
+    rupture_strain: Option<f64>,
+    /// Its longest line [m].
+    longest: f64,
+}
+
+impl Section {
+    /// That of any table: these keys mean the same in all of them.
+    fn of(table: &impl Serialize) -> Self {
+        let table = serde_json::to_value(table).expect("a table of a scene is a value");
+        let number = |key: &str| table[key].as_f64();
+        let young = number("young");
+        Self {
+            // Of two families of fibres the first.
+            young: young.or_else(|| table["young"][0].as_f64()),
+            density: number("density"),
+            area: number("area"),
+            inertia: <[f64; 2]>::deserialize(&table["inertia"]).ok(),
+            radius: number("radius"),
+            prestress: number("prestress"),
+            strained: young,
+            rupture_force: number("rupture_force"),
+            rupture_strain: number("rupture_strain"),
+            ..Self::default()
+        }
+    }
+
+    /// That of a part: what cables do not state `common` states for all; their own modulus and density alone are judged here.
+    fn of_part(part: &PartConfig, common: Option<&CableConfig>) -> Self {
+        let own = Self::of(part);
+        match (part, common.map(Self::of)) {
+            (PartConfig::CablePart(_), Some(common)) => Self {
+                area: own.area.or(common.area),
+                radius: own.radius.or(common.radius),
+                prestress: own.prestress.or(common.prestress),
+                strained: own.young.or(common.young),
+                ..own
+            },
+            _ => own,
+        }
+    }
+}
+
+/// The sections of a scene: that of all cables, then one for each part.
+fn sections(config: &Config, model: &Model) -> Vec<Section> {
+    let table = &config.structure;
+    let span = |line: &[usize; 2]| (model.nodes[line[1]] - model.nodes[line[0]]).norm();
+    // What every cable states for itself nothing uses of the common table.
+    let parted: usize = model.parts[..model.part_count].iter().map(|p| p.cables.len()).sum();
+    let others = model.cables.len() > parted + table.cables.len();
+    let cables = table.cables.iter().map(CableEntry::stated).chain(table.parts.iter().filter_map(|part| {
+        if let PartConfig::CablePart(cables) = part { Some(cables.stated()) } else { None }
+    }));
+    let used = |states: fn(&Stated) -> bool| others || cables.clone().any(|own| !states(&own));
+    let all = model.lines().map(|(line, _)| span(&line)).fold(0.0, f64::max);
+    let mut sections = Vec::new();
+    if let Some(common) = &table.cable {
+        let own = Section::of(common);
+        sections.push(Section {
+            key: "structure.cable".into(),
+            young: own.young.filter(|_| used(|own| own.young.is_some())),
+            density: own.density.filter(|_| used(|own| own.density.is_some())),
+            area: own.area.filter(|_| used(|own| own.area.is_some())),
+            longest: all,
+            ..own
+        });
+    }
+    for (i, (config, part)) in table.parts.iter().zip(&model.parts).enumerate() {
+        let cables = part.cables.iter().map(|c| span(&model.cables[*c].nodes));
+        let others = part.elements.iter().flat_map(|e| model.elements[*e].lines()).map(|l| span(&l));
+        let longest = cables.chain(others).fold(0.0, f64::max);
+        let key = format!("structure.parts.{i}");
+        sections.push(Section { key, longest, ..Section::of_part(config, table.cable.as_ref()) });
+    }
+    sections
+}
+
+/// Judges one section.
+struct SectionJudge<'a> {
+    scene: &'a Scene,
+    section: Section,
+    warnings: &'a mut Vec<Diagnostic>,
+}
+
+impl SectionJudge<'_> {
+    fn error(&self, name: &str, what: String, hint: &str) -> Diagnostic {
+        self.scene.invalid(&format!("{}.{name}", self.section.key), what).try_instead(hint)
+    }
+
+    fn warn(&mut self, code: Code, name: &str, what: String, hint: &str) {
+        self.warnings.push(warning(code, format!("{}.{name}", self.section.key), what, hint));
+    }
+
+    fn pass(&mut self, gate: &Gate, value: Option<f64>) -> Result<(), Diagnostic> {
+        value.map_or(Ok(()), |value| gate.pass(self.scene, &self.section.key, value, self.warnings))
+    }
+
+    /// Modulus and density.
+    fn material(&mut self) -> Result<(), Diagnostic> {
+        let (young, density) = (self.section.young, self.section.density);
+        self.pass(&YOUNG, young)?;
+        // What its prestress alone makes longer than its double is no material, but a stiffness by prestress.
+        let stretched = self.section.prestress.zip(young).is_some_and(|(stress, young)| stress >= young);
+        if density.is_some_and(|d| d >= METAL) && !stretched {
+            self.pass(&YOUNG_OF_METAL, young)?;
+        }
+        self.pass(&DENSITY, density)
+    }
+
+    /// Area, moments of inertia and radius, against each other and the length of the elements.
+    fn shape(&mut self) -> Result<(), Diagnostic> {
+        let longest = self.section.longest;
+        if longest == 0.0 {
+            return Ok(());
+        }
+        let radius = self.section.radius.unwrap_or(0.0);
+        if radius > longest {
+            let what = format!("radius is {radius} m, and the longest element of it has {longest:.4} m");
+            return Err(self.error("radius", what, "metres: 8 mm is 0.008"));
+        }
+        if radius > 0.2 * longest {
+            let what = format!("{radius} m beside elements of {longest:.4} m at most");
+            self.warn(code::LIKELY_UNIT, "radius", what, "8 mm is 0.008");
+        }
+        let Some(area) = self.section.area else { return Ok(()) };
+        let (width, beam) = (2.0 * (area / PI).sqrt(), self.section.inertia.is_some());
+        let what = format!(
+            "area is {area} m2, a rod {width:.3} m thick, and the longest element of it has {longest:.4} m"
+        );
+        if width > if beam { 5.0 * longest } else { longest } {
+            return Err(self.error("area", what, "square metres: 240 mm2 is 2.4e-4"));
+        }
+        if width > if beam { longest } else { 0.1 * longest.max(1.0) } {
+            self.warn(code::LIKELY_UNIT, "area", what, "240 mm2 is 2.4e-4");
+        }
+        if radius > 0.0 && !beam && (1.9..=2.1).contains(&(radius / (0.5 * width))) {
+            let what = format!("{radius} m is twice the radius of a rod of the section, {area} m2");
+            let hint = format!("is it the diameter? Then write {:?}", 0.5 * radius);
+            self.warn(code::UNUSUAL_VALUE, "radius", what, &hint);
+        }
+        if radius > 0.0 && !beam && (area > 1.2 * PI * radius * radius || PI * radius * radius > 50.0 * area)
+        {
+            let rod = 0.5 * width;
+            let what =
+                format!("a contact sees {radius} m, and the section of {area} m2 alone has {rod:.2e} m");
+            self.warn(code::UNUSUAL_VALUE, "radius", what, "");
+        }
+        for inertia in self.section.inertia.unwrap_or_default() {
+            let gyration = (inertia / area).sqrt();
+            let what = format!(
+                "inertia is {inertia} m4 with an area of {area} m2: a radius of gyration of {gyration:.2e} m, of a beam \
+                 of {longest:.4} m"
+            );
+            let hint = "metres to the fourth: 2490 cm4 (HE 160 B) is 2.49e-5";
+            if gyration > longest {
+                return Err(self.error("inertia", what, hint));
+            }
+            if beam && (gyration > 0.2 * longest || gyration < 0.01 * width) {
+                self.warn(code::LIKELY_UNIT, "inertia", what, hint);
+            }
+        }
+        Ok(())
+    }
+
+    /// Prestress, against the modulus.
+    fn prestress(&mut self) -> Result<(), Diagnostic> {
+        let (Some(stress), Some(young)) = (self.section.prestress, self.section.strained) else {
+            return Ok(());
+        };
+        let strain = stress / young;
+        if stress != 0.0 && strain.abs() < SLACK {
+            let what = format!(
+                "{stress} Pa strains it by {strain:.1e} only (young is {young:e} Pa), which changes nothing"
+            );
+            let hint = format!("were it in MPa, it would be {:e} Pa", 1e6 * stress);
+            self.warn(code::LIKELY_UNIT, "prestress", what, &hint);
+        }
+        if strain <= -LOOSE {
+            let longer = -100.0 * strain;
+            let what = format!("{stress:e} Pa makes it {longer:.1} % longer than the distance of its nodes");
+            self.warn(code::UNUSUAL_VALUE, "prestress", what, "below 0 is slack, a tension is above 0");
+        }
+        self.pass(&PRESTRESS, Some(stress))
+    }
+
+    /// Strength, against prestress and what a section of its size carries.
+    fn strength(&mut self) -> Result<(), Diagnostic> {
+        if let Some(strain) = self.section.rupture_strain.filter(|s| *s > 1.0) {
+            let hint = format!("{strain} % is {}", 0.01 * strain);
+            let what = format!("{strain} is a strain, no percentage");
+            self.warn(code::LIKELY_UNIT, "rupture_strain", what, &hint);
+        }
+        self.prestress()?;
+        let (Some(force), Some(area)) = (self.section.rupture_force, self.section.area) else {
+            return Ok(());
+        };
+        let prestress = self.section.prestress.unwrap_or(0.0);
+        if prestress * area > force {
+            let what = format!(
+                "rupture_force is {force} N, and the prestress alone is {:.4e} N ({prestress:e} Pa on {area} m2)",
+                prestress * area
+            );
+            return Err(self.error("rupture_force", what, "newtons: 300 kN is 3e5; or less prestress"));
+        }
+        let strength = force / area;
+        if !(5e6..=1e10).contains(&strength) {
+            let than = if strength < 5e6 { "weaker than wood" } else { "stronger than any wire" };
+            let what = format!("{force} N on {area} m2 is a strength of {strength:.1e} Pa, {than}");
+            self.warn(code::LIKELY_UNIT, "rupture_force", what, "300 kN is 3e5");
+        }
+        Ok(())
+    }
+}
+
+fn judge_extent(at: &mut Judge) -> Result<(), Diagnostic> {
+    let Judge { scene, config, model, ref mut warnings } = *at;
+    let table = &config.structure;
+    if model.nodes.is_empty() {
+        let what = "no element of the mesh becomes anything: the structure is empty";
+        return Err(scene.invalid("structure.mesh", what).coded(code::GEOMETRY).try_instead(
+            "save the lines of the mesh too (in Gmsh: physical groups for curves), and write parts or [structure.cable]",
+        ));
+    }
+    let extent = model.extent();
+    let what = format!("the structure has an extent of {extent:.4} m");
+    let (key, cure) = if table.mesh.is_some() {
+        ("structure.mesh", "coordinates count in metres: save the mesh in metres, or scale it by 0.001")
+    } else {
+        ("structure.generator", "lengths count in metres: 150 mm is 0.15")
+    };
+    let (made, flat) =
+        (table.mesh.is_some() || table.generator.is_some(), model.nodes.len() > 1 && extent < SHORTEST);
+    if extent > LONGEST[0] && made {
+        return Err(scene.invalid(key, format!("{what}, more than {} m", LONGEST[0])).try_instead(cure));
+    }
+    if flat && made {
+        let cure = cure.replace("scale it by 0.001", "scale it by 1000 if it is in kilometres");
+        return Err(scene.invalid(key, format!("{what}, less than {SHORTEST} m")).try_instead(cure));
+    }
+    let key = if table.nodes.is_empty() { key } else { "structure.nodes" };
+    if extent > LONGEST[1] {
+        let hint = format!("are these centimetres or millimetres? {cure}");
+        warnings.push(warning(code::LIKELY_UNIT, key, what, &hint));
+    } else if flat {
+        warnings.push(warning(code::LIKELY_UNIT, key, what, "its coordinates count in metres"));
+    }
+    Ok(())
+}
+
+/// Nodes at one place: a mesh whose parts were not joined falls apart there.
+fn twins(model: &Model) -> Option<Diagnostic> {
+    let step = (SAME_PLACE * model.extent()).max(f64::MIN_POSITIVE);
+    let mut seen: HashMap<[i64; 3], usize> = HashMap::with_capacity(model.node_count());
+    let mut pairs = Vec::new();
+    for (node, p) in model.nodes.iter().enumerate() {
+        let place = [p.x, p.y, p.z].map(|c| (c / step).round() as i64);
+        let first = *seen.entry(place).or_insert(node);
+        pairs.extend((first != node).then_some((first, node)));
+    }
+    let (a, b) = *pairs.first()?;
+    let what = format!(
+        "{} nodes lie where another one does, first node {} and node {}: elements that end there are not connected",
+        pairs.len(),
+        model.node_name(a),
+        model.node_name(b)
+    );
+    Some(warning(code::GEOMETRY, "structure", what, "join them (in Gmsh: Coherence)"))
+}
+
+/// A warning about `key`; an empty `hint` is none.
+fn warning(code: Code, key: impl Into<String>, what: impl Into<String>, hint: &str) -> Diagnostic {
+    let about = Diagnostic::warning(code, what).about(key);
+    if hint.is_empty() { about } else { about.try_instead(hint) }
+}
+
+/// Every part against the structure that it is in.
+fn judge_parts(at: &mut Judge) -> Result<(), Diagnostic> {
+    let Judge { scene, config, model, ref mut warnings } = *at;
+    let extent = model.extent();
+    for (i, (part, built)) in config.structure.parts.iter().zip(&model.parts).enumerate() {
+        let key = Key { scene, key: format!("structure.parts.{i}") };
+        let size = built.elements.iter().map(|e| {
+            let nodes = model.elements[*e].nodes();
+            nodes.iter().map(|n| (model.nodes[*n] - model.nodes[nodes[0]]).norm()).fold(0.0, f64::max)
+        });
+        let size = size.fold(0.0, f64::max);
+        let pulled = || pulled(config, model, i);
+        warnings.extend(part.judge(&Surroundings { key: &key, extent, size, pulled: &pulled })?);
+    }
+    Ok(())
+}
+
+/// The part with the largest prestress [N] that has a node in common with part number `of`, and that prestress.
+fn pulled<'a>(config: &'a Config, model: &Model, of: usize) -> Option<(&'a str, f64)> {
+    let nodes = |part: &Part| -> Vec<usize> {
+        let cables = part.cables.iter().flat_map(|c| model.cables[*c].nodes);
+        cables.chain(part.elements.iter().flat_map(|e| model.elements[*e].nodes().iter().copied())).collect()
+    };
+    let own = nodes(&model.parts[of]);
+    let common = config.structure.cable.as_ref();
+    let ropes = config.structure.parts.iter().zip(&model.parts).filter_map(|(part, built)| {
+        let section = Section::of_part(part, common);
+        let (stress, area) = (section.prestress?, section.area?);
+        let touches = nodes(built).iter().any(|node| own.contains(node));
+        (touches && stress > 0.0).then(|| (part.head().name, stress * area))
+    });
+    ropes.max_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+// Supports, loads and gravity: what holds, what moves, what pulls.
+
+/// Motion of a support over the extent of the structure that is certainly wrong.
+const FARTHEST: f64 = 5.0;
+/// Strain of the stiffest cable by a load, from which on something is said.
+const LONGER: f64 = 0.5;
+/// End of a motion over that of the run from which on something is said.
+const LATER: f64 = 100.0;
+/// Mass-proportional damping from which on something is said [1/s].
+const HEAVY: f64 = 1e3;
+
+const ANGLE: Gate = Gate {
+    key: "turning.angles",
+    unit: "rad",
+    hint: "rows are [t, angle] in s and rad: 90 degrees are 1.5708",
+    bands: &[Band::likely(2.0 * TAU..ALL_ABOVE, "are more than two turns", "degrees", TAU / 360.0)],
+};
+const SPEED: Gate = Gate {
+    key: "velocity",
+    unit: "m/s",
+    hint: "metres per second: 90 km/h is 25.0",
+    bands: &[Band::wrong(5000.0..ALL_ABOVE, "is faster than sound in steel")],
+};
+/// Amount of a pressure.
+const PRESSURE: Gate = Gate {
+    key: "pressure",
+    unit: "Pa",
+    hint: "5 kPa are 5000.0",
+    bands: &[
+        Band::unusual(0.0..f64::MIN_POSITIVE, "load nothing"),
+        Band::unusual(1e7..ALL_ABOVE, "are more than 100 bar"),
+    ],
+};
+const GRAVITY: Gate = Gate {
+    key: "gravity",
+    unit: "m/s2",
+    hint: "on earth it is 9.81: gravity = [0.0, 0.0, -9.81]",
+    bands: &[Band::unusual(50.0..ALL_ABOVE, "is more than five times that of the earth")],
+};
+
+/// Supports that hold nothing, and structures that nothing holds.
+fn judge_supports(at: &mut Judge) -> Result<(), Diagnostic> {
+    let Judge { scene, config, model, .. } = *at;
+    let used = model.used();
+    for (i, entry) in config.structure.supports.iter().enumerate() {
+        let key = format!("structure.supports.{i}");
+        let nodes = model.place(&Key { scene, key: key.clone() }, entry.place())?;
+        if nodes.iter().all(|n| !used[*n]) {
+            let what = format!("{key} holds nothing: no element ends at its {} nodes", nodes.len());
+            at.warnings.push(warning(code::UNUSED_KEY, key, what, ""));
+        }
+    }
+    judge_motions(at)?;
+    judge_loads(at)?;
+    for (i, entry) in config.structure.pressures.iter().enumerate() {
+        PRESSURE.pass(scene, &format!("structure.pressures.{i}"), entry.pressure.abs(), at.warnings)?;
+    }
+    judge_histories(at);
+    judge_gravity(at);
+    let damping = config.structure.damping;
+    if damping > HEAVY {
+        let what = format!("at {damping:e} 1/s a velocity falls to a third within {:.1e} s", 1.0 / damping);
+        let hint = "5 % of critical damping at 10 Hz are 6.3 1/s";
+        at.warnings.push(warning(code::UNUSUAL_VALUE, "structure.damping", what, hint));
+    }
+    judge_velocities(at)?;
+    let all_held = (0..model.node_count()).filter(|n| used[*n]).all(|n| model.fully_held(n));
+    let for_ever = model.until.is_empty();
+    if all_held && model.moving.is_empty() && for_ever && used.contains(&true) {
+        let count = model.node_count();
+        let what = format!("the supports hold all {count} nodes of the structure: nothing of it can move");
+        let key = if config.structure.supports.is_empty() { "structure" } else { "structure.supports" };
+        if scene.has("rock") {
+            let hint = "hold the frame alone, as in supports = [{ group = \"frame\" }]";
+            return Err(scene.invalid(key, what).coded(code::GEOMETRY).try_instead(hint));
+        }
+        // Someone may want its reactions alone.
+        at.warnings.push(warning(code::GEOMETRY, key, what, "hold the frame alone"));
+        return Ok(());
+    }
+    let nothing_holds = !model.held.contains(&true) && for_ever && model.springs.is_empty();
+    if nothing_holds && model.ground.is_empty() && model.down.is_some() {
+        let what = "nothing holds the structure: it falls";
+        let hint = "supports = [{ group = \"name of a group\" }]";
+        at.warnings.push(warning(code::GEOMETRY, "structure", what, hint));
+    }
+    Ok(())
+}
+
+/// Motions of supports that are longer than the structure, what takes place after the end, and angles in degrees.
+fn judge_motions(at: &mut Judge) -> Result<(), Diagnostic> {
+    let Judge { scene, config, model, ref mut warnings } = *at;
+    let (extent, Ok(end_time)) = (model.extent(), scene.end_time()) else { return Ok(()) };
+    for (i, entry) in config.structure.supports.iter().enumerate() {
+        let key = format!("structure.supports.{i}");
+        if let Some(time) = entry.released_at.filter(|time| *time > end_time) {
+            let what = format!("it lets go at {time} s, and the run ends at end_time = {end_time} s");
+            warnings.push(warning(code::UNUSED_KEY, format!("{key}.released_at"), what, "100 ms is 0.1"));
+        }
+        let angles = entry.turning.iter().flat_map(|turning| &turning.angles);
+        ANGLE.pass(scene, &key, angles.map(|row| row[1].abs()).fold(0.0, f64::max), warnings)?;
+        let key = format!("{key}.motion");
+        let furthest = |row: &[f64; 4]| norm(&[row[1], row[2], row[3]]);
+        let most = entry.motion.iter().map(furthest).fold(0.0, f64::max);
+        if extent > 0.0 && most > FARTHEST * extent {
+            let what = format!(
+                "a support moves by {most} m, and the whole structure has an extent of {extent:.4} m"
+            );
+            return refuse(scene, &key, what, "rows are [t, ux, uy, uz] in s and m: 100 mm is 0.1");
+        }
+        let hint = "rows are [t, ux, uy, uz] in s and m: 100 ms is 0.1";
+        warnings.extend(late(key, entry.motion.last().map(|row| row[0]), end_time, hint));
+    }
+    Ok(())
+}
+
+/// What is said of a table whose last row is far behind the end of the run.
+fn late(key: String, last: Option<f64>, end_time: f64, hint: &str) -> Option<Diagnostic> {
+    let last = last.filter(|last| *last > LATER * end_time)?;
+    let what = format!("it goes on until {last} s, and the run ends at end_time = {end_time} s");
+    Some(warning(code::LIKELY_UNIT, key, what, hint))
+}
+
+/// Loads that go straight into supports, or stretch cables as nothing is stretched.
+fn judge_loads(at: &mut Judge) -> Result<(), Diagnostic> {
+    let Judge { scene, config, model, ref mut warnings } = *at;
+    let rigid = model.cables.iter().map(|c| c.of.young * c.of.area).fold(0.0, f64::max);
+    for (i, entry) in config.structure.loads.iter().enumerate() {
+        let key = format!("structure.loads.{i}");
+        let nodes = model.place(&Key { scene, key: key.clone() }, entry.place())?;
+        let force = norm(&entry.force);
+        if model.elements.is_empty() && force > LONGER * rigid && rigid > 0.0 {
+            let times = 1.0 + force / rigid;
+            let what = format!(
+                "{force:e} N would stretch the stiffest cable of the structure to {times:.1} times its length"
+            );
+            warnings.push(warning(code::LIKELY_UNIT, format!("{key}.force"), what, "a load of 5 kN is 5e3"));
+        }
+        if entry.moment != [0.0; 3] {
+            continue;
+        }
+        if entry.force == [0.0; 3] {
+            let what = "force and moment are 0, so it loads nothing";
+            warnings.push(warning(code::UNUSED_KEY, key, what, ""));
+        } else if all_held(&nodes, &entry.force, |node, c| model.held[model.dof(node, c)]) {
+            let count = nodes.len();
+            let what =
+                format!("supports hold its {count} nodes in the direction of the force, so it moves nothing");
+            warnings.push(warning(code::UNUSED_KEY, key, what, "name nodes that are free"));
+        }
+    }
+    Ok(())
+}
+
+/// Whether all `nodes` are held in each direction in which `vector` points; there are some.
+fn all_held(nodes: &[usize], vector: &[f64; 3], held: impl Fn(usize, usize) -> bool) -> bool {
+    let stays = |node: &usize| (0..3).all(|c| vector[c] == 0.0 || held(*node, c));
+    !nodes.is_empty() && nodes.iter().all(stays)
+}
+
+fn norm(vector: &[f64; 3]) -> f64 {
+    vector.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// The histories of all loads, with their keys.
+fn histories(config: &Config) -> impl Iterator<Item = (String, &Vec<[f64; 2]>)> {
+    let table = &config.structure;
+    let loads = table.loads.iter().enumerate().map(|(i, e)| ("loads", i, &e.history));
+    let pressures = table.pressures.iter().enumerate().map(|(i, e)| ("pressures", i, &e.history));
+    let all = loads.chain(pressures);
+    all.map(|(name, i, history)| (format!("structure.{name}.{i}.history"), history))
+}
+
+/// What is said of rows of a history between which no step of `step` [s] ends, of a scheme that takes loads as they are at the
+/// instants where it balances.
+pub fn unseen_rows(config: &Config, step: f64) -> Vec<Diagnostic> {
+    if Scheme::of(&config.fem).is_none_or(|scheme| scheme.takes_mean_only()) {
+        return Vec::new();
+    }
+    let unseen = |(key, rows): (String, &Vec<[f64; 2]>)| {
+        let close = rows.windows(2).map(|pair| pair[1][0] - pair[0][0]).fold(f64::INFINITY, f64::min);
+        (close < step * (1.0 - 1e-9)).then(|| {
+            let what = format!(
+                "two rows are {close:.3e} s apart and steps are {step:.3e} s long: {} takes a load as it is at single instants, \
+                 what lies between two of them is not seen",
+                config.fem.integrator
+            );
+            let hint = format!("write fem.time_step = {close:.1e} or less, or use central_difference");
+            warning(code::TIME_STEP, key, what, &hint)
+        })
+    };
+    histories(config).filter_map(unseen).collect()
+}
+
+/// Histories of loads that do nothing, or nothing before the end.
+fn judge_histories(at: &mut Judge) {
+    let Judge { scene, config, ref mut warnings, .. } = *at;
+    let Ok(end_time) = scene.end_time() else { return };
+    let hint = "rows are [t, factor] in s: 100 ms is 0.1";
+    for (key, rows) in histories(config) {
+        let Some([begin, factor]) = rows.first() else { continue };
+        // Before the first row the factor is that of the first row.
+        if rows.iter().all(|row| row[1] == 0.0) {
+            warnings.push(warning(code::UNUSED_KEY, key, "all factors are 0: it loads nothing", ""));
+        } else if *factor == 0.0 && *begin >= end_time {
+            let what = format!(
+                "it is 0 until {begin} s, and the run ends at end_time = {end_time} s, so it loads nothing"
+            );
+            warnings.push(warning(code::LIKELY_UNIT, key, what, hint));
+        } else {
+            warnings.extend(late(key, rows.last().map(|row| row[0]), end_time, hint));
+        }
+    }
+}
+
+/// Velocities that no net has, and those of nodes that are held.
+fn judge_velocities(at: &mut Judge) -> Result<(), Diagnostic> {
+    let Judge { scene, config, model, ref mut warnings } = *at;
+    for (i, entry) in config.structure.velocities.iter().enumerate() {
+        let key = format!("structure.velocities.{i}");
+        let speed = norm(&entry.velocity);
+        SPEED.pass(scene, &key, speed, warnings)?;
+        let nodes = model.place(&Key { scene, key: key.clone() }, entry.place())?;
+        let held = |node, c| model.held_first(model.dof(node, c));
+        if speed > 0.0 && all_held(&nodes, &entry.velocity, held) {
+            let count = nodes.len();
+            let what = format!(
+                "supports hold its {count} nodes in the direction of the velocity, so they stay at rest"
+            );
+            warnings.push(warning(code::UNUSED_KEY, key, what, ""));
+        }
+    }
+    Ok(())
+}
+
+/// Whether there is weight; where there are rocks, who computes them judges gravity.
+fn judge_gravity(at: &mut Judge) {
+    let Judge { scene, config, ref mut warnings, .. } = *at;
+    if scene.has("rock") || !config.structure.dead_load {
+        return;
+    }
+    let [x, y, z] = config.gravity;
+    let size = norm(&config.gravity);
+    let table = &config.structure;
+    let moved = !(table.loads.is_empty() && table.pressures.is_empty() && table.velocities.is_empty());
+    if size == 0.0 && !scene.has("gravity") && !moved {
+        let what = "there is no gravity: the structure has no weight";
+        let hint = "gravity = [0.0, 0.0, -9.81], or structure.dead_load = false";
+        warnings.push(warning(code::UNUSUAL_VALUE, "structure", what, hint));
+    }
+    if size > 0.0 && z > 0.9 * size {
+        let what = format!("[{x}, {y}, {z}] points up along z, so the structure hangs upward");
+        warnings.push(warning(code::UNUSUAL_VALUE, "gravity", what, "usual is gravity = [0.0, 0.0, -9.81]"));
+    }
+    warnings.extend(GRAVITY.judge("", size));
+}
