@@ -4,8 +4,9 @@
 //! into memory that is kept. One thread, fixed order: on one machine equal input gives equal bytes.
 
 use crate::linear_algebra::elimination::analyse;
-use crate::linear_algebra::multifrontal::{Fronts, factorise, factorise_signed};
+use crate::linear_algebra::multifrontal::{Factorisation, Fronts};
 use crate::linear_algebra::signed::Signed;
+use pulp::Arch;
 
 /// Cholesky factorisation of a sparse matrix whose lower triangle has a fixed pattern.
 pub struct Cholesky {
@@ -41,9 +42,7 @@ impl Cholesky {
     /// Factorise the matrix with `values` in the order of the pattern. The error is the first unknown, in the order of
     /// elimination, whose pivot is not positive.
     pub fn factorise(&mut self, values: &[f64]) -> Result<(), usize> {
-        let outcome = factorise(&self.fronts, values, &mut self.factor, &mut self.rest);
-        (self.factorised, self.indefinite) = (outcome.is_ok(), false);
-        outcome
+        self.run(values, false)
     }
 
     /// Factorise the matrix with `values`, whatever the signs of its pivots; returns how many are negative. Pivots that are
@@ -51,10 +50,15 @@ impl Cholesky {
     pub fn factorise_signed(&mut self, values: &[f64]) -> Result<usize, usize> {
         let unknowns = self.fronts.unknowns.iter();
         self.signed.begin(unknowns.map(|unknown| values[self.diagonal[*unknown]]));
-        let outcome =
-            factorise_signed(&self.fronts, values, &mut self.factor, &mut self.rest, &mut self.signed);
-        (self.factorised, self.indefinite) = (outcome.is_ok(), true);
-        outcome.map(|()| self.signed.negative())
+        self.run(values, true).map(|()| self.signed.negative())
+    }
+
+    fn run(&mut self, values: &[f64], indefinite: bool) -> Result<(), usize> {
+        let Self { fronts, factor, rest, signed, .. } = self;
+        let signed = indefinite.then_some(signed);
+        let outcome = Arch::new().dispatch(Factorisation { fronts, values, factor, rest, signed });
+        (self.factorised, self.indefinite) = (outcome.is_ok(), indefinite);
+        outcome
     }
 
     /// Pivots that the last [`Self::factorise_signed`] has replaced.
