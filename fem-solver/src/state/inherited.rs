@@ -276,14 +276,18 @@ impl Inherited {
         refuse(scene, KEY, what, hint)
     }
 
-    /// The motion at the end, for the scheme `integrator`: another one finds its accelerations itself.
-    pub fn motion(&self, integrator: &str) -> StartMotion {
-        let end = &self.end;
-        let same = end.integrator == integrator;
-        StartMotion {
-            velocity: end.velocity.clone(),
-            acceleration: if same { end.acceleration.clone() } else { Vec::new() },
+    /// Velocity and acceleration at the end, for the scheme `integrator`: another one finds its accelerations itself. Nothing
+    /// moves where the supports of `model` hold it, whatever it did before; those that move go on.
+    pub fn motion(&self, model: &Model, integrator: &str) -> [Vec<f64>; 2] {
+        let same = self.end.integrator == integrator;
+        let acceleration = if same { self.end.acceleration.clone() } else { Vec::new() };
+        let mut motion = [self.end.velocity.clone(), acceleration];
+        for dof in (0..model.dof_count()).filter(|dof| model.held_first(*dof)) {
+            if model.moving.iter().all(|(moving, _)| *moving != dof) {
+                motion.iter_mut().filter_map(|of| of.get_mut(dof)).for_each(|number| *number = 0.0);
+            }
         }
+        motion
     }
 
     /// In a sentence, for whoever checks a scene.
@@ -297,39 +301,5 @@ impl Inherited {
             count => format!("{count} elements torn"),
         };
         format!("starts from the end of {} ({} s), {how}: {torn}", self.origin.run.display(), self.end.time)
-    }
-}
-
-/// Motion with which a structure starts.
-#[derive(Debug, Clone)]
-pub struct StartMotion {
-    /// Velocity [m/s].
-    pub velocity: Vec<f64>,
-    /// Acceleration [m/s2]; empty where only a balance of forces gives it.
-    pub acceleration: Vec<f64>,
-}
-
-impl StartMotion {
-    /// Add it to velocities that the scene gives [m/s].
-    pub fn add_to(&self, velocity: &mut [f64]) {
-        velocity.iter_mut().zip(&self.velocity).for_each(|(v, own)| *v += own);
-    }
-
-    /// Keep its accelerations [m/s2], if they are known.
-    pub fn keep(&self, acceleration: &mut [f64]) {
-        if self.acceleration.len() == acceleration.len() {
-            acceleration.copy_from_slice(&self.acceleration);
-        }
-    }
-
-    /// Nothing moves where the supports of `model` hold it, whatever it did before; those that move go on.
-    pub fn held(mut self, model: &Model) -> Self {
-        for dof in (0..model.dof_count()).filter(|dof| model.held_first(*dof)) {
-            if model.moving.iter().all(|(moving, _)| *moving != dof) {
-                self.velocity.iter_mut().skip(dof).take(1).for_each(|v| *v = 0.0);
-                self.acceleration.iter_mut().skip(dof).take(1).for_each(|a| *a = 0.0);
-            }
-        }
-        self
     }
 }

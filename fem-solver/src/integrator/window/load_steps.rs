@@ -45,7 +45,6 @@ impl WindowSolver {
     /// Newton is fast; those that fail are halved.
     pub(super) fn by_load_steps(
         &mut self,
-        model: &Model,
         (start, end): (f64, f64),
         (part, parts): (usize, usize),
     ) -> Result<(), String> {
@@ -68,14 +67,14 @@ impl WindowSolver {
             };
             let next = if h >= remaining { end } else { time + h };
             control.fallback.copy_from(&self.trial);
-            match self.implicit_step(model, time, h, |x| place(time) + x * (place(next) - place(time))) {
+            match self.implicit_step(time, h, |x| place(time) + x * (place(next) - place(time))) {
                 Ok((tension, info)) => {
                     let growth = control.growth(info.iterations);
                     // A row of output that cuts a step short leaves the length of the next.
                     let longest = if growth >= 1.0 && h < stride { stride } else { growth * h };
                     self.trial.along.stride = longest.max(settings.shortest());
                     self.counts.steps += 1;
-                    self.record(model, next, h, tension);
+                    self.record(next, h, Some(tension));
                     time = next;
                 }
                 Err(failure) => {
@@ -89,7 +88,7 @@ impl WindowSolver {
                              fem.load_steps allows none below {:.3e} s. {}; where the structure snaps or buckles, \
                              fem.path_speed follows it",
                             settings.shortest(),
-                            failure.describe(model)
+                            failure.describe(&self.model)
                         ));
                     }
                 }
