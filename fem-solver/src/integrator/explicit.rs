@@ -264,7 +264,11 @@ wide! {
             (*v, *u) = (after, drifted);
         }
         let rest = v_rest.iter_mut().zip(u_rest).zip(x_rest).zip(f_rest).zip(i_rest).zip(m_rest);
-        total(lanes, rest.map(|(((((v, u), x), f), i), m)| kick.one(v, u, *x, *f, *i, *m)))
+        total(lanes, rest.map(|(((((v, u), x), f), i), m)| {
+            let before = std::mem::replace(v, kick.velocity(*v, *f, *i));
+            *u = x + kick.half * *v;
+            square(*m, before, *v)
+        }))
     }
 }
 
@@ -272,15 +276,6 @@ impl Kick {
     #[inline(always)]
     fn velocity(&self, before: f64, force: f64, inverse_mass: f64) -> f64 {
         self.keep * before + self.gain * (inverse_mass * force)
-    }
-
-    #[inline(always)]
-    fn one(&self, v: &mut f64, u: &mut f64, middle: f64, force: f64, inverse_mass: f64, mass: f64) -> f64 {
-        let before = *v;
-        let after = self.velocity(before, force, inverse_mass);
-        *v = after;
-        *u = middle + self.half * after;
-        square(mass, before, after)
     }
 }
 

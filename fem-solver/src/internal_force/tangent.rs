@@ -156,13 +156,6 @@ impl Tangent {
         }
     }
 
-    /// Add `factor` [1/s2] times the lumped masses.
-    pub fn add_mass(&mut self, model: &Model, factor: f64) {
-        for (j, dof) in self.dofs.iter().enumerate() {
-            self.matrix.add_diagonal(j, factor * model.dof_mass(*dof));
-        }
-    }
-
     /// Add `factor` times what stands in `amounts` for each degree of freedom of the structure; empty = nothing.
     pub fn add_diagonal(&mut self, amounts: &[f64], factor: f64) {
         if amounts.is_empty() {

@@ -313,16 +313,14 @@ impl Legend {
             }
         }
         // Lines are the cables, then those of the other elements; one cell of faces is one element.
-        let spread = |of: [Vec<usize>; 2], faces: bool| -> Vec<f64> {
-            let [of_cables, of_elements] = of;
+        let spread = |[of_cables, of_elements]: &[Vec<usize>; 2], faces: bool| -> Vec<f64> {
             let count = |i: usize| {
                 let element = &model.elements[i];
                 if faces { usize::from(!element.face_cell().is_empty()) } else { element.line_count() }
             };
-            let others =
-                of_elements.into_iter().enumerate().flat_map(|(i, n)| std::iter::repeat_n(n, count(i)));
-            let first = if faces { Vec::new() } else { of_cables };
-            first.into_iter().chain(others).map(|n| n as f64).collect()
+            let others = of_elements.iter().enumerate().flat_map(|(i, n)| std::iter::repeat_n(n, count(i)));
+            let first = if faces { &[][..] } else { of_cables };
+            first.iter().chain(others).map(|n| *n as f64).collect()
         };
         let groups = groups.map(|all| all.into_iter().map(|(number, _)| number).collect::<Vec<_>>());
         let none = || (0, "none".to_owned());
@@ -330,10 +328,10 @@ impl Legend {
             model.parts[..model.part_count].iter().enumerate().map(|(i, p)| (i + 1, p.name.clone()));
         let group_names = names.iter().enumerate().map(|(i, name)| (i + 1, (*name).to_owned()));
         Self {
-            line_parts: spread(parts.clone(), false),
-            line_groups: spread(groups.clone(), false),
-            face_parts: spread(parts, true),
-            face_groups: spread(groups, true),
+            line_parts: spread(&parts, false),
+            line_groups: spread(&groups, false),
+            face_parts: spread(&parts, true),
+            face_groups: spread(&groups, true),
             node_groups: node_groups.into_iter().map(|(number, _)| number as f64).collect(),
             names: LegendNames {
                 part: std::iter::once(none()).chain(part_names).collect(),

@@ -27,7 +27,7 @@ const ROUNDS: usize = 5;
 pub fn check(scene: &Scene) -> Result<CheckReport, Diagnostic> {
     let config = Config::of(scene)?;
     let mut solver = FemSolver::new(scene, &Options::default())?;
-    let start = Start::new(scene, &config, solver.model(), solver.inherited(), None, &mut |_| Ok(()))
+    let start = Start::new(scene, &config, solver.model(), solver.inherited.as_ref(), None, &mut |_| Ok(()))
         .map_err(|fault| *fault.diagnostic)?;
     let model = solver.model();
     let mut interface = model.interface_mesh(&start.form.displacement);
@@ -59,8 +59,8 @@ pub fn check(scene: &Scene) -> Result<CheckReport, Diagnostic> {
     let numbers = numbers.into_iter().filter_map(|(name, number)| Some((name.to_owned(), number?)));
     let mut numbers: BTreeMap<String, f64> = numbers.collect();
     let mut builds = describe(&config, model, &start, sag);
-    builds.extend(solver.inherited().map(Inherited::describe));
-    let resolved = resolve(&config, &start, solver.inherited())?;
+    builds.extend(solver.inherited.as_ref().map(Inherited::describe));
+    let resolved = resolve(&config, &start, solver.inherited.as_ref())?;
     let warnings = start.warnings.clone();
     numbers.insert("seconds_per_step".into(), seconds_per_step(&mut solver, scene, &config, start)?);
     Ok(CheckReport {

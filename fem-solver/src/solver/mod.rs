@@ -132,11 +132,6 @@ impl FemSolver {
         &self.model
     }
 
-    /// Where it starts, if not as modelled.
-    pub fn inherited(&self) -> Option<&Inherited> {
-        self.inherited.as_ref()
-    }
-
     fn prepared(&mut self) -> Result<&mut Prepared, Fault> {
         let missing = || Fault::broken("a window was asked for before the preparation");
         self.prepared.as_mut().ok_or_else(missing)

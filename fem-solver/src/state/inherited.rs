@@ -76,18 +76,20 @@ struct LeftPart {
 }
 
 impl LeftPart {
-    fn of<'a, E: Debug + 'a>(name: &str, elements: impl Iterator<Item = (&'a [usize], E)>) -> Self {
-        let (mut nodes, mut properties, mut count) = (Vec::new(), String::new(), 0);
-        for (own, element) in elements {
+    /// Of cables and other elements of `model`.
+    fn of(name: &str, model: &Model, cables: &[usize], elements: &[usize]) -> Self {
+        let (mut nodes, mut properties) = (Vec::new(), String::new());
+        let mut add = |own: &[usize], element: &dyn Debug| {
             nodes.push(own.len());
             nodes.extend_from_slice(own);
             properties.push_str(&format!("{element:?}"));
-            count += 1;
-        }
+        };
+        cables.iter().map(|c| &model.cables[*c]).for_each(|cable| add(&cable.nodes, cable));
+        elements.iter().map(|e| &model.elements[*e]).for_each(|element| add(element.nodes(), element));
         let nodes: Vec<u8> = nodes.iter().flat_map(|n| (*n as u64).to_le_bytes()).collect();
         Self {
             name: name.into(),
-            elements: count,
+            elements: (cables.len() + elements.len()) as u64,
             connectivity: fnv1a(&nodes),
             properties: fnv1a(properties.as_bytes()),
         }
@@ -96,23 +98,19 @@ impl LeftPart {
 
 impl Fingerprint {
     fn of(model: &Model) -> Self {
-        let cable = |c: usize| (&model.cables[c].nodes[..], &model.cables[c]);
-        let element = |e: usize| (model.elements[e].nodes(), &model.elements[e]);
-        let mut loose = (vec![true; model.cables.len()], vec![true; model.elements.len()]);
+        let mut loose = [vec![true; model.cables.len()], vec![true; model.elements.len()]];
         let mut parts = Vec::new();
         for part in &model.parts[..model.part_count] {
-            part.cables.iter().for_each(|c| loose.0[*c] = false);
-            part.elements.iter().for_each(|e| loose.1[*e] = false);
+            part.cables.iter().for_each(|c| loose[0][*c] = false);
+            part.elements.iter().for_each(|e| loose[1][*e] = false);
             // A part is of cables or of other elements.
-            parts.push(if part.cables.is_empty() {
-                LeftPart::of(&part.name, part.elements.iter().map(|e| element(*e)))
-            } else {
-                LeftPart::of(&part.name, part.cables.iter().map(|c| cable(*c)))
-            });
+            let elements = if part.cables.is_empty() { &part.elements[..] } else { &[] };
+            parts.push(LeftPart::of(&part.name, model, &part.cables, elements));
         }
-        let others = |loose: &[bool]| (0..loose.len()).filter(|i| loose[*i]).collect::<Vec<_>>();
-        parts.push(LeftPart::of("the cables in no part", others(&loose.0).into_iter().map(cable)));
-        parts.push(LeftPart::of("the elements in no part", others(&loose.1).into_iter().map(element)));
+        let [cables, elements] =
+            loose.map(|loose| (0..loose.len()).filter(|i| loose[*i]).collect::<Vec<_>>());
+        parts.push(LeftPart::of("the cables in no part", model, &cables, &[]));
+        parts.push(LeftPart::of("the elements in no part", model, &[], &elements));
         Self {
             nodes: model.nodes.iter().map(|n| <[f64; 3]>::from(*n)).collect(),
             turning: model.turning.iter().map(|n| *n as u64).collect(),
