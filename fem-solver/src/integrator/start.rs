@@ -138,7 +138,11 @@ impl Start {
             warnings.push(not_stiff(scene, model, dof, statics)?);
         }
         let time_step = time_step(scene, config, frequency, &mut warnings)?;
-        warnings.extend(unseen(scene, config, time_step)?);
+        // A window is one step at least; that of a coupled run is chosen elsewhere.
+        let rows = if scene.has("rock") { f64::INFINITY } else { Output::of(scene)?.interval };
+        if time_step.min(rows).is_finite() {
+            warnings.extend(unseen_rows(config, time_step.min(rows)));
+        }
         let at_rest = moves.is_none() && (residual <= AT_REST * scale || residual == 0.0);
         Ok(Self {
             form,
@@ -214,14 +218,6 @@ fn fallen(model: &Model, displacement: &[f64]) -> Option<Diagnostic> {
         "move the anchors further away from it, raise them, or let it lean the other way (structure.generator.lean, \
          anchor_distance)",
     ))
-}
-
-/// What is said of rows of a history that steps of `time_step` [s] do not see.
-fn unseen(scene: &Scene, config: &Config, time_step: f64) -> Result<Vec<Diagnostic>, Fault> {
-    // A window is one step at least; that of a coupled run is chosen elsewhere.
-    let rows = if scene.has("rock") { f64::INFINITY } else { Output::of(scene)?.interval };
-    let longest = time_step.min(rows);
-    Ok(if longest.is_finite() { unseen_rows(config, longest) } else { Vec::new() })
 }
 
 /// What is said of a degree of freedom without stiffness at rest; in statics that is an error, unless something moves or loads

@@ -111,6 +111,9 @@ impl Fields {
             Some(kept) => Series::go_on(dir, name, kept),
             None => Series::create(dir, name),
         };
+        let of_cables = model.cables.iter().map(|c| c.of.area);
+        let of_others = model.elements.iter().flat_map(|e| std::iter::repeat_n(e.section(), e.line_count()));
+        let sections = of_cables.chain(of_others);
         let (lines, legend) = (series(LINES, lines)?, Legend::new(model));
         legend.write(dir)?;
         Ok(Self {
@@ -121,7 +124,7 @@ impl Fields {
             displacement: vec![0.0; mesh.coordinates.len()],
             velocity: vec![0.0; mesh.coordinates.len()],
             lines: mesh.lines.clone(),
-            section: sections(model),
+            section: sections.collect(),
             beams: model.elements.iter().any(|e| e.has_moments()),
             legend,
             assembly: Assembly::new(model),
@@ -253,13 +256,6 @@ impl Fields {
 
 fn flag(is: bool) -> f64 {
     f64::from(u8::from(is))
-}
-
-/// Section of each line [m2], 0 where it has none.
-fn sections(model: &Model) -> Vec<f64> {
-    let cables = model.cables.iter().map(|c| c.of.area);
-    let others = model.elements.iter().flat_map(|e| std::iter::repeat_n(e.section(), e.line_count()));
-    cables.chain(others).collect()
 }
 
 /// File of the legend, beside the field files.

@@ -78,15 +78,8 @@ impl Sums {
     }
 }
 
-/// Something at one degree of freedom of a selected node.
-#[derive(Debug, Clone, Copy)]
-struct AtDof {
-    place: usize,
-    component: usize,
-    dof: usize,
-    /// Stiffness [N/m] or viscosity [N s/m].
-    amount: f64,
-}
+/// A degree of freedom of a selected node, the node's place, and stiffness [N/m] or viscosity [N s/m] there.
+type AtDof = (usize, usize, f64);
 
 /// Force, rate and tangent at the selected nodes.
 pub struct Local {
@@ -159,7 +152,7 @@ impl Local {
             to.clear();
             for (dof, amount) in of.iter().filter(|(dof, _)| *dof < 3 * n) {
                 if let Some(place) = coupled.place(dof % n) {
-                    to.push(AtDof { place, component: dof / n, dof: *dof, amount: *amount });
+                    to.push((*dof, place, *amount));
                 }
             }
         };
@@ -226,13 +219,14 @@ impl Local {
         coupled::add_wires(&coupled.near_wires, (u, v), nodes, sums);
         let heading = Heading { u, v, ahead: self.ahead };
         coupled.add_elements(model, &mut self.assembly, heading, &state.history, sums);
-        for AtDof { place, component, dof, amount } in self.springs.iter().copied() {
+        for (dof, place, amount) in self.springs.iter().copied() {
+            let component = dof / nodes;
             sums.force[place][component] -= amount * u[dof];
             sums.rate[place][component] -= amount * v[dof];
             sums.tangent[coupled.pair(place as u32, place as u32) as usize][4 * component] += amount;
         }
-        for AtDof { place, component, dof, amount } in self.dashpots.iter().copied() {
-            sums.force[place][component] -= amount * v[dof];
+        for (dof, place, amount) in self.dashpots.iter().copied() {
+            sums.force[place][dof / nodes] -= amount * v[dof];
         }
         self.hold(model, time);
     }
