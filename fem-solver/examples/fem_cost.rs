@@ -131,7 +131,7 @@ fn newton(side: usize, rounds: usize) -> Cost {
     let analysis = started.elapsed().as_secs_f64();
     let assembly = time(rounds, || tangent.assemble(&model, &u, &[], 1.0, Slack::Exact));
     let factor = time(rounds, || tangent.factorise().expect("a prestressed net is stable"));
-    let mut x = vec![1.0; tangent.len()];
+    let mut x = vec![1.0; tangent.dofs.len()];
     let solution = time(rounds, || {
         x.fill(1.0);
         tangent.matrix.cholesky.solve(&mut x);

@@ -8,7 +8,6 @@
 
 use crate::config::NewtonConfig;
 use crate::element::Slack;
-pub use crate::equilibrium::failure::Failure;
 use crate::internal_force::tangent::Tangent;
 use crate::internal_force::{Displacements, InternalForce};
 use crate::linear_algebra::lanes::{inner, norm};
@@ -37,6 +36,8 @@ const LARGEST_SHIFT: f64 = 1e2;
 
 /// What is to be solved. All slices over all degrees of freedom.
 pub struct Problem<'a> {
+    /// The structure.
+    pub model: &'a Model,
     /// `p` [N].
     pub load: &'a [f64],
     /// `u_0` [m].
@@ -59,6 +60,7 @@ impl<'a> Problem<'a> {
     /// Of `model` at rest under its loads at t = 0, beside the displacement `start` [m].
     pub fn of_rest(model: &'a Model, start: &'a [f64], history: &'a [f64], pressures: &'a [f64]) -> Self {
         Self {
+            model,
             load: &model.dead_load,
             start,
             inertia: 0.0,
@@ -67,6 +69,100 @@ impl<'a> Problem<'a> {
             history,
             viscosity: (&[], 0.0),
             pressures,
+        }
+    }
+
+    fn slack(&self) -> Slack {
+        if self.inertia > 0.0 { Slack::Exact } else { Slack::Regularised(SLACK_SHARE) }
+    }
+}
+
+/// Why there is no solution.
+#[derive(Debug, Clone)]
+pub enum Failure {
+    /// The residual did not become small.
+    NotConverged {
+        /// Iterations done.
+        iterations: u32,
+        /// Norm of the last residual [N].
+        residual: f64,
+        /// What it had to be [N].
+        limit: f64,
+        /// Degree of freedom with the largest residual.
+        worst: usize,
+        /// Where the residual is small enough, but the last iterations still moved by more than 1e-6 of the
+        /// whole way: how far the last one moved [m].
+        moving: Option<f64>,
+        /// Degree of freedom of the first pivot that was not positive, if the last tangent had to be shifted.
+        unstable: Option<usize>,
+    },
+    /// The tangent stays indefinite, whatever is added to it.
+    Unstable {
+        /// Degree of freedom with the pivot that is not positive.
+        dof: usize,
+    },
+    /// A path of equilibrium turns by more than a step may, however short.
+    Turns {
+        /// By how much [rad].
+        angle: f64,
+    },
+    /// Something breaks before there is anything to touch it.
+    Broken {
+        /// Number of the element.
+        element: usize,
+        /// What it carried [N].
+        tension: f64,
+        /// Share of the dead load that acted.
+        part: f64,
+    },
+    /// Something does not come to rest: the fastest node, its speed [m/s], and how many are about as fast.
+    Moves(usize, f64, usize),
+    /// Whoever listens to the progress has stopped it.
+    Stopped(Fault),
+}
+
+impl Failure {
+    /// In words, with the names of nodes.
+    pub fn describe(&self, model: &Model) -> String {
+        match self {
+            Self::NotConverged { iterations, residual, limit, worst, moving, unstable } => {
+                let what = match moving {
+                    Some(way) => format!(
+                        "Newton did not converge: after {iterations} iterations the residual is small enough, {residual:.2e} N \
+                         of {limit:.2e} N allowed, but the last one still moved {way:.2e} m"
+                    ),
+                    None => format!(
+                        "Newton did not converge: residual {residual:.2e} N > {limit:.2e} N after {iterations} iterations, \
+                         largest at {}",
+                        model.dof_name(*worst)
+                    ),
+                };
+                let free = unstable.map_or(String::new(), |dof| {
+                    format!(
+                        "; the tangent is not positive, first at {} (free to move, slack, or buckled)",
+                        model.dof_name(dof)
+                    )
+                });
+                what + &free
+            }
+            Self::Unstable { dof } => format!(
+                "no stable equilibrium: a pivot at {} is not positive (slack, not connected to a support, or buckled)",
+                model.dof_name(*dof)
+            ),
+            Self::Turns { angle } => format!(
+                "the path of equilibrium turns by {:.0} degrees within its shortest step: it ends here, or jumps",
+                angle.to_degrees()
+            ),
+            Self::Broken { element, tension, part } => format!(
+                "{} breaks under {:.0} % of the dead load alone, at {tension:.4e} N",
+                model.member_name(*element, None),
+                100.0 * part
+            ),
+            Self::Moves(node, speed, count) => format!(
+                "it does not come to rest: node {} moves at {speed:.2e} m/s, and {count} nodes in all at a tenth of that or more",
+                model.node_name(*node)
+            ),
+            Self::Stopped(fault) => fault.to_string(),
         }
     }
 }
@@ -176,7 +272,7 @@ impl Newton {
             balance_at: vec![0.0; n],
             accepted: vec![0.0; n],
             direction: vec![0.0; n],
-            free: vec![0.0; tangent.len()],
+            free: vec![0.0; tangent.dofs.len()],
             extent: model.extent(),
             coarseness: model.elements.iter().map(|e| e.coarseness()).fold(0.0, f64::max),
             tangent,
@@ -203,15 +299,13 @@ impl Newton {
     /// Solve, starting from the guess in `u`, whose held degrees of freedom stay as they are.
     pub fn solve(
         &mut self,
-        model: &Model,
         problem: &Problem,
         settings: &NewtonConfig,
         u: &mut [f64],
         on_iteration: OnIteration,
     ) -> Result<Info, Failure> {
-        let slack = if problem.inertia > 0.0 { Slack::Exact } else { Slack::Regularised(SLACK_SHARE) };
         let mut info = Info::default();
-        let mut sizes = self.evaluate(model, problem, u);
+        let mut sizes = self.evaluate(problem, u);
         let (mut rounding, mut moved_little, mut shift) = (0.0, true, 0.0);
         let (mut last_residual, mut moved) = (0.0, 0.0);
         loop {
@@ -231,13 +325,13 @@ impl Newton {
             }
             let keep = problem.inertia > 0.0 && sizes.residual < GOOD_ENOUGH * last_residual;
             if !keep {
-                self.factorise(model, problem, slack, &mut shift, &mut info)?;
+                self.factorise(problem, &mut shift, &mut info)?;
             }
             last_residual = sizes.residual;
             self.aim();
             let (length, before) = (largest(&self.direction), inner(&self.direction, &self.residual));
             self.accepted.copy_from_slice(u);
-            let step = self.step(model, problem, u, before, settings.line_search, &mut sizes);
+            let step = self.step(problem, u, before, settings.line_search, &mut sizes);
             rounding = self.rounding(u, &sizes);
             let travel = u.iter().zip(problem.start).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             moved = step * length;
@@ -250,11 +344,8 @@ impl Newton {
     /// Residual that rounding leaves at `u` [N]: of `u` itself, of the tensions that cancel at a node, and of what elements
     /// take differences of. Where there are no forces at all, what is below the rounding of positions, squared.
     fn rounding(&mut self, u: &[f64], sizes: &Sizes) -> f64 {
-        self.tangent.gather(u, &mut self.free);
-        self.free.iter_mut().for_each(|x| *x = x.abs());
-        let of_u = self.tangent.matrix.bound(&self.free);
-        let root = (self.tangent.len() as f64).sqrt();
-        let noise = 2.0 * f64::EPSILON * (of_u + root * (sizes.tension + self.coarseness));
+        let noise = self.tangent.noise(u, sizes.tension + self.coarseness, &mut self.free);
+        let root = (self.tangent.dofs.len() as f64).sqrt();
         // Without load, where all forces are what elements leave of differences, there is nothing to balance.
         if sizes.load == 0.0 && sizes.scale <= f64::EPSILON * root * self.coarseness {
             return sizes.scale;
@@ -264,7 +355,7 @@ impl Newton {
     }
 
     /// Residual at `u`, and the sizes of what it is made of.
-    fn evaluate(&mut self, model: &Model, problem: &Problem, u: &[f64]) -> Sizes {
+    fn evaluate(&mut self, problem: &Problem, u: &[f64]) -> Sizes {
         for ((at, u1), u0) in self.balance_at.iter_mut().zip(u).zip(problem.start) {
             *at = u0 + problem.share * (u1 - u0);
         }
@@ -274,9 +365,9 @@ impl Newton {
         } else {
             Displacements::At(&self.balance_at)
         };
-        let tension = self.internal.subtract(model, at, problem.history, &mut self.residual).sqrt();
+        let tension = self.internal.subtract(problem.model, at, problem.history, &mut self.residual).sqrt();
         let internal = norm(&self.residual);
-        let pressing = press(&model.timed, problem.pressures, &self.balance_at, &mut self.residual);
+        let pressing = press(&problem.model.timed, problem.pressures, &self.balance_at, &mut self.residual);
         let (mut inertia, mut load) = (0.0, pressing);
         for (i, r) in self.residual.iter_mut().enumerate() {
             let mut inert = problem.inertia * self.mass[i] * (u[i] - problem.start[i]);
@@ -293,20 +384,14 @@ impl Newton {
     }
 
     /// Factorise the tangent at the last evaluation; one that is not positive is shifted.
-    fn factorise(
-        &mut self,
-        model: &Model,
-        problem: &Problem,
-        slack: Slack,
-        shift: &mut f64,
-        info: &mut Info,
-    ) -> Result<(), Failure> {
+    fn factorise(&mut self, problem: &Problem, shift: &mut f64, info: &mut Info) -> Result<(), Failure> {
+        let Problem { model, history, share, pressures, .. } = *problem;
         *shift *= 0.1;
         if *shift < 1e-12 {
             *shift = 0.0;
         }
         // The slack of statics and dynamics differs with the inertia.
-        let revision = self.tangent.revision();
+        let revision = self.tangent.revision;
         if self.keeps_factor && *shift == 0.0 && self.factored.is_of(revision, &self.balance_at, problem) {
             info.kept_factors += 1;
             info.unstable = None;
@@ -314,9 +399,9 @@ impl Newton {
         }
         self.factored.revision = 0;
         loop {
-            self.tangent.assemble(model, &self.balance_at, problem.history, problem.share, slack);
-            self.tangent.add_pressures(&model.timed, problem.pressures, &self.balance_at, problem.share);
-            self.tangent.add_mass(model, problem.inertia);
+            self.tangent.assemble(model, &self.balance_at, history, share, problem.slack());
+            self.tangent.add_pressures(&model.timed, pressures, &self.balance_at, share);
+            self.tangent.add_diagonal(&self.mass, problem.inertia);
             self.tangent.add_diagonal(problem.viscosity.0, problem.viscosity.1);
             let scale = self.tangent.matrix.largest_diagonal().max(f64::MIN_POSITIVE);
             if *shift > 0.0 {
@@ -335,10 +420,10 @@ impl Newton {
         }
         if *shift == 0.0 {
             info.unstable = None;
-            self.factored.revision = self.tangent.revision();
+            self.factored.revision = self.tangent.revision;
             self.factored.at.copy_from_slice(&self.balance_at);
-            problem.history.clone_into(&mut self.factored.history);
-            problem.pressures.clone_into(&mut self.factored.pressures);
+            history.clone_into(&mut self.factored.history);
+            pressures.clone_into(&mut self.factored.pressures);
             self.factored.numbers = Factored::numbers(problem);
         }
         Ok(())
@@ -358,7 +443,6 @@ impl Newton {
     /// apart in size, first by decades.
     fn step(
         &mut self,
-        model: &Model,
         problem: &Problem,
         u: &mut [f64],
         before: f64,
@@ -370,7 +454,7 @@ impl Newton {
             for ((u, a), d) in u.iter_mut().zip(&self.accepted).zip(&self.direction) {
                 *u = a + s * d;
             }
-            *sizes = self.evaluate(model, problem, u);
+            *sizes = self.evaluate(problem, u);
             let work = inner(&self.direction, &self.residual);
             if !search || work.abs() <= ENOUGH * before.abs() || (work > 0.0 && s == 1.0) {
                 break;

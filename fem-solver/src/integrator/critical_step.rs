@@ -22,8 +22,8 @@ const APART: usize = 8;
 /// nothing can move or nothing is stiff. Every free degree of freedom must have a mass.
 pub fn highest_frequency(model: &Model, tangent: &mut Tangent, u: &[f64], history: &[f64]) -> f64 {
     tangent.assemble(model, u, history, 1.0, Slack::Taut);
-    let n = tangent.len();
-    let root: Vec<f64> = tangent.dofs().iter().map(|dof| 1.0 / model.dof_mass(*dof).sqrt()).collect();
+    let n = tangent.dofs.len();
+    let root: Vec<f64> = tangent.dofs.iter().map(|dof| 1.0 / model.dof_mass(*dof).sqrt()).collect();
     let (mut diagonal, mut beside) = (Vec::with_capacity(MOST), Vec::with_capacity(MOST));
     let (mut before, mut now) = (vec![0.0; n], start_vector(n));
     let (mut scaled, mut next) = (vec![0.0; n], vec![0.0; n]);

@@ -98,7 +98,12 @@ impl Explicit {
             self.inverse_mass[*dof] = if mass > 0.0 { 1.0 / mass } else { 0.0 };
         }
         let damping = 0.5 * model.damping * h;
-        let kick = Kick { keep: (1.0 - damping) / (1.0 + damping), gain: h / (1.0 + damping), half: 0.5 * h };
+        let kick = Kick {
+            keep: (1.0 - damping) / (1.0 + damping),
+            gain: h / (1.0 + damping),
+            half: 0.5 * h,
+            damped: model.damping > 0.0,
+        };
         let (largest, squares) = match self.tiles {
             Some(tiles) => self.sweep(tiles, model, state, &kick),
             None => self.step_whole(model, state, time, h, &kick),
@@ -106,18 +111,10 @@ impl Explicit {
         state.dissipated += 0.25 * model.damping * h * squares;
         self.dash(model, state, h);
         for ((dof, motion), v0) in model.moving.iter().zip(&self.support_velocity) {
-            if !model.holds(*dof, time, h) {
-                continue;
-            }
-            let (before, after) = (motion.at(time), motion.at(time + h));
-            let v1 = (after - before) / h;
-            state.support_work -= self.force[*dof] * (after - before);
-            let mass = model.dof_mass(*dof);
-            self.force[*dof] -= mass * ((v1 - v0) / h + model.damping * 0.5 * (v0 + v1));
-            state.velocity[*dof] = v1;
-            if !model.held[*dof] {
-                // What is let go later takes the kinetic energy along that its support has given it.
-                state.support_work += 0.5 * mass * (v1 * v1 - v0 * v0);
+            if model.holds(*dof, time, h) {
+                let du = motion.at(time + h) - motion.at(time);
+                state.velocity[*dof] = du / h;
+                state.book_support(model, &mut self.force[*dof], *dof, du, Some((h, *v0)));
             }
         }
         model.prescribe(time + h, (time, h), &mut state.displacement);
@@ -142,7 +139,7 @@ impl Explicit {
             largest = f64::max(largest, self.internal.cables.pull_tile(tile, &self.middle, &mut self.force));
             for c in 0..3 {
                 let dofs = c * nodes + own.start..c * nodes + own.end;
-                squares += self.kick(dofs, state, kick, model.damping > 0.0);
+                squares += self.kick(dofs, state, kick);
             }
         }
         (largest, squares)
@@ -155,12 +152,12 @@ impl Explicit {
         model.prescribe(time + 0.5 * h, (time, h), &mut self.middle);
         let (u, history) = ((&state.displacement[..], &self.middle[..]), &mut state.history);
         let largest = self.internal.subtract_and_advance(model, u, history, &mut self.force);
-        state.events.extend(self.internal.elements.broken().iter().map(|broken| broken.event(time, h)));
+        state.events.extend(self.internal.elements.broken.iter().map(|broken| broken.event(time, h)));
         self.applied.press_on(model, &self.middle, &mut self.force);
         for ((dof, _), velocity) in model.moving.iter().zip(&mut self.support_velocity) {
             *velocity = state.velocity[*dof];
         }
-        (largest, self.kick(all, state, kick, model.damping > 0.0))
+        (largest, self.kick(all, state, kick))
     }
 
     /// The first drift of some degrees of freedom, which the load alone pulls on then.
@@ -169,12 +166,12 @@ impl Explicit {
         begin(&mut self.middle[dofs.clone()], &mut self.force[dofs.clone()], u, v, &self.load[dofs], half);
     }
 
-    /// Kick and second drift of some degrees of freedom. Returns `sum m (v_0 + v_1)^2` if `damped`, otherwise 0.
-    fn kick(&self, dofs: Range<usize>, state: &mut State, kick: &Kick, damped: bool) -> f64 {
+    /// Kick and second drift of some degrees of freedom. Returns `sum m (v_0 + v_1)^2` where there is damping, otherwise 0.
+    fn kick(&self, dofs: Range<usize>, state: &mut State, kick: &Kick) -> f64 {
         let (v, u) = (&mut state.velocity[dofs.clone()], &mut state.displacement[dofs.clone()]);
         let (middle, force) = (&self.middle[dofs.clone()], &self.force[dofs.clone()]);
         let inverse_mass = &self.inverse_mass[dofs.clone()];
-        if damped {
+        if kick.damped {
             return kick_and_drift_damped(kick, v, u, middle, force, inverse_mass, &self.mass[dofs]);
         }
         kick_and_drift(kick, v, u, middle, force, inverse_mass);
@@ -209,6 +206,7 @@ struct Kick {
     keep: f64,
     gain: f64,
     half: f64,
+    damped: bool,
 }
 
 wide! {
@@ -221,9 +219,7 @@ wide! {
             force[i] = load[i];
         }
     }
-}
 
-wide! {
     /// New velocity and displacement of some degrees of freedom without damping.
     fn kick_and_drift(
         kick: &Kick,
@@ -242,9 +238,7 @@ wide! {
             u[k] = x[k] + half * after;
         }
     }
-}
 
-wide! {
     /// The same with damping; returns `sum m (v_0 + v_1)^2`.
     fn kick_and_drift_damped(
         kick: &Kick,
@@ -270,7 +264,11 @@ wide! {
             (*v, *u) = (after, drifted);
         }
         let rest = v_rest.iter_mut().zip(u_rest).zip(x_rest).zip(f_rest).zip(i_rest).zip(m_rest);
-        total(lanes, rest.map(|(((((v, u), x), f), i), m)| kick.one(v, u, *x, *f, *i, *m)))
+        total(lanes, rest.map(|(((((v, u), x), f), i), m)| {
+            let before = std::mem::replace(v, kick.velocity(*v, *f, *i));
+            *u = x + kick.half * *v;
+            square(*m, before, *v)
+        }))
     }
 }
 
@@ -278,15 +276,6 @@ impl Kick {
     #[inline(always)]
     fn velocity(&self, before: f64, force: f64, inverse_mass: f64) -> f64 {
         self.keep * before + self.gain * (inverse_mass * force)
-    }
-
-    #[inline(always)]
-    fn one(&self, v: &mut f64, u: &mut f64, middle: f64, force: f64, inverse_mass: f64, mass: f64) -> f64 {
-        let before = *v;
-        let after = self.velocity(before, force, inverse_mass);
-        *v = after;
-        *u = middle + self.half * after;
-        square(mass, before, after)
     }
 }
 

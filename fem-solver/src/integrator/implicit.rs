@@ -90,6 +90,7 @@ impl Implicit {
         let Scheme { alpha_m, alpha_f, beta, gamma, inertia } = self.scheme;
         let damping = model.damping;
         let known = if inertia { self.known_inertia(damping, h) } else { (0.0, 0.0) };
+        let known_rate = self.known_rate(h);
         self.before.copy_from_slice(&state.displacement);
         self.let_go(model, state, time, h);
         for ((dof, _), velocity) in model.moving.iter().zip(&mut self.support_velocity) {
@@ -99,8 +100,7 @@ impl Implicit {
             let (v0, a0) = (state.velocity[i], state.acceleration[i]);
             let mut inert = self.mass[i] * (known.0 * v0 + known.1 * a0);
             if !self.viscosity.is_empty() && inertia {
-                let (velocity, acceleration) = self.known_rate(h);
-                inert += self.viscosity[i] * (velocity * v0 + acceleration * a0);
+                inert += self.viscosity[i] * (known_rate.0 * v0 + known_rate.1 * a0);
             }
             self.load[i] = model.dead_load[i] + load.balance[i] - inert;
             if self.mass[i] > 0.0 && inertia {
@@ -115,6 +115,7 @@ impl Implicit {
             0.0
         };
         let problem = Problem {
+            model,
             load: &self.load,
             start: &self.before,
             inertia: factor,
@@ -124,20 +125,15 @@ impl Implicit {
             pressures: &self.applied[0].pressures,
             viscosity: (&self.viscosity, if inertia { (1.0 - alpha_f) * gamma / (beta * h) } else { 0.0 }),
         };
-        let info = self.newton.solve(
-            model,
-            &problem,
-            &self.settings,
-            &mut state.displacement,
-            &mut |_, _| Ok(()),
-        )?;
+        let silent = &mut |_, _| Ok(());
+        let info = self.newton.solve(&problem, &self.settings, &mut state.displacement, silent)?;
         self.advance_rates(damping, state, h);
         let largest = self.balance(model, state, load);
         self.end_applied(model, state, time + h);
         let internal = &mut self.newton.internal;
         internal.elements.advance(&model.elements, &state.displacement, &mut state.history);
-        state.events.extend(internal.elements.broken().iter().map(|broken| broken.event(time, h)));
-        if !internal.elements.broken().is_empty() && !self.scheme.takes_mean_only() {
+        state.events.extend(internal.elements.broken.iter().map(|broken| broken.event(time, h)));
+        if !internal.elements.broken.is_empty() && !self.scheme.takes_mean_only() {
             self.begin_torn(model, state, load);
         }
         self.book_supports(model, state, time, h);
@@ -146,7 +142,7 @@ impl Implicit {
 
     /// Largest share of its strength that anything used as it broke in the last step; 0 where nothing did.
     pub fn broke_under(&mut self) -> f64 {
-        self.newton.internal.elements.broken().iter().map(|broken| broken.share).fold(0.0, f64::max)
+        self.newton.internal.elements.broken.iter().map(|broken| broken.share).fold(0.0, f64::max)
     }
 
     /// What supports hold in this step, of what they let go; the rest has its mass, and a balance of its own to start from.
@@ -219,9 +215,8 @@ impl Implicit {
     fn known_inertia(&self, damping: f64, h: f64) -> (f64, f64) {
         let Scheme { alpha_m, alpha_f, beta, gamma, .. } = self.scheme;
         // a_1 = du/(b h^2) - v_0/(b h) - (1/(2b) - 1) a_0;  v_1 = g du/(b h) + (1 - g/b) v_0 + h (1 - g/(2b)) a_0
-        let velocity_rate = 1.0 - gamma / beta;
         let velocity_jump = h * (1.0 - 0.5 * gamma / beta);
-        let velocity = -(1.0 - alpha_m) / (beta * h) + damping * ((1.0 - alpha_f) * velocity_rate + alpha_f);
+        let velocity = -(1.0 - alpha_m) / (beta * h) + damping * self.known_rate(h).0;
         let acceleration =
             alpha_m - (1.0 - alpha_m) * (0.5 / beta - 1.0) + damping * (1.0 - alpha_f) * velocity_jump;
         (velocity, acceleration)
@@ -291,19 +286,10 @@ impl Implicit {
     /// Work of supports that move, and what their nodes' inertia adds to their force.
     fn book_supports(&mut self, model: &Model, state: &mut State, time: f64, h: f64) {
         for ((dof, _), v0) in model.moving.iter().zip(&self.support_velocity) {
-            if !model.holds(*dof, time, h) {
-                continue;
-            }
-            let du = state.displacement[*dof] - self.before[*dof];
-            state.support_work -= self.force[*dof] * du;
-            if self.scheme.inertia {
-                let mass = model.dof_mass(*dof);
-                let v1 = state.velocity[*dof];
-                self.force[*dof] -= mass * ((v1 - v0) / h + model.damping * 0.5 * (v0 + v1));
-                if !model.held[*dof] {
-                    // What is let go later takes the kinetic energy along that its support has given it.
-                    state.support_work += 0.5 * mass * (v1 * v1 - v0 * v0);
-                }
+            if model.holds(*dof, time, h) {
+                let du = state.displacement[*dof] - self.before[*dof];
+                let inertia = self.scheme.inertia.then_some((h, *v0));
+                state.book_support(model, &mut self.force[*dof], *dof, du, inertia);
             }
         }
     }

@@ -7,7 +7,6 @@ use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::field::{FieldSpec, Items, Layout, Sampling, name};
 use interface_defs::mesh::InterfaceMesh;
 use interface_defs::message::{Fault, Plan};
-use std::ops::Range;
 
 /// Most samples of a field in a window.
 pub const MOST_SAMPLES: u32 = 64;
@@ -39,12 +38,8 @@ impl Needs {
     }
 }
 
-/// Where the samples of one kind lie in the input.
-#[derive(Debug, Clone)]
-struct Source {
-    sampling: Sampling,
-    samples: Vec<Range<usize>>,
-}
+/// Samples of one kind in the input: which, and how many.
+type Source = (Sampling, usize);
 
 /// The interface force over a window, and the memory for that of a step (component-major).
 pub struct Loads {
@@ -70,77 +65,55 @@ impl Loads {
         let layout = Layout::new(&plan.takes, mesh, 0);
         let find = |sampling| {
             let spec = plan.takes.iter().find(|f| f.name == name::FORCE && f.sampling == sampling)?;
-            let samples = (0..spec.samples as usize).filter_map(|s| layout.sample(name::FORCE, sampling, s));
-            Some(Source { sampling, samples: samples.collect() })
+            Some((sampling, spec.samples as usize))
         };
         let (means, ends) = (find(Sampling::Means), find(Sampling::AtEnds));
         let mut warnings = Vec::new();
-        let mut choose = |own: &Option<Source>, other: &Option<Source>, what: &str| {
-            let other = || other.clone().inspect(|_| warnings.push(Diagnostic::warning(code::TRUST, what)));
-            own.clone().or_else(other)
+        let mut choose = |own: Option<Source>, other: Option<Source>, what: &str| {
+            own.or_else(|| other.inspect(|_| warnings.push(Diagnostic::warning(code::TRUST, what))))
         };
         let of_end = "the force at a window's end is taken for its mean: impulse and work are not exact";
         let of_mean = "a window's mean force is applied as the force at its end: a lag of half a window, which adds energy; \
                        exchange the force at the end, or use generalized_alpha with rho_inf = 1";
-        let mean = if needs.mean { choose(&means, &ends, of_end) } else { None };
-        let end = if needs.end { choose(&ends, &means, of_mean) } else { None };
-        if let (Some(mean), Some(end)) = (&mean, &end)
-            && mean.samples.len() != end.samples.len()
+        let mean = if needs.mean { choose(means, ends, of_end) } else { None };
+        let end = if needs.end { choose(ends, means, of_mean) } else { None };
+        if let (Some((_, means)), Some((_, ends))) = (mean, end)
+            && means != ends
         {
-            let what = format!(
-                "the integrator needs mean and end forces of equal samples, the plan has {} and {}",
-                mean.samples.len(),
-                end.samples.len()
-            );
-            return Err(Fault::input(what));
+            return Err(Fault::input(format!(
+                "the integrator needs mean and end forces of equal samples, the plan has {means} and {ends}"
+            )));
         }
-        let memory = || vec![0.0; dofs];
-        let loads = Self {
-            mean,
-            end,
-            mean_now: memory(),
-            end_before: memory(),
-            end_now: memory(),
-            balance: memory(),
-            end_of_step: memory(),
-            layout,
-        };
-        Ok((loads, warnings))
+        let [mean_now, end_before, end_now, balance, end_of_step] = [(); 5].map(|()| vec![0.0; dofs]);
+        Ok((Self { layout, mean, end, mean_now, end_before, end_now, balance, end_of_step }, warnings))
     }
 
     /// Parts of a window that carry a force of their own.
     pub fn parts(&self) -> usize {
-        self.mean.as_ref().or(self.end.as_ref()).map_or(1, |s| s.samples.len().max(1))
+        self.mean.or(self.end).map_or(1, |(_, samples)| samples.max(1))
     }
 
     /// Whether there is any force in `input`.
     pub fn any(&self, input: &[f64]) -> bool {
-        let sources = self.mean.iter().chain(&self.end);
-        sources.flat_map(|s| &s.samples).any(|at| input[at.clone()].iter().any(|f| *f != 0.0))
+        let mut samples = self.mean.iter().chain(&self.end).flat_map(|(kind, n)| (0..*n).map(|s| (*kind, s)));
+        samples.any(|(kind, number)| sample(&self.layout, input, kind, number).iter().any(|f| *f != 0.0))
     }
 
     /// From now on inputs are laid out for these items. Nothing acts on nodes that are not among them.
     pub fn select(&mut self, items: &Items) {
         self.layout.resize(items);
-        for source in self.mean.iter_mut().chain(&mut self.end) {
-            for (s, at) in source.samples.iter_mut().enumerate() {
-                if let Some(place) = self.layout.sample(name::FORCE, source.sampling, s) {
-                    *at = place;
-                }
-            }
-        }
         self.mean_now.fill(0.0);
         self.end_now.fill(0.0);
     }
 
     /// Part number `part` begins, with a force on the nodes `shown`; `before` is the force at the end of what came before.
     pub fn begin_part(&mut self, input: &[f64], part: usize, shown: &Shown, before: &[f64]) {
-        if let Some(mean) = &self.mean {
-            shown.put(&input[mean.samples[part].clone()], &mut self.mean_now);
+        if let Some((kind, _)) = self.mean {
+            shown.put(sample(&self.layout, input, kind, part), &mut self.mean_now);
         }
-        if let Some(end) = &self.end {
+        if let Some((kind, _)) = self.end {
             self.end_before.copy_from_slice(before);
-            shown.put(&input[end.samples[part].clone()], &mut self.end_now);
+            shown.put(sample(&self.layout, input, kind, part), &mut self.end_now);
         }
     }
 
@@ -174,6 +147,11 @@ impl Loads {
     pub fn has_end(&self) -> bool {
         self.end.is_some()
     }
+}
+
+/// A sample of the force in `input`.
+fn sample<'a>(layout: &Layout, input: &'a [f64], kind: Sampling, number: usize) -> &'a [f64] {
+    layout.sample(name::FORCE, kind, number).map_or(&[], |at| &input[at])
 }
 
 #[cfg(test)]

@@ -3,13 +3,18 @@
 use crate::config::structure::FormFinding;
 use crate::config::{Config, Integrator};
 use crate::element::AnyElement;
-use crate::equilibrium::form_finding::{Basis, Form, find_form};
+use crate::equilibrium::form_finding::{Basis, Form, Wanted, find_form};
 use crate::equilibrium::newton::{Failure, Info, Newton};
 use crate::integrator::critical_step::highest_frequency;
 use crate::internal_force::Displacements;
 use crate::model::Model;
+<<<<<<< HEAD
 use crate::model::validation::unseen_rows;
 use crate::state::inherited::{Inherited, StartMotion};
+=======
+use crate::model::validation::supports::unseen_rows;
+use crate::state::inherited::Inherited;
+>>>>>>> y-femb
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::message::Fault;
 use std::time::{Duration, Instant};
@@ -34,8 +39,8 @@ const FALLEN: f64 = 30.0;
 pub struct Start {
     /// Its form.
     pub form: Form,
-    /// How it moves; `None`: not at all.
-    pub motion: Option<StartMotion>,
+    /// How it moves beside what the scene says, velocity [m/s] and, where it is known, acceleration [m/s2]; `None`: not at all.
+    pub motion: Option<[Vec<f64>; 2]>,
     /// Whether something of it was torn before.
     pub torn: bool,
     /// What the books begin with: energy dissipated by damping, work of the interface force, of moving supports, of loads
@@ -88,13 +93,16 @@ impl Start {
         let basis = inherited
             .map(|Inherited { end, .. }| Basis { displacement: &end.displacement, history: &end.history });
         let way = if moves.is_some() { FormFinding::None } else { config.structure.form_finding };
+        let wanted = Wanted { model, method: way, most: config.fem.newton.max_iterations, basis };
         let (form, form_finding) = match (known, way) {
             (Some(known), _) => known.clone(),
-            (None, FormFinding::None) => (as_it_is(model, basis), Info::default()),
+            (None, FormFinding::None) => (wanted.as_it_is(), Info::default()),
             (None, way) => {
-                let most = config.fem.newton.max_iterations;
-                let found = find_form(model, &mut newton, way, most, basis, &mut now_and_then(on_progress));
-                found.map_err(|failure| no_form(scene, model, way, failure))?
+                let found = find_form(wanted, &mut newton, &mut now_and_then(on_progress));
+                found.map_err(|failure| match failure {
+                    Failure::Stopped(fault) => fault,
+                    failure => not_found(scene, model, way, &failure).into(),
+                })?
             }
         };
         let Form { displacement, history, smoothed } = &form;
@@ -114,26 +122,40 @@ impl Start {
         let mut of_run = (!whole.until.is_empty()).then(|| Newton::new(whole));
         let statics = config.fem.integrator == Integrator::Static;
         let tangent = &mut of_run.as_mut().unwrap_or(&mut newton).tangent;
-        let frequency = if statics || tangent.is_empty() {
+        let frequency = if statics || tangent.dofs.is_empty() {
             0.0
         } else {
             highest_frequency(whole, tangent, displacement, history)
         };
         let mut warnings = notes(model, inherited, *smoothed);
         warnings.extend(fallen(model, displacement));
-        log_shift(model, form_finding.shifted_at);
+        // Whoever reads the log sees why form finding took so long; its answer does not depend on a shift.
+        if let Some(dof) = form_finding.shifted_at {
+            tracing::warn!(
+                "form finding: the tangent was not positive, first at {}; it was shifted, which slows Newton down",
+                model.dof_name(dof)
+            );
+        }
         if (statics || form_finding.unstable.is_some())
-            && !newton.tangent.is_empty()
+            && !newton.tangent.dofs.is_empty()
             && let Some(dof) = newton.not_held(model, displacement, history)
         {
             warnings.push(not_stiff(scene, model, dof, statics)?);
         }
         let time_step = time_step(scene, config, frequency, &mut warnings)?;
-        warnings.extend(unseen(scene, config, time_step)?);
+        // A window is one step at least; that of a coupled run is chosen elsewhere.
+        let rows = if scene.has("rock") { f64::INFINITY } else { Output::of(scene)?.interval };
+        if time_step.min(rows).is_finite() {
+            warnings.extend(unseen_rows(config, time_step.min(rows)));
+        }
         let at_rest = moves.is_none() && (residual <= AT_REST * scale || residual == 0.0);
         Ok(Self {
             form,
+<<<<<<< HEAD
             motion: moves.map(|from| from.motion(&config.fem.integrator.to_string()).held(model)),
+=======
+            motion: moves.map(|from| from.motion(model, config.fem.integrator.name())),
+>>>>>>> y-femb
             torn: inherited.is_some_and(|from| !from.end.torn.is_empty()),
             booked,
             force,
@@ -207,38 +229,19 @@ fn fallen(model: &Model, displacement: &[f64]) -> Option<Diagnostic> {
     ))
 }
 
-/// The structure as modelled, or as it was left.
-fn as_it_is(model: &Model, basis: Option<Basis>) -> Form {
-    let mut u = basis.map_or_else(|| vec![0.0; model.dof_count()], |basis| basis.displacement.to_vec());
-    model.prescribe_first(&mut u);
-    let history = basis.map_or_else(|| model.start_history(), |basis| basis.history.to_vec());
-    Form { displacement: u, history, smoothed: false }
-}
-
-/// Whoever reads the log sees why form finding took so long; its answer does not depend on a shift.
-fn log_shift(model: &Model, shifted_at: Option<usize>) {
-    if let Some(dof) = shifted_at {
-        tracing::warn!(
-            "form finding: the tangent was not positive, first at {}; it was shifted, which slows Newton down",
-            model.dof_name(dof)
-        );
-    }
-}
-
-/// What is said of rows of a history that steps of `time_step` [s] do not see.
-fn unseen(scene: &Scene, config: &Config, time_step: f64) -> Result<Vec<Diagnostic>, Fault> {
-    // A window is one step at least; that of a coupled run is chosen elsewhere.
-    let rows = if scene.has("rock") { f64::INFINITY } else { Output::of(scene)?.interval };
-    let longest = time_step.min(rows);
-    Ok(if longest.is_finite() { unseen_rows(config, longest) } else { Vec::new() })
-}
-
 /// What is said of a degree of freedom without stiffness at rest; in statics that is an error, unless something moves or loads
 /// the structure later: that may stiffen it on the way, as it does a flat net.
 fn not_stiff(scene: &Scene, model: &Model, dof: usize, statics: bool) -> Result<Diagnostic, Fault> {
     let steady = model.timed.iter().all(|load| load.factor.rests(0.0, f64::INFINITY));
     if statics && model.moving.is_empty() && steady {
-        return Err(mechanism(scene, model, dof).into());
+        let what = format!(
+            "the structure is a mechanism: {} can move without any force, so statics has no answer",
+            model.dof_name(dof)
+        );
+        let refused = scene.invalid("structure", what).coded(code::GEOMETRY).try_instead(
+            "support or connect that node, give the cables tension, or choose an integrator with inertia",
+        );
+        return Err(refused.into());
     }
     let held = if statics {
         "what moves or loads it must stiffen it first"
@@ -247,23 +250,6 @@ fn not_stiff(scene: &Scene, model: &Model, dof: usize, statics: bool) -> Result<
     };
     let what = format!("the structure at rest has no stiffness for {}: {held}", model.dof_name(dof));
     Ok(Diagnostic::warning(code::GEOMETRY, what))
-}
-
-fn mechanism(scene: &Scene, model: &Model, dof: usize) -> Diagnostic {
-    let what = format!(
-        "the structure is a mechanism: {} can move without any force, so statics has no answer",
-        model.dof_name(dof)
-    );
-    scene.invalid("structure", what).coded(code::GEOMETRY).try_instead(
-        "support or connect that node, give the cables tension, or choose an integrator with inertia",
-    )
-}
-
-fn no_form(scene: &Scene, model: &Model, way: FormFinding, failure: Failure) -> Fault {
-    match failure {
-        Failure::Stopped(fault) => fault,
-        failure => not_found(scene, model, way, &failure).into(),
-    }
 }
 
 fn not_found(scene: &Scene, model: &Model, way: FormFinding, failure: &Failure) -> Diagnostic {

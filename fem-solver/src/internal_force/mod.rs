@@ -66,9 +66,7 @@ impl InternalForce {
                 (self.cables.pull_between(before, after, force), middle)
             }
         };
-        if !self.elements.is_empty() {
-            largest = largest.max(self.elements.subtract(&model.elements, u, history, force));
-        }
+        largest = largest.max(self.elements.subtract(&model.elements, u, history, force));
         self.subtract_springs(u, force);
         largest
     }
@@ -82,13 +80,11 @@ impl InternalForce {
         history: &mut [f64],
         force: &mut [f64],
     ) -> f64 {
-        let mut largest = self.cables.pull(middle, force);
-        if !self.elements.is_empty() {
-            let (elements, u) = (&model.elements, (start, middle));
-            largest = largest.max(self.elements.subtract_and_advance(elements, u, history, force));
-        }
+        let of_cables = self.cables.pull(middle, force);
+        let u = (start, middle);
+        let of_elements = self.elements.subtract_and_advance(&model.elements, u, history, force);
         self.subtract_springs(middle, force);
-        largest
+        of_cables.max(of_elements)
     }
 
     fn subtract_springs(&self, u: &[f64], force: &mut [f64]) {

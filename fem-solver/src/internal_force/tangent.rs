@@ -14,24 +14,24 @@ const CONSTRAINED: usize = usize::MAX;
 pub struct Tangent {
     /// Number of each degree of freedom among the free ones, or [`CONSTRAINED`].
     free: Vec<usize>,
-    /// Degree of freedom of each free one.
-    dofs: Vec<usize>,
+    /// Degree of freedom of the structure of each free one.
+    pub dofs: Vec<usize>,
     /// Its numbers and its factor, over the free degrees of freedom.
     pub matrix: SymmetricMatrix,
     /// Positions of the lower triangle of each cable, by rows.
     cables: Vec<[u32; 21]>,
     /// The other elements.
     assembly: Assembly,
-    /// Positions of the lower triangles of their tangents, by rows, one after the other.
-    elements: Vec<u32>,
-    /// Those of them that stand for their mirror image too; ascending. An element that comes back to a node, as a closed
-    /// rope does, has entries beside its diagonal that lie on the structure's.
-    mirrored: Vec<u32>,
+    /// Positions of the lower triangles of their tangents, by rows, one after the other, and whether each stands for its mirror
+    /// image too: an element that comes back to a node, as a closed rope does, has entries beside its diagonal that lie on the
+    /// structure's.
+    elements: Vec<(u32, bool)>,
     /// Positions of the lower triangle of each face that pressure acts on, by rows, one after the other.
     faces: Vec<u32>,
     /// For each free degree of freedom whether a support that lets go later holds it now; empty without such supports.
     fixed: Vec<bool>,
-    revision: u64,
+    /// How often it was assembled: as long as this number stays, so do its values and its factor.
+    pub revision: u64,
 }
 
 impl Tangent {
@@ -53,47 +53,20 @@ impl Tangent {
         let assembly = Assembly::new(model);
         let others: Vec<_> =
             (0..model.elements.len()).flat_map(|i| triangle(&free, assembly.dofs(i))).collect();
-        let mut mirrored = Vec::new();
-        let mut count = 0;
-        for i in 0..model.elements.len() {
-            let dofs = assembly.dofs(i);
-            for row in 0..dofs.len() {
-                let there = (0..row).filter(|column| dofs[*column] == dofs[row]);
-                mirrored.extend(there.map(|column| (count + column) as u32));
-                count += row + 1;
-            }
-        }
         let matrix = SymmetricMatrix::new(dofs.len(), places.iter().chain(&others).flatten().copied());
         let place = |at: Option<(usize, usize)>| matrix.position(at);
         let cables = places.as_chunks::<21>().0.iter().map(|p| p.map(place)).collect();
-        let elements = others.iter().map(|at| place(*at)).collect();
+        let mirrored = (0..model.elements.len()).map(|i| assembly.dofs(i)).flat_map(|dofs| {
+            lower(dofs.len()).map(move |(row, column)| row != column && dofs[row] == dofs[column])
+        });
+        let elements = others.iter().map(|at| place(*at)).zip(mirrored).collect();
         // The nodes of a face are those of one element, whose entries the pattern has.
         let faces = model.timed.iter().chain(&model.live_pressures).flat_map(|load| &load.faces);
         let faces = faces
             .flat_map(|face| triangle(&free, &dofs_of_face(face, model.node_count())).collect::<Vec<_>>());
         let faces = faces.map(place).collect();
         let fixed = vec![false; if model.until.is_empty() { 0 } else { dofs.len() }];
-        Self { free, dofs, matrix, cables, assembly, elements, mirrored, faces, fixed, revision: 0 }
-    }
-
-    /// How often it was assembled: as long as this number stays, so do its values and its factor.
-    pub fn revision(&self) -> u64 {
-        self.revision
-    }
-
-    /// Number of free degrees of freedom.
-    pub fn len(&self) -> usize {
-        self.dofs.len()
-    }
-
-    /// True if every degree of freedom is held.
-    pub fn is_empty(&self) -> bool {
-        self.dofs.is_empty()
-    }
-
-    /// The free degrees of freedom, as degrees of freedom of the structure.
-    pub fn dofs(&self) -> &[usize] {
-        &self.dofs
+        Self { free, dofs, matrix, cables, assembly, elements, faces, fixed, revision: 0 }
     }
 
     /// `share` times the tangent of all elements at the displacements `u`.
@@ -102,29 +75,24 @@ impl Tangent {
             let w = model.relative(u, cable);
             let response = cable.response(&w);
             match slack {
-                Slack::Exact => response.tangent,
                 Slack::Regularised(part) if response.slack => {
                     Matrix3::from_diagonal_element(part * cable.axial_stiffness())
                 }
-                Slack::Regularised(_) => response.tangent,
                 Slack::Taut if response.slack => {
                     let d = cable.span + w;
                     2.0 * cable.slope() * d * d.transpose()
                 }
-                Slack::Taut => response.tangent,
+                _ => response.tangent,
             }
         });
-        let (mut at, mut mirrored) = (0, self.mirrored.iter().peekable());
+        let mut places = self.elements.iter();
         for (i, element) in model.elements.iter().enumerate() {
             let k = self.assembly.tangent(i, element, u, history, slack);
             let n = k.len().isqrt();
-            for row in 0..n {
-                for column in 0..=row {
-                    let both = k[row * n + column] + k[column * n + row];
-                    let counts = if mirrored.next_if(|m| **m == at).is_some() { 1.0 } else { 0.5 };
-                    self.matrix.add(self.elements[at as usize], share * counts * both);
-                    at += 1;
-                }
+            for ((row, column), (at, mirrored)) in lower(n).zip(&mut places) {
+                let both = k[row * n + column] + k[column * n + row];
+                let counts = if *mirrored { 1.0 } else { 0.5 };
+                self.matrix.add(*at, share * counts * both);
             }
         }
     }
@@ -135,8 +103,7 @@ impl Tangent {
         self.matrix.clear();
         for (cable, at) in model.cables.iter().zip(&self.cables) {
             let k = share * block(cable);
-            let entries = (0..6).flat_map(|row| (0..=row).map(move |column| (row, column)));
-            for ((row, column), at) in entries.zip(at) {
+            for ((row, column), at) in lower(6).zip(at) {
                 // Products are rounded in one order: the block beside the diagonal is that of the first node and the second.
                 let beside = row / 3 != column / 3;
                 let own = if beside { -k[(column % 3, row % 3)] } else { k[(row % 3, column % 3)] };
@@ -156,23 +123,20 @@ impl Tangent {
     /// Add to the tangent, for each element that is no cable, `part` of its largest stiffness between its nodes, in every
     /// direction: a soap film over what it spans.
     pub fn add_film(&mut self, model: &Model, u: &[f64], history: &[f64], part: f64) {
-        let (mut at, mut mirrored) = (0, self.mirrored.iter().peekable());
+        let mut places = self.elements.iter();
         for (i, element) in model.elements.iter().enumerate() {
             let k = self.assembly.tangent(i, element, u, history, Slack::Taut);
             let n = k.len().isqrt();
             let stiffness = (0..n).map(|d| k[d * n + d]).fold(0.0, f64::max) * part;
             let nodes = element.nodes().len();
             let per_node = n / nodes;
-            for row in 0..n {
-                for column in 0..=row {
-                    let counts = if mirrored.next_if(|m| **m == at).is_some() { 2.0 } else { 1.0 };
-                    let share = if row == column { nodes as f64 - 1.0 } else { -counts };
-                    if row % per_node == column % per_node && row % per_node < 3 {
-                        self.matrix.add(self.elements[at as usize], share * stiffness);
-                    } else if row == column {
-                        self.matrix.add(self.elements[at as usize], stiffness);
-                    }
-                    at += 1;
+            for ((row, column), (at, mirrored)) in lower(n).zip(&mut places) {
+                let counts = if *mirrored { 2.0 } else { 1.0 };
+                let share = if row == column { nodes as f64 - 1.0 } else { -counts };
+                if row % per_node == column % per_node && row % per_node < 3 {
+                    self.matrix.add(*at, share * stiffness);
+                } else if row == column {
+                    self.matrix.add(*at, stiffness);
                 }
             }
         }
@@ -185,18 +149,10 @@ impl Tangent {
         for (load, pressure) in loads.iter().zip(pressures) {
             for (face, places) in load.faces.iter().zip(&mut places) {
                 let k = face_tangent(&load.corners(face, u), *pressure);
-                let entries = (0..9).flat_map(|row| (0..=row).map(move |column| (row, column)));
-                for ((row, column), at) in entries.zip(places) {
+                for ((row, column), at) in lower(9).zip(places) {
                     self.matrix.add(*at, 0.5 * share * (k[row][column] + k[column][row]));
                 }
             }
-        }
-    }
-
-    /// Add `factor` [1/s2] times the lumped masses.
-    pub fn add_mass(&mut self, model: &Model, factor: f64) {
-        for (j, dof) in self.dofs.iter().enumerate() {
-            self.matrix.add_diagonal(j, factor * model.dof_mass(*dof));
         }
     }
 
@@ -243,6 +199,13 @@ impl Tangent {
         self.dofs.iter().map(|dof| all[*dof].powi(2)).sum::<f64>().sqrt()
     }
 
+    /// What is left of a residual by rounding of the displacements `u` and of `forces` that cancel at nodes [N]. `memory` is as
+    /// long as the free degrees of freedom are many.
+    pub fn noise(&mut self, u: &[f64], forces: f64, memory: &mut [f64]) -> f64 {
+        memory.iter_mut().zip(&self.dofs).for_each(|(size, dof)| *size = u[*dof].abs());
+        2.0 * f64::EPSILON * (self.matrix.bound(memory) + (self.dofs.len() as f64).sqrt() * forces)
+    }
+
     /// The free degree of freedom, as one of the structure, at which `all` is largest; 0 where none is free.
     pub fn worst(&self, all: &[f64]) -> usize {
         let size = |dof: &&usize| all[**dof].abs();
@@ -269,10 +232,14 @@ impl Tangent {
     }
 }
 
+/// Row and column of each entry of a lower triangle of order `n`, by rows.
+fn lower(n: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..n).flat_map(|row| (0..=row).map(move |column| (row, column)))
+}
+
 /// Row and column, in the lower triangle of all, of each entry of the lower triangle of one element, by rows.
 fn triangle<'a>(free: &'a [usize], dofs: &'a [usize]) -> impl Iterator<Item = Option<(usize, usize)>> + 'a {
-    let pairs = (0..dofs.len()).flat_map(|row| (0..=row).map(move |column| (row, column)));
-    pairs.map(|(row, column)| {
+    lower(dofs.len()).map(|(row, column)| {
         let (a, b) = (free[dofs[row]], free[dofs[column]]);
         (a != CONSTRAINED && b != CONSTRAINED).then(|| (a.max(b), a.min(b)))
     })

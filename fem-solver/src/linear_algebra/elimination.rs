@@ -49,16 +49,15 @@ pub fn analyse(n: usize, starts: &[usize], rows: &[usize]) -> Fronts {
         below: blocks.supernode(s).pattern().to_vec(),
         ..Front::default()
     });
-    let forest = Forest::merged(fronts.collect(), &widths);
+    let fronts = merged(fronts.collect(), &widths);
     // Numbers of the unknowns in the order of elimination: those of a node follow each other.
     let (mut first, mut unknowns) = (vec![0; count], Vec::with_capacity(n));
-    for place in forest.order.iter().flat_map(|s| &forest.fronts[*s].columns) {
+    for place in fronts.iter().flat_map(|front| &front.columns) {
         first[*place] = unknowns.len();
         unknowns.extend(nodes.unknowns(node(*place)));
     }
     let mut next = 0;
-    let supernodes = forest.order.iter().map(|s| {
-        let front = &forest.fronts[*s];
+    let supernodes = fronts.iter().map(|front| {
         let columns = next..next + front.pivots;
         next = columns.end;
         let below = front.below.iter().flat_map(|place| first[*place]..first[*place] + widths[*place]);
@@ -143,50 +142,41 @@ struct Front {
     rest: usize,
 }
 
-/// Fronts after merging.
-struct Forest {
-    fronts: Vec<Front>,
-    /// The fronts that are left: children before their parents, each right after its own children.
-    order: Vec<usize>,
-}
-
-impl Forest {
-    /// Merge fronts that are given with children before their parents.
-    fn merged(mut fronts: Vec<Front>, widths: &[usize]) -> Self {
-        let mut owner = vec![0; widths.len()];
-        for (s, front) in fronts.iter_mut().enumerate() {
-            front.columns.iter().for_each(|place| owner[*place] = s);
-            front.pivots = front.columns.iter().map(|place| widths[*place]).sum();
-            front.rest = front.below.iter().map(|place| widths[*place]).sum();
-        }
-        let mut roots = Vec::new();
-        for s in 0..fronts.len() {
-            match fronts[s].below.iter().min().copied() {
-                Some(place) => fronts[owner[place]].children.push(s),
-                None => roots.push(s),
-            }
-        }
-        for s in 0..fronts.len() {
-            // First those that fit best.
-            let mut children = std::mem::take(&mut fronts[s].children);
-            let rows = fronts[s].pivots + fronts[s].rest;
-            children.sort_by_key(|c| (fronts[*c].pivots * (rows - fronts[*c].rest), *c));
-            for c in children {
-                let (child, parent) = (&fronts[c], &fronts[s]);
-                let apart = cost(child.pivots, child.rest) + cost(parent.pivots, parent.rest);
-                if cost(child.pivots + parent.pivots, parent.rest) <= apart {
-                    let child = std::mem::take(&mut fronts[c]);
-                    fronts[s].pivots += child.pivots;
-                    fronts[s].columns.extend(child.columns);
-                    fronts[s].children.extend(child.children);
-                } else {
-                    fronts[s].children.push(c);
-                }
-            }
-        }
-        let order = in_order(&mut fronts, &roots);
-        Self { fronts, order }
+/// Merge fronts that are given with children before their parents. What is left has each right after its own children.
+fn merged(mut fronts: Vec<Front>, widths: &[usize]) -> Vec<Front> {
+    let mut owner = vec![0; widths.len()];
+    for (s, front) in fronts.iter_mut().enumerate() {
+        front.columns.iter().for_each(|place| owner[*place] = s);
+        front.pivots = front.columns.iter().map(|place| widths[*place]).sum();
+        front.rest = front.below.iter().map(|place| widths[*place]).sum();
     }
+    let mut roots = Vec::new();
+    for s in 0..fronts.len() {
+        match fronts[s].below.iter().min().copied() {
+            Some(place) => fronts[owner[place]].children.push(s),
+            None => roots.push(s),
+        }
+    }
+    for s in 0..fronts.len() {
+        // First those that fit best.
+        let mut children = std::mem::take(&mut fronts[s].children);
+        let rows = fronts[s].pivots + fronts[s].rest;
+        children.sort_by_key(|c| (fronts[*c].pivots * (rows - fronts[*c].rest), *c));
+        for c in children {
+            let (child, parent) = (&fronts[c], &fronts[s]);
+            let apart = cost(child.pivots, child.rest) + cost(parent.pivots, parent.rest);
+            if cost(child.pivots + parent.pivots, parent.rest) <= apart {
+                let child = std::mem::take(&mut fronts[c]);
+                fronts[s].pivots += child.pivots;
+                fronts[s].columns.extend(child.columns);
+                fronts[s].children.extend(child.children);
+            } else {
+                fronts[s].children.push(c);
+            }
+        }
+    }
+    let order = in_order(&mut fronts, &roots);
+    order.into_iter().map(|s| std::mem::take(&mut fronts[s])).collect()
 }
 
 /// About what a front costs, in cycles of a processor: to get started, to fill and to read its columns, to hand on the rest,

@@ -33,61 +33,38 @@ pub fn total(lanes: [f64; LANES], rest: impl Iterator<Item = f64>) -> f64 {
     total
 }
 
-wide! {
+/// Defines sums over vectors of one length (or none), each by the term that its numbers at one place add.
+macro_rules! sums {
+    ($($(#[$doc:meta])* $name:ident($($x:ident),*) = $term:expr;)*) => {wide! {$(
+        $(#[$doc])*
+        pub fn $name($($x: &[f64]),*) -> f64 {
+            let n = [$($x.len()),*].into_iter().fold(usize::MAX, usize::min);
+            $(let $x = $x[..n].as_chunks::<LANES>();)*
+            let mut lanes = [0.0; LANES];
+            for k in 0..n / LANES {
+                $(let $x = &$x.0[k];)*
+                for l in 0..LANES {
+                    $(let $x = $x[l];)*
+                    lanes[l] += $term;
+                }
+            }
+            total(lanes, (0..n % LANES).map(|i| {
+                $(let $x = $x.1[i];)*
+                $term
+            }))
+        }
+    )*}};
+}
+
+sums! {
     /// `sum a_i`.
-    pub fn sum_of(a: &[f64]) -> f64 {
-        let (chunks, rest) = a.as_chunks::<LANES>();
-        let mut lanes = [0.0; LANES];
-        for a in chunks {
-            for l in 0..LANES {
-                lanes[l] += a[l];
-            }
-        }
-        total(lanes, rest.iter().copied())
-    }
-}
-
-wide! {
+    sum_of(a) = a;
     /// `sum a_i b_i`.
-    pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-        let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
-        let mut lanes = [0.0; LANES];
-        for (a, b) in a.iter().zip(b) {
-            for l in 0..LANES {
-                lanes[l] += a[l] * b[l];
-            }
-        }
-        total(lanes, a_rest.iter().zip(b_rest).map(|(a, b)| a * b))
-    }
-}
-
-wide! {
+    dot(a, b) = a * b;
     /// `sum m_i v_i^2`.
-    pub fn weighted_square(m: &[f64], v: &[f64]) -> f64 {
-        let ((m, m_rest), (v, v_rest)) = (m.as_chunks::<LANES>(), v.as_chunks::<LANES>());
-        let mut lanes = [0.0; LANES];
-        for (m, v) in m.iter().zip(v) {
-            for l in 0..LANES {
-                lanes[l] += m[l] * (v[l] * v[l]);
-            }
-        }
-        total(lanes, m_rest.iter().zip(v_rest).map(|(m, v)| m * (v * v)))
-    }
-}
-
-wide! {
+    weighted_square(m, v) = m * (v * v);
     /// Work of the force `f` on the way from `before` to `after`: `sum f_i (after_i - before_i)`.
-    pub fn work(f: &[f64], after: &[f64], before: &[f64]) -> f64 {
-        let ((f, f_rest), (a, a_rest)) = (f.as_chunks::<LANES>(), after.as_chunks::<LANES>());
-        let (b, b_rest) = before.as_chunks::<LANES>();
-        let mut lanes = [0.0; LANES];
-        for ((f, a), b) in f.iter().zip(a).zip(b) {
-            for l in 0..LANES {
-                lanes[l] += f[l] * (a[l] - b[l]);
-            }
-        }
-        total(lanes, f_rest.iter().zip(a_rest).zip(b_rest).map(|((f, a), b)| f * (a - b)))
-    }
+    work(f, after, before) = f * (after - before);
 }
 
 /// The same where the force acts on the degrees of freedom `at` alone, ascending: the same bytes.
@@ -109,16 +86,12 @@ wide! {
     pub fn add(to: &mut [f64], a: &[f64], b: &[f64]) {
         to.iter_mut().zip(a).zip(b).for_each(|((t, a), b)| *t = a + b);
     }
-}
 
-wide! {
     /// `to += a`.
     pub fn add_to(to: &mut [f64], a: &[f64]) {
         to.iter_mut().zip(a).for_each(|(t, a)| *t += a);
     }
-}
 
-wide! {
     /// `to -= a`.
     pub fn subtract_from(to: &mut [f64], a: &[f64]) {
         to.iter_mut().zip(a).for_each(|(t, a)| *t -= a);

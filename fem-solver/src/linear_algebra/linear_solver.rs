@@ -4,8 +4,9 @@
 //! into memory that is kept. One thread, fixed order: on one machine equal input gives equal bytes.
 
 use crate::linear_algebra::elimination::analyse;
-use crate::linear_algebra::multifrontal::{Fronts, factorise, factorise_signed};
+use crate::linear_algebra::multifrontal::{Factorisation, Fronts};
 use crate::linear_algebra::signed::Signed;
+use pulp::Arch;
 
 /// Cholesky factorisation of a sparse matrix whose lower triangle has a fixed pattern.
 pub struct Cholesky {
@@ -41,25 +42,23 @@ impl Cholesky {
     /// Factorise the matrix with `values` in the order of the pattern. The error is the first unknown, in the order of
     /// elimination, whose pivot is not positive.
     pub fn factorise(&mut self, values: &[f64]) -> Result<(), usize> {
-        let outcome = factorise(&self.fronts, values, &mut self.factor, &mut self.rest);
-        (self.factorised, self.indefinite) = (outcome.is_ok(), false);
-        outcome
+        self.run(values, false)
     }
 
     /// Factorise the matrix with `values`, whatever the signs of its pivots; returns how many are negative. Pivots that are
-    /// too small were replaced ([`Self::replaced`]): solutions are then to be refined. The error is a matrix of no numbers.
+    /// too small were replaced: solutions are then to be refined. The error is a matrix of no numbers.
     pub fn factorise_signed(&mut self, values: &[f64]) -> Result<usize, usize> {
         let unknowns = self.fronts.unknowns.iter();
         self.signed.begin(unknowns.map(|unknown| values[self.diagonal[*unknown]]));
-        let outcome =
-            factorise_signed(&self.fronts, values, &mut self.factor, &mut self.rest, &mut self.signed);
-        (self.factorised, self.indefinite) = (outcome.is_ok(), true);
-        outcome.map(|()| self.signed.negative())
+        self.run(values, true).map(|()| self.signed.negative())
     }
 
-    /// Pivots that the last [`Self::factorise_signed`] has replaced.
-    pub fn replaced(&self) -> u64 {
-        if self.indefinite { self.signed.replaced } else { 0 }
+    fn run(&mut self, values: &[f64], indefinite: bool) -> Result<(), usize> {
+        let Self { fronts, factor, rest, signed, .. } = self;
+        let signed = indefinite.then_some(signed);
+        let outcome = Arch::new().dispatch(Factorisation { fronts, values, factor, rest, signed });
+        (self.factorised, self.indefinite) = (outcome.is_ok(), indefinite);
+        outcome
     }
 
     /// The unknown of the first negative pivot of the last factorisation, if there is one.
@@ -203,7 +202,7 @@ mod tests {
         // [[0, 1], [1, 1]] has the eigenvalues (1 + sqrt 5) / 2 and (1 - sqrt 5) / 2.
         let mut signed = Cholesky::new(2, &[0, 2, 3], &[0, 1, 1]);
         assert_eq!(signed.factorise_signed(&[0.0, 1.0, 1.0]), Ok(1));
-        assert_eq!((signed.replaced(), signed.first_negative()), (1, Some(1)));
+        assert_eq!((signed.signed.replaced, signed.first_negative()), (1, Some(1)));
         let (b, mut x) = ([2.0, 3.0], [0.0, 0.0]);
         for _ in 0..6 {
             let mut rest = [b[0] - x[1], b[1] - x[0] - x[1]];

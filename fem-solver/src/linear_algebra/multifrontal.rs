@@ -14,6 +14,7 @@
 use crate::linear_algebra::dense::{Apart, Fused, ROWS, rest_place};
 use crate::linear_algebra::lanes::wide;
 use crate::linear_algebra::signed::{Pivoting, Signed};
+use pulp::{Simd, WithSimd};
 use std::ops::Range;
 
 /// Columns of the factor with one pattern.
@@ -104,21 +105,39 @@ impl Fronts {
         for (s, (columns, _)) in shape.iter().enumerate() {
             owner[columns.clone()].fill(s);
         }
-        let count = shape.len();
-        let mut children = vec![Vec::new(); count];
+        let mut children = vec![Vec::new(); shape.len()];
         for (s, (_, below)) in shape.iter().enumerate() {
             if let Some(row) = below.first() {
-                children[owner[*row]].push(s);
+                children[owner[*row]].push(s as u32);
             }
         }
         let mut fronts = Self { unknowns, ..Self::default() };
         let mut memory = FreeMemory::default();
-        for (supernode, children) in shape.iter().zip(&children) {
-            fronts.push(supernode, &mut memory, children);
+        for ((columns, below), children) in shape.iter().zip(&children) {
+            let (first, first_child) = (fronts.below.len(), fronts.children.len());
+            fronts.below.extend(below.iter().map(|row| *row as u32));
+            fronts.children.extend(children);
+            let mut supernode = Supernode {
+                columns: columns.clone(),
+                rows: columns.len() + below.len(),
+                panel: fronts.factor_len,
+                rest: 0,
+                below: first..fronts.below.len(),
+                entries: 0..0,
+                children: first_child..fronts.children.len(),
+            };
+            supernode.rest = memory.take(supernode.rest_len());
+            for child in children.iter().map(|child| &fronts.supernodes[*child as usize]) {
+                memory.give_back(child.rest, child.rest_len());
+            }
+            fronts.factor_len += leading(supernode.rows) * columns.len();
+            fronts.most_rows = fronts.most_rows.max(supernode.rows);
+            fronts.supernodes.push(supernode);
         }
+        fronts.in_parent = vec![0; fronts.below.len()];
+        fronts.in_panel = fronts.in_parent.clone();
         fronts.rest_len = memory.len;
-        for s in 0..count {
-            let parent = &fronts.supernodes[s];
+        for parent in &fronts.supernodes {
             for child in &fronts.children[parent.children.clone()] {
                 for at in fronts.supernodes[*child as usize].below.clone() {
                     let row = local(parent, &fronts.below, fronts.below[at] as usize);
@@ -155,39 +174,6 @@ impl Fronts {
             self.entries[*next] = [at as u32, place as u32];
             *next += 1;
         }
-    }
-
-    /// Append a supernode whose children are there.
-    fn push(
-        &mut self,
-        (columns, below): &(Range<usize>, Vec<usize>),
-        memory: &mut FreeMemory,
-        children: &[usize],
-    ) {
-        let first = self.below.len();
-        self.below.extend(below.iter().map(|row| *row as u32));
-        self.in_parent.resize(self.below.len(), 0);
-        self.in_panel.resize(self.below.len(), 0);
-        let first_child = self.children.len();
-        self.children.extend(children.iter().map(|c| *c as u32));
-        let rows = columns.len() + below.len();
-        let mut supernode = Supernode {
-            columns: columns.clone(),
-            rows,
-            panel: self.factor_len,
-            rest: 0,
-            below: first..self.below.len(),
-            entries: 0..0,
-            children: first_child..self.children.len(),
-        };
-        supernode.rest = memory.take(supernode.rest_len());
-        for child in children {
-            let child = &self.supernodes[*child];
-            memory.give_back(child.rest, child.rest_len());
-        }
-        self.factor_len += leading(rows) * columns.len();
-        self.most_rows = self.most_rows.max(rows);
-        self.supernodes.push(supernode);
     }
 
     /// Numbers of work that [`Self::solve`] needs.
@@ -238,46 +224,33 @@ fn local(supernode: &Supernode, below: &[u32], row: usize) -> usize {
     supernode.columns.len() + inside.expect("the front of a parent holds the rows of its children")
 }
 
-/// Factorise the matrix with `values`, compiled for the widest registers that this processor has. `rest` holds
-/// [`Fronts::rest_len`] numbers. If a pivot is not positive, its unknown is the error.
-pub fn factorise(fronts: &Fronts, values: &[f64], factor: &mut [f64], rest: &mut [f64]) -> Result<(), usize> {
-    #[cfg(target_arch = "x86_64")]
-    {
-        #[target_feature(enable = "avx512f")]
-        fn widest(
-            fronts: &Fronts,
-            values: &[f64],
-            factor: &mut [f64],
-            rest: &mut [f64],
-        ) -> Result<(), usize> {
-            all_fronts(fronts, values, factor, rest, &mut Fused::<true>)
-        }
-        #[target_feature(enable = "avx2,fma")]
-        fn wide(fronts: &Fronts, values: &[f64], factor: &mut [f64], rest: &mut [f64]) -> Result<(), usize> {
-            all_fronts(fronts, values, factor, rest, &mut Fused::<false>)
-        }
-        if std::arch::is_x86_feature_detected!("avx512f") {
-            // SAFETY: the processor has what the function is compiled for; it was asked a line above.
-            return unsafe { widest(fronts, values, factor, rest) };
-        }
-        if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") {
-            // SAFETY: as above.
-            return unsafe { wide(fronts, values, factor, rest) };
-        }
-    }
-    all_fronts(fronts, values, factor, rest, &mut Apart)
+/// A factorisation, for [`pulp::Arch::dispatch`]: the error is the unknown of a pivot that is not positive, or of one of either
+/// sign that is no number.
+pub struct Factorisation<'a> {
+    /// The shape of the factor.
+    pub fronts: &'a Fronts,
+    /// The numbers of the matrix, in the order of its pattern.
+    pub values: &'a [f64],
+    /// Becomes the factor.
+    pub factor: &'a mut [f64],
+    /// Memory for [`Fronts::rest_len`] numbers.
+    pub rest: &'a mut [f64],
+    /// Keeps the signs of the pivots, where these may have either.
+    pub signed: Option<&'a mut Signed>,
 }
 
-wide! {
-    /// The same with pivots of either sign, which `signed` keeps. The unknown of a pivot that is no number is the error.
-    pub fn factorise_signed(
-        fronts: &Fronts,
-        values: &[f64],
-        factor: &mut [f64],
-        rest: &mut [f64],
-        signed: &mut Signed,
-    ) -> Result<(), usize> {
-        all_fronts(fronts, values, factor, rest, signed)
+impl WithSimd for Factorisation<'_> {
+    type Output = Result<(), usize>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
+        let Self { fronts, values, factor, rest, signed } = self;
+        match (signed, size_of::<S::f64s>() / size_of::<f64>()) {
+            (Some(signed), _) => all_fronts(fronts, values, factor, rest, signed),
+            (None, 8) => all_fronts(fronts, values, factor, rest, &mut Fused::<true>),
+            (None, 4) => all_fronts(fronts, values, factor, rest, &mut Fused::<false>),
+            _ => all_fronts(fronts, values, factor, rest, &mut Apart),
+        }
     }
 }
 
@@ -386,9 +359,7 @@ wide! {
             }
         }
     }
-}
 
-wide! {
     /// `y = L^-T y`, in the order of elimination.
     fn backward(fronts: &Fronts, factor: &[f64], y: &mut [f64], work: &mut [f64]) {
         for supernode in fronts.supernodes.iter().rev() {

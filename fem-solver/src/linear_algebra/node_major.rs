@@ -13,9 +13,7 @@ wide! {
             vectors[i] = [ax[i] - bx[i], ay[i] - by[i], az[i] - bz[i]];
         }
     }
-}
 
-wide! {
     /// From component-major to node-major.
     pub fn to_node_major(from: &[f64], nodes: usize, to: &mut [f64]) {
         let (x, y, z) = (&from[..nodes], &from[nodes..2 * nodes], &from[2 * nodes..3 * nodes]);
@@ -25,9 +23,7 @@ wide! {
             vectors[i] = [x[i], y[i], z[i]];
         }
     }
-}
 
-wide! {
     /// From node-major to component-major.
     pub fn to_component_major(from: &[f64], nodes: usize, to: &mut [f64]) {
         let (x, rest) = to.split_at_mut(nodes);

@@ -11,18 +11,12 @@ use interface_defs::message::{Gauge, Role};
 pub struct Energies {
     /// Mass of each degree of freedom that takes part in the kinetic energy; empty in statics.
     mass: Vec<f64>,
-    moving_supports: bool,
-    timed_loads: bool,
 }
 
 impl Energies {
     /// For `model`, with inertia or without.
     pub fn new(model: &Model, inertia: bool) -> Self {
-        Self {
-            mass: if inertia { model.free_masses() } else { Vec::new() },
-            moving_supports: !model.moving.is_empty(),
-            timed_loads: !model.timed.is_empty(),
-        }
+        Self { mass: if inertia { model.free_masses() } else { Vec::new() } }
     }
 
     /// Declarations, in the order of [`Energies::of`].
@@ -60,10 +54,10 @@ impl Energies {
         to.clear();
         let dissipated = state.dissipated + elements.dissipated;
         to.extend([kinetic, potential, elements.stored, dissipated, state.received]);
-        if self.moving_supports {
+        if !model.moving.is_empty() {
             to.push(-state.support_work);
         }
-        if self.timed_loads {
+        if !model.timed.is_empty() {
             to.push(0.0 - state.load_work);
         }
         if !model.ground.is_empty() {

@@ -20,17 +20,22 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io;
 use std::path::Path;
+use std::rc::Rc;
 use toolkit::files;
 use toolkit::vtu::{Cells, KeptSeries, Series, Vtu};
 
 /// A series of field files at multiples of an interval.
 pub struct Fields {
+    model: Rc<Model>,
     series: Series,
     interval: f64,
     written: u64,
+    /// Nodes at t = 0, x, y, z of one after the other [m].
+    start: Vec<f64>,
     displacement: Vec<f64>,
     velocity: Vec<f64>,
-    /// Section of each line [m2], 0 where it has none.
+    /// The lines, and the section of each [m2], 0 where it has none.
+    lines: Vec<[u32; 2]>,
     section: Vec<f64>,
     /// Whether there are moments of beams.
     beams: bool,
@@ -71,7 +76,8 @@ struct Faces {
 }
 
 impl Faces {
-    fn create(dir: &Path, model: &Model) -> io::Result<Option<Self>> {
+    /// Those of `model`; `None` where there are none.
+    fn create(model: &Model, series: impl FnOnce() -> io::Result<Series>) -> io::Result<Option<Self>> {
         let cells = || model.elements.iter().map(|e| e.face_cell()).filter(|cell| !cell.is_empty());
         if cells().next().is_none() {
             return Ok(None);
@@ -82,7 +88,7 @@ impl Faces {
             end
         });
         Ok(Some(Self {
-            series: Series::create(dir, FACES)?,
+            series: series()?,
             ends: ends.collect(),
             nodes: cells().flatten().map(|node| *node as u32).collect(),
             shells: model.elements.iter().any(|e| e.rotates() && !e.face_cell().is_empty()),
@@ -91,33 +97,40 @@ impl Faces {
 }
 
 impl Fields {
-    /// A series in `dir`, a file at the first committed time at or after each multiple of `interval` [s].
-    pub fn create(dir: &Path, interval: f64, mesh: &InterfaceMesh, model: &Model) -> io::Result<Self> {
-        let series = Series::create(dir, LINES)?;
-        let legend = Legend::new(model);
+    /// A series in `dir`, a file at the first committed time at or after each multiple of `interval` [s], beginning with what is
+    /// `kept` of a run that goes on.
+    pub fn create(
+        dir: &Path,
+        interval: f64,
+        mesh: &InterfaceMesh,
+        model: &Rc<Model>,
+        kept: Option<KeptFields>,
+    ) -> io::Result<Self> {
+        let (written, lines, faces) = kept.map_or((0, None, None), |k| (k.written, Some(k.lines), k.faces));
+        let series = |name, kept| match kept {
+            Some(kept) => Series::go_on(dir, name, kept),
+            None => Series::create(dir, name),
+        };
+        let of_cables = model.cables.iter().map(|c| c.of.area);
+        let of_others = model.elements.iter().flat_map(|e| std::iter::repeat_n(e.section(), e.line_count()));
+        let sections = of_cables.chain(of_others);
+        let (lines, legend) = (series(LINES, lines)?, Legend::new(model));
         legend.write(dir)?;
         Ok(Self {
-            series,
+            series: lines,
             interval,
-            written: 0,
+            written,
+            start: mesh.coordinates.clone(),
             displacement: vec![0.0; mesh.coordinates.len()],
             velocity: vec![0.0; mesh.coordinates.len()],
-            section: sections(model),
+            lines: mesh.lines.clone(),
+            section: sections.collect(),
             beams: model.elements.iter().any(|e| e.has_moments()),
             legend,
             assembly: Assembly::new(model),
-            faces: Faces::create(dir, model)?,
+            faces: Faces::create(model, || series(FACES, faces))?,
+            model: model.clone(),
         })
-    }
-
-    /// Go on with the series in `dir` as they were when they were [`Fields::kept`].
-    pub fn go_on(mut self, dir: &Path, kept: KeptFields) -> io::Result<Self> {
-        self.written = kept.written;
-        self.series = Series::go_on(dir, LINES, kept.lines)?;
-        if let (Some(faces), Some(kept)) = (&mut self.faces, kept.faces) {
-            faces.series = Series::go_on(dir, FACES, kept)?;
-        }
-        Ok(self)
     }
 
     /// What was written so far, all of it on the disk.
@@ -133,41 +146,25 @@ impl Fields {
     }
 
     /// Write `state` at `time` if a multiple of the interval has been reached.
-    pub fn offer(
-        &mut self,
-        model: &Model,
-        mesh: &InterfaceMesh,
-        origin: &[f64],
-        state: &State,
-        time: f64,
-    ) -> io::Result<()> {
+    pub fn offer(&mut self, origin: &[f64], state: &State, time: f64) -> io::Result<()> {
         // A time that is a multiple but for rounding counts as that multiple.
         let reached = (time / self.interval * (1.0 + 1e-12) + 1e-9).floor() as u64 + 1;
         if reached <= self.written {
             return Ok(());
         }
         self.written = reached;
-        let nodes = model.node_count();
+        let nodes = self.model.node_count();
         difference_to_node_major(&state.displacement, origin, nodes, &mut self.displacement);
         to_node_major(&state.velocity, nodes, &mut self.velocity);
-        let points = mesh.coordinates.iter().zip(&self.displacement).map(|(start, u)| start + u);
+        let points = self.start.iter().zip(&self.displacement).map(|(start, u)| start + u);
         let points: Vec<f64> = points.collect();
-        if self.faces.is_some() {
-            self.write_faces(model, state, &points, time)?;
-        }
-        self.write_lines(model, mesh, state, &points, time)
+        self.write_faces(state, &points, time)?;
+        self.write_lines(state, &points, time)
     }
 
     /// The lines with their forces, stresses and moments.
-    fn write_lines(
-        &mut self,
-        model: &Model,
-        mesh: &InterfaceMesh,
-        state: &State,
-        points: &[f64],
-        time: f64,
-    ) -> io::Result<()> {
-        let count = mesh.lines.len();
+    fn write_lines(&mut self, state: &State, points: &[f64], time: f64) -> io::Result<()> {
+        let (model, count) = (&self.model, self.lines.len());
         let tension = |cable: &Cable| cable.response(&model.relative(&state.displacement, cable)).tension;
         // NaN where it is broken.
         let mut forces: Vec<f64> = model.cables.iter().map(tension).collect();
@@ -207,7 +204,7 @@ impl Fields {
         }
         let vtu = Vtu {
             points,
-            cells: if count == 0 { Cells::Vertices } else { Cells::Lines(&mesh.lines) },
+            cells: if count == 0 { Cells::Vertices } else { Cells::Lines(&self.lines) },
             point_data: vec![
                 ("displacement", 3, &self.displacement),
                 ("velocity", 3, &self.velocity),
@@ -218,12 +215,12 @@ impl Fields {
         self.series.add(time, &vtu)
     }
 
-    fn write_faces(&mut self, model: &Model, state: &State, points: &[f64], time: f64) -> io::Result<()> {
+    fn write_faces(&mut self, state: &State, points: &[f64], time: f64) -> io::Result<()> {
         let Some(faces) = &mut self.faces else { return Ok(()) };
         // Both of: stress, force per width, moment per width.
         let mut values: [[Vec<f64>; 2]; 3] = Default::default();
         let mut slack = Vec::with_capacity(faces.ends.len());
-        let with_faces = model.elements.iter().enumerate().filter(|(_, e)| !e.face_cell().is_empty());
+        let with_faces = self.model.elements.iter().enumerate().filter(|(_, e)| !e.face_cell().is_empty());
         for (i, element) in with_faces {
             let history = self.assembly.history(i, &state.history);
             let u = self.assembly.gather(i, &state.displacement);
@@ -261,28 +258,16 @@ fn flag(is: bool) -> f64 {
     f64::from(u8::from(is))
 }
 
-/// Section of each line [m2], 0 where it has none.
-fn sections(model: &Model) -> Vec<f64> {
-    let cables = model.cables.iter().map(|c| c.of.area);
-    let others = model.elements.iter().flat_map(|e| std::iter::repeat_n(e.section(), e.line_count()));
-    cables.chain(others).collect()
-}
-
 /// File of the legend, beside the field files.
-pub const LEGEND: &str = "structure_legend.json";
+const LEGEND: &str = "structure_legend.json";
 
-/// Which part and group each cell and point belongs to; 0 = none.
-pub struct Legend {
-    /// Part of each line.
-    pub line_parts: Vec<f64>,
-    /// Group of each line.
-    pub line_groups: Vec<f64>,
-    /// Part of each face.
-    pub face_parts: Vec<f64>,
-    /// Group of each face.
-    pub face_groups: Vec<f64>,
-    /// Group of each node.
-    pub node_groups: Vec<f64>,
+/// Which part and group each line, face and node belongs to; 0 = none.
+struct Legend {
+    line_parts: Vec<f64>,
+    line_groups: Vec<f64>,
+    face_parts: Vec<f64>,
+    face_groups: Vec<f64>,
+    node_groups: Vec<f64>,
     names: LegendNames,
 }
 
@@ -295,11 +280,14 @@ struct LegendNames {
 impl Legend {
     /// Of `model`. A part is what the scene names so; a group any named set. What is in several has the number of the
     /// smallest.
-    pub fn new(model: &Model) -> Self {
-        let mut names: Vec<&str> = model.groups.iter().map(|g| g.name.as_str()).collect();
-        names.extend(
-            model.parts.iter().map(|p| p.name.as_str()).filter(|n| !names.contains(n)).collect::<Vec<_>>(),
-        );
+    fn new(model: &Model) -> Self {
+        let groups = model.groups.iter().map(|g| g.name.as_str());
+        let mut names: Vec<&str> = Vec::new();
+        for name in groups.chain(model.parts.iter().map(|p| p.name.as_str())) {
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
         let number = |name: &str| 1 + names.iter().position(|n| *n == name).expect("is listed");
         let mut node_groups = vec![(0, usize::MAX); model.node_count()];
         for group in &model.groups {
@@ -321,16 +309,14 @@ impl Legend {
             }
         }
         // Lines are the cables, then those of the other elements; one cell of faces is one element.
-        let spread = |of: [Vec<usize>; 2], faces: bool| -> Vec<f64> {
-            let [of_cables, of_elements] = of;
+        let spread = |[of_cables, of_elements]: &[Vec<usize>; 2], faces: bool| -> Vec<f64> {
             let count = |i: usize| {
                 let element = &model.elements[i];
                 if faces { usize::from(!element.face_cell().is_empty()) } else { element.line_count() }
             };
-            let others =
-                of_elements.into_iter().enumerate().flat_map(|(i, n)| std::iter::repeat_n(n, count(i)));
-            let first = if faces { Vec::new() } else { of_cables };
-            first.into_iter().chain(others).map(|n| n as f64).collect()
+            let others = of_elements.iter().enumerate().flat_map(|(i, n)| std::iter::repeat_n(n, count(i)));
+            let first = if faces { &[][..] } else { of_cables };
+            first.iter().chain(others).map(|n| *n as f64).collect()
         };
         let groups = groups.map(|all| all.into_iter().map(|(number, _)| number).collect::<Vec<_>>());
         let none = || (0, "none".to_owned());
@@ -338,10 +324,10 @@ impl Legend {
             model.parts[..model.part_count].iter().enumerate().map(|(i, p)| (i + 1, p.name.clone()));
         let group_names = names.iter().enumerate().map(|(i, name)| (i + 1, (*name).to_owned()));
         Self {
-            line_parts: spread(parts.clone(), false),
-            line_groups: spread(groups.clone(), false),
-            face_parts: spread(parts, true),
-            face_groups: spread(groups, true),
+            line_parts: spread(&parts, false),
+            line_groups: spread(&groups, false),
+            face_parts: spread(&parts, true),
+            face_groups: spread(&groups, true),
             node_groups: node_groups.into_iter().map(|(number, _)| number as f64).collect(),
             names: LegendNames {
                 part: std::iter::once(none()).chain(part_names).collect(),
@@ -351,7 +337,7 @@ impl Legend {
     }
 
     /// Write the names into `dir`.
-    pub fn write(&self, dir: &Path) -> io::Result<()> {
+    fn write(&self, dir: &Path) -> io::Result<()> {
         let text = serde_json::to_string_pretty(&self.names).map_err(io::Error::from)?;
         files::write(&dir.join(LEGEND), (text + "\n").as_bytes())
     }

@@ -78,43 +78,28 @@ impl Height {
         };
         let above = model.group(scene, &format!("{key}.above.group"), below)?;
         let normal = normal(scene, key, model, gauge)?;
-        let fields = match gauge.posts.as_deref() {
-            None => None,
-            Some(name) => {
-                let whole = key;
-                let key = format!("{key}.posts");
-                if gauge.at.is_some() {
-                    let what =
-                        format!("the gauge `{}` is at a point: no rope is above the other", gauge.name);
-                    let hint = "group = \"name of the upper rope\" in place of `at`, or leave out posts";
-                    return refuse(scene, &key, what, hint);
-                }
-                let ropes = [(gauge.group.as_deref(), &nodes), (Some(below), &above)]
-                    .map(|(name, nodes)| lines(model, name, nodes));
-                let fields = BarrierFields::new(
-                    model,
-                    &model.group(scene, &format!("{key}.group"), name)?,
-                    &normal,
-                    ropes,
-                );
-                if fields.posts.len() < 2 {
-                    let what = format!(
-                        "the nodes of `{name}` stand at one place along the barrier: there is no field between them"
-                    );
-                    let hint = "a group with nodes of each post, as \"posts\" of the generated barrier";
-                    return refuse(scene, &key, what, hint);
-                }
-                fields.check(
-                    scene,
-                    whole,
-                    model,
-                    &normal,
-                    [gauge.group.as_deref().unwrap_or_default(), below],
-                )?;
-                Some(fields)
-            }
+        let Some(name) = gauge.posts.as_deref() else {
+            return Ok(Self { nodes, above, normal, fields: None });
         };
-        Ok(Self { nodes, above, normal, fields })
+        let posts = format!("{key}.posts");
+        if gauge.at.is_some() {
+            let what = format!("the gauge `{}` is at a point: no rope is above the other", gauge.name);
+            let hint = "group = \"name of the upper rope\" in place of `at`, or leave out posts";
+            return refuse(scene, &posts, what, hint);
+        }
+        let upper = gauge.group.as_deref();
+        let ropes = [(upper, &nodes), (Some(below), &above)].map(|(name, nodes)| lines(model, name, nodes));
+        let at_posts = model.group(scene, &format!("{posts}.group"), name)?;
+        let fields = BarrierFields::new(model, &at_posts, &normal, ropes);
+        if fields.posts.len() < 2 {
+            let what = format!(
+                "the nodes of `{name}` stand at one place along the barrier: there is no field between them"
+            );
+            let hint = "a group with nodes of each post, as \"posts\" of the generated barrier";
+            return refuse(scene, &posts, what, hint);
+        }
+        fields.check(scene, key, (model, &normal), [upper.unwrap_or_default(), below])?;
+        Ok(Self { nodes, above, normal, fields: Some(fields) })
     }
 
     /// Numbers that it gives: the least height, then that of each field if there are several.
@@ -192,8 +177,7 @@ impl BarrierFields {
         &self,
         scene: &Scene,
         key: &str,
-        model: &Model,
-        normal: &Vector3<f64>,
+        (model, normal): (&Model, &Vector3<f64>),
         names: [&str; 2],
     ) -> Result<(), Diagnostic> {
         let along = |node: &usize| self.along.dot(&model.nodes[*node]);

@@ -1,7 +1,7 @@
 //! What is reported of a run.
 //!
-//! - [`record`]: reactions and their largest values, of every step; [`moving_mean`]: the mean over 1 ms
-//! - [`probe`], [`height`]: gauges
+//! - [`record`]: reactions and their largest values, of every step, and gauges; [`moving_mean`]: the mean over 1 ms
+//! - [`height`]: gauges of the height that is left
 //! - [`energy`]: energies of a state
 //! - [`fields`]: the structure as VTU files, and what the numbers in them mean
 
@@ -9,5 +9,4 @@ pub mod energy;
 pub mod fields;
 pub mod height;
 pub mod moving_mean;
-pub mod probe;
 pub mod record;

@@ -19,8 +19,9 @@ pub struct Sample {
 /// stays apart until it is committed.
 #[derive(Debug, Clone)]
 pub struct MovingMean {
-    committed: VecDeque<Sample>,
-    trial: Vec<Sample>,
+    samples: VecDeque<Sample>,
+    /// How many of them are committed.
+    committed: usize,
     /// Sample behind which `t - SPAN` lay last.
     cursor: usize,
 }
@@ -29,40 +30,41 @@ impl MovingMean {
     /// A history that has been at the constant force `at_rest` [N] before t = 0, with memory for
     /// `samples` steps within the span and a window.
     pub fn new(at_rest: [f64; 3], samples: usize) -> Self {
-        let mut committed = VecDeque::with_capacity(samples);
-        committed.push_back(Sample { time: -SPAN, impulse: at_rest.map(|r| -r * SPAN) });
-        committed.push_back(Sample { time: 0.0, impulse: [0.0; 3] });
-        Self { committed, trial: Vec::with_capacity(samples), cursor: 0 }
+        let mut mean = Self { samples: VecDeque::with_capacity(2 * samples), committed: 0, cursor: 0 };
+        let before = Sample { time: -SPAN, impulse: at_rest.map(|r| -r * SPAN) };
+        mean.go_on(vec![before, Sample { time: 0.0, impulse: [0.0; 3] }]);
+        mean
     }
 
     /// The committed history, for a run that goes on.
     pub fn kept(&self) -> Vec<Sample> {
-        self.committed.iter().copied().collect()
+        self.samples.iter().take(self.committed).copied().collect()
     }
 
     /// Go on with that history.
     pub fn go_on(&mut self, kept: Vec<Sample>) {
-        self.committed.clear();
-        self.committed.extend(kept);
+        self.committed = kept.len();
+        self.samples.clear();
+        self.samples.extend(kept);
         self.begin();
     }
 
     /// A window begins, from what is committed.
     pub fn begin(&mut self) {
-        self.trial.clear();
+        self.samples.truncate(self.committed);
         self.cursor = 0;
     }
 
     /// A step ends at `time` and has added `impulse` [N s]. Returns the magnitude of the mean [N].
     pub fn push(&mut self, time: f64, impulse: [f64; 3]) -> f64 {
-        let last = self.at(self.len() - 1).impulse;
+        let last = self.samples[self.samples.len() - 1].impulse;
         let impulse = [0, 1, 2].map(|c: usize| last[c] + impulse[c]);
-        self.trial.push(Sample { time, impulse });
+        self.samples.push_back(Sample { time, impulse });
         let back = time - SPAN;
-        while self.cursor + 2 < self.len() && self.at(self.cursor + 1).time <= back {
+        while self.cursor + 2 < self.samples.len() && self.samples[self.cursor + 1].time <= back {
             self.cursor += 1;
         }
-        let (a, b) = (self.at(self.cursor), self.at(self.cursor + 1));
+        let (a, b) = (self.samples[self.cursor], self.samples[self.cursor + 1]);
         let part = if b.time > a.time { (back - a.time) / (b.time - a.time) } else { 1.0 };
         let squares = [0, 1, 2].map(|c: usize| {
             let before = a.impulse[c] + part * (b.impulse[c] - a.impulse[c]);
@@ -73,19 +75,11 @@ impl MovingMean {
 
     /// The window is accepted.
     pub fn commit(&mut self) {
-        self.committed.extend(self.trial.drain(..));
-        let back = self.committed.back().map_or(0.0, |s| s.time) - SPAN;
-        while self.committed.len() > 2 && self.committed[1].time <= back {
-            self.committed.pop_front();
+        let back = self.samples.back().map_or(0.0, |s| s.time) - SPAN;
+        while self.samples.len() > 2 && self.samples[1].time <= back {
+            self.samples.pop_front();
         }
-    }
-
-    fn len(&self) -> usize {
-        self.committed.len() + self.trial.len()
-    }
-
-    fn at(&self, i: usize) -> Sample {
-        if i < self.committed.len() { self.committed[i] } else { self.trial[i - self.committed.len()] }
+        self.committed = self.samples.len();
     }
 }
 

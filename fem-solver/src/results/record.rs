@@ -1,13 +1,16 @@
 //! What is recorded at every step: support reactions, scene gauges, largest values.
+//!
+//! A gauge of the scene watches one number, a mean or sum over nodes, or smallest and largest of the members of a group.
 
+use crate::config::structure::Where;
 use crate::config::{GaugeConfig, Quantity};
 use crate::internal_force::assembly::Assembly;
 use crate::model::Model;
+use crate::read::Key;
 use crate::read::refuse;
 use crate::results::height::Height;
-use crate::results::moving_mean::{MovingMean, Sample};
-use crate::results::probe::Probe;
-use crate::state::{Extreme, Peaks, Range, State};
+use crate::results::moving_mean::MovingMean;
+use crate::state::{Peaks, Range, State};
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::message::{Gauge, Measure, Worse};
 use toolkit::scene::Scene;
@@ -64,30 +67,21 @@ pub struct Step<'a> {
 /// Value, smallest and largest of one number.
 pub type Triple = [f64; 3];
 
-/// The largest values so far, of a state.
-pub struct Largest<'a> {
-    /// Of the whole structure.
-    pub peaks: &'a mut Peaks,
-    /// Of the members of each group.
-    pub groups: &'a mut [Range],
-}
-
 /// The recorder: gauges of the window at hand, and the impulse of the supports.
 pub struct Recorder {
     total: Supports,
     probes: Vec<Probe>,
-    /// For each declared gauge the number that it shows.
-    slots: Vec<usize>,
     /// Displacement at t = 0 [m].
     origin: Vec<f64>,
-    mean: MovingMean,
+    /// The mean reaction, from the impulse of the supports.
+    pub mean: MovingMean,
     /// Impulse of the window: of all supports, then of each probe of force, its sum and its members.
     impulses: Vec<[f64; 3]>,
     reaction: [Triple; 3],
     values: Vec<Triple>,
     elapsed: f64,
-    /// In statics reactions are those of a row's end.
-    at_end: bool,
+    /// Whether reactions are those of a row's end, as in statics.
+    pub at_end: bool,
     assembly: Assembly,
     line_forces: Vec<f64>,
 }
@@ -101,7 +95,7 @@ impl Recorder {
     ) -> Result<(Probes, Vec<Gauge>), Diagnostic> {
         let mut declared: Vec<Gauge> =
             ["x", "y", "z"].iter().map(|c| Gauge::new(format!("reaction_{c}"), "N")).collect();
-        let mut probes = Probes { probes: Vec::new(), slots: Vec::new(), count: 0 };
+        let mut probes = Vec::new();
         for (i, gauge) in gauges.iter().enumerate() {
             let key = format!("gauge.{i}");
             let name = &gauge.name;
@@ -126,19 +120,17 @@ impl Recorder {
                 let what = "a gauge is at a point or of a group: write one of at, group";
                 return Err(scene.invalid(&key, what));
             }
-            let probe = Probe::of(scene, &key, model, gauge)?;
-            for (own, slot) in probe.declared(&gauge.name) {
+            let (probe, gauges) = Probe::of(scene, &key, model, gauge)?;
+            probes.push(probe);
+            for own in gauges {
                 if declared.iter().any(|d| d.name == own.name) {
                     let what = format!("two gauges give the column `{}`", own.name);
                     return refuse(scene, &format!("{key}.name"), what, "give this gauge another name");
                 }
                 declared.push(own);
-                probes.slots.push(probes.count + slot);
             }
-            probes.count += probe.slots();
-            probes.probes.push(probe);
         }
-        Ok((probes, declared))
+        Ok((Probes(probes), declared))
     }
 
     /// A recorder that starts at t = 0 with the displacements `origin`, where load and elements
@@ -146,28 +138,22 @@ impl Recorder {
     pub fn new(model: &Model, probes: &Probes, origin: &[f64], force: &[f64], samples: usize) -> Self {
         let total = Supports::of(model);
         let at_rest = total.reaction(force, origin, f64::NEG_INFINITY);
-        let impulses = |p: &Probe| if matches!(p, Probe::Force(_)) { 1 + p.members() } else { 0 };
-        let impulses = 1 + probes.probes.iter().map(impulses).sum::<usize>();
+        let probes = probes.0.clone();
+        let impulses = |p: &Probe| if matches!(p.watch, Watch::Force(_)) { 1 + p.members } else { 0 };
+        let impulses = 1 + probes.iter().map(impulses).sum::<usize>();
         Self {
             total,
-            probes: probes.probes.clone(),
-            slots: probes.slots.clone(),
             origin: origin.to_vec(),
             mean: MovingMean::new(at_rest, samples),
             impulses: vec![[0.0; 3]; impulses],
             reaction: [[0.0; 3]; 3],
-            values: vec![[0.0; 3]; probes.count],
+            values: vec![[0.0; 3]; probes.iter().map(|probe| probe.slots).sum()],
+            probes,
             elapsed: 0.0,
             at_end: false,
             assembly: Assembly::with_blocks(model),
             line_forces: vec![0.0; model.elements.iter().map(|e| e.line_count()).max().unwrap_or(0)],
         }
-    }
-
-    /// The same for statics, where all values of a row are of its end.
-    #[must_use]
-    pub fn at_end(self, at_end: bool) -> Self {
-        Self { at_end, ..self }
     }
 
     /// Total support reaction at the start [N].
@@ -177,7 +163,7 @@ impl Recorder {
 
     /// Smallest and largest of the members of each group, before the first step.
     pub fn groups(&self) -> Vec<Range> {
-        vec![Range::default(); self.probes.iter().filter(|p| p.members() > 0).count()]
+        vec![Range::default(); self.probes.iter().filter(|p| p.members > 0).count()]
     }
 
     /// A window begins.
@@ -190,8 +176,15 @@ impl Recorder {
         self.elapsed = 0.0;
     }
 
-    /// A step is done; `state` is at its end.
-    pub fn step(&mut self, model: &Model, state: &State, step: &Step, largest: &mut Largest) {
+    /// A step is done; `state` is at its end. Largest values so far are those of the structure, `peaks`, and of its `groups`.
+    pub fn step(
+        &mut self,
+        model: &Model,
+        state: &State,
+        step: &Step,
+        peaks: &mut Peaks,
+        groups: &mut [Range],
+    ) {
         if self.at_end {
             self.impulses.fill([0.0; 3]);
             self.elapsed = 0.0;
@@ -203,81 +196,73 @@ impl Recorder {
         for (triple, r) in self.reaction.iter_mut().zip(reaction) {
             widen(triple, r);
         }
-        let peaks = &mut largest.peaks;
         peaks.reaction.take(norm(&reaction), step.at);
         peaks.reaction_1ms.take(self.mean.push(step.end, impulse), step.end - 0.5e-3);
         peaks.cable_force.take(step.tension, step.at);
         if !self.probes.is_empty() {
-            self.probe(model, state, step, largest.groups);
+            self.probe(model, state, step, groups);
         }
     }
 
     fn probe(&mut self, model: &Model, state: &State, step: &Step, groups: &mut [Range]) {
         let (mut at, mut impulse, mut group) = (0, 1, 0);
         let (assembly, forces) = (&mut self.assembly, &mut self.line_forces);
-        for probe in &self.probes {
-            let values = &mut self.values[at..at + probe.slots()];
-            let members = probe.members();
-            match probe {
-                Probe::Lines(lines) if members == 0 => {
+        for Probe { watch, members, slots } in &self.probes {
+            let values = &mut self.values[at..at + slots];
+            // Smallest and largest of the members at this instant.
+            let (mut seen, mut next) = (Range::default(), 0..);
+            match watch {
+                Watch::Lines(lines) if *members == 0 => {
                     lines.scan(model, state, assembly, forces, |value| record(&mut values[0], value));
                 }
-                Probe::Lines(lines) => {
-                    let mut seen = Extremes::default();
-                    lines.scan(model, state, assembly, forces, |value| seen.take(value));
-                    record(&mut values[0], seen.smallest.0);
-                    record(&mut values[1], seen.largest.0);
-                    groups[group].take(&seen, step.end);
+                Watch::Lines(lines) => {
+                    lines.scan(model, state, assembly, forces, |value| seen.take(value, &mut next, step.end));
+                    record(&mut values[0], seen.smallest.value);
+                    record(&mut values[1], seen.largest.value);
                 }
-                Probe::Height(height) => {
+                Watch::Height(height) => {
                     height.scan(model, state, |slot, value| record(&mut values[slot], value));
                 }
-                Probe::Force(feet) => {
+                Watch::Force(feet) => {
                     let (sums, own) = self.impulses[impulse..].split_at_mut(1);
-                    let nodes = model.node_count();
-                    let (mut sum, mut seen) = ([0.0; 3], Extremes::default());
-                    let mut mean = Extremes::default();
+                    let (mut sum, mut mean, mut next_mean) = ([0.0; 3], Range::default(), 0..);
                     for (i, foot) in feet.iter().enumerate() {
-                        let reaction =
-                            foot.reaction(nodes, step.force, step.middle, step.end - 0.5 * step.length);
+                        let reaction = foot.reaction(model.node_count(), step);
                         add(&mut sum, reaction);
-                        if members > 0 {
+                        if *members > 0 {
                             add(&mut own[i], reaction.map(|r| r * step.length));
-                            seen.take(norm(&reaction));
-                            mean.take(norm(&own[i]) / self.elapsed);
+                            seen.take(norm(&reaction), &mut next, step.at);
+                            mean.take(norm(&own[i]) / self.elapsed, &mut next_mean, step.at);
                         }
                     }
                     add(&mut sums[0], sum.map(|r| r * step.length));
-                    for (value, (now, impulse)) in values.iter_mut().zip(sum.iter().zip(&sums[0])) {
-                        widen(value, *now);
-                        value[0] = impulse / self.elapsed;
-                    }
-                    if members > 0 {
-                        for (value, (now, mean)) in values[3..]
-                            .iter_mut()
-                            .zip([(seen.smallest.0, mean.smallest.0), (seen.largest.0, mean.largest.0)])
-                        {
-                            widen(value, now);
-                            value[0] = mean;
-                        }
-                        groups[group].take(&seen, step.at);
+                    let sums = sum.into_iter().zip(sums[0].map(|impulse| impulse / self.elapsed));
+                    let ends = [(seen.smallest, mean.smallest), (seen.largest, mean.largest)];
+                    let ends = ends.map(|(now, mean)| (now.value, mean.value));
+                    // There is no room for the ends without members.
+                    for (value, (now, mean)) in values.iter_mut().zip(sums.chain(ends)) {
+                        widen(value, now);
+                        value[0] = mean;
                     }
                     impulse += 1 + members;
                 }
-                Probe::Displacement(nodes) | Probe::Velocity(nodes) => {
+                Watch::Displacement(nodes) | Watch::Velocity(nodes) => {
                     let share = 1.0 / nodes.len() as f64;
                     for (c, value) in values.iter_mut().enumerate() {
                         let dofs = nodes.iter().map(|node| model.dof(*node, c));
-                        let sum: f64 = match probe {
-                            Probe::Velocity(_) => dofs.map(|i| state.velocity[i]).sum(),
+                        let sum: f64 = match watch {
+                            Watch::Velocity(_) => dofs.map(|i| state.velocity[i]).sum(),
                             _ => dofs.map(|i| state.displacement[i] - self.origin[i]).sum(),
                         };
                         record(value, share * sum);
                     }
                 }
             }
-            at += probe.slots();
-            group += usize::from(members > 0);
+            if *members > 0 {
+                groups[group].merge(&seen);
+                group += 1;
+            }
+            at += slots;
         }
     }
 
@@ -287,58 +272,39 @@ impl Recorder {
         for (c, (to, triple)) in triples.iter_mut().zip(&self.reaction).enumerate() {
             *to = [self.impulses[0][c] / self.elapsed, triple[1], triple[2]];
         }
-        triples[3..].iter_mut().zip(&self.slots).for_each(|(to, slot)| *to = self.values[*slot]);
-    }
-
-    /// The window is accepted.
-    pub fn commit(&mut self) {
-        self.mean.commit();
-    }
-
-    /// What it takes from one window to the next, for a run that goes on.
-    pub fn kept(&self) -> Vec<Sample> {
-        self.mean.kept()
-    }
-
-    /// Go on from there.
-    pub fn go_on(&mut self, kept: Vec<Sample>) {
-        self.mean.go_on(kept);
+        triples[3..].copy_from_slice(&self.values);
     }
 }
 
 /// What the scene's gauges watch.
-pub struct Probes {
-    probes: Vec<Probe>,
-    slots: Vec<usize>,
-    count: usize,
-}
+pub struct Probes(Vec<Probe>);
 
 impl Probes {
     /// Whether there is a gauge of several members.
     pub fn has_groups(&self) -> bool {
-        self.probes.iter().any(|p| p.members() > 0)
+        self.0.iter().any(|p| p.members > 0)
     }
 
     /// Measures of single members and of the run's end at `state`, of the gauges of `configs`, at `time` [s].
     pub fn measures(&self, configs: &[GaugeConfig], model: &Model, state: &State, time: f64) -> Vec<Measure> {
         let mut measures = Vec::new();
         let mut groups = state.groups.iter();
-        for (config, probe) in configs.iter().zip(&self.probes) {
-            if let Probe::Height(height) = probe {
+        for (config, probe) in configs.iter().zip(&self.0) {
+            if let Watch::Height(height) = &probe.watch {
                 height.scan(model, state, |slot, value| {
                     let name = format!("{}_{}_end", config.name, Height::suffix(slot));
                     let measure = Measure::new(name, value, "m").at(time);
                     measures.push(measure.ranked(Measure::ORDINARY, Worse::Smaller));
                 });
             }
-            let Some(range) = (probe.members() > 0).then(|| groups.next()).flatten() else { continue };
-            let (quantity, unit) = probe.quantity();
+            let Some(range) = (probe.members > 0).then(|| groups.next()).flatten() else { continue };
+            let (quantity, unit) = probe.watch.quantity();
             let ends = [("min", range.smallest, Worse::Smaller), ("max", range.largest, Worse::Larger)];
-            for (end, extreme, worse) in ends.into_iter().filter(|(_, extreme, _)| extreme.value.is_finite())
-            {
+            let ends = ends.into_iter().filter(|(_, extreme, _)| extreme.value.is_finite());
+            for (end, extreme, worse) in ends {
                 let name = format!("{}_{quantity}_{end}", config.name);
                 let measure = Measure::new(name, extreme.value, unit).at(extreme.time);
-                let member = probe.member_name(model, extreme.member as usize);
+                let member = probe.watch.member_name(model, extreme.member as usize);
                 measures.push(measure.of_member(Some(member)).ranked(Measure::ORDINARY, worse));
             }
         }
@@ -346,43 +312,287 @@ impl Probes {
     }
 }
 
-/// Smallest and largest of the members at one instant: value, and which.
-#[derive(Debug, Clone, Copy)]
-pub struct Extremes {
-    smallest: (f64, u32),
-    largest: (f64, u32),
-    next: u32,
+/// A gauge of the scene.
+#[derive(Debug, Clone)]
+struct Probe {
+    watch: Watch,
+    /// Members of which smallest and largest are reported; 0 where there is one value, a sum or a mean.
+    members: usize,
+    /// Numbers that it records: three components, one value, then smallest and largest of its members.
+    slots: usize,
 }
 
-impl Default for Extremes {
-    fn default() -> Self {
-        Self { smallest: (f64::INFINITY, 0), largest: (f64::NEG_INFINITY, 0), next: 0 }
+/// What it watches.
+#[derive(Debug, Clone)]
+enum Watch {
+    /// Displacement since t = 0, mean over some nodes.
+    Displacement(Vec<usize>),
+    /// Velocity, mean over some nodes.
+    Velocity(Vec<usize>),
+    /// Force of the supports.
+    Force(Vec<Foot>),
+    /// Axial force, elongation or bending moment.
+    Lines(Lines),
+    /// Height between two groups.
+    Height(Height),
+}
+
+impl Probe {
+    /// The probe of the gauge with the key `key`, and the declaration of each of its numbers.
+    fn of(
+        scene: &Scene,
+        key: &str,
+        model: &Model,
+        gauge: &GaugeConfig,
+    ) -> Result<(Self, Vec<Gauge>), Diagnostic> {
+        let watch = Watch::of(scene, key, model, gauge)?;
+        let count = match &watch {
+            Watch::Force(feet) => feet.len(),
+            Watch::Lines(lines) => lines.count,
+            Watch::Displacement(_) | Watch::Velocity(_) | Watch::Height(_) => 0,
+        };
+        let members = if count > 1 { count } else { 0 };
+        let declared = watch.declared(&gauge.name, members);
+        Ok((Self { watch, members, slots: declared.len() }, declared))
     }
 }
 
-impl Extremes {
-    /// The next member has this value.
-    #[inline]
-    fn take(&mut self, value: f64) {
-        if value < self.smallest.0 {
-            self.smallest = (value, self.next);
+impl Watch {
+    fn of(scene: &Scene, key: &str, model: &Model, gauge: &GaugeConfig) -> Result<Self, Diagnostic> {
+        let place = Where { nodes: None, group: gauge.group.as_deref(), at: gauge.at };
+        let nodes = model.place(&Key { scene, key: key.into() }, place)?;
+        if nodes.is_empty() {
+            return Err(scene.invalid(key, "the group of this gauge has no nodes"));
         }
-        if value > self.largest.0 {
-            self.largest = (value, self.next);
+        let name = &gauge.name;
+        Ok(match gauge.quantity {
+            Quantity::Displacement => Self::Displacement(nodes),
+            Quantity::Velocity => Self::Velocity(nodes),
+            Quantity::Force => {
+                let feet = Foot::of(model, &nodes);
+                if feet.is_empty() {
+                    let what = format!("no node of the gauge `{name}` is held: there is no support force");
+                    return Err(scene.invalid(key, what));
+                }
+                Self::Force(feet)
+            }
+            Quantity::Height => Self::Height(Height::of(scene, key, model, nodes, gauge)?),
+            Quantity::Tension | Quantity::Elongation | Quantity::BendingMoment => {
+                let lines = Lines::of(model, &nodes, gauge);
+                if lines.count == 0 {
+                    let kind = if gauge.quantity == Quantity::BendingMoment { "beam" } else { "cable" };
+                    let what = format!("there is no {kind} at the gauge `{name}`");
+                    return Err(scene.invalid(key, what));
+                }
+                Self::Lines(lines)
+            }
+        })
+    }
+
+    /// Name and unit of what its members are compared by.
+    fn quantity(&self) -> (&'static str, &'static str) {
+        match self {
+            Self::Force(_) => ("force", "N"),
+            Self::Lines(Lines { quantity: Quantity::Elongation, .. }) => ("elongation", "m"),
+            Self::Lines(Lines { quantity: Quantity::BendingMoment, .. }) => ("bending_moment", "N m"),
+            _ => ("tension", "N"),
         }
-        self.next += 1;
+    }
+
+    /// The gauges that report its numbers, in order.
+    fn declared(&self, name: &str, members: usize) -> Vec<Gauge> {
+        let gauge = |ending: String, unit: &str| Gauge::new(format!("{name}_{ending}"), unit);
+        let vector = |letter: char, unit: &str, over: &str| {
+            ['x', 'y', 'z'].map(|axis| gauge(format!("{letter}{axis}{over}"), unit)).into()
+        };
+        let mean = |nodes: &[usize]| if nodes.len() > 1 { "_mean" } else { "" };
+        let (quantity, unit) = self.quantity();
+        let mut all: Vec<Gauge> = match self {
+            Self::Displacement(nodes) => vector('u', "m", mean(nodes)),
+            Self::Velocity(nodes) => vector('v', "m/s", mean(nodes)),
+            Self::Height(height) => (0..height.count()).map(|i| gauge(Height::suffix(i), "m")).collect(),
+            Self::Force(_) => vector('f', "N", if members > 0 { "_sum" } else { "" }),
+            Self::Lines(_) if members == 0 => vec![gauge(quantity.to_owned(), unit)],
+            Self::Lines(_) => Vec::new(),
+        };
+        all.iter_mut().for_each(|gauge| gauge.extremes = true);
+        if members > 0 {
+            // The extremes of these are reported with the member that they belong to, as measures of the solver.
+            all.extend(["min", "max"].map(|end| gauge(format!("{quantity}_{end}"), unit)));
+        }
+        all
+    }
+
+    /// A member in words.
+    fn member_name(&self, model: &Model, member: usize) -> String {
+        match self {
+            Self::Force(feet) => format!("node {}", model.node_name(feet[member].node)),
+            Self::Lines(lines) => lines.name(model, member),
+            _ => String::new(),
+        }
     }
 }
 
-impl Range {
-    fn take(&mut self, seen: &Extremes, time: f64) {
-        let extreme = |(value, member)| Extreme { value, member, time };
-        if seen.smallest.0 < self.smallest.value {
-            self.smallest = extreme(seen.smallest);
+/// A node that supports hold, and their springs.
+#[derive(Debug, Clone)]
+struct Foot {
+    node: usize,
+    /// Until when it is held in each direction [s]; minus infinity where it is not.
+    held: [f64; 3],
+    springs: [f64; 3],
+}
+
+impl Foot {
+    /// Those of `nodes` that are held.
+    fn of(model: &Model, nodes: &[usize]) -> Vec<Self> {
+        let n = model.node_count();
+        let springs = model.spring_dofs();
+        let mut nodes = nodes.to_vec();
+        nodes.sort_unstable();
+        nodes.dedup();
+        let feet = nodes.into_iter().map(|node| Self {
+            node,
+            held: [0, 1, 2].map(|c| {
+                let dof = model.dof(node, c);
+                if model.held[dof] {
+                    f64::INFINITY
+                } else {
+                    model.until.get(dof).copied().unwrap_or(f64::NEG_INFINITY)
+                }
+            }),
+            springs: [0, 1, 2]
+                .map(|c| springs.iter().filter(|(dof, _)| *dof == c * n + node).map(|(_, k)| k).sum()),
+        });
+        feet.filter(|f| {
+            f.held.iter().any(|until| *until > f64::NEG_INFINITY) || f.springs.iter().any(|k| *k > 0.0)
+        })
+        .collect()
+    }
+
+    /// Force of its supports on the structure in a step [N].
+    fn reaction(&self, nodes: usize, step: &Step) -> [f64; 3] {
+        [0, 1, 2].map(|c: usize| {
+            let dof = c * nodes + self.node;
+            let held = if self.held[c] > step.end - 0.5 * step.length { step.force[dof] } else { 0.0 };
+            -(held + self.springs[c] * step.middle[dof])
+        })
+    }
+}
+
+/// Elements whose axial force, elongation or bending moment is recorded. A member is a line of an element (a segment of a
+/// rope, a side of a ring); of an elongation or a moment, a whole element.
+#[derive(Debug, Clone)]
+struct Lines {
+    cables: Vec<usize>,
+    elements: Vec<usize>,
+    /// Of beams at a point: which of their ends are there.
+    ends: Vec<[bool; 2]>,
+    quantity: Quantity,
+    count: usize,
+}
+
+impl Lines {
+    fn of(model: &Model, nodes: &[usize], gauge: &GaugeConfig) -> Self {
+        let (mut cables, mut elements) = Self::elements(model, nodes, gauge);
+        let quantity = gauge.quantity;
+        let mut ends = Vec::new();
+        if quantity == Quantity::BendingMoment {
+            cables.clear();
+            elements.retain(|e| model.elements[*e].has_moments());
+            let counts = |node: &usize| gauge.at.is_none() || nodes.contains(node);
+            ends.extend(elements.iter().map(|e| {
+                let own = model.elements[*e].nodes();
+                [counts(&own[0]), counts(&own[1])]
+            }));
         }
-        if seen.largest.0 > self.largest.value {
-            self.largest = extreme(seen.largest);
+        let mut lines = Self { cables, elements, ends, quantity, count: 0 };
+        let others = lines.elements.iter().map(|e| lines.members_of(model, *e)).sum::<usize>();
+        lines.count = lines.cables.len() + others;
+        lines
+    }
+
+    /// Members that an element has.
+    fn members_of(&self, model: &Model, element: usize) -> usize {
+        if self.quantity == Quantity::Tension { model.elements[element].force_count() } else { 1 }
+    }
+
+    /// The cables and the other elements that have lines.
+    fn elements(model: &Model, nodes: &[usize], gauge: &GaugeConfig) -> (Vec<usize>, Vec<usize>) {
+        let has_lines = |e: &usize| model.elements[*e].line_count() > 0;
+        if let Some(part) = model.parts.iter().find(|p| Some(&p.name) == gauge.group.as_ref()) {
+            return (part.cables.clone(), part.elements.iter().copied().filter(has_lines).collect());
         }
+        let mut inside = vec![false; model.node_count()];
+        nodes.iter().for_each(|n| inside[*n] = true);
+        let single = gauge.at.is_some();
+        let belongs = |own: &[usize]| {
+            if single { own.iter().any(|n| inside[*n]) } else { own.iter().all(|n| inside[*n]) }
+        };
+        let cables = (0..model.cables.len()).filter(|c| belongs(&model.cables[*c].nodes)).collect();
+        let elements = (0..model.elements.len()).filter(has_lines);
+        (cables, elements.filter(|e| belongs(model.elements[*e].nodes())).collect())
+    }
+
+    /// Show `take` the value of each member, in order.
+    fn scan(
+        &self,
+        model: &Model,
+        state: &State,
+        assembly: &mut Assembly,
+        forces: &mut [f64],
+        mut take: impl FnMut(f64),
+    ) {
+        let u = &state.displacement;
+        for cable in self.cables.iter().map(|c| &model.cables[*c]) {
+            let w = model.relative(u, cable);
+            take(if self.quantity == Quantity::Elongation {
+                (cable.span + w).norm() - cable.span.norm()
+            } else {
+                cable.tension(&w)
+            });
+        }
+        assembly.begin_reading();
+        for (number, i) in self.elements.iter().enumerate() {
+            let element = &model.elements[*i];
+            if self.quantity == Quantity::Tension
+                && let Some(tension) = assembly.ring_tension(*i, u, &state.history)
+            {
+                take(tension);
+                continue;
+            }
+            let history = assembly.history(*i, &state.history);
+            let own = assembly.gather(*i, u);
+            match self.quantity {
+                Quantity::Elongation => take(element.elongation(own)),
+                Quantity::BendingMoment => {
+                    let moments = element.moments(own, history);
+                    let size = |end: usize| moments[end].hypot(moments[2 + end]);
+                    let ends = (0..2).filter(|end| self.ends[number][*end]);
+                    take(ends.map(size).fold(0.0, f64::max));
+                }
+                _ => {
+                    element.line_forces(own, history, &mut forces[..element.line_count()]);
+                    // What is broken carries nothing.
+                    let forces = forces.iter().take(element.force_count());
+                    forces.for_each(|f| take(if f.is_nan() { 0.0 } else { *f }));
+                }
+            }
+        }
+    }
+
+    fn name(&self, model: &Model, member: usize) -> String {
+        if let Some(cable) = self.cables.get(member) {
+            return model.cable_name(*cable);
+        }
+        let mut left = member - self.cables.len();
+        for element in &self.elements {
+            let lines = self.members_of(model, *element);
+            if left < lines {
+                return model.member_name(*element, (lines > 1).then_some(left));
+            }
+            left -= lines;
+        }
+        String::new()
     }
 }
 

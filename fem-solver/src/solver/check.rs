@@ -27,7 +27,7 @@ const ROUNDS: usize = 5;
 pub fn check(scene: &Scene) -> Result<CheckReport, Diagnostic> {
     let config = Config::of(scene)?;
     let mut solver = FemSolver::new(scene, &Options::default())?;
-    let start = Start::new(scene, &config, solver.model(), solver.inherited(), None, &mut |_| Ok(()))
+    let start = Start::new(scene, &config, solver.model(), solver.inherited.as_ref(), None, &mut |_| Ok(()))
         .map_err(|fault| *fault.diagnostic)?;
     let model = solver.model();
     let mut interface = model.interface_mesh(&start.form.displacement);
@@ -35,40 +35,32 @@ pub fn check(scene: &Scene) -> Result<CheckReport, Diagnostic> {
     let masses = std::mem::take(&mut interface.masses);
     let least = masses.iter().copied().filter(|m| m.is_finite()).fold(f64::INFINITY, f64::min);
     let sag = model.sag(&start.form.displacement);
-    let mut numbers: BTreeMap<String, f64> = BTreeMap::new();
-    let mut state = |name: &str, value: f64| {
-        numbers.insert(name.to_owned(), value);
-    };
-    state("nodes", model.node_count() as f64);
-    state(
-        "elements",
-        (model.cables.len() + model.elements.len() - model.ground.len()
-            + model.springs.len()
-            + model.point_masses.len()) as f64,
-    );
-    state("least_interface_mass_kg", least);
-    if !interface.lines.is_empty() {
-        state("interface_length_per_node_m", mesh_length(&interface) / interface.node_count() as f64);
-    }
-    if let Some(extent) = narrower_extent(&interface.coordinates) {
-        state("interface_extent_m", extent);
-    }
-    if let Some((stiffness, mass)) = typical_stiffness(model, &start.form.displacement, &start.form.history) {
-        state("interface_stiffness_n_per_m", stiffness);
-        state("interface_stiffness_mass_kg", mass);
-    }
-    state("highest_frequency_rad_per_s", start.frequency);
-    if config.fem.integrator != Integrator::Static {
-        state("critical_step_s", start.critical_step);
-        state("loaded_critical_step_s", LOADED * start.critical_step);
-    }
-    state("time_step_s", start.time_step);
-    if let Some(sag) = sag {
-        state("sag_m", sag);
-    }
+    let elements = model.cables.len() + model.elements.len() - model.ground.len()
+        + model.springs.len()
+        + model.point_masses.len();
+    let per_node =
+        (!interface.lines.is_empty()).then(|| mesh_length(&interface) / interface.node_count() as f64);
+    let typical = typical_stiffness(model, &start.form.displacement, &start.form.history).unzip();
+    let critical = (config.fem.integrator != Integrator::Static).then_some(start.critical_step);
+    let numbers = [
+        ("nodes", Some(model.node_count() as f64)),
+        ("elements", Some(elements as f64)),
+        ("least_interface_mass_kg", Some(least)),
+        ("interface_length_per_node_m", per_node),
+        ("interface_extent_m", narrower_extent(&interface.coordinates)),
+        ("interface_stiffness_n_per_m", typical.0),
+        ("interface_stiffness_mass_kg", typical.1),
+        ("highest_frequency_rad_per_s", Some(start.frequency)),
+        ("critical_step_s", critical),
+        ("loaded_critical_step_s", critical.map(|step| LOADED * step)),
+        ("time_step_s", Some(start.time_step)),
+        ("sag_m", sag),
+    ];
+    let numbers = numbers.into_iter().filter_map(|(name, number)| Some((name.to_owned(), number?)));
+    let mut numbers: BTreeMap<String, f64> = numbers.collect();
     let mut builds = describe(&config, model, &start, sag);
-    builds.extend(solver.inherited().map(Inherited::describe));
-    let resolved = resolve(&config, &start, solver.inherited())?;
+    builds.extend(solver.inherited.as_ref().map(Inherited::describe));
+    let resolved = resolve(&config, &start, solver.inherited.as_ref())?;
     let warnings = start.warnings.clone();
     numbers.insert("seconds_per_step".into(), seconds_per_step(&mut solver, scene, &config, start)?);
     Ok(CheckReport {

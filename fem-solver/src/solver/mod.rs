@@ -22,7 +22,6 @@ use crate::state::inherited::{End, Inherited};
 use crate::state::{Critical, Peak, State};
 use interface_defs::diagnostic::{Diagnostic, Place, Severity, code};
 use interface_defs::field::{self, FieldSpec, Sampling, name};
-use interface_defs::mesh::InterfaceMesh;
 use interface_defs::message::{
     Fault, Gauge, Hello, Measure, Plan, Progress, Ready, Statistics, Worse, capability,
 };
@@ -31,7 +30,7 @@ use interface_defs::solver::{OnProgress, Solver, Window};
 use interface_defs::verdict::Torn;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
-
+use std::rc::Rc;
 use toolkit::checkpoint::{pack, unpack};
 use toolkit::output::Output;
 use toolkit::program::Options;
@@ -53,7 +52,7 @@ pub struct FemSolver {
     config: Config,
     options: Options,
     field_interval: Option<f64>,
-    model: Model,
+    model: Rc<Model>,
     probes: Probes,
     gauges: Vec<Gauge>,
     /// Where the structure starts, if not as modelled.
@@ -66,7 +65,6 @@ pub struct FemSolver {
 /// What exists from the preparation on.
 struct Prepared {
     windows: WindowSolver,
-    mesh: InterfaceMesh,
     fields: Option<Fields>,
     sag: Option<f64>,
     /// The form that was found, and what that took.
@@ -93,6 +91,12 @@ impl Prepared {
             lines.write(self.torn.iter().chain(now), &mut output[at]);
         }
     }
+
+    /// Write the committed state at `time` to the field files, if there are any and it is their turn.
+    fn offer_fields(&mut self, time: f64) -> Result<(), Fault> {
+        let Some(fields) = &mut self.fields else { return Ok(()) };
+        fields.offer(&self.windows.origin, &self.windows.committed, time).map_err(unwritten)
+    }
 }
 
 impl FemSolver {
@@ -114,7 +118,7 @@ impl FemSolver {
             config,
             options: options.clone(),
             field_interval,
-            model,
+            model: Rc::new(model),
             probes,
             gauges,
             inherited,
@@ -128,16 +132,9 @@ impl FemSolver {
         &self.model
     }
 
-    /// Where it starts, if not as modelled.
-    pub fn inherited(&self) -> Option<&Inherited> {
-        self.inherited.as_ref()
-    }
-
-    fn prepared(&mut self) -> Result<(&Model, &mut Prepared), Fault> {
-        match &mut self.prepared {
-            Some(prepared) => Ok((&self.model, prepared)),
-            None => Err(Fault::broken("a window was asked for before the preparation")),
-        }
+    fn prepared(&mut self) -> Result<&mut Prepared, Fault> {
+        let missing = || Fault::broken("a window was asked for before the preparation");
+        self.prepared.as_mut().ok_or_else(missing)
     }
 
     /// Make ready for windows from `start`, under a plan that has been checked.
@@ -155,11 +152,9 @@ impl FemSolver {
         let samples = ((1e-3 + plan.window) / shortest).min(MOST_REMEMBERED) as usize + 16;
         let recorder =
             Recorder::new(&self.model, &self.probes, &start.form.displacement, &start.force, samples);
-        let mut warnings = start.warnings.clone();
-        warnings.extend(load_warnings);
+        let warnings = [&start.warnings[..], &load_warnings].concat();
         let sag = self.model.sag(&start.form.displacement);
         let form = (start.form.clone(), start.form_finding);
-        let resume = self.resume.take();
         start.newton.keeps_factor = self.options.shortcuts;
         let exchange = Exchange { recorder, loads, plan, mesh: &mesh, shortcuts: self.options.shortcuts };
         let mut windows = WindowSolver::new(&self.model, &self.config, start, exchange);
@@ -168,37 +163,37 @@ impl FemSolver {
             &Ready { mesh: mesh.clone(), gauges: self.gauges.clone(), ..Ready::default() },
         );
         let mut initial = vec![0.0; answer];
-        windows.initial(&self.model, &mut initial);
-        let mut fields = match (&self.options.out, self.field_interval) {
-            (Some(out), Some(interval)) => {
-                let fields = Fields::create(&out.join(run_dir::FIELDS), interval, &mesh, &self.model);
-                Some(fields.map_err(unwritten)?)
-            }
-            _ => None,
-        };
-        if let (Some(fields), None) = (&mut fields, &resume) {
-            let first = fields.offer(&self.model, &mesh, &windows.origin, &windows.committed, 0.0);
-            first.map_err(unwritten)?;
-        }
+        windows.initial(&mut initial);
         let broken = windows.place(name::BROKEN).map(|_| BrokenLines::new(&self.model));
-        let touched = !plan.takes.is_empty();
         let torn = self.inherited.as_ref().map_or(Vec::new(), |from| from.end.torn.clone());
         let mut prepared = Prepared {
             form,
             windows,
-            mesh: mesh.clone(),
-            fields,
+            fields: None,
             sag,
             time: 0.0,
             accepted: 0.0,
             end_time: plan.end_time,
             broken,
             torn,
-            touched,
+            touched: !plan.takes.is_empty(),
         };
         prepared.report_broken(&[], &mut initial);
+        let resume = self.resume.take();
+        let resumes = resume.is_some();
+        let mut kept_fields = None;
         if let Some(kept) = resume {
-            prepared.go_on(&self.model, *kept, self.options.out.as_deref())?;
+            prepared.windows.go_on(kept.windows)?;
+            (prepared.time, prepared.accepted, kept_fields) = (kept.accepted, kept.accepted, kept.fields);
+        }
+        if let (Some(out), Some(interval)) = (&self.options.out, self.field_interval) {
+            let dir = out.join(run_dir::FIELDS);
+            let fields =
+                Fields::create(&dir, interval, &mesh, &self.model, kept_fields).map_err(unwritten)?;
+            prepared.fields = Some(fields);
+            if !resumes {
+                prepared.offer_fields(0.0)?;
+            }
         }
         self.prepared = Some(prepared);
         Ok(Ready { mesh, gauges: self.gauges.clone(), initial, warnings, ..Ready::default() })
@@ -360,43 +355,50 @@ impl Solver for FemSolver {
     }
 
     fn solve(&mut self, window: &Window, input: &[f64], output: &mut [f64]) -> Result<(), Fault> {
-        let (model, prepared) = self.prepared()?;
+        let prepared = self.prepared()?;
         prepared.time = window.end();
-        prepared.windows.solve(model, window, input, output)?;
-        prepared.report_broken(&prepared.windows.solved().events, output);
+        prepared.windows.solve(window, input, output)?;
+        prepared.report_broken(&prepared.windows.trial.events, output);
         Ok(())
     }
 
     fn commit(&mut self) -> Result<(), Fault> {
-        let (model, prepared) = self.prepared()?;
+        let prepared = self.prepared()?;
         prepared.windows.commit();
         prepared.accepted = prepared.time;
-        let Prepared { windows, mesh, fields: Some(fields), time, .. } = prepared else { return Ok(()) };
-        fields.offer(model, mesh, &windows.origin, &windows.committed, *time).map_err(unwritten)
+        prepared.offer_fields(prepared.time)
     }
 
     fn select(&mut self, selection: Option<&mut Selection>) -> Result<(), Fault> {
-        let (model, prepared) = self.prepared()?;
+        let prepared = self.prepared()?;
         if let Some(broken) = &mut prepared.broken {
             broken.select(selection.as_deref());
         }
-        prepared.windows.select(model, selection);
+        prepared.windows.select(selection);
         Ok(())
     }
 
     fn committed(&mut self, output: &mut [f64]) -> Result<(), Fault> {
-        let (model, prepared) = self.prepared()?;
-        prepared.windows.write_committed(model, prepared.accepted, output);
+        let prepared = self.prepared()?;
+        prepared.windows.write_committed(prepared.accepted, output);
         prepared.report_broken(&prepared.windows.committed.events, output);
         Ok(())
     }
 
     fn save(&mut self) -> Result<Vec<u8>, Fault> {
-        self.prepared()?.1.keep()
+        let prepared = self.prepared()?;
+        let fields = prepared.fields.as_mut().map(Fields::kept).transpose().map_err(unwritten)?;
+        let (form, windows) = (prepared.form.clone(), prepared.windows.kept());
+        Ok(pack(&Kept { form, windows, accepted: prepared.accepted, fields }))
     }
 
     fn resume(&mut self, state: &[u8]) -> Result<(), Fault> {
-        self.resume = Some(Kept::read(state, &self.model)?);
+        let kept: Kept = unpack(state)?;
+        let Form { displacement, history, .. } = &kept.form.0;
+        if (displacement.len(), history.len()) != (self.model.dof_count(), self.model.start_history().len()) {
+            return Err(other_structure());
+        }
+        self.resume = Some(Box::new(kept));
         Ok(())
     }
 
@@ -409,11 +411,9 @@ impl Solver for FemSolver {
         let Some(prepared) = &self.prepared else {
             return Err(Fault::broken("asked for results before the preparation"));
         };
-        let model = &self.model;
-        let peaks = prepared.windows.committed.peaks;
-        let (mut measures, mut warnings) = (Vec::new(), Vec::new());
-        let events = &prepared.windows.committed.events;
-        warnings.extend(ruptures(model, events));
+        let (model, committed) = (&self.model, &prepared.windows.committed);
+        let (peaks, events) = (committed.peaks, &committed.events);
+        let (mut measures, mut warnings) = (Vec::new(), ruptures(model, events));
         warnings.extend(torn_before(prepared.torn.len()));
         if let Some(first) = events.first()
             && prepared.touched
@@ -428,9 +428,8 @@ impl Solver for FemSolver {
             warnings.push(Diagnostic::warning(code::TRUST, what));
         }
         if model.held.contains(&true) || !model.until.is_empty() || !model.springs.is_empty() {
-            let (raw, mean) = (peaks.reaction, peaks.reaction_1ms);
-            measures.push(peak("max_reaction", raw, RANKS[2]));
-            measures.push(peak("max_reaction_1ms", mean, RANKS[0]));
+            measures.push(peak("max_reaction", peaks.reaction, RANKS[2]));
+            measures.push(peak("max_reaction_1ms", peaks.reaction_1ms, RANKS[0]));
         } else {
             warnings.push(Diagnostic::absent("max_reaction", "the structure has no supports"));
         }
@@ -439,8 +438,7 @@ impl Solver for FemSolver {
         } else {
             measures.push(peak("max_cable_force", peaks.cable_force, RANKS[1]));
         }
-        let (committed, time) = (&prepared.windows.committed, prepared.time);
-        measures.extend(self.probes.measures(&self.config.gauges, model, committed, time));
+        measures.extend(self.probes.measures(&self.config.gauges, model, committed, prepared.time));
         match prepared.sag {
             Some(sag) => measures.push(Measure::new("sag", sag, "m").ranked(RANKS[3], Worse::Larger)),
             None => {
@@ -449,13 +447,18 @@ impl Solver for FemSolver {
             }
         }
         warnings.extend(self.leave_state(prepared));
-        measures.extend(critical_loads(&prepared.windows.committed));
-        warnings.extend(unstable_path(&prepared.windows.committed));
+        measures.extend(critical_loads(committed));
+        warnings.extend(unstable_path(committed));
         let counts = &prepared.windows.counts;
         warnings.extend(counts.warnings(model, self.config.fem.load_steps.is_some()));
         warnings.extend(lost);
-        let torn = torn(model, events);
-        Ok(Statistics { measures, torn, counts: counts.named(), warnings, ..Statistics::default() })
+        Ok(Statistics {
+            measures,
+            torn: torn(model, events),
+            counts: counts.named(),
+            warnings,
+            ..Statistics::default()
+        })
     }
 }
 
@@ -469,7 +472,7 @@ fn peak(name: &str, peak: Peak, rank: u16) -> Measure {
 }
 
 /// The lines of each element, and where an answer speaks of them.
-pub(super) struct BrokenLines {
+struct BrokenLines {
     /// Lines of each element in the interface mesh, where those of the fast kernel come first.
     of_elements: Vec<Range<usize>>,
     /// Place of each line of the mesh in the field, [`Selection::OUT`] where it is not selected.
@@ -478,7 +481,7 @@ pub(super) struct BrokenLines {
 
 impl BrokenLines {
     /// Of all lines of `model`.
-    pub(super) fn new(model: &Model) -> Self {
+    fn new(model: &Model) -> Self {
         let mut next = model.cables.len();
         let lines = model.elements.iter().map(|element| {
             let first = next;
@@ -490,7 +493,7 @@ impl BrokenLines {
     }
 
     /// Speak of the selected lines alone, or of all.
-    pub(super) fn select(&mut self, selection: Option<&Selection>) {
+    fn select(&mut self, selection: Option<&Selection>) {
         let Some(selection) = selection else {
             return self.place.iter_mut().enumerate().for_each(|(line, place)| *place = line as u32);
         };
@@ -501,7 +504,7 @@ impl BrokenLines {
     }
 
     /// Write 1 for each line that broke in `events`, else 0.
-    pub(super) fn write<'a>(&self, events: impl Iterator<Item = &'a Event>, flags: &mut [f64]) {
+    fn write<'a>(&self, events: impl Iterator<Item = &'a Event>, flags: &mut [f64]) {
         flags.fill(0.0);
         for line in events.flat_map(|event| self.of_elements[event.element as usize].clone()) {
             if let Some(flag) = flags.get_mut(self.place[line] as usize) {
@@ -513,52 +516,11 @@ impl BrokenLines {
 
 /// All that the next windows follow from.
 #[derive(Serialize, Deserialize)]
-pub(super) struct Kept {
+struct Kept {
     /// The form at t = 0 and what it took, so that it is not looked for again.
-    pub(super) form: (Form, Info),
+    form: (Form, Info),
     windows: KeptWindows,
     /// End of the last window accepted [s].
     accepted: f64,
     fields: Option<KeptFields>,
-}
-
-impl Kept {
-    /// What was kept of `model`.
-    pub(super) fn read(bytes: &[u8], model: &Model) -> Result<Box<Self>, Fault> {
-        let kept: Self = unpack(bytes)?;
-        let Form { displacement, history, .. } = &kept.form.0;
-        if (displacement.len(), history.len()) != (model.dof_count(), model.start_history().len()) {
-            return Err(other_structure());
-        }
-        Ok(Box::new(kept))
-    }
-}
-
-impl Prepared {
-    /// What is committed, as bytes.
-    pub(super) fn keep(&mut self) -> Result<Vec<u8>, Fault> {
-        let fields = self.fields.as_mut().map(Fields::kept).transpose().map_err(unwritten)?;
-        Ok(pack(&Kept {
-            form: self.form.clone(),
-            windows: self.windows.kept(),
-            accepted: self.accepted,
-            fields,
-        }))
-    }
-
-    /// Stand where `kept` was, with the files of results in `out` as they were then.
-    pub(super) fn go_on(
-        &mut self,
-        model: &Model,
-        kept: Kept,
-        out: Option<&std::path::Path>,
-    ) -> Result<(), Fault> {
-        self.windows.go_on(model, kept.windows)?;
-        (self.time, self.accepted) = (kept.accepted, kept.accepted);
-        if let (Some(fields), Some(out), Some(kept)) = (self.fields.take(), out, kept.fields) {
-            let fields = fields.go_on(&out.join(run_dir::FIELDS), kept).map_err(unwritten)?;
-            self.fields = Some(fields);
-        }
-        Ok(())
-    }
 }

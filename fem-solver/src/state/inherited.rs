@@ -76,18 +76,20 @@ struct LeftPart {
 }
 
 impl LeftPart {
-    fn of<'a, E: Debug + 'a>(name: &str, elements: impl Iterator<Item = (&'a [usize], E)>) -> Self {
-        let (mut nodes, mut properties, mut count) = (Vec::new(), String::new(), 0);
-        for (own, element) in elements {
+    /// Of cables and other elements of `model`.
+    fn of(name: &str, model: &Model, cables: &[usize], elements: &[usize]) -> Self {
+        let (mut nodes, mut properties) = (Vec::new(), String::new());
+        let mut add = |own: &[usize], element: &dyn Debug| {
             nodes.push(own.len());
             nodes.extend_from_slice(own);
             properties.push_str(&format!("{element:?}"));
-            count += 1;
-        }
+        };
+        cables.iter().map(|c| &model.cables[*c]).for_each(|cable| add(&cable.nodes, cable));
+        elements.iter().map(|e| &model.elements[*e]).for_each(|element| add(element.nodes(), element));
         let nodes: Vec<u8> = nodes.iter().flat_map(|n| (*n as u64).to_le_bytes()).collect();
         Self {
             name: name.into(),
-            elements: count,
+            elements: (cables.len() + elements.len()) as u64,
             connectivity: fnv1a(&nodes),
             properties: fnv1a(properties.as_bytes()),
         }
@@ -96,23 +98,19 @@ impl LeftPart {
 
 impl Fingerprint {
     fn of(model: &Model) -> Self {
-        let cable = |c: usize| (&model.cables[c].nodes[..], &model.cables[c]);
-        let element = |e: usize| (model.elements[e].nodes(), &model.elements[e]);
-        let mut loose = (vec![true; model.cables.len()], vec![true; model.elements.len()]);
+        let mut loose = [vec![true; model.cables.len()], vec![true; model.elements.len()]];
         let mut parts = Vec::new();
         for part in &model.parts[..model.part_count] {
-            part.cables.iter().for_each(|c| loose.0[*c] = false);
-            part.elements.iter().for_each(|e| loose.1[*e] = false);
+            part.cables.iter().for_each(|c| loose[0][*c] = false);
+            part.elements.iter().for_each(|e| loose[1][*e] = false);
             // A part is of cables or of other elements.
-            parts.push(if part.cables.is_empty() {
-                LeftPart::of(&part.name, part.elements.iter().map(|e| element(*e)))
-            } else {
-                LeftPart::of(&part.name, part.cables.iter().map(|c| cable(*c)))
-            });
+            let elements = if part.cables.is_empty() { &part.elements[..] } else { &[] };
+            parts.push(LeftPart::of(&part.name, model, &part.cables, elements));
         }
-        let others = |loose: &[bool]| (0..loose.len()).filter(|i| loose[*i]).collect::<Vec<_>>();
-        parts.push(LeftPart::of("the cables in no part", others(&loose.0).into_iter().map(cable)));
-        parts.push(LeftPart::of("the elements in no part", others(&loose.1).into_iter().map(element)));
+        let [cables, elements] =
+            loose.map(|loose| (0..loose.len()).filter(|i| loose[*i]).collect::<Vec<_>>());
+        parts.push(LeftPart::of("the cables in no part", model, &cables, &[]));
+        parts.push(LeftPart::of("the elements in no part", model, &[], &elements));
         Self {
             nodes: model.nodes.iter().map(|n| <[f64; 3]>::from(*n)).collect(),
             turning: model.turning.iter().map(|n| *n as u64).collect(),
@@ -276,14 +274,18 @@ impl Inherited {
         refuse(scene, KEY, what, hint)
     }
 
-    /// The motion at the end, for the scheme `integrator`: another one finds its accelerations itself.
-    pub fn motion(&self, integrator: &str) -> StartMotion {
-        let end = &self.end;
-        let same = end.integrator == integrator;
-        StartMotion {
-            velocity: end.velocity.clone(),
-            acceleration: if same { end.acceleration.clone() } else { Vec::new() },
+    /// Velocity and acceleration at the end, for the scheme `integrator`: another one finds its accelerations itself. Nothing
+    /// moves where the supports of `model` hold it, whatever it did before; those that move go on.
+    pub fn motion(&self, model: &Model, integrator: &str) -> [Vec<f64>; 2] {
+        let same = self.end.integrator == integrator;
+        let acceleration = if same { self.end.acceleration.clone() } else { Vec::new() };
+        let mut motion = [self.end.velocity.clone(), acceleration];
+        for dof in (0..model.dof_count()).filter(|dof| model.held_first(*dof)) {
+            if model.moving.iter().all(|(moving, _)| *moving != dof) {
+                motion.iter_mut().filter_map(|of| of.get_mut(dof)).for_each(|number| *number = 0.0);
+            }
         }
+        motion
     }
 
     /// In a sentence, for whoever checks a scene.
@@ -297,39 +299,5 @@ impl Inherited {
             count => format!("{count} elements torn"),
         };
         format!("starts from the end of {} ({} s), {how}: {torn}", self.origin.run.display(), self.end.time)
-    }
-}
-
-/// Motion with which a structure starts.
-#[derive(Debug, Clone)]
-pub struct StartMotion {
-    /// Velocity [m/s].
-    pub velocity: Vec<f64>,
-    /// Acceleration [m/s2]; empty where only a balance of forces gives it.
-    pub acceleration: Vec<f64>,
-}
-
-impl StartMotion {
-    /// Add it to velocities that the scene gives [m/s].
-    pub fn add_to(&self, velocity: &mut [f64]) {
-        velocity.iter_mut().zip(&self.velocity).for_each(|(v, own)| *v += own);
-    }
-
-    /// Keep its accelerations [m/s2], if they are known.
-    pub fn keep(&self, acceleration: &mut [f64]) {
-        if self.acceleration.len() == acceleration.len() {
-            acceleration.copy_from_slice(&self.acceleration);
-        }
-    }
-
-    /// Nothing moves where the supports of `model` hold it, whatever it did before; those that move go on.
-    pub fn held(mut self, model: &Model) -> Self {
-        for dof in (0..model.dof_count()).filter(|dof| model.held_first(*dof)) {
-            if model.moving.iter().all(|(moving, _)| *moving != dof) {
-                self.velocity.iter_mut().skip(dof).take(1).for_each(|v| *v = 0.0);
-                self.acceleration.iter_mut().skip(dof).take(1).for_each(|a| *a = 0.0);
-            }
-        }
-        self
     }
 }

@@ -3,6 +3,7 @@
 pub mod inherited;
 
 use crate::internal_force::assembly::Event;
+use crate::model::Model;
 use serde::{Deserialize, Serialize};
 
 /// Everything that a step starts from. Vectors are component-major over all degrees of freedom.
@@ -130,6 +131,24 @@ impl Default for Range {
     }
 }
 
+impl Range {
+    /// The next member has this value at `time` [s].
+    pub fn take(&mut self, value: f64, next: &mut impl Iterator<Item = u32>, time: f64) {
+        let extreme = Extreme { value, member: next.next().unwrap_or_default(), time };
+        self.merge(&Self { smallest: extreme, largest: extreme });
+    }
+
+    /// Take what is smaller or larger in `other`.
+    pub fn merge(&mut self, other: &Self) {
+        if other.smallest.value < self.smallest.value {
+            self.smallest = other.smallest;
+        }
+        if other.largest.value > self.largest.value {
+            self.largest = other.largest;
+        }
+    }
+}
+
 /// A largest value and when it occurred.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Peak {
@@ -160,10 +179,24 @@ pub struct Peaks {
 }
 
 impl State {
-    /// Begin the books with energy dissipated by damping, work of the interface force, of moving supports, of loads with a
-    /// history [J].
-    pub fn open_books(&mut self, booked: [f64; 4]) {
-        [self.dissipated, self.received, self.support_work, self.load_work] = booked;
+    /// A support has moved the degree of freedom `dof` by `du` [m] in a step of `h` [s] that began at the velocity `v0`: its
+    /// work, and what the inertia of its node adds to its `force` [N], if there is any.
+    pub fn book_support(
+        &mut self,
+        model: &Model,
+        force: &mut f64,
+        dof: usize,
+        du: f64,
+        inertia: Option<(f64, f64)>,
+    ) {
+        self.support_work -= *force * du;
+        let Some((h, v0)) = inertia else { return };
+        let (mass, v1) = (model.dof_mass(dof), self.velocity[dof]);
+        *force -= mass * ((v1 - v0) / h + model.damping * 0.5 * (v0 + v1));
+        if !model.held[dof] {
+            // What is let go later takes the kinetic energy along that its support has given it.
+            self.support_work += 0.5 * mass * (v1 * v1 - v0 * v0);
+        }
     }
 
     /// Become equal to `other`, in the memory that is there.

@@ -5,7 +5,7 @@ use crate::fields::lines;
 use crate::rest::barrier;
 use fem_solver::FemSolver;
 use fem_solver::config::structure::FormFinding;
-use fem_solver::equilibrium::form_finding::{Basis, find_form};
+use fem_solver::equilibrium::form_finding::{Basis, Wanted, find_form};
 use fem_solver::equilibrium::newton::Newton;
 use fem_solver::internal_force::assembly::Assembly;
 use fem_solver::internal_force::assembly::Event;
@@ -516,8 +516,8 @@ fn eased_rings_bring_a_pushed_net_to_rest_in_few_iterations() {
     let left = end(dir);
     let model = run.solver.model();
     let basis = Basis { displacement: &left.displacement, history: &left.history };
-    let found =
-        find_form(model, &mut Newton::new(model), FormFinding::Static, None, Some(basis), &mut |_, _| Ok(()));
+    let wanted = Wanted { model, method: FormFinding::Static, most: None, basis: Some(basis) };
+    let found = find_form(wanted, &mut Newton::new(model), &mut |_, _| Ok(()));
     let (form, info) = found.unwrap_or_else(|failure| panic!("{}", failure.describe(model)));
     println!("{} iterations", info.iterations);
     assert!(info.iterations < 1000, "{} iterations", info.iterations);

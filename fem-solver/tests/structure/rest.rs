@@ -4,7 +4,7 @@ use crate::common::{Run, scene};
 use fem_solver::FemSolver;
 use fem_solver::config::Config;
 use fem_solver::config::structure::FormFinding;
-use fem_solver::equilibrium::form_finding::find_form;
+use fem_solver::equilibrium::form_finding::{Wanted, find_form};
 use fem_solver::equilibrium::newton::Newton;
 use fem_solver::model::Model;
 use interface_defs::field::Sampling;
@@ -232,12 +232,12 @@ fn form_finding_obeys_max_iterations() {
     let model = Model::build(&scene, &config).unwrap_or_else(|e| panic!("{e}"));
     let find = |most: Option<u32>| {
         let mut ends = Vec::new();
-        let (form, info) =
-            find_form(&model, &mut Newton::new(&model), FormFinding::Static, most, None, &mut |n, _| {
-                ends.push(n);
-                Ok(())
-            })
-            .unwrap_or_else(|e| panic!("{e:?}"));
+        let wanted = Wanted { model: &model, method: FormFinding::Static, most, basis: None };
+        let (form, info) = find_form(wanted, &mut Newton::new(&model), &mut |n, _| {
+            ends.push(n);
+            Ok(())
+        })
+        .unwrap_or_else(|e| panic!("{e:?}"));
         assert!(ends.iter().enumerate().all(|(i, n)| *n == i as u64 + 1), "{ends:?}");
         assert_eq!(info.iterations, ends.len() as u64);
         (form.displacement, info.iterations)

@@ -4,7 +4,7 @@
 /// small, to share in that. Products are never fused with sums, so that both give the same bytes.
 #[macro_export]
 macro_rules! wide {
-    ($(#[$doc:meta])* $vis:vis fn $name:ident($($arg:ident: $type:ty),* $(,)?) $(-> $out:ty)? $body:block) => {
+    ($($(#[$doc:meta])* $vis:vis fn $name:ident($($arg:ident: $type:ty),* $(,)?) $(-> $out:ty)? $body:block)*) => {$(
         $(#[$doc])*
         $vis fn $name($($arg: $type),*) $(-> $out)? {
             #[inline(always)]
@@ -20,5 +20,5 @@ macro_rules! wide {
             }
             narrow($($arg),*)
         }
-    };
+    )*};
 }

@@ -50,8 +50,8 @@ pub struct Corrector {
 impl Corrector {
     pub fn new(model: &Model, settings: NewtonConfig) -> Self {
         let tangent = Tangent::new(model);
-        let free = tangent.len();
-        let memory = || vec![0.0; free];
+        let free = tangent.dofs.len();
+        let [of_load, of_rest, rest, product] = [(); 4].map(|()| vec![0.0; free]);
         Self {
             settings,
             internal: InternalForce::new(model),
@@ -59,11 +59,11 @@ impl Corrector {
             negative: 0,
             live: model.live_load.clone(),
             pressures: vec![0.0; model.live_pressures.len()],
-            load: tangent.dofs().iter().map(|dof| model.live_load[*dof]).collect(),
-            of_load: memory(),
-            of_rest: memory(),
-            rest: memory(),
-            product: memory(),
+            load: tangent.dofs.iter().map(|dof| model.live_load[*dof]).collect(),
+            of_load,
+            of_rest,
+            rest,
+            product,
             coarseness: model.elements.iter().map(|e| e.coarseness()).fold(0.0, f64::max),
             load_size: norm(&model.live_load),
             info: Info::default(),
@@ -109,10 +109,12 @@ impl Corrector {
                 });
             }
             self.factorise(model, state)?;
-            rounding = self.rounding(state, tension.sqrt(), scale);
+            let forces = tension.sqrt() + self.coarseness;
+            // As [`crate::equilibrium::newton`] has it.
+            rounding = self.tangent.noise(&state.displacement, forces, &mut self.rest).min(COARSEST * scale);
             let factor = self.close(control);
             (moved_before, moved) = (moved, 0.0);
-            for (i, dof) in self.tangent.dofs().iter().enumerate() {
+            for (i, dof) in self.tangent.dofs.iter().enumerate() {
                 state.displacement[*dof] += self.of_rest[i];
                 moved = f64::max(moved, self.of_rest[i].abs());
             }
@@ -129,7 +131,7 @@ impl Corrector {
         self.factorise(model, state)?;
         let Some(control) = self.moves_most(model) else {
             // Nothing moves under these loads.
-            return Err(Failure::Unstable { dof: self.tangent.dofs().first().copied().unwrap_or(0) });
+            return Err(Failure::Unstable { dof: self.tangent.dofs.first().copied().unwrap_or(0) });
         };
         let mut rate = 1.0 / self.of_load[control];
         let along = &mut self.of_rest;
@@ -172,7 +174,7 @@ impl Corrector {
 
     /// The free displacement that moves most under the loads.
     fn moves_most(&self, model: &Model) -> Option<usize> {
-        let (dofs, n) = (self.tangent.dofs(), 3 * model.node_count());
+        let (dofs, n) = (&self.tangent.dofs, 3 * model.node_count());
         let size = |i: &usize| if dofs[*i] < n { self.of_load[*i].abs() } else { 0.0 };
         let most = (0..dofs.len()).max_by(|a, b| size(a).total_cmp(&size(b)));
         most.filter(|i| size(i) > 0.0 && size(i).is_finite())
@@ -206,16 +208,6 @@ impl Corrector {
         self.tangent.gather(&self.live, &mut self.load);
     }
 
-    /// Residual that rounding leaves [N], as [`crate::equilibrium::newton`] has it.
-    fn rounding(&mut self, state: &State, tension: f64, scale: f64) -> f64 {
-        self.tangent.gather(&state.displacement, &mut self.rest);
-        self.rest.iter_mut().for_each(|x| *x = x.abs());
-        let root = (self.tangent.len() as f64).sqrt();
-        let noise =
-            2.0 * f64::EPSILON * (self.tangent.matrix.bound(&self.rest) + root * (tension + self.coarseness));
-        noise.min(COARSEST * scale)
-    }
-
     /// Factorise `K` at the state, and solve for the loads and for the residual that `force` holds.
     fn factorise(&mut self, model: &Model, state: &State) -> Result<(), Failure> {
         let slack = Slack::Regularised(SLACK_SHARE);
@@ -244,7 +236,7 @@ impl Corrector {
             return factor;
         }
         self.tangent.matrix.multiply(&self.of_rest, &mut self.product);
-        let sums = self.rest.iter_mut().zip(self.tangent.dofs()).zip(self.product.iter().zip(&self.load));
+        let sums = self.rest.iter_mut().zip(&self.tangent.dofs).zip(self.product.iter().zip(&self.load));
         sums.for_each(|((rest, dof), (product, q))| *rest = self.force[*dof] - product + factor * q);
         self.tangent.matrix.cholesky.solve(&mut self.rest);
         let change = -(self.rest[control] + self.of_rest[control]) / self.of_load[control];

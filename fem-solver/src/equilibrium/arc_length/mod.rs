@@ -93,20 +93,17 @@ impl Path {
     /// For `model`, at `speed` [m/s]; `turns` where it branches, or goes straight on.
     pub fn new(model: &Model, settings: NewtonConfig, speed: f64, turns: bool) -> Self {
         let n = model.dof_count();
-        let memory = || vec![0.0; n];
+        let [before, set_out, direction] = [(); 3].map(|()| vec![0.0; n]);
+        let can_break = model.elements.iter().any(|e| e.can_break());
         Self {
             speed,
             turns,
             extent: model.extent(),
             corrector: Corrector::new(model, settings),
-            before: memory(),
-            set_out: memory(),
-            direction: memory(),
-            history: if model.elements.iter().any(|e| e.can_break()) {
-                model.start_history()
-            } else {
-                Vec::new()
-            },
+            before,
+            set_out,
+            direction,
+            history: if can_break { model.start_history() } else { Vec::new() },
         }
     }
 
@@ -151,17 +148,16 @@ impl Path {
                 steps if steps < 2.0 => 0.5 * remaining,
                 _ => stride,
             };
-            let outcome = if stride < CORNER * self.extent {
+            let leaps = stride < CORNER * self.extent;
+            let outcome = if leaps {
                 self.leap(model, state, time, remaining)
             } else {
                 self.attempt(model, state, time, way)
             };
-            let outcome = outcome.and_then(|tried| {
-                let leapt = stride < CORNER * self.extent;
-                let late = !leapt && self.breaks_late(model, state, tried.probe.way);
+            match outcome.and_then(|tried| {
+                let late = !leaps && self.breaks_late(model, state, tried.probe.way);
                 if late { Err(Failure::Turns { angle: tried.turn }) } else { Ok(tried) }
-            });
-            match outcome {
+            }) {
                 Ok(tried) => {
                     let way = tried.probe.way;
                     self.accept(model, state, time + way / self.speed, way, &tried);
@@ -171,7 +167,7 @@ impl Path {
                 Err(failure) => {
                     self.go_back(state);
                     refused += 1;
-                    if stride < CORNER * self.extent {
+                    if leaps {
                         return Err(failure);
                     }
                     state.along.stride = 0.35 * way;
@@ -191,7 +187,7 @@ impl Path {
         }
         self.history.copy_from_slice(&state.history);
         self.corrector.internal.elements.advance(&model.elements, &state.displacement, &mut self.history);
-        !self.corrector.internal.elements.broken().is_empty()
+        !self.corrector.internal.elements.broken.is_empty()
     }
 
     fn go_back(&self, state: &mut State) {
@@ -286,7 +282,7 @@ impl Path {
     /// To the place `way` from the start of the step.
     fn go(&mut self, model: &Model, state: &mut State, way: f64, most: u32) -> Result<Tried, Failure> {
         let n = 3 * model.node_count();
-        let dofs = self.corrector.tangent.dofs();
+        let dofs = &self.corrector.tangent.dofs;
         let size = |i: &usize| if dofs[*i] < n { self.set_out[dofs[*i]].abs() } else { 0.0 };
         let control = (0..dofs.len()).max_by(|a, b| size(a).total_cmp(&size(b)));
         let control = control.ok_or(Failure::Unstable { dof: 0 })?;
@@ -298,18 +294,20 @@ impl Path {
         let tension = self.corrector.correct(model, state, (&self.before, control), most)?;
         let mut rate = self.corrector.direction(model, state, &mut self.direction)?;
         let (old, new) = (&self.set_out[..n], &self.direction[..n]);
-        let along = &state.along;
-        let before = Heading::new(old, along.rate, along.steepest);
-        let mut after = Heading::new(new, rate, along.steepest);
-        let straight = before.dot(&after, inner(old, new));
-        if straight < 0.0 {
-            rate = -rate;
-            after.load = -after.load;
+        let sizes = [norm(old), norm(new)];
+        let Along { rate: rate_before, steepest, .. } = state.along;
+        // Of a direction: its load, in units of the steepest that there was.
+        let load = |rate: f64, size: f64| if steepest > 0.0 { rate / (size * steepest) } else { 0.0 };
+        let (before, mut after) = (load(rate_before, sizes[0]), load(rate, sizes[1]));
+        if inner(old, new) / (sizes[0] * sizes[1]) + before * after < 0.0 {
+            (rate, after) = (-rate, -after);
             self.direction.iter_mut().for_each(|d| *d = -*d);
         }
-        let mut turn = angle(before.cosine(&after, inner(old, &self.direction[..n])));
-        turn = turn.max(angle(before.cosine_of_shapes(&after, inner(old, &self.direction[..n]))));
-        turn = turn.max(self.chord(&state.displacement, &self.direction, n));
+        let of_shapes = inner(old, &self.direction[..n]) / (sizes[0] * sizes[1]);
+        let lengths = [before, after].map(|load| (1.0 + load * load).sqrt());
+        let of_all = (of_shapes + before * after) / lengths[0] / lengths[1];
+        let chord = self.chord(&state.displacement, &self.direction, n);
+        let turn = angle(of_all).max(angle(of_shapes)).max(chord);
         let probe = PathPoint {
             way,
             factor: state.factor,
@@ -422,41 +420,10 @@ impl Path {
         self.face(state);
         let internal = &mut self.corrector.internal;
         internal.elements.advance(&model.elements, &state.displacement, &mut state.history);
-        if !internal.elements.broken().is_empty() {
+        if !internal.elements.broken.is_empty() {
             (state.along.anew, state.along.stride) = (true, FIRST * self.extent);
         }
-        state.events.extend(internal.elements.broken().iter().map(|broken| broken.event(time, 0.0)));
-    }
-}
-
-/// The direction of a path: its displacements, and its load in units of the steepest that there was.
-#[derive(Clone, Copy)]
-struct Heading {
-    size: f64,
-    load: f64,
-}
-
-impl Heading {
-    /// Of displacements per way, and of the load per way [1/m]; `steepest` is its largest per norm of all displacements.
-    fn new(displacement: &[f64], rate: f64, steepest: f64) -> Self {
-        let size = norm(displacement);
-        let load = if steepest > 0.0 { rate / (size * steepest) } else { 0.0 };
-        Self { size, load }
-    }
-
-    /// Product of two directions, `inner` being that of their displacements.
-    fn dot(&self, other: &Self, inner: f64) -> f64 {
-        inner / (self.size * other.size) + self.load * other.load
-    }
-
-    /// Of the angle between two directions.
-    fn cosine(&self, other: &Self, inner: f64) -> f64 {
-        self.dot(other, inner) / (1.0 + self.load * self.load).sqrt() / (1.0 + other.load * other.load).sqrt()
-    }
-
-    /// Of the displacements alone.
-    fn cosine_of_shapes(&self, other: &Self, inner: f64) -> f64 {
-        inner / (self.size * other.size)
+        state.events.extend(internal.elements.broken.iter().map(|broken| broken.event(time, 0.0)));
     }
 }
 

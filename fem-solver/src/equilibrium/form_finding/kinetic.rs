@@ -11,12 +11,12 @@
 //! Source: Barnes (1999), Form finding and analysis of tension structures by dynamic relaxation, Int. J. Space Structures
 //! 14(2), 89 (kinetic damping); handbook 2.8.
 
-use crate::equilibrium::form_finding::{Form, Search};
+use crate::equilibrium::form_finding::Search;
 use crate::equilibrium::newton::{Failure, Problem};
 use crate::model::Model;
 
 /// Most steps.
-const MOST_STEPS: usize = 1000;
+pub const MOST_STEPS: usize = 1000;
 /// Most iterations of a step; one that takes more is done again at half its length.
 const MOST_ITERATIONS: u32 = 40;
 /// Residual of a step, relative to the forces: as small as the peaks of the kinetic energy ask for. Where nothing moves any
@@ -82,31 +82,20 @@ impl<'a> Swing<'a> {
         }
     }
 
-    /// Let `u` [m] swing until `rest`, called with `u` and the history at every peak of the kinetic energy, returns a form
-    /// in which it rests.
-    pub fn to_rest(
+    /// At a peak of the kinetic energy at which it does not rest: all velocities become 0.
+    pub fn stop(&mut self) {
+        self.velocity.fill(0.0);
+        self.energy = 0.0;
+        self.step *= 2.0;
+    }
+
+    /// One step; whether the kinetic energy was largest before it, or nothing moves.
+    pub fn advance(
         &mut self,
         search: &mut Search,
         u: &mut [f64],
         history: &mut [f64],
-        mut rest: impl FnMut(&mut Search, &[f64], &[f64]) -> Result<Option<Form>, Failure>,
-    ) -> Result<Form, Failure> {
-        for _ in 0..MOST_STEPS {
-            if !self.advance(search, u, history)? {
-                continue;
-            }
-            if let Some(form) = rest(search, u, history)? {
-                return Ok(form);
-            }
-            self.velocity.fill(0.0);
-            self.energy = 0.0;
-            self.step *= 2.0;
-        }
-        Err(self.moves())
-    }
-
-    /// One step; whether the kinetic energy was largest before it, or nothing moves.
-    fn advance(&mut self, search: &mut Search, u: &mut [f64], history: &mut [f64]) -> Result<bool, Failure> {
+    ) -> Result<bool, Failure> {
         self.before.copy_from_slice(u);
         for ((target, u), v) in self.target.iter_mut().zip(&*u).zip(&self.velocity) {
             *target = u + self.step * v;
@@ -119,7 +108,7 @@ impl<'a> Swing<'a> {
             ..Problem::of_rest(self.model, &self.target, history, &self.pressures)
         };
         let limits = (self.tolerance, MOST_ITERATIONS);
-        let count = match search.solve_stage(self.model, &problem, limits, u) {
+        let count = match search.solve_stage(&problem, limits, u) {
             Ok(info) => info.iterations,
             Err(failure @ Failure::Stopped(_)) => return Err(failure),
             Err(failure) => {
@@ -129,7 +118,11 @@ impl<'a> Swing<'a> {
                     if self.restarts == RESTARTS {
                         return Err(failure);
                     }
-                    self.begin_anew();
+                    // At rest, in coarser steps.
+                    self.restarts += 1;
+                    self.velocity.fill(0.0);
+                    (self.energy, self.step) = (0.0, self.first);
+                    self.tolerance *= COARSER;
                 }
                 return Ok(false);
             }
@@ -146,22 +139,12 @@ impl<'a> Swing<'a> {
         if travel > GONE * self.model.extent() {
             return Err(self.moves());
         }
-        self.step *= if count <= EASY.0 {
-            2.0
-        } else if count <= EASY.1 {
-            LONGER
-        } else {
-            1.0
+        self.step *= match count {
+            count if count <= EASY.0 => 2.0,
+            count if count <= EASY.1 => LONGER,
+            _ => 1.0,
         };
         Ok(peak)
-    }
-
-    /// At rest, in coarser steps.
-    fn begin_anew(&mut self) {
-        self.restarts += 1;
-        self.velocity.fill(0.0);
-        (self.energy, self.step) = (0.0, self.first);
-        self.tolerance *= COARSER;
     }
 
     /// Velocities of the step that was just done; returns the kinetic energy [J].
@@ -176,7 +159,7 @@ impl<'a> Swing<'a> {
     }
 
     /// What does not come to rest.
-    fn moves(&self) -> Failure {
+    pub fn moves(&self) -> Failure {
         let speed = |node: usize| self.model.vector(&self.velocity, node).norm();
         let nodes = 0..self.model.node_count();
         let fastest = nodes.clone().max_by(|a, b| speed(*a).total_cmp(&speed(*b))).unwrap_or(0);

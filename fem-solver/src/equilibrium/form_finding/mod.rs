@@ -11,8 +11,7 @@ pub mod kinetic;
 use crate::config::NewtonConfig;
 use crate::config::structure::FormFinding;
 use crate::element::{Cable, Slack};
-use crate::equilibrium::form_finding::easing::Easing;
-use crate::equilibrium::form_finding::kinetic::Swing;
+use crate::equilibrium::form_finding::kinetic::{MOST_STEPS, Swing};
 use crate::equilibrium::newton::{Failure, Info, Newton, OnIteration, Problem};
 use crate::internal_force::Displacements;
 use crate::internal_force::assembly::Assembly;
@@ -57,8 +56,36 @@ pub struct Basis<'a> {
     pub history: &'a [f64],
 }
 
+/// What form is wanted, and how it is looked for.
+#[derive(Clone, Copy)]
+pub struct Wanted<'a> {
+    /// The structure.
+    pub model: &'a Model,
+    /// Where Newton begins.
+    pub method: FormFinding,
+    /// Most Newton iterations of each approach; by default as many as it makes sense.
+    pub most: Option<u32>,
+    /// What the structure has been through. What its elements remember of it is theirs in the equilibrium, too.
+    pub basis: Option<Basis<'a>>,
+}
+
+impl Wanted<'_> {
+    /// The structure as modelled, or as it was left.
+    pub fn as_it_is(&self) -> Form {
+        let Self { model, basis, .. } = self;
+        let (mut displacement, history) = match basis {
+            Some(basis) => (basis.displacement.to_vec(), basis.history.to_vec()),
+            None => (vec![0.0; model.dof_count()], model.start_history()),
+        };
+        model.prescribe_first(&mut displacement);
+        Form { displacement, history, smoothed: false }
+    }
+}
+
 /// A search for a rest shape: Newton's iteration, and what was done so far.
 pub struct Search<'a> {
+    /// What is looked for.
+    pub wanted: Wanted<'a>,
     /// The iteration.
     pub newton: &'a mut Newton,
     /// What it took.
@@ -69,17 +96,11 @@ pub struct Search<'a> {
 impl Search<'_> {
     /// [`Newton::solve`] as one part of the search, to a residual of the first of `limits` relative to the forces in at most as
     /// many iterations as the second.
-    pub fn solve(
-        &mut self,
-        model: &Model,
-        problem: &Problem,
-        limits: (f64, u32),
-        u: &mut [f64],
-    ) -> Result<Info, Failure> {
+    pub fn solve(&mut self, problem: &Problem, limits: (f64, u32), u: &mut [f64]) -> Result<Info, Failure> {
         let settings =
             NewtonConfig { tolerance: limits.0, max_iterations: Some(limits.1), line_search: true };
         let done = &mut self.done.iterations;
-        let outcome = self.newton.solve(model, problem, &settings, u, &mut |_, residual| {
+        let outcome = self.newton.solve(problem, &settings, u, &mut |_, residual| {
             *done += 1;
             (self.on_iteration)(*done, residual)
         });
@@ -87,30 +108,29 @@ impl Search<'_> {
         outcome
     }
 
-    /// The same where the last iteration may still move, as in what is only a stage of the search; none where it fails.
+    /// The same where the last iteration may still move, as in what is only a stage of the search.
     pub fn solve_stage(
         &mut self,
-        model: &Model,
         problem: &Problem,
         limits: (f64, u32),
         u: &mut [f64],
     ) -> Result<Info, Failure> {
         self.newton.limits_travel = false;
-        let outcome = self.solve(model, problem, limits, u);
+        let outcome = self.solve(problem, limits, u);
         self.newton.limits_travel = true;
         outcome
     }
 
     /// Equilibrium under the dead load by Newton from `u`, and the history there.
-    fn balanced(&mut self, model: &Model, u: &[f64], history: &[f64], most: u32) -> Result<Form, Failure> {
-        let zero = vec![0.0; u.len()];
-        let pressures = model.pressures_at_start();
+    fn balanced(&mut self, u: &[f64], history: &[f64], most: u32) -> Result<Form, Failure> {
+        let model = self.wanted.model;
+        let (zero, pressures) = (vec![0.0; u.len()], model.pressures_at_start());
         let mut form = Form { displacement: u.to_vec(), history: history.to_vec(), smoothed: false };
         let problem = Problem::of_rest(model, &zero, history, &pressures);
-        let info = self.solve(model, &problem, (TOLERANCE, most), &mut form.displacement)?;
+        let info = self.solve(&problem, (TOLERANCE, most), &mut form.displacement)?;
         let elements = &mut self.newton.internal.elements;
         elements.advance(&model.elements, &form.displacement, &mut form.history);
-        if let Some(broken) = elements.broken().first() {
+        if let Some(broken) = elements.broken.first() {
             let (element, tension) = (broken.element as usize, broken.tension);
             return Err(Failure::Broken { element, tension, part: 1.0 });
         }
@@ -120,14 +140,8 @@ impl Search<'_> {
     }
 
     /// The same; none where Newton does not come to it.
-    fn tried(
-        &mut self,
-        model: &Model,
-        u: &[f64],
-        history: &[f64],
-        most: u32,
-    ) -> Result<Option<Form>, Failure> {
-        match self.balanced(model, u, history, most) {
+    fn tried(&mut self, u: &[f64], history: &[f64], most: u32) -> Result<Option<Form>, Failure> {
+        match self.balanced(u, history, most) {
             Err(Failure::NotConverged { .. } | Failure::Unstable { .. }) => Ok(None),
             outcome => outcome.map(Some),
         }
@@ -135,24 +149,20 @@ impl Search<'_> {
 }
 
 /// Displacements [m] of static equilibrium under the dead load, moving supports at their place at
-/// t = 0, and what it took. `most` bounds the Newton iterations of each approach; by default as many as it makes sense.
+/// t = 0, and what it took.
 ///
 /// Ropes with friction have many forms; where Newton does not come to one at once, they hang as they would without it,
 /// with the same tension in every segment: a form that friction holds, too.
-///
-/// With a `basis` from a structure that has been through something: what its elements remember is theirs in the equilibrium, too.
 pub fn find_form(
-    model: &Model,
+    wanted: Wanted,
     newton: &mut Newton,
-    method: FormFinding,
-    most: Option<u32>,
-    basis: Option<Basis>,
     on_iteration: OnIteration,
 ) -> Result<(Form, Info), Failure> {
+    let Wanted { model, most, basis, .. } = wanted;
     if !model.elements.iter().any(|element| element.smooth().is_some()) {
-        return find(model, newton, method, most, basis, on_iteration);
+        return find(wanted, newton, on_iteration);
     }
-    let mut start = Approach::new(model, newton, method, basis, on_iteration);
+    let mut start = Approach::new(wanted, newton, on_iteration);
     if let Some(form) = start.by_newton(most.unwrap_or(MOST.2))? {
         return Ok((form, start.search.done));
     }
@@ -164,7 +174,8 @@ pub fn find_form(
     }
     let history = basis.map_or(Vec::new(), |basis| smooth_history(model, basis.history));
     let basis = basis.map(|basis| Basis { history: &history, ..basis });
-    let (mut form, info) = find(&smooth, &mut Newton::new(&smooth), method, most, basis, on_iteration)?;
+    let wanted = Wanted { model: &smooth, basis, ..wanted };
+    let (mut form, info) = find(wanted, &mut Newton::new(&smooth), on_iteration)?;
     let mut assembly = Assembly::new(&smooth);
     let histories = model.elements.iter().enumerate().map(|(i, element)| {
         let own = assembly.history(i, &form.history);
@@ -184,27 +195,19 @@ fn smooth_history(model: &Model, history: &[f64]) -> Vec<f64> {
 }
 
 /// The same where no rope has friction.
-fn find(
-    model: &Model,
-    newton: &mut Newton,
-    method: FormFinding,
-    most: Option<u32>,
-    basis: Option<Basis>,
-    on_iteration: OnIteration,
-) -> Result<(Form, Info), Failure> {
-    let mut start = Approach::new(model, newton, method, basis, on_iteration);
-    let mut form = start.by_newton(most.unwrap_or(MOST.0))?;
+fn find(wanted: Wanted, newton: &mut Newton, on_iteration: OnIteration) -> Result<(Form, Info), Failure> {
+    let mut start = Approach::new(wanted, newton, on_iteration);
+    let mut form = start.by_newton(wanted.most.unwrap_or(MOST.0))?;
     // A net as modelled falls far, and is no nearer to its rest shape so: that would cost it half as many iterations again.
-    if form.is_none() && basis.is_some() {
-        form = start.eased(most)?;
+    if form.is_none() && wanted.basis.is_some() {
+        form = start.eased()?;
     }
-    let form = form.map_or_else(|| start.swinging(most.unwrap_or(MOST.1)), Ok)?;
+    let form = form.map_or_else(|| start.swinging(), Ok)?;
     Ok((form, start.search.done))
 }
 
 /// Where an approach begins.
 struct Approach<'a> {
-    model: &'a Model,
     search: Search<'a>,
     u: Vec<f64>,
     /// The same where Newton begins, which needs stiffness in every direction.
@@ -213,20 +216,11 @@ struct Approach<'a> {
 }
 
 impl<'a> Approach<'a> {
-    fn new(
-        model: &'a Model,
-        newton: &'a mut Newton,
-        method: FormFinding,
-        basis: Option<Basis>,
-        on_iteration: OnIteration<'a>,
-    ) -> Self {
-        let (mut u, mut history) = match basis {
-            Some(basis) => (basis.displacement.to_vec(), basis.history.to_vec()),
-            None => (vec![0.0; model.dof_count()], model.start_history()),
-        };
-        model.prescribe_first(&mut u);
+    fn new(wanted: Wanted<'a>, newton: &'a mut Newton, on_iteration: OnIteration<'a>) -> Self {
+        let Wanted { model, method, basis, .. } = wanted;
+        let Form { displacement: mut u, mut history, .. } = wanted.as_it_is();
         let (mut done, mut sagged) = (Info::default(), Vec::new());
-        if !newton.tangent.is_empty() {
+        if !newton.tangent.dofs.is_empty() {
             match method {
                 // Its force densities as modelled are not those of a structure that has been through something.
                 FormFinding::ForceDensity if basis.is_none() => keep_force_densities(model, newton, &mut u),
@@ -241,40 +235,52 @@ impl<'a> Approach<'a> {
                 done.factorisations += 1;
             }
         }
-        Self { model, search: Search { newton, done, on_iteration }, u, sagged, history }
+        Self { search: Search { wanted, newton, done, on_iteration }, u, sagged, history }
     }
 
     /// By Newton alone; none where it does not come to a rest shape.
     fn by_newton(&mut self, most: u32) -> Result<Option<Form>, Failure> {
-        if self.search.newton.tangent.is_empty() {
+        if self.search.newton.tangent.dofs.is_empty() {
             let (displacement, history) = (self.u.clone(), self.history.clone());
             return Ok(Some(Form { displacement, history, smoothed: false }));
         }
-        self.search.tried(self.model, &self.sagged, &self.history, most)
+        self.search.tried(&self.sagged, &self.history, most)
+    }
+
+    /// Most iterations from near by.
+    fn most(&self) -> u32 {
+        self.search.wanted.most.unwrap_or(MOST.1)
     }
 
     /// By Newton with rings that go slack gradually; none where there are no rings, or where that does not end in a stable rest shape.
-    fn eased(&mut self, most: Option<u32>) -> Result<Option<Form>, Failure> {
-        let Some(mut easing) = Easing::of(self.model, most) else { return Ok(None) };
+    fn eased(&mut self) -> Result<Option<Form>, Failure> {
         let (mut u, mut history) = (self.u.clone(), self.history.clone());
-        if !easing.approach(&mut self.search, &mut u, &mut history)? {
+        if !easing::approach(&mut self.search, &mut u, &mut history)? {
             return Ok(None);
         }
-        let form = self.search.tried(self.model, &u, &history, most.unwrap_or(MOST.1))?;
+        let form = self.search.tried(&u, &history, self.most())?;
         Ok(form.filter(|_| self.search.done.unstable.is_none()))
     }
 
     /// Falling and swinging, by Newton from each peak of the kinetic energy.
-    fn swinging(&mut self, most: u32) -> Result<Form, Failure> {
-        let Self { model, search, u, history, .. } = self;
-        let mut unstable = 0;
-        Swing::new(model).to_rest(search, u, history, |search, u, history| {
-            let form = search.tried(model, u, history, most)?;
-            // A post on its tip is in balance, too: it falls on.
-            let falls = form.is_some() && search.done.unstable.is_some() && unstable < PATIENCE;
-            unstable += usize::from(falls);
-            Ok(form.filter(|_| !falls))
-        })
+    fn swinging(&mut self) -> Result<Form, Failure> {
+        let most = self.most();
+        let Self { search, u, history, .. } = self;
+        let (mut swing, mut unstable) = (Swing::new(search.wanted.model), 0);
+        for _ in 0..MOST_STEPS {
+            if !swing.advance(search, u, history)? {
+                continue;
+            }
+            if let Some(form) = search.tried(u, history, most)? {
+                // A post on its tip is in balance, too: it falls on.
+                if search.done.unstable.is_none() || unstable >= PATIENCE {
+                    return Ok(form);
+                }
+                unstable += 1;
+            }
+            swing.stop();
+        }
+        Err(swing.moves())
     }
 }
 
@@ -293,7 +299,7 @@ fn keep_force_densities(model: &Model, newton: &mut Newton, u: &mut [f64]) {
         }
     }
     if let Some(shape) = film(model, newton, u, density, &force) {
-        newton.tangent.dofs().iter().zip(&shape).for_each(|(dof, w)| u[*dof] += w);
+        newton.tangent.dofs.iter().zip(&shape).for_each(|(dof, w)| u[*dof] += w);
     }
 }
 
@@ -310,7 +316,7 @@ fn film(
     tangent.assemble_blocks(model, 1.0, |cable| Matrix3::from_diagonal_element(stiffness(cable)));
     tangent.add_film(model, u, &model.start_history(), START_SAG);
     tangent.factorise().ok()?;
-    let mut shape = vec![0.0; tangent.len()];
+    let mut shape = vec![0.0; tangent.dofs.len()];
     tangent.gather(force, &mut shape);
     tangent.matrix.cholesky.solve(&mut shape);
     Some(shape)
@@ -380,6 +386,6 @@ fn sag(model: &Model, newton: &mut Newton, u: &mut [f64]) {
     let depth = shape.iter().fold(0.0, |a, b| f64::max(a, b.abs()));
     if depth > 0.0 {
         let factor = START_SAG * model.extent() / depth;
-        newton.tangent.dofs().iter().zip(&shape).for_each(|(dof, w)| u[*dof] += factor * w);
+        newton.tangent.dofs.iter().zip(&shape).for_each(|(dof, w)| u[*dof] += factor * w);
     }
 }

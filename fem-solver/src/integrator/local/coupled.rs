@@ -1,7 +1,6 @@
 //! Which nodes of a selection the tangents of which elements couple.
 
 use super::Sums;
-use crate::element::Cable;
 use crate::internal_force::assembly::{Assembly, Heading};
 use crate::model::Model;
 
@@ -13,6 +12,12 @@ fn at_nodes<'a>(nodes: usize, of: impl Iterator<Item = &'a [usize]>) -> Vec<Vec<
     let mut at = vec![Vec::new(); nodes];
     of.enumerate().for_each(|(number, own)| own.iter().for_each(|node| at[*node].push(number as u32)));
     at
+}
+
+/// Sort numbers, each of them once.
+fn sort_once(numbers: &mut Vec<u32>) {
+    numbers.sort_unstable();
+    numbers.dedup();
 }
 
 /// Block of the tangent of an element: its nodes of row and column, and where it belongs.
@@ -36,17 +41,10 @@ pub(super) struct NearElement {
 /// The elements at selected nodes, and the pairs of these that they couple.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Coupled {
-    wires: Vec<Wire>,
     wires_at: Vec<Vec<u32>>,
     elements_at: Vec<Vec<u32>>,
-    /// Nodes of each element.
-    nodes_of: Vec<Vec<u32>>,
     /// Place of each node of the structure among the selected ones, or [`OUT`].
     place: Vec<u32>,
-    /// For each node and each element the mark of the last search that found it.
-    node_seen: Vec<u32>,
-    element_seen: Vec<u32>,
-    mark: u32,
     /// Numbers that a search has found.
     found: Vec<u32>,
     /// First pair of each place.
@@ -67,21 +65,17 @@ impl Coupled {
     pub(super) fn new(model: &Model) -> Self {
         let n = model.node_count();
         let mut coupled = Self {
-            wires: model.cables.iter().map(Wire::of).collect(),
             wires_at: at_nodes(n, model.cables.iter().map(|c| &c.nodes[..])),
             elements_at: at_nodes(n, model.elements.iter().map(|e| e.nodes())),
-            nodes_of: model.elements.iter().map(|e| e.nodes().iter().map(|n| *n as u32).collect()).collect(),
             place: vec![OUT; n],
-            node_seen: vec![0; n],
-            element_seen: vec![0; model.elements.len()],
             ..Self::default()
         };
-        coupled.select(0..n as u32, true);
+        coupled.select(model, 0..n as u32, true);
         coupled
     }
 
     /// Select `nodes`; find pairs if asked for, otherwise all tangents belong to the place behind the last pair.
-    pub(super) fn select(&mut self, nodes: impl Iterator<Item = u32>, pairs: bool) {
+    pub(super) fn select(&mut self, model: &Model, nodes: impl Iterator<Item = u32>, pairs: bool) {
         self.nodes.drain(..).for_each(|node| self.place[node as usize] = OUT);
         for (place, node) in nodes.enumerate() {
             self.place[node as usize] = place as u32;
@@ -90,30 +84,24 @@ impl Coupled {
         self.pairs.clear();
         self.first.clear();
         if pairs {
-            self.find_pairs();
+            self.find_pairs(model);
         }
-        self.find_wires();
-        self.find_elements();
+        self.find_wires(model);
+        self.find_elements(model);
     }
 
-    fn find_pairs(&mut self) {
-        for own in 0..self.nodes.len() as u32 {
-            let (from, node) = (self.pairs.len(), self.nodes[own as usize]);
-            self.first.push(from as u32);
-            self.mark = self.mark.wrapping_add(1);
-            self.node_seen[node as usize] = self.mark;
-            self.pairs.push([own, own]);
-            let by_wires = self.wires_at[node as usize].iter().flat_map(|w| &self.wires[*w as usize].nodes);
-            let by_elements =
-                self.elements_at[node as usize].iter().flat_map(|e| &self.nodes_of[*e as usize]);
-            for other in by_wires.chain(by_elements).map(|other| *other as usize) {
-                let place = self.place[other];
-                if place != OUT && place > own && self.node_seen[other] != self.mark {
-                    self.node_seen[other] = self.mark;
-                    self.pairs.push([own, place]);
-                }
-            }
-            self.pairs[from..].sort_unstable();
+    fn find_pairs(&mut self, model: &Model) {
+        for (own, node) in self.nodes.iter().enumerate() {
+            let (own, node) = (own as u32, *node as usize);
+            self.first.push(self.pairs.len() as u32);
+            let by_wires = self.wires_at[node].iter().flat_map(|w| &model.cables[*w as usize].nodes);
+            let by_elements = self.elements_at[node].iter().flat_map(|e| model.elements[*e as usize].nodes());
+            let others = by_wires.chain(by_elements).map(|other| self.place[*other]);
+            self.found.clear();
+            self.found.push(own);
+            self.found.extend(others.filter(|place| *place != OUT && *place > own));
+            sort_once(&mut self.found);
+            self.pairs.extend(self.found.iter().map(|place| [own, *place]));
         }
     }
 
@@ -134,49 +122,42 @@ impl Coupled {
     }
 
     /// The wires at selected nodes in the order of the structure, so that sums do not depend on what is selected.
-    fn find_wires(&mut self) {
+    fn find_wires(&mut self, model: &Model) {
         self.found.clear();
-        for (own, node) in self.nodes.iter().enumerate() {
-            // A wire between two selected nodes belongs to the first of them.
-            let here = |number: &&u32| {
-                let ends = self.wires[**number as usize].nodes;
-                ends.iter().all(|end| self.place[*end as usize] as usize >= own)
-            };
-            self.found.extend(self.wires_at[*node as usize].iter().filter(here));
-        }
-        self.found.sort_unstable();
+        self.found.extend(self.nodes.iter().flat_map(|node| &self.wires_at[*node as usize]));
+        sort_once(&mut self.found);
         self.near_wires.clear();
         let (nowhere, no_pair) = (self.nodes.len() as u32, self.pairs.len() as u32);
         for number in &self.found {
-            let wire = self.wires[*number as usize];
-            let [a, b] = wire.nodes.map(|node| self.place[node as usize]);
+            let cable = &model.cables[*number as usize];
+            let [a, b] = cable.nodes.map(|node| self.place[node]);
             let diagonal = |place: u32| if place == OUT { no_pair } else { self.pair(place, place) };
             let beside = if a == OUT || b == OUT { no_pair } else { self.pair(a.min(b), a.max(b)) };
-            let (pairs, places) = ([diagonal(a), diagonal(b), beside], [a.min(nowhere), b.min(nowhere)]);
-            self.near_wires.push(NearWire { wire, places, pairs });
+            self.near_wires.push(NearWire {
+                nodes: cable.nodes,
+                span: cable.span.into(),
+                q0: cable.initial_pull_per_length(),
+                slope: cable.slope(),
+                floor: cable.floor(),
+                places: [a.min(nowhere), b.min(nowhere)],
+                pairs: [diagonal(a), diagonal(b), beside],
+            });
         }
     }
 
     /// The elements at selected nodes, likewise.
-    fn find_elements(&mut self) {
+    fn find_elements(&mut self, model: &Model) {
         self.found.clear();
-        self.mark = self.mark.wrapping_add(1);
-        for node in &self.nodes {
-            for number in &self.elements_at[*node as usize] {
-                if std::mem::replace(&mut self.element_seen[*number as usize], self.mark) != self.mark {
-                    self.found.push(*number);
-                }
-            }
-        }
-        self.found.sort_unstable();
+        self.found.extend(self.nodes.iter().flat_map(|node| &self.elements_at[*node as usize]));
+        sort_once(&mut self.found);
         self.near_elements.clear();
         self.blocks.clear();
         self.places.clear();
         let nowhere = self.nodes.len() as u32;
         for number in &self.found {
             let from = self.places.len();
-            let nodes = &self.nodes_of[*number as usize];
-            self.places.extend(nodes.iter().map(|node| self.place[*node as usize].min(nowhere)));
+            let nodes = model.elements[*number as usize].nodes();
+            self.places.extend(nodes.iter().map(|node| self.place[*node].min(nowhere)));
             let places = &self.places[from..];
             for (row, a) in places.iter().enumerate() {
                 for (column, b) in places.iter().enumerate().filter(|(_, b)| a <= *b && **b < nowhere) {
@@ -208,9 +189,8 @@ impl Coupled {
             let (force, k, dofs) = assembly.linearised(number, element, heading, history);
             let (n, per_node) = (dofs.len(), if element.rotates() { 6 } else { 3 });
             let places = &self.places[place..near.places_end as usize];
-            for (node, own) in
-                places.iter().enumerate().filter(|(_, own)| (**own as usize) < self.nodes.len())
-            {
+            let selected = places.iter().enumerate().filter(|(_, own)| (**own as usize) < self.nodes.len());
+            for (node, own) in selected {
                 for c in 0..3 {
                     let row = node * per_node + c;
                     let along: f64 =
@@ -232,32 +212,14 @@ impl Coupled {
     }
 }
 
-/// Constants of a cable.
+/// A cable with a selected node, and its constants.
 #[derive(Debug, Clone, Copy)]
-struct Wire {
-    nodes: [u32; 2],
+pub(super) struct NearWire {
+    nodes: [usize; 2],
     span: [f64; 3],
     q0: f64,
     slope: f64,
     floor: f64,
-}
-
-impl Wire {
-    fn of(cable: &Cable) -> Self {
-        Self {
-            nodes: cable.nodes.map(|node| node as u32),
-            span: cable.span.into(),
-            q0: cable.initial_pull_per_length(),
-            slope: cable.slope(),
-            floor: cable.floor(),
-        }
-    }
-}
-
-/// A cable with a selected node.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct NearWire {
-    wire: Wire,
     /// Places of its nodes; that behind the last for a node that is not selected.
     places: [u32; 2],
     /// Pairs of its first node with itself, of its second, of both; that behind the last where there is none.
@@ -268,8 +230,8 @@ pub(super) struct NearWire {
 pub(super) fn add_wires(near: &[NearWire], (u, v): (&[f64], &[f64]), nodes: usize, to: &mut Sums) {
     let (ux, uy, uz) = (&u[..nodes], &u[nodes..2 * nodes], &u[2 * nodes..3 * nodes]);
     let (vx, vy, vz) = (&v[..nodes], &v[nodes..2 * nodes], &v[2 * nodes..3 * nodes]);
-    for NearWire { wire, places, pairs } in near {
-        let [a, b] = wire.nodes.map(|node| node as usize);
+    for wire in near {
+        let [a, b] = wire.nodes;
         let w = [ux[b] - ux[a], uy[b] - uy[a], uz[b] - uz[a]];
         let away = [vx[b] - vx[a], vy[b] - vy[a], vz[b] - vz[a]];
         let d = [0, 1, 2].map(|c: usize| wire.span[c] + w[c]);
@@ -280,7 +242,7 @@ pub(super) fn add_wires(near: &[NearWire], (u, v): (&[f64], &[f64]), nodes: usiz
         }
         let twice = 2.0 * wire.slope;
         let along = twice * (d[0] * away[0] + d[1] * away[1] + d[2] * away[2]);
-        let [first, second] = places.map(|place| place as usize);
+        let [first, second] = wire.places.map(|place| place as usize);
         for c in 0..3 {
             let (pull, change) = (elastic * d[c], along * d[c] + elastic * away[c]);
             to.force[first][c] += pull;
@@ -295,7 +257,7 @@ pub(super) fn add_wires(near: &[NearWire], (u, v): (&[f64], &[f64]), nodes: usiz
             }
             k[4 * r] += elastic;
         }
-        let [own, other, beside] = pairs.map(|pair| pair as usize);
+        let [own, other, beside] = wire.pairs.map(|pair| pair as usize);
         (0..9).for_each(|i| to.tangent[own][i] += k[i]);
         (0..9).for_each(|i| to.tangent[other][i] += k[i]);
         (0..9).for_each(|i| to.tangent[beside][i] -= k[i]);

@@ -18,10 +18,9 @@ use crate::model::Model;
 use crate::model::applied::Applied;
 use crate::state::State;
 use coupled::Coupled;
-use interface_defs::field::{FieldSpec, Place, Sampling, name};
+use interface_defs::field::{FieldSpec, Layout, Place, Sampling, name};
 use interface_defs::message::Plan;
 use interface_defs::selection::Selection;
-use std::ops::Range;
 
 /// A structure whose tangent couples more nodes than this with each, on average, does not offer it: a contact solver would be
 /// slower with it than a second pass of the structure.
@@ -79,15 +78,8 @@ impl Sums {
     }
 }
 
-/// Something at one degree of freedom of a selected node.
-#[derive(Debug, Clone, Copy)]
-struct AtDof {
-    place: usize,
-    component: usize,
-    dof: usize,
-    /// Stiffness [N/m] or viscosity [N s/m].
-    amount: f64,
-}
+/// A degree of freedom of a selected node, the node's place, and stiffness [N/m] or viscosity [N s/m] there.
+type AtDof = (usize, usize, f64);
 
 /// Force, rate and tangent at the selected nodes.
 pub struct Local {
@@ -105,8 +97,6 @@ pub struct Local {
     at_rest: bool,
     /// How far ahead tangents are taken [s].
     ahead: f64,
-    /// Where each of [`FIELDS`] lies in an answer.
-    fields: [Option<Range<usize>>; 4],
 }
 
 impl Local {
@@ -134,7 +124,6 @@ impl Local {
             sums,
             at_rest: false,
             ahead: step.map_or(0.0, |step| AHEAD * step),
-            fields: [const { None }; 4],
         };
         local.find_rest(model);
         local.select(model, None);
@@ -144,9 +133,9 @@ impl Local {
     /// Select nodes and name the pairs of them that are coupled; or all, without pairs.
     pub fn select(&mut self, model: &Model, selection: Option<&mut Selection>) {
         match selection {
-            None => self.coupled.select(0..model.node_count() as u32, false),
+            None => self.coupled.select(model, 0..model.node_count() as u32, false),
             Some(selection) => {
-                self.coupled.select(selection.nodes.iter().copied(), true);
+                self.coupled.select(model, selection.nodes.iter().copied(), true);
                 selection.pairs.clear();
                 selection.pairs.reserve(self.coupled.pairs.capacity());
                 selection.pairs.extend_from_slice(&self.coupled.pairs);
@@ -163,7 +152,7 @@ impl Local {
             to.clear();
             for (dof, amount) in of.iter().filter(|(dof, _)| *dof < 3 * n) {
                 if let Some(place) = coupled.place(dof % n) {
-                    to.push(AtDof { place, component: dof / n, dof: *dof, amount: *amount });
+                    to.push((*dof, place, *amount));
                 }
             }
         };
@@ -183,13 +172,15 @@ impl Local {
         self.held_pairs.extend(pairs.map(|(number, _)| number as u32));
     }
 
-    /// Where the fields lie in an answer from now on: `place` of a name.
-    pub fn locate(&mut self, place: impl Fn(&str) -> Option<Range<usize>>) {
-        self.fields = FIELDS.map(|(name, ..)| place(name));
-    }
-
-    /// Write the fields of `state` at `time` [s] to an answer; `skipped`: nothing has happened in the window that ends there.
-    pub fn write(&mut self, model: &Model, state: &State, (time, skipped): (f64, bool), output: &mut [f64]) {
+    /// Write the fields of `state` at `time` [s] to an answer of this layout; `skipped`: nothing has happened in the window that
+    /// ends there.
+    pub fn write(
+        &mut self,
+        model: &Model,
+        state: &State,
+        (time, skipped): (f64, bool),
+        (layout, output): (&Layout, &mut [f64]),
+    ) {
         if !(skipped && self.at_rest) {
             self.sum(model, state, time);
         }
@@ -201,9 +192,10 @@ impl Local {
             tangent.as_flattened(),
             std::slice::from_ref(&model.damping),
         ];
-        for (field, numbers) in self.fields.iter().zip(numbers) {
-            if let Some(at) = field {
-                output[at.clone()].copy_from_slice(&numbers[..at.len()]);
+        for ((name, ..), numbers) in FIELDS.iter().zip(numbers) {
+            if let Some(at) = layout.sample(name, Sampling::Once, 0) {
+                let to = &mut output[at];
+                to.copy_from_slice(&numbers[..to.len()]);
             }
         }
     }
@@ -227,13 +219,14 @@ impl Local {
         coupled::add_wires(&coupled.near_wires, (u, v), nodes, sums);
         let heading = Heading { u, v, ahead: self.ahead };
         coupled.add_elements(model, &mut self.assembly, heading, &state.history, sums);
-        for AtDof { place, component, dof, amount } in self.springs.iter().copied() {
+        for (dof, place, amount) in self.springs.iter().copied() {
+            let component = dof / nodes;
             sums.force[place][component] -= amount * u[dof];
             sums.rate[place][component] -= amount * v[dof];
             sums.tangent[coupled.pair(place as u32, place as u32) as usize][4 * component] += amount;
         }
-        for AtDof { place, component, dof, amount } in self.dashpots.iter().copied() {
-            sums.force[place][component] -= amount * v[dof];
+        for (dof, place, amount) in self.dashpots.iter().copied() {
+            sums.force[place][dof / nodes] -= amount * v[dof];
         }
         self.hold(model, time);
     }

@@ -16,48 +16,36 @@ pub(super) struct Answer {
     pub(super) whole: Items,
     /// The nodes that fields are laid out for.
     pub(super) shown: Shown,
-    displacement: Vec<Range<usize>>,
-    velocity: Vec<Range<usize>>,
-    /// Where it says how far nodes have moved, if it does.
-    pub(super) travel: Option<Range<usize>>,
+    /// Samples of displacement and of velocity.
+    samples: [usize; 2],
 }
 
 impl Answer {
     /// The fields of `plan` on all of `mesh`.
     pub(super) fn new(plan: &Plan, mesh: &InterfaceMesh) -> Self {
-        let layout = Layout::new(&plan.gives, mesh, 0);
-        let samples = |field: &str| -> Vec<Range<usize>> {
-            let count = plan.gives.iter().find(|f| f.name == field).map_or(0, |f| f.samples as usize);
-            (0..count).filter_map(|s| layout.sample(field, Sampling::AtEnds, s)).collect()
+        let samples = |field: &str| {
+            plan.gives
+                .iter()
+                .find(|f| f.name == field && f.sampling == Sampling::AtEnds)
+                .map_or(0, |f| f.samples as usize)
         };
         Self {
-            displacement: samples(name::DISPLACEMENT),
-            velocity: samples(name::VELOCITY),
-            travel: layout.sample(name::TRAVEL, Sampling::Once, 0),
+            layout: Layout::new(&plan.gives, mesh, 0),
             whole: Items::of(mesh),
             shown: Shown::all(mesh.node_count()),
-            layout,
+            samples: [samples(name::DISPLACEMENT), samples(name::VELOCITY)],
         }
     }
 
     /// Fewest equal parts of a window at the ends of which all samples lie.
     pub(super) fn parts(&self) -> usize {
-        least_common_multiple(self.displacement.len().max(1), self.velocity.len().max(1))
+        least_common_multiple(self.samples[0].max(1), self.samples[1].max(1))
     }
 
     /// Lay the fields out for `nodes` and `items`, or for the whole mesh.
     pub(super) fn select(&mut self, selected: Option<(&[u32], Items)>) {
         self.shown.select(selected.map(|(nodes, _)| nodes));
         self.layout.resize(&selected.map_or(self.whole, |(_, items)| items));
-        let motion = [(name::DISPLACEMENT, &mut self.displacement), (name::VELOCITY, &mut self.velocity)];
-        for (field, samples) in motion {
-            for (s, at) in samples.iter_mut().enumerate() {
-                if let Some(place) = self.layout.sample(field, Sampling::AtEnds, s) {
-                    *at = place;
-                }
-            }
-        }
-        self.travel = self.layout.sample(name::TRAVEL, Sampling::Once, 0);
     }
 
     /// Where a field with one value for the window lies.
@@ -73,31 +61,34 @@ impl Answer {
         origin: &[f64],
         output: &mut [f64],
     ) {
-        let sample_at = |count: usize| {
-            (count > 0 && (step * count).is_multiple_of(steps)).then(|| step * count / steps - 1)
-        };
-        if let Some(at) = sample_at(self.displacement.len()).map(|sample| self.displacement[sample].clone()) {
-            self.shown.difference(&state.displacement, origin, &mut output[at]);
-        }
-        if let Some(at) = sample_at(self.velocity.len()).map(|sample| self.velocity[sample].clone()) {
-            self.shown.take(&state.velocity, &mut output[at]);
+        for (velocity, count) in self.samples.into_iter().enumerate().filter(|(_, count)| *count > 0) {
+            if (step * count).is_multiple_of(steps) {
+                self.write_sample(velocity > 0, step * count / steps - 1, state, origin, output);
+            }
         }
     }
 
     /// Write `state` as every sample of motion.
     pub(super) fn write_all(&self, state: &State, origin: &[f64], output: &mut [f64]) {
-        for at in &self.displacement {
-            self.shown.difference(&state.displacement, origin, &mut output[at.clone()]);
-        }
-        for at in &self.velocity {
-            self.shown.take(&state.velocity, &mut output[at.clone()]);
+        for (velocity, count) in self.samples.into_iter().enumerate() {
+            (0..count).for_each(|sample| self.write_sample(velocity > 0, sample, state, origin, output));
         }
     }
 
-    /// Write how far any interface node has moved in the window [m].
+    fn write_sample(&self, velocity: bool, sample: usize, state: &State, origin: &[f64], output: &mut [f64]) {
+        let field = if velocity { name::VELOCITY } else { name::DISPLACEMENT };
+        let Some(at) = self.layout.sample(field, Sampling::AtEnds, sample) else { return };
+        if velocity {
+            self.shown.take(&state.velocity, &mut output[at]);
+        } else {
+            self.shown.difference(&state.displacement, origin, &mut output[at]);
+        }
+    }
+
+    /// Write how far any interface node has moved in the window [m], where that is asked for.
     pub(super) fn write_travel(&self, travel: f64, output: &mut [f64]) {
-        if let Some(at) = &self.travel {
-            output[at.clone()].fill(travel);
+        if let Some(at) = self.place(name::TRAVEL) {
+            output[at].fill(travel);
         }
     }
 }

@@ -1,5 +1,6 @@
 //! What a run did.
 
+use crate::equilibrium::newton::Info;
 use crate::model::Model;
 use interface_defs::diagnostic::{Diagnostic, code};
 use serde::{Deserialize, Serialize};
@@ -32,6 +33,16 @@ pub struct Counts {
 }
 
 impl Counts {
+    /// What Newton did in a step counts, too.
+    pub fn add(&mut self, info: &Info) {
+        self.newton += info.iterations;
+        self.factorisations += info.factorisations;
+        self.kept_factors += info.kept_factors;
+        self.shifted += u64::from(info.shifted_at.is_some());
+        self.unstable += u64::from(info.unstable.is_some());
+        self.unstable_at = self.unstable_at.or(info.unstable);
+    }
+
     /// The counts by the names of `summary.json`.
     pub fn named<C: FromIterator<(String, u64)>>(&self) -> C {
         let counts = [

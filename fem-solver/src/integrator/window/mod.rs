@@ -2,16 +2,11 @@
 
 mod answer;
 mod counts;
-mod kept;
-mod load_steps;
-mod report;
-mod retry;
 
 pub use self::counts::Counts;
-pub use self::kept::{KeptWindows, other_structure};
-use crate::config::Config;
-use crate::config::fem::AtBranch;
+use crate::config::fem::{AtBranch, LoadSteps};
 use crate::config::scheme::Scheme;
+use crate::config::{Config, FemConfig};
 use crate::equilibrium::arc_length::Path;
 use crate::equilibrium::newton::{Failure, Info, Newton};
 use crate::integrator::explicit::Explicit;
@@ -19,18 +14,23 @@ use crate::integrator::implicit::Implicit;
 use crate::integrator::interface_force::Loads;
 use crate::integrator::local::Local;
 use crate::integrator::start::Start;
-use crate::linear_algebra::lanes::{add, work, work_at};
+use crate::linear_algebra::lanes::{add, add_to, work, work_at};
 use crate::model::Model;
 use crate::results::energy::Energies;
-use crate::results::record::{Largest, Recorder, Step};
+use crate::results::moving_mean::Sample;
+use crate::results::record::{Recorder, Step};
 use crate::state::{Peak, Peaks, State};
-use answer::Answer;
+use answer::{Answer, travel};
+use interface_defs::diagnostic::{Diagnostic, code};
+use interface_defs::field::name;
 use interface_defs::ipc::interrupt;
 use interface_defs::mesh::InterfaceMesh;
-use interface_defs::message::{Fault, Plan};
+use interface_defs::message::{Fault, FaultKind, Plan};
+use interface_defs::selection::Selection;
 use interface_defs::solver::Window;
-use load_steps::Control;
-use report::Booked;
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
+use std::rc::Rc;
 
 /// Explicit steps are no longer than this part of the critical step in windows from the first on in which something broke.
 ///
@@ -38,6 +38,22 @@ use report::Booked;
 /// around it turn slack and taut at every swing. The energy of a mode at an instant is wrong by `(w h / 2)^2` of its kinetic
 /// energy: with half the critical step by a quarter, with this step by a sixtieth.
 const TORN_SHARE: f64 = 0.125;
+/// A window in which Newton fails is cut into at most so many times the steps before it is given up.
+const FINEST: usize = 8;
+
+/// An implicit step ends where something breaks: a window in which that used more of its strength than all of it and this
+/// part is cut into more steps.
+const BREAKS_WITHIN: f64 = 0.01;
+/// At most so many times the steps.
+const FINEST_TORN: usize = 64;
+
+/// Steps that are longer than what is left by less than this share are as long.
+const SAME: f64 = 1e-9;
+
+/// Shares of the iterations that are allowed up to which the next load step is twice as long, and up to which it is as long.
+const FAST: f64 = 0.3;
+const SLOW: f64 = 0.5;
+
 /// The scheme in time.
 enum Engine {
     Explicit(Box<Explicit>),
@@ -73,19 +89,67 @@ pub struct Exchange<'a> {
     pub shortcuts: bool,
 }
 
+/// What load steps are controlled by.
+struct Control {
+    settings: LoadSteps,
+    /// Most iterations of a step.
+    most: f64,
+    /// State at the start of the step at hand.
+    fallback: State,
+}
+
+impl Control {
+    /// As the scene says; `state` is one of the structure.
+    fn new(fem: &FemConfig, state: &State, model: &Model) -> Option<Box<Self>> {
+        let settings = fem.load_steps?;
+        let most = f64::from(fem.newton.most_iterations());
+        let fallback = State { events: Vec::with_capacity(model.elements.len()), ..state.clone() };
+        Some(Box::new(Self { settings, most, fallback }))
+    }
+
+    /// How much longer the next step is than one of so many iterations.
+    fn growth(&self, iterations: u64) -> f64 {
+        match iterations as f64 / self.most {
+            share if share <= FAST => 2.0,
+            share if share <= SLOW => 1.0,
+            _ => 0.5,
+        }
+    }
+}
+
+/// What an answer says of the way to its state.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+struct Booked {
+    /// Largest distance that an interface node has moved [m]; 0 where nobody asks.
+    travel: f64,
+    /// All numbers of the gauges.
+    gauges: Vec<f64>,
+}
+
+/// The committed state, and what was booked and counted by then.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct KeptWindows {
+    committed: State,
+    booked: Booked,
+    /// Impulse of the supports within the last 1 ms.
+    impulse: Vec<Sample>,
+    counts: Counts,
+}
+
 /// Everything that a window needs.
 pub struct WindowSolver {
+    model: Rc<Model>,
     engine: Engine,
     energies: Energies,
     recorder: Recorder,
     loads: Loads,
     /// State at the start of the window at hand.
     pub committed: State,
-    trial: State,
+    /// State at the end of the window solved last.
+    pub trial: State,
     /// Displacement at t = 0 [m].
     pub origin: Vec<f64>,
     rest_force: Vec<f64>,
-    nodes: usize,
     time_step: f64,
     /// Longest explicit step once something has broken [s].
     torn_step: f64,
@@ -112,14 +176,13 @@ pub struct WindowSolver {
 
 impl WindowSolver {
     /// For `model` from `start`, between the structure and whoever loads it.
-    pub fn new(model: &Model, config: &Config, start: Start, exchange: Exchange) -> Self {
-        let Exchange { recorder, loads, plan, mesh, shortcuts } = exchange;
+    pub fn new(model: &Rc<Model>, config: &Config, start: Start, exchange: Exchange) -> Self {
+        let Exchange { mut recorder, loads, plan, mesh, shortcuts } = exchange;
         let answer = Answer::new(plan, mesh);
         let n = model.dof_count();
         let scheme = Scheme::of(&config.fem);
-        let mut local = Local::new(model, plan, scheme.map(|_| start.time_step.min(plan.window)));
-        local.iter_mut().for_each(|local| local.locate(|field| answer.place(field)));
-        let loads_parts = loads.parts();
+        recorder.at_end = scheme.is_some_and(|s| !s.inertia);
+        let local = Local::new(model, plan, scheme.map(|_| start.time_step.min(plan.window)));
         let ends = if loads.has_end() { n } else { 0 };
         let committed = first_state(model, config, &start, &recorder, ends);
         let torn_step = match scheme {
@@ -128,13 +191,12 @@ impl WindowSolver {
         };
         let done = start.form_finding;
         Self {
+            model: model.clone(),
             energies: Energies::new(model, scheme.is_none_or(|s| s.inertia)),
             engine: Engine::new(model, config, start.newton),
-            recorder: recorder.at_end(scheme.is_some_and(|s| !s.inertia)),
-            loads,
+            recorder,
             load_steps: Control::new(&config.fem, &committed, model),
             trial: State { events: Vec::with_capacity(model.elements.len()), ..committed.clone() },
-            nodes: model.node_count(),
             committed,
             origin: start.form.displacement,
             rest_force: start.force,
@@ -144,7 +206,8 @@ impl WindowSolver {
             shortcuts,
             skipped: false,
             booked: Default::default(),
-            parts: least_common_multiple(loads_parts, answer.parts()),
+            parts: least_common_multiple(loads.parts(), answer.parts()),
+            loads,
             answer,
             loaded: false,
             local,
@@ -160,44 +223,38 @@ impl WindowSolver {
     }
 
     /// The answer as it stands at t = 0.
-    pub fn initial(&mut self, model: &Model, output: &mut [f64]) {
+    pub fn initial(&mut self, output: &mut [f64]) {
         // Where a path does not begin at all, its first step says so.
         if let Engine::Path(path) = &mut self.engine
-            && path.begin(model, &mut self.trial).is_ok()
+            && path.begin(&self.model, &mut self.trial).is_ok()
         {
             self.counts.factorisations += path.corrector.info.factorisations;
             self.committed.copy_from(&self.trial);
         }
-        self.rest(model, 0.0, 1.0);
+        self.rest(0.0, 1.0);
         self.committed.groups.copy_from_slice(&self.trial.groups);
         self.answer.write_all(&self.trial, &self.origin, output);
-        self.write_gauges(model, output);
-        self.write_travel_and_local(model, 0.0, output);
+        self.write_gauges(output);
+        self.write_travel_and_local(0.0, output);
         let [now, before] = &mut self.booked;
         before.clone_from(now);
         self.recorder.begin();
     }
 
     /// Advance the committed state over `window` under `input`, into the trial state and `output`.
-    pub fn solve(
-        &mut self,
-        model: &Model,
-        window: &Window,
-        input: &[f64],
-        output: &mut [f64],
-    ) -> Result<(), Fault> {
+    pub fn solve(&mut self, window: &Window, input: &[f64], output: &mut [f64]) -> Result<(), Fault> {
         self.trial.copy_from(&self.committed);
-        let rests = || model.rests(window.start, window.end());
+        let rests = || self.model.rests(window.start, window.end());
         self.skipped = self.shortcuts && self.committed.at_rest && !self.loads.any(input) && rests();
         if self.skipped {
-            self.rest(model, window.end(), window.length);
+            self.rest(window.end(), window.length);
             self.answer.write_all(&self.trial, &self.origin, output);
         } else {
             self.trial.at_rest = false;
-            self.advance(model, window, input, output)?;
+            self.advance(window, input, output)?;
         }
-        self.write_gauges(model, output);
-        self.write_travel_and_local(model, window.end(), output);
+        self.write_gauges(output);
+        self.write_travel_and_local(window.end(), output);
         if self.energy_now.iter().all(|e| e.is_finite()) {
             return Ok(());
         }
@@ -209,19 +266,59 @@ impl WindowSolver {
     }
 
     /// Nothing happens for a time of `length` until `end`.
-    fn rest(&mut self, model: &Model, end: f64, length: f64) {
+    fn rest(&mut self, end: f64, length: f64) {
         self.recorder.begin();
-        let (mut peaks, mut groups) = (self.trial.peaks, std::mem::take(&mut self.trial.groups));
-        let (force, middle) = (&self.rest_force, &self.trial.displacement);
-        let step = Step { end, length, force, middle, at: end, tension: 0.0 };
-        let largest = &mut Largest { peaks: &mut peaks, groups: &mut groups };
-        self.recorder.step(model, &self.trial, &step, largest);
-        self.trial.groups = groups;
+        self.record(end, length, None);
+    }
+
+    /// Advance over the window; where Newton fails, again from its start with twice the steps. Where something breaks in it
+    /// for the first time, again with the steps of a torn structure; where that is far beyond its strength, with more.
+    fn advance(&mut self, window: &Window, input: &[f64], output: &mut [f64]) -> Result<(), Fault> {
+        let mut finer = 1;
+        let mut longest = self.longest_step(!self.committed.events.is_empty());
+        loop {
+            match self.advance_by(window, input, output, (longest, finer)) {
+                Ok(()) => {
+                    let torn = self.longest_step(!self.trial.events.is_empty());
+                    let late = ((self.broke_under - 1.0) / BREAKS_WITHIN).clamp(0.0, FINEST_TORN as f64);
+                    // In statics a step is what the scene makes it.
+                    let moves = matches!(&self.engine, Engine::Implicit(implicit) if implicit.scheme.inertia);
+                    if torn < longest {
+                        longest = torn;
+                    } else if late > 1.0 && finer < FINEST_TORN && moves {
+                        finer = (finer * (late.ceil() as usize).next_power_of_two()).min(FINEST_TORN);
+                    } else {
+                        if late > 1.0 {
+                            self.counts.late = self.counts.late.max(self.broke_under);
+                        }
+                        return Ok(());
+                    }
+                }
+                Err(fault)
+                    if fault.kind == FaultKind::Interrupted
+                        || finer >= FINEST
+                        || self.load_steps.is_some()
+                        || !matches!(self.engine, Engine::Implicit(_)) =>
+                {
+                    return Err(fault);
+                }
+                Err(_) => {
+                    finer *= 2;
+                    self.counts.refined += 1;
+                }
+            }
+            self.trial.copy_from(&self.committed);
+            self.trial.at_rest = false;
+        }
+    }
+
+    /// The longest step of a structure that is torn or not [s].
+    fn longest_step(&self, torn: bool) -> f64 {
+        if torn { self.torn_step } else { self.time_step }
     }
 
     fn advance_by(
         &mut self,
-        model: &Model,
         window: &Window,
         input: &[f64],
         output: &mut [f64],
@@ -235,43 +332,39 @@ impl WindowSolver {
         let steps = own * self.parts * finer;
         let h = window.length / steps as f64;
         let per_load = steps / self.loads.parts();
-        let fault =
-            |what| Fault::window(format!("window {} from {:.6e} s{what}", window.number, window.start));
         for step in 0..steps {
             if interrupt::requested() {
                 return Err(Fault::interrupted());
             }
             let (time, end) = (window.start + step as f64 * h, window.start + (step + 1) as f64 * h);
-            if step % per_load == 0 {
-                self.loads.begin_part(input, step / per_load, &self.answer.shown, &self.trial.load);
-                if step > 0 && matches!(self.engine, Engine::Explicit(_)) {
-                    match self.answer.shown.dofs() {
-                        None => self.part_start.copy_from_slice(&self.trial.displacement),
-                        Some(dofs) => dofs.iter().map(|dof| *dof as usize).for_each(|dof| {
-                            self.part_start[dof] = self.trial.displacement[dof];
-                        }),
-                    }
+            let place = step % per_load;
+            if place == 0 {
+                self.begin_part(input, step / per_load);
+            }
+            let of_step = |what| {
+                format!(", step {} of {steps}: {what}; a shorter window or fem.time_step may do", step + 1)
+            };
+            let taken = match &mut self.engine {
+                Engine::Path(_) => self.along_path(time, end).map_err(|what| format!(": {what}")),
+                Engine::Implicit(_) if self.load_steps.is_some() => {
+                    self.by_load_steps((time, end), (place, per_load)).map_err(|what| format!(": {what}"))
                 }
-            }
-            if matches!(self.engine, Engine::Path(_)) {
-                self.along_path(model, time, end).map_err(|what| fault(format!(": {what}")))?;
-                self.answer.write((step + 1, steps), &self.trial, &self.origin, output);
-                continue;
-            }
-            if self.load_steps.is_some() {
-                let place = (step % per_load, per_load);
-                self.by_load_steps(model, (time, end), place).map_err(|what| fault(format!(": {what}")))?;
-                self.answer.write((step + 1, steps), &self.trial, &self.origin, output);
-                continue;
-            }
-            let tension = self.step(model, time, h, step % per_load, per_load).map_err(|what| {
-                let step = step + 1;
-                fault(format!(", step {step} of {steps}: {what}; a shorter window or fem.time_step may do"))
+                Engine::Implicit(_) => self
+                    .implicit_step(time, h, |x| (place as f64 + x) / per_load as f64)
+                    .map(|(tension, _)| self.record(end, h, Some(tension)))
+                    .map_err(|failure| of_step(failure.describe(&self.model))),
+                Engine::Explicit(explicit) => {
+                    let tension = explicit.step(&self.model, &mut self.trial, time, h).sqrt();
+                    if place + 1 == per_load {
+                        self.book_mean_work(step < per_load);
+                    }
+                    self.record(end, h, Some(tension));
+                    Ok(())
+                }
+            };
+            taken.map_err(|what| {
+                Fault::window(format!("window {} from {:.6e} s{what}", window.number, window.start))
             })?;
-            if (step + 1) % per_load == 0 && matches!(self.engine, Engine::Explicit(_)) {
-                self.book_mean_work(step < per_load);
-            }
-            self.record(model, end, h, tension);
             self.answer.write((step + 1, steps), &self.trial, &self.origin, output);
         }
         if !matches!(self.engine, Engine::Path(_)) && self.load_steps.is_none() {
@@ -280,29 +373,26 @@ impl WindowSolver {
         Ok(())
     }
 
-    /// One step; returns the largest tension in it.
-    fn step(&mut self, model: &Model, time: f64, h: f64, step: usize, steps: usize) -> Result<f64, String> {
-        match &mut self.engine {
-            Engine::Explicit(explicit) => {
-                if step == 0 {
-                    explicit.load(model, self.loads.mean(), self.answer.shown.dofs().filter(|_| self.loaded));
-                    self.loaded = true;
-                }
-                Ok(explicit.step(model, &mut self.trial, time, h).sqrt())
-            }
-            Engine::Path(_) => unreachable!("a path has steps of its own"),
-            Engine::Implicit(_) => self
-                .implicit_step(model, time, h, |x| (step as f64 + x) / steps as f64)
-                .map(|(tension, _)| tension)
-                .map_err(|failure| failure.describe(model)),
+    /// Part number `part` of the window begins, which has a load of its own.
+    fn begin_part(&mut self, input: &[f64], part: usize) {
+        self.loads.begin_part(input, part, &self.answer.shown, &self.trial.load);
+        let Engine::Explicit(explicit) = &mut self.engine else { return };
+        let dofs = self.answer.shown.dofs();
+        match dofs {
+            _ if part == 0 => (),
+            None => self.part_start.copy_from_slice(&self.trial.displacement),
+            Some(dofs) => dofs.iter().map(|dof| *dof as usize).for_each(|dof| {
+                self.part_start[dof] = self.trial.displacement[dof];
+            }),
         }
+        explicit.load(&self.model, self.loads.mean(), dofs.filter(|_| self.loaded));
+        self.loaded = true;
     }
 
-    /// One implicit step, whose begin and end, at 0 and 1, are these shares of the part of the window; returns the largest tension in it, and the
-    /// iterations.
+    /// One implicit step, whose begin and end, at 0 and 1, are these shares of the part of the window; returns the largest
+    /// tension in it, and the iterations.
     fn implicit_step(
         &mut self,
-        model: &Model,
         time: f64,
         h: f64,
         share: impl Fn(f64) -> f64,
@@ -311,21 +401,16 @@ impl WindowSolver {
         self.part_start.copy_from_slice(&self.trial.displacement);
         let scheme = implicit.scheme;
         let load = self.loads.between(&scheme, share);
-        let (largest, info) = implicit.step(model, &mut self.trial, &load, time, h)?;
-        self.counts.newton += info.iterations;
-        if let Some(dof) = info.shifted_at {
-            if self.counts.shifted == 0 {
-                tracing::warn!(
-                    "t = {time:.6e} s: the tangent is not positive, first at {}; it is shifted (reported once)",
-                    model.dof_name(dof)
-                );
-            }
-            self.counts.shifted += 1;
+        let (largest, info) = implicit.step(&self.model, &mut self.trial, &load, time, h)?;
+        if let Some(dof) = info.shifted_at
+            && self.counts.shifted == 0
+        {
+            tracing::warn!(
+                "t = {time:.6e} s: the tangent is not positive, first at {}; it is shifted (reported once)",
+                self.model.dof_name(dof)
+            );
         }
-        self.counts.unstable += u64::from(info.unstable.is_some());
-        self.counts.unstable_at = self.counts.unstable_at.or(info.unstable);
-        self.counts.factorisations += info.factorisations;
-        self.counts.kept_factors += info.kept_factors;
+        self.counts.add(&info);
         self.broke_under = self.broke_under.max(implicit.broke_under());
         let (after, before) = (&self.trial.displacement, &self.part_start);
         if scheme.takes_mean_only() {
@@ -339,20 +424,76 @@ impl WindowSolver {
         Ok((largest.sqrt(), info))
     }
 
+    /// Statics from `start` to `end` [s], part number `place.0` of `place.1` of what one load covers, by load steps as long as
+    /// Newton is fast; those that fail are halved.
+    fn by_load_steps(
+        &mut self,
+        (start, end): (f64, f64),
+        (part, parts): (usize, usize),
+    ) -> Result<(), String> {
+        let Some(mut control) = self.load_steps.take() else { return Ok(()) };
+        let settings = control.settings;
+        let place = |time: f64| (part as f64 + (time - start) / (end - start)) / parts as f64;
+        let (mut time, mut outcome) = (start, Ok(()));
+        while time < end && outcome.is_ok() {
+            let remaining = end - time;
+            let stride = match self.trial.along.stride {
+                0.0 => settings.first,
+                stride => stride,
+            }
+            .min(self.time_step);
+            let h = match remaining / stride {
+                steps if steps <= 1.0 + SAME => remaining,
+                // Two halves rather than a whole step and a very short one.
+                steps if steps < 2.0 => 0.5 * remaining,
+                _ => stride,
+            };
+            let next = if h >= remaining { end } else { time + h };
+            control.fallback.copy_from(&self.trial);
+            match self.implicit_step(time, h, |x| place(time) + x * (place(next) - place(time))) {
+                Ok((tension, info)) => {
+                    let growth = control.growth(info.iterations);
+                    // A row of output that cuts a step short leaves the length of the next.
+                    let longest = if growth >= 1.0 && h < stride { stride } else { growth * h };
+                    self.trial.along.stride = longest.max(settings.shortest());
+                    self.counts.steps += 1;
+                    self.record(next, h, Some(tension));
+                    time = next;
+                }
+                Err(failure) => {
+                    self.trial.copy_from(&control.fallback);
+                    self.counts.refused += 1;
+                    let half = 0.5 * h;
+                    self.trial.along.stride = half;
+                    if half < settings.shortest() {
+                        outcome = Err(format!(
+                            "statics ends at t = {time:.6e} s, the last equilibrium: from there no load step of {h:.3e} s, and \
+                             fem.load_steps allows none below {:.3e} s. {}; where the structure snaps or buckles, \
+                             fem.path_speed follows it",
+                            settings.shortest(),
+                            failure.describe(&self.model)
+                        ));
+                    }
+                }
+            }
+        }
+        self.load_steps = Some(control);
+        outcome
+    }
+
     /// Along the path of equilibrium from `time` to `end`, by as many steps as it takes.
-    fn along_path(&mut self, model: &Model, mut time: f64, end: f64) -> Result<(), String> {
+    fn along_path(&mut self, mut time: f64, end: f64) -> Result<(), String> {
         while time < end {
             let Engine::Path(path) = &mut self.engine else { return Ok(()) };
             let taken = path
-                .step(model, &mut self.trial, time, end - time)
-                .map_err(|failure| format!("t = {time:.6e} s: {}", failure.describe(model)))?;
-            self.counts.newton += taken.info.iterations;
-            self.counts.factorisations += taken.info.factorisations;
+                .step(&self.model, &mut self.trial, time, end - time)
+                .map_err(|failure| format!("t = {time:.6e} s: {}", failure.describe(&self.model)))?;
+            self.counts.add(&taken.info);
             self.counts.refused += taken.refused;
             self.counts.steps += 1;
             let h = taken.length;
             time = if h >= end - time { end } else { time + h };
-            self.record(model, time, h, taken.tension.sqrt());
+            self.record(time, h, Some(taken.tension.sqrt()));
         }
         Ok(())
     }
@@ -367,36 +508,138 @@ impl WindowSolver {
         };
     }
 
-    fn record(&mut self, model: &Model, end: f64, h: f64, tension: f64) {
+    /// A step of length `h` that ends at `end` is done, with the largest tension in it; none where nothing has happened.
+    fn record(&mut self, end: f64, h: f64, tension: Option<f64>) {
         let (mut peaks, mut groups) = (self.trial.peaks, std::mem::take(&mut self.trial.groups));
-        let middle_of_step = end - 0.5 * h;
+        let (displacement, middle_of_step) = (&self.trial.displacement[..], end - 0.5 * h);
         let (force, middle, at) = match &self.engine {
+            _ if tension.is_none() => (&self.rest_force[..], displacement, end),
             Engine::Explicit(e) => (&e.force[..], &e.middle[..], middle_of_step),
             // Statics knows no way between two states: what it reports is the state at the end.
-            Engine::Implicit(i) if !i.scheme.inertia => {
-                (&self.trial.force[..], &self.trial.displacement[..], end)
-            }
+            Engine::Implicit(i) if !i.scheme.inertia => (&self.trial.force[..], displacement, end),
             Engine::Implicit(i) => (&i.force[..], &i.middle[..], middle_of_step),
-            Engine::Path(p) => (&p.corrector.force[..], &self.trial.displacement[..], end),
+            Engine::Path(p) => (&p.corrector.force[..], displacement, end),
         };
-        let step = Step { end, length: h, force, middle, at, tension };
-        let largest = &mut Largest { peaks: &mut peaks, groups: &mut groups };
-        self.recorder.step(model, &self.trial, &step, largest);
-        (self.trial.peaks, self.trial.groups) = (peaks, groups);
-    }
-
-    /// State at the end of the window solved last.
-    pub fn solved(&self) -> &State {
-        &self.trial
+        let step = Step { end, length: h, force, middle, at, tension: tension.unwrap_or(0.0) };
+        self.recorder.step(&self.model, &self.trial, &step, &mut peaks, &mut groups);
+        self.trial.groups = groups;
+        if tension.is_some() {
+            self.trial.peaks = peaks;
+        }
     }
 
     /// Accept the last window.
     pub fn commit(&mut self) {
         std::mem::swap(&mut self.committed, &mut self.trial);
         self.booked.swap(0, 1);
-        self.recorder.commit();
+        self.recorder.mean.commit();
         self.counts.skipped += u64::from(self.skipped);
     }
+
+    /// Energies at the window's end, reactions and scene gauges over the window.
+    fn write_gauges(&mut self, output: &mut [f64]) {
+        let internal = match &mut self.engine {
+            Engine::Explicit(e) => &mut e.internal,
+            Engine::Implicit(i) => &mut i.newton.internal,
+            Engine::Path(p) => &mut p.corrector.internal,
+        };
+        self.energies.of(&self.model, internal, &self.trial, &mut self.energy_now);
+        let gauges = &mut output[self.answer.layout.len()..];
+        let (triples, _) = gauges.as_chunks_mut::<3>();
+        for (triple, energy) in triples.iter_mut().zip(&self.energy_now) {
+            *triple = [*energy; 3];
+        }
+        if let (Engine::Path(_), [.., factor, _]) = (&self.engine, &mut triples[..self.energy_now.len()]) {
+            let along = &self.trial.along;
+            *factor = [factor[0], along.lowest.min(factor[0]), along.highest.max(factor[0])];
+        }
+        self.recorder.write(&mut gauges[3 * self.energy_now.len()..]);
+        self.booked[0].gauges.clear();
+        self.booked[0].gauges.extend_from_slice(gauges);
+    }
+
+    /// From now on inputs and answers are laid out for `selection`, or for the whole interface mesh. Names the pairs of nodes
+    /// that the tangent couples, where a plan asks for it.
+    pub fn select(&mut self, mut selection: Option<&mut Selection>) {
+        match (&mut self.local, selection.as_deref_mut()) {
+            (Some(local), selection) => local.select(&self.model, selection),
+            (None, Some(selection)) => selection.pairs.clear(),
+            (None, None) => (),
+        }
+        let selected = selection.map(|s| (&s.nodes[..], s.items()));
+        self.loads.select(&selected.map_or(self.answer.whole, |(_, items)| items));
+        self.answer.select(selected);
+        self.loaded = false;
+    }
+
+    /// Write the committed state, reached at `time` [s], to `output`, as every sample of a window.
+    pub fn write_committed(&mut self, time: f64, output: &mut [f64]) {
+        self.answer.write_all(&self.committed, &self.origin, output);
+        let Booked { travel, gauges } = &self.booked[1];
+        self.answer.write_travel(*travel, output);
+        output[self.answer.layout.len()..].copy_from_slice(gauges);
+        if let Some(local) = &mut self.local {
+            local.write(&self.model, &self.committed, (time, false), (&self.answer.layout, output));
+        }
+    }
+
+    /// Where a field with one value for the window lies in an answer.
+    pub fn place(&self, field: &str) -> Option<Range<usize>> {
+        self.answer.place(field)
+    }
+
+    /// Write how far the interface nodes have moved in the window that ends at `time` [s], and what a contact solver needs to
+    /// move them itself from there, where the answer says so.
+    fn write_travel_and_local(&mut self, time: f64, output: &mut [f64]) {
+        if self.answer.place(name::TRAVEL).is_some() {
+            let (from, to) = (&self.committed.displacement, &self.trial.displacement);
+            self.booked[0].travel = travel(from, to, self.model.node_count(), self.answer.shown.selected());
+            self.answer.write_travel(self.booked[0].travel, output);
+        }
+        if let Some(local) = &mut self.local {
+            local.write(&self.model, &self.trial, (time, self.skipped), (&self.answer.layout, output));
+        }
+    }
+
+    /// What the next window follows from.
+    pub fn kept(&self) -> KeptWindows {
+        KeptWindows {
+            committed: self.committed.clone(),
+            booked: self.booked[1].clone(),
+            impulse: self.recorder.mean.kept(),
+            counts: self.counts,
+        }
+    }
+
+    /// Go on from there.
+    ///
+    /// # Errors
+    ///
+    /// If that is of another structure.
+    pub fn go_on(&mut self, kept: KeptWindows) -> Result<(), Fault> {
+        let sizes = |state: &State, gauges: usize| {
+            let State { displacement: u, velocity: v, acceleration: a, force: f, load, .. } = state;
+            ([u, v, a, f, load, &state.history].map(Vec::len), state.groups.len(), gauges)
+        };
+        let own = sizes(&self.committed, self.booked[1].gauges.len());
+        let torn =
+            kept.committed.events.iter().all(|event| (event.element as usize) < self.model.elements.len());
+        if own != sizes(&kept.committed, kept.booked.gauges.len()) || kept.impulse.is_empty() || !torn {
+            return Err(other_structure());
+        }
+        self.committed.copy_from(&kept.committed);
+        self.trial.copy_from(&kept.committed);
+        self.booked = [kept.booked.clone(), kept.booked];
+        self.recorder.mean.go_on(kept.impulse);
+        self.counts = kept.counts;
+        Ok(())
+    }
+}
+
+/// That what was kept is of another structure.
+pub fn other_structure() -> Fault {
+    let what = "the state that was kept is of another structure";
+    Diagnostic::error(code::PROVENANCE, what).into()
 }
 
 /// The state at t = 0, with memory for `ends` numbers of interface force.
@@ -406,7 +649,7 @@ fn first_state(model: &Model, config: &Config, start: &Start, recorder: &Recorde
     let mut velocity = model.start_velocity.clone();
     let thrown = velocity.iter().any(|v| *v != 0.0);
     velocity.resize(n, 0.0);
-    start.motion.iter().for_each(|motion| motion.add_to(&mut velocity));
+    start.motion.iter().for_each(|[own, _]| add_to(&mut velocity, own));
     let mut state = State {
         displacement: start.form.displacement.clone(),
         velocity,
@@ -429,8 +672,13 @@ fn first_state(model: &Model, config: &Config, start: &Start, recorder: &Recorde
             state.acceleration[*dof] -= viscosity * state.velocity[*dof] / model.dof_mass(*dof);
         }
     }
-    start.motion.iter().filter(|_| !thrown).for_each(|motion| motion.keep(&mut state.acceleration));
-    state.open_books(start.booked);
+    if let Some([_, own]) = &start.motion
+        && !thrown
+        && own.len() == state.acceleration.len()
+    {
+        state.acceleration.copy_from_slice(own);
+    }
+    [state.dissipated, state.received, state.support_work, state.load_work] = start.booked;
     let reaction = recorder.total_reaction(&start.force, &start.form.displacement);
     let at_start = |value| Peak { value, time: 0.0 };
     let size = at_start(reaction.iter().map(|r| r * r).sum::<f64>().sqrt());

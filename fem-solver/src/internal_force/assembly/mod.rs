@@ -41,7 +41,7 @@ pub struct Assembly {
     tangent: Vec<f64>,
     history: Vec<f64>,
     /// What broke as the history was last advanced.
-    broken: Vec<Broken>,
+    pub broken: Vec<Broken>,
     /// What broke within the last explicit step, and the forces of that over the step, one after the other [N].
     releases: Vec<Release>,
     released: Vec<f64>,
@@ -71,12 +71,10 @@ impl Assembly {
             histories = history.end;
             assembly.places.push(Place { dofs, history });
         }
-        let widest = assembly.places.iter().map(|p| p.dofs.len()).max().unwrap_or(0);
-        let longest = assembly.places.iter().map(|p| p.history.len()).max().unwrap_or(0);
-        assembly.u = vec![0.0; widest];
-        assembly.force = vec![0.0; widest];
-        assembly.tangent = vec![0.0; widest * widest];
-        assembly.history = vec![0.0; longest];
+        let most = |of: fn(&Place) -> usize| assembly.places.iter().map(of).max().unwrap_or(0);
+        let (widest, longest) = (most(|place| place.dofs.len()), most(|place| place.history.len()));
+        (assembly.u, assembly.force) = (vec![0.0; widest], vec![0.0; widest]);
+        (assembly.tangent, assembly.history) = (vec![0.0; widest * widest], vec![0.0; longest]);
         assembly.reserve_ruptures(&model.elements);
         assembly
     }
@@ -126,10 +124,7 @@ impl Assembly {
         for (i, element) in elements.iter().enumerate() {
             let tension = self.respond(i, element, u, history, None);
             self.take_force(i, force);
-            // Of cables, ropes, rings and brakes: a post is none of them.
-            if !element.has_moments() {
-                largest = f64::max(largest, tension);
-            }
+            largest = f64::max(largest, counted(element, tension));
         }
         largest * largest
     }
@@ -143,27 +138,20 @@ impl Assembly {
         history: &mut [f64],
         force: &mut [f64],
     ) -> f64 {
-        let mut largest = 0.0;
         self.broken.clear();
         self.releases.clear();
         self.released.clear();
-        let mut next = 0;
+        let (mut largest, mut next) = (0.0, 0);
         while next < elements.len() {
-            let several = self.rings.block_of(next).map(|block| (block, self.rings.elements(block)));
-            if let Some((block, own)) = &several
-                && self.rings.pull_ahead(*block, start, middle, history)
-            {
-                largest = f64::max(largest, self.rings.hand_back(*block, force, history));
-                next = own.end;
-                continue;
-            }
-            // A block with a ring that will not bear the step: one by one.
-            let end = several.map_or(next + 1, |(_, own)| own.end);
-            for (number, element) in elements.iter().enumerate().take(end).skip(next) {
-                let tension = self.subtract_one(&Stretch { number, element, start, middle }, history, force);
-                // Of cables, ropes, rings and brakes: a post is none of them.
-                if !element.has_moments() {
-                    largest = f64::max(largest, tension);
+            let (block, end) = self.rings.block_at(next);
+            match block.filter(|block| self.rings.pull_ahead(*block, start, middle, history)) {
+                Some(block) => largest = f64::max(largest, self.rings.hand_back(block, force, history)),
+                // Where a block has a ring that will not bear the step, too.
+                None => {
+                    for (number, element) in elements.iter().enumerate().take(end).skip(next) {
+                        let of = Stretch { number, element, start, middle };
+                        largest = f64::max(largest, self.subtract_one(&of, history, force));
+                    }
                 }
             }
             next = end;
@@ -171,7 +159,7 @@ impl Assembly {
         largest * largest
     }
 
-    /// The same of one element; returns its largest axial force [N].
+    /// The same of one element.
     fn subtract_one(&mut self, of: &Stretch, history: &mut [f64], force: &mut [f64]) -> f64 {
         let broken = if of.element.can_break() { self.break_within(of, history) } else { None };
         let tension = match broken {
@@ -181,7 +169,7 @@ impl Assembly {
         self.broken.extend(broken);
         self.take_force(of.number, force);
         self.take_history(of.number, history);
-        tension
+        counted(of.element, tension)
     }
 
     /// Take the force of the answer at hand, that of element number `element`, from `force`.
@@ -216,11 +204,6 @@ impl Assembly {
             self.respond(i, element, u, history, None);
             self.take_history(i, history);
         }
-    }
-
-    /// Elements that broke as the history was last advanced, and what they carried [N].
-    pub fn broken(&self) -> &[Broken] {
-        &self.broken
     }
 
     /// Answer of one element into the memory of this; returns its largest axial force.
@@ -287,20 +270,14 @@ impl Assembly {
     pub fn energy(&mut self, elements: &[AnyElement], u: &[f64], history: &[f64]) -> Energy {
         let (mut sum, mut next) = (Energy::default(), 0);
         while next < elements.len() {
-            let several = self.rings.block_of(next).map(|block| (block, self.rings.elements(block)));
-            if let Some((block, own)) = &several
-                && self.rings.add_energy(*block, u, history, &mut sum)
-            {
-                next = own.end;
-                continue;
-            }
-            let end = several.map_or(next + 1, |(_, own)| own.end);
-            for (i, element) in elements.iter().enumerate().take(end).skip(next) {
-                self.gather(i, u);
-                let place = &self.places[i];
-                let own = element.energy(&self.u[..place.dofs.len()], &history[place.history.clone()]);
-                sum.stored += own.stored;
-                sum.dissipated += own.dissipated;
+            let (block, end) = self.rings.block_at(next);
+            if !block.is_some_and(|block| self.rings.add_energy(block, u, history, &mut sum)) {
+                for (i, element) in elements.iter().enumerate().take(end).skip(next) {
+                    let history = self.history(i, history);
+                    let own = element.energy(self.gather(i, u), history);
+                    sum.stored += own.stored;
+                    sum.dissipated += own.dissipated;
+                }
             }
             next = end;
         }
@@ -311,7 +288,7 @@ impl Assembly {
     pub fn ground_force(&mut self, model: &Model, u: &[f64], history: &[f64]) -> Vector3<f64> {
         let mut sum = Vector3::zeros();
         for (number, contact) in model.ground.clone().zip(model.ground_contacts()) {
-            let own = &history[self.places[number].history.clone()];
+            let own = self.history(number, history);
             sum += contact.force(self.gather(number, u), own);
         }
         sum
@@ -324,10 +301,15 @@ impl Assembly {
 
     /// What a ring that is computed with others carries at `u` [N], 0 where it is broken; `None` of any other element.
     pub fn ring_tension(&mut self, element: usize, u: &[f64], history: &[f64]) -> Option<f64> {
-        let block = self.rings.block_of(element)?;
+        let block = self.rings.block_at(element).0?;
         if self.read.0 != Some(block) {
-            self.read = (Some(block), *self.rings.tensions(block, u, history));
+            self.read = (Some(block), self.rings.tensions(block, u, history));
         }
         Some(self.read.1[element - self.rings.elements(block).start])
     }
+}
+
+/// The axial force of an element, where it counts among those of cables, ropes, rings and brakes: a post is none of them.
+fn counted(element: &AnyElement, tension: f64) -> f64 {
+    if element.has_moments() { 0.0 } else { tension }
 }

@@ -8,7 +8,7 @@
 //! The kick changes velocities, so the work `f . du` that the element takes differs from that energy in the square of
 //! the step. [`Assembly::book_rupture`] returns the difference: with it the books say exactly what the scheme did.
 
-use super::Assembly;
+use super::{Assembly, Place};
 use crate::element::AnyElement;
 use serde::{Deserialize, Serialize};
 
@@ -83,13 +83,17 @@ impl Assembly {
         }
     }
 
-    /// Whether an element is broken at the part `x` of the step. Its history there is in the memory then.
-    fn breaks_at(&mut self, of: &Stretch, history: &[f64], x: f64) -> bool {
+    /// Largest axial force of an element at the part `x` of the step [N]. Its force and history there are in the memory then.
+    fn answer_at(&mut self, of: &Stretch, history: &[f64], x: f64) -> f64 {
         self.gather_at(of, x);
-        let place = &self.places[of.number];
-        let (dofs, own) = (place.dofs.len(), place.history.clone());
-        self.answer(of.number, of.element, history, None);
-        of.element.breaks(&self.u[..dofs], &mut self.history[..own.len()])
+        self.answer(of.number, of.element, history, None)
+    }
+
+    /// Whether an element is broken at the part `x` of the step, by which its history in the memory says so.
+    fn breaks_at(&mut self, of: &Stretch, history: &[f64], x: f64) -> bool {
+        self.answer_at(of, history, x);
+        let Place { dofs, history } = &self.places[of.number];
+        of.element.breaks(&self.u[..dofs.len()], &mut self.history[..history.len()])
     }
 
     /// Where an element breaks within the step: its force over the step, and its history behind it, are in the memory then.
@@ -101,24 +105,16 @@ impl Assembly {
         if bound <= 1.0 || !self.breaks_at(of, history, 1.0) {
             return None;
         }
-        let (mut low, mut high) = (0.0, 1.0);
-        if self.breaks_at(of, history, 0.0) {
-            high = 0.0;
-        }
+        let (mut low, mut high) = (0.0, if self.breaks_at(of, history, 0.0) { 0.0 } else { 1.0 });
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
-            if high > 0.0 && self.breaks_at(of, history, middle) {
-                high = middle;
-            } else {
-                low = middle;
-            }
+            let to = if high > 0.0 && self.breaks_at(of, history, middle) { &mut high } else { &mut low };
+            *to = middle;
         }
-        self.gather_at(of, high);
-        let tension = self.answer(of.number, of.element, history, None);
+        let tension = self.answer_at(of, history, high);
         of.element.breaks(&self.u[..n], &mut self.history[..own]);
         self.torn[..own].copy_from_slice(&self.history[..own]);
-        self.gather_at(of, 0.5 * high);
-        self.answer(of.number, of.element, history, None);
+        self.answer_at(of, history, 0.5 * high);
         self.force[..n].iter_mut().for_each(|f| *f *= high);
         self.history[..own].copy_from_slice(&self.torn[..own]);
         self.gather_at(of, 0.0);
@@ -136,11 +132,10 @@ impl Assembly {
         let mut sum = 0.0;
         for at in 0..self.releases.len() {
             let Release { element, first, before } = self.releases[at];
-            self.gather(element, u);
-            let place = &self.places[element];
-            let n = place.dofs.len();
+            let own = self.history(element, history);
+            let has = elements[element].energy(self.gather(element, u), own);
+            let n = self.dofs(element).len();
             let work: f64 = self.released[first..][..n].iter().zip(&self.u).map(|(f, u)| f * u).sum();
-            let has = elements[element].energy(&self.u[..n], &history[place.history.clone()]);
             sum += before + work - has.stored - has.dissipated;
         }
         sum

@@ -114,8 +114,9 @@ impl Kernel {
             constants.resize(constants.len() + WIDEST, 0.0);
         }
         kernel.scalar = vec![0.0; longest];
-        for i in 0..kernel.runs.len() {
-            kernel.runs[i].alike = kernel.alike(&kernel.runs[i].cables);
+        for run in &mut kernel.runs {
+            let same = |of: &Vec<f64>| of[run.cables.clone()].windows(2).all(|two| two[0] == two[1]);
+            run.alike = kernel.constants.iter().all(same);
         }
         if cables.len() >= FEWEST_SCATTERED && kernel.runs.len() * SHORT > cables.len() {
             kernel.scattered = Some(Scattered::new(cables, node_count));
@@ -143,11 +144,6 @@ impl Kernel {
         let (q0, slope) = (cable.initial_pull_per_length(), cable.slope());
         let stored = [q0.max(cable.floor()), 1.0 / (4.0 * slope)];
         self.push([x, y, z, cable.span.norm_squared(), q0, slope], stored);
-    }
-
-    /// Whether these cables have the same constants.
-    fn alike(&self, cables: &Range<usize>) -> bool {
-        self.constants.iter().all(|of| of[cables.clone()].windows(2).all(|two| two[0] == two[1]))
     }
 
     /// Append a cable with these constants to the last run; one of zeros pulls on nothing and stores nothing.

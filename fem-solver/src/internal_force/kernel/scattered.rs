@@ -146,9 +146,7 @@ wide! {
         }
         largest
     }
-}
 
-wide! {
     /// Sum of the energies of all cables.
     fn energies(cables: &[ScatteredConstants], stored: &[[f64; 2]], positions: &[[f64; 4]]) -> f64 {
         let mut sum = 0.0;

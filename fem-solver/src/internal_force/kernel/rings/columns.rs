@@ -14,7 +14,7 @@ pub type NodeLanes<const N: usize> = [[Lanes; 3]; N];
 
 const ZERO: Lanes = [0.0; WIDTH];
 
-/// RingConstants of each ring.
+/// Constants of each ring.
 #[derive(Debug, Clone)]
 pub struct BlockConstants<const N: usize> {
     spans: NodeLanes<N>,
@@ -22,50 +22,33 @@ pub struct BlockConstants<const N: usize> {
     width: [Lanes; 4],
 }
 
-/// What goes in.
+/// What the rings of a block are given, and what they answer.
 #[derive(Debug, Clone)]
-pub struct BlockInputs<const N: usize, const W: usize> {
+pub struct BlockMemory<const N: usize, const W: usize> {
     pub u: NodeLanes<N>,
-    /// Displacements at the start of an explicit step, of which `u` is the middle.
-    pub start: NodeLanes<N>,
-    pub most: [Lanes; W],
-    pub most_perimeter: Lanes,
+    /// Displacements at the end of an explicit step if nothing held the nodes up.
+    pub ahead: NodeLanes<N>,
     pub broken: Lanes,
-}
-
-/// What comes out.
-#[derive(Debug, Clone)]
-pub struct BlockAnswers<const N: usize, const W: usize> {
+    /// Largest extensions so far, of the perimeter and of the widths, and those with the answer.
+    pub had: ([Lanes; W], Lanes),
+    pub most: ([Lanes; W], Lanes),
     pub force: NodeLanes<N>,
     pub tension: Lanes,
-    pub most: [Lanes; W],
-    pub most_perimeter: Lanes,
-    /// Tension at the end of an explicit step if nothing held it up.
-    pub ahead: Lanes,
     pub stored: Lanes,
     pub dissipated: Lanes,
 }
 
-impl<const N: usize> Default for BlockConstants<N> {
+impl<const N: usize, const W: usize> Default for BlockMemory<N, W> {
     fn default() -> Self {
-        Self { spans: [[ZERO; 3]; N], perimeter: [ZERO; 4], width: [ZERO; 4] }
-    }
-}
-
-impl<const N: usize, const W: usize> Default for BlockInputs<N, W> {
-    fn default() -> Self {
-        Self { u: [[ZERO; 3]; N], start: [[ZERO; 3]; N], most: [ZERO; W], most_perimeter: ZERO, broken: ZERO }
-    }
-}
-
-impl<const N: usize, const W: usize> Default for BlockAnswers<N, W> {
-    fn default() -> Self {
+        let (nodes, extensions) = ([[ZERO; 3]; N], ([ZERO; W], ZERO));
         Self {
-            force: [[ZERO; 3]; N],
+            u: nodes,
+            ahead: nodes,
+            broken: ZERO,
+            had: extensions,
+            most: extensions,
+            force: nodes,
             tension: ZERO,
-            most: [ZERO; W],
-            most_perimeter: ZERO,
-            ahead: ZERO,
             stored: ZERO,
             dissipated: ZERO,
         }
@@ -73,17 +56,16 @@ impl<const N: usize, const W: usize> Default for BlockAnswers<N, W> {
 }
 
 impl<const N: usize> BlockConstants<N> {
-    /// Put the constants of a ring in its place.
-    pub fn put(&mut self, l: usize, ring: &RingConstants<N>) {
-        for a in 0..N {
-            for c in 0..3 {
-                self.spans[a][c][l] = ring.spans[a][c];
-            }
-        }
-        for (columns, of) in [(&mut self.perimeter, ring.perimeter), (&mut self.width, ring.width)] {
-            for (column, value) in columns.iter_mut().zip([of.start, of.loading, of.unloading, of.lost]) {
-                column[l] = value;
-            }
+    /// Of these rings.
+    pub fn new(rings: &[RingConstants<N>; WIDTH]) -> Self {
+        let span = |a: usize, c: usize| rings.map(|ring| ring.spans[a][c]);
+        let columns = |of: [Stiffnesses; WIDTH]| {
+            [of.map(|m| m.start), of.map(|m| m.loading), of.map(|m| m.unloading), of.map(|m| m.lost)]
+        };
+        Self {
+            spans: std::array::from_fn(|a| [0, 1, 2].map(|c| span(a, c))),
+            perimeter: columns(rings.map(|ring| ring.perimeter)),
+            width: columns(rings.map(|ring| ring.width)),
         }
     }
 
@@ -116,89 +98,67 @@ fn lane<const N: usize>(columns: &NodeLanes<N>, l: usize) -> [Vector; N] {
     own
 }
 
-impl<const N: usize, const W: usize> BlockInputs<N, W> {
-    /// Largest extensions of one ring.
+/// The formulas of all rings of a block, in wide registers: products are never fused with sums.
+impl<const N: usize, const W: usize> BlockMemory<N, W> {
+    /// Largest extensions of one ring so far.
     #[inline(always)]
-    fn most(&self, l: usize) -> (f64, [f64; W]) {
+    fn had(&self, l: usize) -> (f64, [f64; W]) {
         let mut own = [0.0; W];
         for j in 0..W {
-            own[j] = self.most[j][l];
+            own[j] = self.had.0[j][l];
         }
-        (self.most_perimeter[l], own)
+        (self.had.1[l], own)
     }
-}
 
-/// The formulas of all rings of a block, in wide registers: products are never fused with sums.
-impl<const N: usize, const W: usize> BlockAnswers<N, W> {
     /// Force, history and tension.
-    pub fn pull(&mut self, constants: &BlockConstants<N>, inputs: &BlockInputs<N, W>) {
+    pub fn pull(&mut self, constants: &BlockConstants<N>) {
         Arch::new().dispatch(
             #[inline(always)]
             || {
                 for l in 0..WIDTH {
-                    let (u, most) = (lane(&inputs.u, l), inputs.most(l));
-                    let RingPull { force, tension, most: now } = constants.ring(l).pull::<W>(&u, &most);
-                    let broken = inputs.broken[l] > 0.0;
+                    let had = self.had(l);
+                    let RingPull { force, tension, most } =
+                        constants.ring(l).pull::<W>(&lane(&self.u, l), &had);
+                    let broken = self.broken[l] > 0.0;
                     self.tension[l] = if broken { 0.0 } else { tension };
                     for a in 0..N {
                         for c in 0..3 {
                             self.force[a][c][l] = if broken { 0.0 } else { force[a][c] };
                         }
                     }
-                    self.most_perimeter[l] = if broken { most.0 } else { now.0 };
+                    self.most.1[l] = if broken { had.0 } else { most.0 };
                     for j in 0..W {
-                        self.most[j][l] = if broken { most.1[j] } else { now.1[j] };
+                        self.most.0[j][l] = if broken { had.1[j] } else { most.1[j] };
                     }
                 }
             },
         );
     }
 
-    /// What each perimeter would carry at the end of the step.
-    pub fn ahead(&mut self, constants: &BlockConstants<N>, inputs: &BlockInputs<N, W>) {
+    /// What each perimeter carries at the displacements `u`, 0 where it is broken.
+    pub fn tensions(&self, constants: &BlockConstants<N>, u: &NodeLanes<N>) -> Lanes {
+        let mut tensions = ZERO;
         Arch::new().dispatch(
             #[inline(always)]
             || {
                 for l in 0..WIDTH {
-                    let (start, mut u) = (lane(&inputs.start, l), lane(&inputs.u, l));
-                    for a in 0..N {
-                        for c in 0..3 {
-                            u[a][c] = start[a][c] + 2.0 * (u[a][c] - start[a][c]);
-                        }
-                    }
                     let ring = constants.ring(l);
-                    let (tension, _) =
-                        ring.perimeter.force(ring.sides(&u).perimeter, inputs.most_perimeter[l]);
-                    self.ahead[l] = if inputs.broken[l] > 0.0 { 0.0 } else { tension };
+                    let (tension, _) = ring.perimeter.force(ring.sides(&lane(u, l)).perimeter, self.had.1[l]);
+                    tensions[l] = if self.broken[l] > 0.0 { 0.0 } else { tension };
                 }
             },
         );
-    }
-
-    /// What each perimeter carries.
-    pub fn carry(&mut self, constants: &BlockConstants<N>, inputs: &BlockInputs<N, W>) {
-        Arch::new().dispatch(
-            #[inline(always)]
-            || {
-                for l in 0..WIDTH {
-                    let (ring, u) = (constants.ring(l), lane(&inputs.u, l));
-                    let (tension, _) =
-                        ring.perimeter.force(ring.sides(&u).perimeter, inputs.most_perimeter[l]);
-                    self.tension[l] = if inputs.broken[l] > 0.0 { 0.0 } else { tension };
-                }
-            },
-        );
+        tensions
     }
 
     /// Energies.
-    pub fn measure(&mut self, constants: &BlockConstants<N>, inputs: &BlockInputs<N, W>) {
+    pub fn measure(&mut self, constants: &BlockConstants<N>) {
         Arch::new().dispatch(
             #[inline(always)]
             || {
                 for l in 0..WIDTH {
-                    let (u, most) = (lane(&inputs.u, l), inputs.most(l));
-                    let ring = constants.ring(l);
-                    (self.stored[l], self.dissipated[l]) = ring.energy::<W>(&u, &most);
+                    let (u, had) = (lane(&self.u, l), self.had(l));
+                    (self.stored[l], self.dissipated[l]) = constants.ring(l).energy::<W>(&u, &had);
                 }
             },
         );

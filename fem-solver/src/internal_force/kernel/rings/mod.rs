@@ -8,7 +8,7 @@
 
 mod columns;
 
-use self::columns::{BlockAnswers, BlockConstants, BlockInputs, NodeLanes};
+use self::columns::{BlockConstants, BlockMemory, NodeLanes};
 use crate::element::ring::{BROKEN, PERIMETER, WIDTHS};
 use crate::element::{AnyElement, Element, Energy, Ring};
 use std::ops::Range;
@@ -64,13 +64,6 @@ enum SameCorner {
     Each([u32; WIDTH]),
 }
 
-/// What the block at hand is given and answers.
-#[derive(Debug, Clone, Default)]
-struct BlockMemory<const N: usize, const W: usize> {
-    inputs: BlockInputs<N, W>,
-    answers: BlockAnswers<N, W>,
-}
-
 /// Does the same with a block over 3 and over 4 nodes: with its places and columns, and the memory of its kind.
 macro_rules! of_kind {
     ($rings:expr, $block:expr, |$places:ident, $columns:ident, $memory:ident| $what:expr) => {
@@ -108,9 +101,10 @@ impl Rings {
         all
     }
 
-    /// The block of an element; `None` where it is computed alone.
-    pub fn block_of(&self, element: usize) -> Option<usize> {
-        self.block_of.get(element).copied().flatten().map(|block| block as usize)
+    /// The block of an element, and where its elements end; those of what is computed alone end behind it.
+    pub fn block_at(&self, element: usize) -> (Option<usize>, usize) {
+        let block = self.block_of.get(element).copied().flatten().map(|block| block as usize);
+        (block, block.map_or(element + 1, |block| self.blocks[block].elements.end))
     }
 
     /// Elements of a block.
@@ -124,12 +118,14 @@ impl Rings {
         let block = &self.blocks[block];
         of_kind!(self, block, |places, columns, memory| {
             memory.gather(block, places, middle, history);
-            memory.answers.pull(columns, &memory.inputs);
-            if block.breakable {
-                gather(places, block.nodes, start, &mut memory.inputs.start);
-                memory.answers.ahead(columns, &memory.inputs);
+            memory.pull(columns);
+            !block.breakable || {
+                gather(places, block.nodes, start, &mut memory.ahead);
+                memory.look_ahead();
+                let tensions = memory.tensions(columns, &memory.ahead);
+                let ahead = tensions.iter().zip(&block.strength).take(block.count());
+                ahead.fold(true, |all, (tension, strength)| all & (tension <= strength))
             }
-            memory.bears(block)
         })
     }
 
@@ -141,12 +137,11 @@ impl Rings {
     }
 
     /// What the perimeters of a block carry at `u` [N], 0 where it is broken, in the order of its elements.
-    pub fn tensions(&mut self, block: usize, u: &[f64], history: &[f64]) -> &Lanes {
+    pub fn tensions(&mut self, block: usize, u: &[f64], history: &[f64]) -> Lanes {
         let block = &self.blocks[block];
         of_kind!(self, block, |places, columns, memory| {
             memory.gather(block, places, u, history);
-            memory.answers.carry(columns, &memory.inputs);
-            &memory.answers.tension
+            memory.tensions(columns, &memory.u)
         })
     }
 
@@ -156,7 +151,7 @@ impl Rings {
         let block = &self.blocks[block];
         of_kind!(self, block, |places, columns, memory| {
             memory.gather(block, places, u, history);
-            memory.answers.measure(columns, &memory.inputs);
+            memory.measure(columns);
             memory.add_energy(block, sum)
         })
     }
@@ -209,13 +204,10 @@ impl RingBlock {
 
 /// Constants of rings, and their energies as modelled [J].
 fn columns_of<const N: usize, const W: usize>(lanes: &[&Ring; WIDTH]) -> (BlockConstants<N>, Lanes) {
-    let mut columns = BlockConstants::default();
-    let modelled = std::array::from_fn(|l| {
-        let constants = lanes[l].constants::<N>();
-        columns.put(l, &constants);
-        constants.energy::<W>(&[[0.0; 3]; N], &(0.0, [0.0; W])).0
-    });
-    (columns, modelled)
+    let constants = lanes.map(|ring| ring.constants::<N>());
+    let still = ([[0.0; 3]; N], (0.0, [0.0; W]));
+    let modelled = constants.map(|ring| ring.energy::<W>(&still.0, &still.1).0);
+    (BlockConstants::new(&constants), modelled)
 }
 
 impl SameCorner {
@@ -233,20 +225,23 @@ impl SameCorner {
 
 impl<const N: usize, const W: usize> BlockMemory<N, W> {
     fn gather(&mut self, block: &RingBlock, places: &[SameCorner; N], u: &[f64], history: &[f64]) {
-        gather(places, block.nodes, u, &mut self.inputs.u);
+        gather(places, block.nodes, u, &mut self.u);
         let own = history[block.history..].chunks_exact(WIDTHS + W);
         for (l, own) in own.take(block.count()).enumerate() {
-            self.inputs.broken[l] = own[BROKEN];
-            self.inputs.most_perimeter[l] = own[PERIMETER];
-            for (most, own) in self.inputs.most.iter_mut().zip(&own[WIDTHS..]) {
+            self.broken[l] = own[BROKEN];
+            self.had.1[l] = own[PERIMETER];
+            for (most, own) in self.had.0.iter_mut().zip(&own[WIDTHS..]) {
                 most[l] = *own;
             }
         }
     }
 
-    fn bears(&self, block: &RingBlock) -> bool {
-        let ahead = self.answers.ahead.iter().zip(&block.strength).take(block.count());
-        !block.breakable || ahead.fold(true, |all, (ahead, strength)| all & (ahead <= strength))
+    /// Twice as far from the displacements in `ahead` as those of the nodes are.
+    fn look_ahead(&mut self) {
+        let ahead = self.ahead.as_flattened_mut().as_flattened_mut();
+        for (start, middle) in ahead.iter_mut().zip(self.u.as_flattened().as_flattened()) {
+            *start += 2.0 * (middle - *start);
+        }
     }
 
     fn hand_back(
@@ -256,7 +251,7 @@ impl<const N: usize, const W: usize> BlockMemory<N, W> {
         force: &mut [f64],
         history: &mut [f64],
     ) -> f64 {
-        for (place, own) in places.iter().zip(&self.answers.force) {
+        for (place, own) in places.iter().zip(&self.force) {
             for (c, own) in own.iter().enumerate() {
                 let to = &mut force[c * block.nodes..][..block.nodes];
                 match place {
@@ -276,22 +271,22 @@ impl<const N: usize, const W: usize> BlockMemory<N, W> {
         }
         let all = history[block.history..].chunks_exact_mut(WIDTHS + W);
         for (l, to) in all.take(block.count()).enumerate() {
-            to[PERIMETER] = self.answers.most_perimeter[l];
-            for (to, most) in to[WIDTHS..].iter_mut().zip(&self.answers.most) {
+            to[PERIMETER] = self.most.1[l];
+            for (to, most) in to[WIDTHS..].iter_mut().zip(&self.most.0) {
                 *to = most[l];
             }
         }
-        self.answers.tension[..block.count()].iter().copied().fold(0.0, f64::max)
+        self.tension[..block.count()].iter().copied().fold(0.0, f64::max)
     }
 
     fn add_energy(&self, block: &RingBlock, sum: &mut Energy) -> bool {
         let own = 0..block.count();
-        if self.inputs.broken[own.clone()].iter().any(|broken| *broken > 0.0) {
+        if self.broken[own.clone()].iter().any(|broken| *broken > 0.0) {
             return false;
         }
         for l in own {
-            sum.stored += self.answers.stored[l] - block.modelled[l];
-            sum.dissipated += self.answers.dissipated[l];
+            sum.stored += self.stored[l] - block.modelled[l];
+            sum.dissipated += self.dissipated[l];
         }
         true
     }

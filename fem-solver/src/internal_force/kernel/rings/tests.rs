@@ -81,7 +81,7 @@ fn blocks_give_the_bytes_of_rings_alone_and_tell_who_bears_the_step() {
             let mut rings = Rings::new(&elements, nodes, |i| length * i);
             let mut next = 0;
             while next < elements.len() {
-                let block = rings.block_of(next).expect("all are rings");
+                let block = rings.block_at(next).0.expect("all are rings");
                 let own = rings.elements(block);
                 assert!(own.start == next && !own.is_empty() && own.len() <= WIDTH);
                 let (mut force, mut after) = (vec![0.0; 3 * nodes], history.clone());
@@ -127,11 +127,11 @@ fn energies_and_tensions_of_blocks_are_those_of_rings_alone() {
             let mut rings = Rings::new(&elements, nodes, |i| length * i);
             let mut next = 0;
             while next < elements.len() {
-                let block = rings.block_of(next).expect("all are rings");
+                let block = rings.block_at(next).0.expect("all are rings");
                 let own = rings.elements(block);
                 let before = |i: usize| &history[length * i..][..length];
                 let u = |i: usize| local(&elements[i], nodes, &middle);
-                let tensions = *rings.tensions(block, &middle, &history);
+                let tensions = rings.tensions(block, &middle, &history);
                 for i in own.clone() {
                     assert_eq!(
                         tensions[i - next].to_bits(),
