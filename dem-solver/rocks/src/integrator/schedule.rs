@@ -1,5 +1,6 @@
 //! How a window is cut into steps, and where in the mesh's motion they lie.
 
+use crate::model::Span;
 use dem_contact::contact::broad_phase::mesh_pairs::Instant;
 use dem_contact::interface_mesh::local_net::NetStep;
 use interface_defs::Window;
@@ -85,15 +86,6 @@ pub struct Task<'a> {
     pub cut: Cut,
     /// The request: motion of the mesh and what else was agreed.
     pub input: &'a [f64],
-}
-
-/// A step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Span {
-    /// When it begins [s].
-    pub start: f64,
-    /// Its length [s].
-    pub h: f64,
 }
 
 /// A step that has been taken.

@@ -14,12 +14,12 @@ use crate::guard::cause::Case;
 use crate::guard::watch;
 use crate::integrator::load::StepLoad;
 use crate::integrator::mesh_stage::{MeshWindow, add_forces};
-use crate::integrator::schedule::{Passed, Span, SubStep, Task};
+use crate::integrator::schedule::{Passed, SubStep, Task};
 use crate::integrator::terrain_stage::steps_per_look;
 use crate::integrator::window::RockIntegrator;
-use crate::model::Model;
 use crate::model::impact::Passage;
 use crate::model::state::{Against, State};
+use crate::model::{Model, Span};
 use dem_contact::rock::{Flight, Motion, Rock, rotation};
 use interface_defs::Fault;
 
@@ -74,7 +74,7 @@ impl RockIntegrator {
         output: &mut [f64],
     ) -> Result<(), Fault> {
         let Some(contact_mesh) = &self.contact_mesh else { return Ok(()) };
-        let (Task { window, cut, input }, Span { start, h }) = (task, part.span(task));
+        let (Task { window, cut, input }, span @ Span { start, h }) = (task, part.span(task));
         let (now, body, load) = (&self.middles[rock], &mut state.bodies[rock], &mut self.loads[rock]);
         let first = part.step == 0 && part.part == 0 && !state.predicted.is_empty();
         let predicted = first.then_some(state.predicted.as_slice());
@@ -87,9 +87,7 @@ impl RockIntegrator {
         let (evaluation, scene) = stage.parts(view);
         let sums = evaluation.forces(scene, now, at, h, &body.histories);
         if !scene.list.pairs.is_empty() {
-            let law = model.rows[rock].first().map(|law| *law as usize);
-            let impact = body.track.touch;
-            let case = Case { model, rock, against: Against::Net, law, pair: None, impact, h, time: start };
+            let case = Case { impact: body.track.touch, ..Case::new(model, rock, Against::Net, span) };
             load.behind = watch(&case, now, &sums, |depth| {
                 let contact = evaluation.passed_centre(scene, now, h, depth)?;
                 let number = scene.list.elements[contact.element as usize].number;
@@ -228,7 +226,7 @@ impl RockIntegrator {
         part: SubStep,
     ) -> Result<(), Fault> {
         let (it, load) = (&model.rocks[rock], &self.loads[rock]);
-        let Span { start, h } = part.span(task);
+        let span @ Span { start, h } = part.span(task);
         let body = &mut state.bodies[rock];
         let before = body.motion;
         let after = &mut body.motion;
@@ -247,11 +245,8 @@ impl RockIntegrator {
             after.orientation = rotation::turn(half, &after.angular_momentum, &it.inertia, 0.5 * h);
         }
         if !after.is_finite() {
-            let (rows, impact) = (&model.rows, body.track.touch);
-            let (against, rows) =
-                if rows.is_empty() { (Against::Terrain, &model.ground_rows) } else { (Against::Net, rows) };
-            let law = rows.get(rock).and_then(|row| row.first()).map(|law| *law as usize);
-            let case = Case { model, rock, against, law, pair: None, impact, h, time: start };
+            let against = if model.rows.is_empty() { Against::Terrain } else { Against::Net };
+            let case = Case { impact: body.track.touch, ..Case::new(model, rock, against, span) };
             let overlap = body.deepest.largest().map_or(0.0, |(overlap, _)| overlap);
             return Err(Fault::window(format!(
                 "rock `{}` has left the finite numbers at {start:.6} s, in a step of {h:.3e} s: {}",

@@ -3,12 +3,12 @@
 use crate::guard::cause::Case;
 use crate::guard::{watch, watch_gap, watch_whole};
 use crate::integrator::free_flight::clear_of_all;
-use crate::integrator::schedule::{Passed, Span};
+use crate::integrator::schedule::Passed;
 use crate::integrator::sub_stepping::{self, SubSteps};
-use crate::model::Model;
 use crate::model::critical::DEEP;
 use crate::model::runout::{LOOK, StepOnTerrain, is_out, jump_height};
 use crate::model::state::{Against, Body, State};
+use crate::model::{Model, Span};
 use crate::results::trajectory::Row;
 use dem_contact::contact::broad_phase::terrain_pairs::TerrainPairs;
 use dem_contact::contact::pipeline::Sums;
@@ -137,7 +137,7 @@ impl TerrainStage {
         rock: usize,
         body: &mut Body,
         now: &Motion,
-        Span { start: time, h }: Span,
+        span @ Span { start: time, h }: Span,
     ) -> Result<(Sums, usize), Fault> {
         let Some(mut laws) = laws_on(model, ground, rock) else { return Ok((Sums::default(), 0)) };
         let it = &model.rocks[rock];
@@ -155,8 +155,9 @@ impl TerrainStage {
                 body.slip.touch(time, h, speed, growing.relaxation);
             }
         };
+        let case = Case::new(model, rock, Against::Terrain, span);
         if around.pairs.is_empty() {
-            watch_gap(model, ground, rock, now, h, time)?;
+            watch_gap(&case, ground, now)?;
             body.terrain_histories.clear();
             body.dent = Dent::default();
             return Ok((Sums::default(), 0));
@@ -166,15 +167,13 @@ impl TerrainStage {
             landed.find(it, whole, ground, around, now, 0.0);
             let memory = (&body.terrain_histories[..], &mut body.dent);
             let sums = landed.forces(it, whole, laws, now, h, memory);
-            watch_whole(model, rock, whole, now, &sums, h, time)?;
+            watch_whole(&case, whole, now, &sums)?;
             std::mem::swap(&mut body.terrain_histories, &mut landed.histories);
             slide(body, landed.contacts.first().map(|c| c.element));
             return Ok((sums, landed.contacts.len()));
         }
         standing.find(it, ground, around, now);
         let sums = standing.forces(it, laws, Some(ground), now, h, &body.terrain_histories);
-        let law = model.ground_rows[rock].first().map(|law| *law as usize);
-        let case = Case { model, rock, against: Against::Terrain, law, pair: None, impact: None, h, time };
         watch(&case, now, &sums, |depth| {
             let sphere = standing.passed_centre(it, now, h, depth)?;
             let [x, y, z] = (now.position + ground.origin).into();

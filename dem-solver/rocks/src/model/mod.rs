@@ -77,6 +77,15 @@ impl Model {
     }
 }
 
+/// A step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Span {
+    /// When it begins [s].
+    pub start: f64,
+    /// Its length [s].
+    pub h: f64,
+}
+
 /// What the names of a rock's measures begin with: its name where there are several.
 pub fn prefix(model: &Model, rock: usize) -> String {
     if model.settings.named() > 1 { format!("{}_", model.rocks[rock].name) } else { String::new() }
