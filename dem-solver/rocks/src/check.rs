@@ -81,7 +81,7 @@ pub fn check_with(scene: &Scene, net: Option<&InterfaceMesh>) -> Result<CheckRep
         add_rock(model, at, &mut report, &mut totals)?;
     }
     if let Some(ground) = &model.ground {
-        add_terrain(model, ground, solver.choices(), &mut report);
+        add_terrain(model, ground, solver.choice(), &mut report);
     }
     add_steps(model, &mut report);
     report.numbers.extend(
@@ -154,9 +154,9 @@ fn add_rock(
     Ok(())
 }
 
-fn add_terrain(model: &Model, ground: &Terrain, choices: &[String], report: &mut CheckReport) {
+fn add_terrain(model: &Model, ground: &Terrain, choice: Option<&str>, report: &mut CheckReport) {
     report.builds.push(ground.describe());
-    report.builds.extend_from_slice(choices);
+    report.builds.extend(choice.map(str::to_owned));
     for (at, rock) in model.rocks.iter().enumerate().take(model.settings.named()) {
         if let Some(height) = height(ground, &model.settings, at) {
             let what = format!("rock `{}`: its centre starts {height:.2} m above the terrain", rock.name);

@@ -23,8 +23,7 @@ pub struct BoxStage {
 
 /// The law of a rock with the sides.
 fn laws_with(model: &Model, rock: usize) -> Option<SurfaceLaws<'_>> {
-    let laws = &model.laws.as_ref()?.surfaces;
-    Some(SurfaceLaws { laws, row: model.side_rows.get(rock)?, materials: &[] })
+    Some(SurfaceLaws { laws: model.surfaces(), row: model.side_rows.get(rock)?, materials: &[] })
 }
 
 /// Distance of the bounding sphere of rock number `rock` from a plane [m].

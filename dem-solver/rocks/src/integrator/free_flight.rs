@@ -4,11 +4,10 @@
 //! rock is swept along its parabola. The answer follows from the state alone, so that equal input gives equal bytes.
 
 use crate::model::Model;
-use crate::model::state::{Body, State};
+use crate::model::state::Body;
 use dem_contact::contact::broad_phase::terrain_pairs::TerrainPairs;
 use dem_contact::rock::Motion;
 use dem_terrain::Terrain;
-use dem_terrain::forest::Stands;
 use dem_terrain::queries::Parabola;
 
 /// How far triangles are looked for, as a share of the rock's reach.
@@ -19,7 +18,7 @@ const ROUNDING: f64 = 1e-9;
 
 /// Steps of `h` [s], at most `most`, that rock number `rock` flies freely from `now`, touching nothing
 /// at their middles and ends.
-fn clear_steps(
+pub(super) fn clear_steps(
     model: &Model,
     ground: &Terrain,
     around: &mut TerrainPairs,
@@ -41,33 +40,6 @@ fn clear_steps(
     }
     let flight = Parabola { position: now.position, velocity: now.velocity, gravity };
     near.max(ground.free_steps(&flight, tree.reach * (1.0 + ROUNDING), h, most))
-}
-
-/// Steps, at most `most`, that all rocks fly freely over the terrain; 0 while one touches. `around` holds what
-/// surrounds each.
-pub fn clear_of_all(
-    model: &Model,
-    (around, stands): (&mut [TerrainPairs], &Stands),
-    state: &State,
-    h: f64,
-    most: usize,
-) -> usize {
-    let Some(ground) = &model.ground else { return 0 };
-    if state.bodies.iter().any(|body| body.contacts > 0) {
-        return 0;
-    }
-    let mut clear = most;
-    for motion in state.bodies.iter().map(|body| &body.motion).filter(|_| !stands.are_none()) {
-        let (position, velocity) = (motion.position, motion.velocity);
-        let flight = Parabola { position, velocity, gravity: model.settings.gravity };
-        clear = stands.steps_outside(&flight, h, clear);
-    }
-    for (rock, (body, around)) in state.bodies.iter().zip(around).enumerate() {
-        if clear > 0 {
-            clear = clear_steps(model, ground, around, rock, &body.motion, h, clear);
-        }
-    }
-    clear
 }
 
 /// How far a forest may take a rock off its flight within `length` [s] [m].

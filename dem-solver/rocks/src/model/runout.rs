@@ -6,6 +6,7 @@
 //! `rest_speed` for `rest_time` while it touched the ground; it is out when its centre has left the
 //! terrain sideways, or has fallen below all of it.
 
+use crate::model::Model;
 use dem_contact::rock::{Motion, Rock};
 use dem_contact::settings::{Settings, TerrainSettings};
 use dem_terrain::Terrain;
@@ -168,24 +169,26 @@ impl RunOut {
     }
 
     /// Whether the trajectory has ended by `time` [s].
-    pub fn judge(&mut self, ground: &Terrain, settings: &Settings, rock: &Rock, motion: &Motion, time: f64) {
+    pub fn judge(&mut self, model: &Model, ground: &Terrain, rock: usize, motion: &Motion, time: f64) {
         let since = std::mem::replace(&mut self.judged, time).max(self.touched);
+        let settings = &model.settings;
         let Some(terrain) = settings.terrain.as_ref().filter(|_| self.ending.is_none()) else { return };
         let (position, velocity) = (motion.position, motion.velocity);
         if self.slow_since.is_some_and(|since| time - since >= terrain.rest_time) {
             self.ending = Some(End { how: Fate::AtRest, time, position, velocity });
         } else if is_out(ground, &settings.down(), &position) {
             let end = exit(ground, settings, motion, time, time - since);
-            self.see(rock, &end.motion(motion), end.time);
+            self.see(&model.rocks[rock], &end.motion(motion), end.time);
             self.ending = Some(end);
         }
     }
 }
 
-/// Height of a rock's lowest point above the ground under its centre [m].
-pub fn jump_height(ground: &Terrain, rock: &Rock, motion: &Motion, down: &Vector3<f64>) -> Option<f64> {
-    let below = rock.depth(motion, down) - motion.position.dot(down);
-    ground.height(&motion.position, down).map(|height| height - below)
+/// Height of the lowest point of rock number `rock` above the ground under its centre [m].
+pub fn jump_height(model: &Model, rock: usize, motion: &Motion) -> Option<f64> {
+    let down = model.settings.down();
+    let below = model.rocks[rock].depth(motion, &down) - motion.position.dot(&down);
+    model.ground.as_ref()?.height(&motion.position, &down).map(|height| height - below)
 }
 
 /// When and where a rock crossed the border of the terrain that is beside it at `time` [s], in flight for the last `flight` [s].

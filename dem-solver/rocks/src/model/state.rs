@@ -1,14 +1,13 @@
 //! What a window starts from and ends with, all at one instant.
 
+use crate::model::Model;
 use crate::model::impact::ImpactRecord;
 use crate::model::runout::RunOut;
 use dem_contact::contact::history::SurfaceHistory;
 use dem_contact::contact::rocks::RockHistory;
 use dem_contact::law::growing::Slip;
 use dem_contact::law::yielding::Dent;
-use dem_contact::rock::{Flight, Motion, Rock};
-use dem_contact::settings::Settings;
-use nalgebra::Vector3;
+use dem_contact::rock::{Flight, Motion};
 use serde::{Deserialize, Serialize};
 
 /// State of all rocks at one instant.
@@ -178,13 +177,9 @@ impl Body {
 }
 
 impl State {
-    /// At t = 0; positions count from `origin` [m].
-    pub fn start(settings: &Settings, rocks: &[Rock], origin: &Vector3<f64>) -> Self {
-        let at = |rock: &Rock, table| {
-            let motion = rock.start(table, settings.gravity);
-            Motion { position: motion.position - origin, ..motion }
-        };
-        let bodies = rocks.iter().zip(&settings.rocks).map(|(rock, table)| Body::new(at(rock, table)));
+    /// At t = 0.
+    pub fn start(model: &Model) -> Self {
+        let bodies = (0..model.rocks.len()).map(|rock| Body::new(model.start(rock)));
         Self { bodies: bodies.collect(), finer: 1, ..Self::default() }
     }
 

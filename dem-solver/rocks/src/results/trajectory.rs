@@ -4,6 +4,7 @@
 //! after it began, and five times per row of `history.csv` in one that lasts.
 
 use crate::model::Model;
+use crate::model::runout::jump_height;
 use crate::model::state::{Body, State};
 use dem_terrain::Terrain;
 use interface_defs::Fault;
@@ -47,14 +48,7 @@ pub struct Row(pub [f64; COLUMNS.len()]);
 
 impl Row {
     /// Of rock number `rock` at `time` [s].
-    pub fn of(
-        model: &Model,
-        rock: usize,
-        body: &Body,
-        time: f64,
-        height: Option<f64>,
-        contact: bool,
-    ) -> Self {
+    pub fn of(model: &Model, rock: usize, body: &Body, time: f64, contact: bool) -> Self {
         let (it, motion) = (&model.rocks[rock], &body.motion);
         let place = motion.position + model.origin;
         let spin = it.spin(motion);
@@ -75,7 +69,7 @@ impl Row {
             translation,
             it.kinetic_energy(motion) - translation,
             -it.mass * model.settings.gravity.dot(&(motion.position - start)),
-            height.unwrap_or(f64::NAN),
+            jump_height(model, rock, motion).unwrap_or(f64::NAN),
             f64::from(u8::from(contact)),
             body.path.impacts as f64,
         ])
@@ -198,17 +192,9 @@ impl Trajectory {
         let columns = COLUMNS.map(String::from);
         let file = History::create(&dir.join(TRAJECTORY), &columns).map_err(unwritable)?;
         let mut it = Self { file, rows: Vec::new() };
-        let Some(ground) = &model.ground else { return Ok(it) };
-        let first: Vec<Row> = (0..model.settings.named())
-            .map(|rock| {
-                let body = &state.bodies[rock];
-                let down = model.settings.down();
-                let height =
-                    crate::model::runout::jump_height(ground, &model.rocks[rock], &body.motion, &down);
-                Row::of(model, rock, body, state.time, height, body.contacts > 0)
-            })
-            .collect();
-        it.add(&first)?;
+        let bodies = state.bodies.iter().take(model.settings.named()).enumerate();
+        let row = |(rock, body): (usize, &Body)| Row::of(model, rock, body, state.time, body.contacts > 0);
+        it.add(&bodies.map(row).collect::<Vec<_>>())?;
         Ok(it)
     }
 

@@ -5,10 +5,9 @@
 
 use crate::gate;
 use crate::integrator::window::{RockIntegrator, Solved};
-use crate::model::Model;
 use crate::model::between::{Between, rows};
-use crate::model::critical::Steps;
 use crate::model::state::{Body, State};
+use crate::model::{Model, Steps};
 use crate::results::fields::{self, FieldFiles};
 use crate::results::gauges::Gauges;
 use crate::results::trajectory::{self, Row, Trajectory};
@@ -16,7 +15,6 @@ use crate::results::{self, map, measures, verdict};
 use dem_contact::interface_mesh::ContactMesh;
 use dem_contact::interface_mesh::crossings::Crossings;
 use dem_contact::law::settings::of_presets;
-use dem_contact::law::table::Laws;
 use dem_contact::rock::{Motion, Rock};
 use dem_contact::settings::{ContactSelection, STRUCTURE, Settings, limits};
 use dem_solid::geometry::sphere_tree::SphereTree;
@@ -38,7 +36,7 @@ use toolkit::scene::Scene;
 mod kept;
 mod partners;
 use kept::Kept;
-use partners::{OnTerrain, are_apart, planes, rows_with_box};
+use partners::{are_apart, enclose, lay_on_terrain};
 
 /// Most times that steps are made finer where a contact asks for it.
 const FINEST: usize = 64;
@@ -55,7 +53,7 @@ pub struct DemSolver {
     scene: Scene,
     /// Whether a rock that starts inside the net is refused.
     guarded: bool,
-    choices: Vec<String>,
+    choice: Option<String>,
     options: Options,
     run: Option<RockIntegrator>,
     committed: State,
@@ -86,45 +84,30 @@ impl DemSolver {
         notices.extend(limits::of_contacts(&settings.contacts));
         notices.extend(of_presets(&settings.contacts));
         notices.extend(settings.notices.iter().cloned());
-        let laws = Laws::new(&settings.contacts);
         let mut ground = settings.terrain.as_ref().map(|terrain| Terrain::of(scene, terrain)).transpose()?;
-        let OnTerrain { rows: ground_rows, wholes, choices } = match &mut ground {
-            Some(ground) => OnTerrain::new(&settings, laws.as_ref(), &rocks, ground, scene)?,
-            None => OnTerrain { rows: Vec::new(), wholes: vec![None; rocks.len()], choices: Vec::new() },
+        let origin = ground.as_ref().map_or_else(Vector3::zeros, |g| g.origin);
+        let trees = rocks.iter().map(|r| SphereTree::new(&r.spheres)).collect();
+        let mut model = Model::new(settings, rocks, trees, origin);
+        model.shortcuts = options.shortcuts;
+        let choice = match &mut ground {
+            Some(ground) => lay_on_terrain(&mut model, ground, scene)?,
+            None => None,
         };
         notices.extend(ground.iter().flat_map(|ground| ground.notices.iter().cloned()));
-        let mut cautions = gate::of_scene(&settings, &rocks, scene)?;
-        let between = Between::new(laws.as_ref(), &settings, scene)?;
-        let side_rows = rows_with_box(laws.as_ref(), &settings, scene)?;
-        gate::ground::check(&settings, laws.as_ref(), between.as_ref(), &side_rows, scene)?;
-        if settings.rocks.len() > 1 && between.is_none() {
+        model.ground = ground.map(Arc::new);
+        let mut cautions = gate::of_scene(&model.settings, &model.rocks, scene)?;
+        model.between = Between::new(model.laws.as_ref(), &model.settings, scene)?;
+        enclose(&mut model, scene)?;
+        gate::ground::check(&model, scene)?;
+        if model.rocks.len() > 1 && model.between.is_none() {
             let what = "there is no table [[contact]]: the rocks fall through each other";
             let noticed = Diagnostic::warning(code::MISSING_KEY, what).about("rock");
             notices.push(noticed.try_instead("add one"));
         }
-        let origin = ground.as_ref().map_or_else(Vector3::zeros, |g| g.origin);
-        let steps = Steps::new(&settings, &rocks, &wholes, laws.as_ref(), ground.as_ref(), scene)?;
-        let trees = rocks.iter().map(|r| SphereTree::new(&r.spheres)).collect();
-        let planes = planes(&settings, &origin);
-        let model = Model {
-            settings,
-            rocks,
-            trees,
-            ground: ground.map(Arc::new),
-            origin,
-            laws,
-            rows: Vec::new(),
-            ground_rows,
-            wholes,
-            between,
-            planes,
-            side_rows,
-            steps,
-            shortcuts: options.shortcuts,
-        };
+        model.steps = Steps::new(&model, scene)?;
         cautions.extend(gate::of_model(&model, scene)?);
         let options = options.clone();
-        let mut it = Self { notices, cautions, choices, options, ..Self::of_model(model, scene, false) };
+        let mut it = Self { notices, cautions, choice, options, ..Self::of_model(model, scene, false) };
         are_apart(&it.model, &mut it.committed, scene)?;
         it.trial = it.committed.clone();
         Ok(it)
@@ -133,7 +116,7 @@ impl DemSolver {
     /// The solver of a model that has been prepared and checked. It writes no files, and keeps the rows of the trajectories where
     /// `keeps_rows` asks for them.
     pub fn of_model(model: Model, scene: &Scene, keeps_rows: bool) -> Self {
-        let state = State::start(&model.settings, &model.rocks, &model.origin);
+        let state = State::start(&model);
         Self {
             options: Options { out: None, shortcuts: model.shortcuts },
             model,
@@ -141,7 +124,7 @@ impl DemSolver {
             cautions: Vec::new(),
             scene: scene.clone(),
             guarded: false,
-            choices: Vec::new(),
+            choice: None,
             run: None,
             committed: state.clone(),
             trial: state,
@@ -200,8 +183,8 @@ impl DemSolver {
     }
 
     /// What was chosen where the scene leaves it open, and why.
-    pub fn choices(&self) -> &[String] {
-        &self.choices
+    pub fn choice(&self) -> Option<&str> {
+        self.choice.as_deref()
     }
 
     /// The committed state.
@@ -320,7 +303,7 @@ impl Solver for DemSolver {
             })?;
         }
         let contact_mesh = self.contact_mesh(plan, &mut warnings)?;
-        self.committed = State::start(&self.model.settings, &self.model.rocks, &self.model.origin);
+        self.committed = State::start(&self.model);
         let rows = self.keeps_rows || self.options.out.is_some();
         let mut run = RockIntegrator::new(&self.model, contact_mesh, plan, rows);
         run.reserve(&mut self.committed);
