@@ -161,7 +161,7 @@ impl Base {
         let mut model = Model::new(settings, vec![rock], vec![tree], self.ground.origin);
         let laws = model.laws.as_ref().ok_or_else(|| Diagnostic::new("there is no contact law"))?;
         model.ground_rows =
-            rows(laws, &model.settings, &self.ground.materials).map_err(|(what, _)| Diagnostic::new(what))?;
+            rows(laws, &model.settings, &self.ground.materials).map_err(|[what, _]| Diagnostic::new(what))?;
         (model.ground, model.wholes, model.shortcuts) =
             (Some(self.ground.clone()), vec![whole], self.shortcuts);
         model.steps = Steps::new(&model, &self.scene)?;

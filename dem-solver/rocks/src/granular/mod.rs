@@ -15,6 +15,7 @@ pub mod state;
 pub mod steps;
 
 use crate::gate;
+use crate::model::between::no_table;
 use crate::results::gauges::energies;
 use crate::results::measures::penetration;
 use crate::results::not_written;
@@ -84,9 +85,8 @@ impl GranularModel {
         let start = Start::of(&settings.spheres, scene)?;
         let laws = Laws::new(&settings.contacts).expect("checked: there is a contact");
         let table = law_table(&settings, &laws).map_err(|(a, b)| {
-            scene.invalid("contact", format!("no table [[contact]] is for `{a}` and `{b}`")).try_instead(
-                format!("add one with between = [\"{a}\", \"{b}\"], or one without `between` for all others"),
-            )
+            let [what, advice] = no_table(a, b);
+            scene.invalid("contact", what).try_instead(advice)
         })?;
         let all: Vec<Law> = laws.rocks.iter().chain(&laws.surfaces).cloned().collect();
         let used = || table.iter().map(|n| &all[*n as usize]);

@@ -238,7 +238,7 @@ impl DemSolver {
         }
         let materials = [STRUCTURE.to_owned()];
         self.model.rows = rows(laws, &self.model.settings, &materials)
-            .map_err(|(what, advice)| Fault::input(format!("{what}; {advice}")))?;
+            .map_err(|[what, advice]| Fault::input(format!("{what}; {advice}")))?;
         let yields = |n: &u16| laws.surfaces[*n as usize].yielding.is_some();
         if self.model.rows.iter().flatten().any(yields) {
             return Err(Fault::input(

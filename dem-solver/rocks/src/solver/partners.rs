@@ -24,7 +24,7 @@ pub(super) fn lay_on_terrain(
         scene,
     )?;
     let rows = rows(laws, &model.settings, &ground.materials)
-        .map_err(|(what, advice)| scene.invalid("terrain", what).try_instead(advice))?;
+        .map_err(|[what, advice]| scene.invalid("terrain", what).try_instead(advice))?;
     let wholes = whole_rocks(laws, &rows, &model.rocks, scene)?;
     if wholes.iter().any(Option::is_some) {
         let mixed = ground.face_up();
@@ -63,7 +63,7 @@ pub(super) fn enclose(model: &mut Model, scene: &Scene) -> Result<(), Diagnostic
     let missing = "there is a box and no contact law: the rocks would fall through its sides";
     let laws = laws_with(model, "box", missing, scene)?;
     let rows = rows(laws, &model.settings, std::slice::from_ref(&sides.material))
-        .map_err(|(what, advice)| scene.invalid("box", what).try_instead(advice))?;
+        .map_err(|[what, advice]| scene.invalid("box", what).try_instead(advice))?;
     let seen = |plane: Plane| Plane { offset: plane.offset - plane.normal.dot(&model.origin), ..plane };
     model.planes = sides.planes().into_iter().map(seen).collect();
     model.side_rows = rows;
