@@ -60,9 +60,8 @@ fn instants(count: u32, end: f64) -> impl Iterator<Item = f64> {
 }
 
 fn throw(model: &Model, at: usize) -> Parabola {
-    let settings = &model.settings;
-    let start = model.rocks[at].start(&settings.rocks[at], settings.gravity);
-    Parabola { position: start.position - model.origin, velocity: start.velocity, gravity: settings.gravity }
+    let start = model.start(at);
+    Parabola { position: start.position, velocity: start.velocity, gravity: model.settings.gravity }
 }
 
 /// Without terrain nothing but another rock can turn a rock.

@@ -44,10 +44,7 @@ struct StartPose<'a> {
 
 impl<'a> StartPose<'a> {
     fn of(model: &'a Model, at: usize) -> Self {
-        let rock = &model.rocks[at];
-        let mut motion = rock.start(&model.settings.rocks[at], model.settings.gravity);
-        motion.position -= model.origin;
-        Self { rock, tree: &model.trees[at], motion }
+        Self { rock: &model.rocks[at], tree: &model.trees[at], motion: model.start(at) }
     }
 
     /// Overlap up to which the sphere only touches: `weight` [N] rests on it.
