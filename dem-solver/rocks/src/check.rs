@@ -4,6 +4,7 @@ use crate::gate::lengths::height;
 use crate::model::Model;
 use crate::net_contact;
 use crate::solver::DemSolver;
+use dem_contact::rock::Rock;
 use dem_contact::settings::{
     BoxSettings, ContactSettings, DemSettings, RockSettings, Settings, Shape, SpheresSettings,
     TerrainSettings,
@@ -72,59 +73,38 @@ pub fn check_with(scene: &Scene, net: Option<&InterfaceMesh>) -> Result<CheckRep
         warnings: [solver.notices(), solver.cautions(), &near].concat(),
         ..CheckReport::default()
     };
-    let mut totals = Totals::default();
-    add_spheres(model, &mut report, &mut totals);
+    for group in &model.settings.spheres {
+        let ([least, most], total, name) = (group.radii(), group.total(), &group.name);
+        report
+            .builds
+            .push(format!("`{name}`: {total} spheres of {least} to {most} m radius, each a rock of its own"));
+    }
     if !model.planes.is_empty() {
         report.builds.push(format!("box of {} planes", model.planes.len()));
     }
     for at in 0..model.settings.named() {
-        add_rock(model, at, &mut report, &mut totals)?;
+        add_rock(model, at, &mut report)?;
     }
     if let Some(ground) = &model.ground {
         add_terrain(model, ground, solver.choice(), &mut report);
     }
     add_steps(model, &mut report);
-    report.numbers.extend(
-        [("seconds_per_step", totals.seconds), ("spheres", totals.spheres as f64), ("mass_kg", totals.mass)]
-            .map(|(name, value)| (name.to_owned(), value)),
-    );
+    let (named, loose) = model.rocks.split_at(model.settings.named());
+    // On a net with cells of a third of the rock, six rows of its spheres touch.
+    let in_rows = |rock: &Rock| SECONDS_PER_PAIR * 6.0 * (rock.spheres.len() as f64).cbrt();
+    let pairs = loose.iter().map(|_| SECONDS_PER_PAIR * NEIGHBOURS).chain(named.iter().map(in_rows));
+    let numbers = [
+        ("seconds_per_step", pairs.map(|pairs| SECONDS_PER_STEP + pairs).sum()),
+        ("spheres", model.rocks.iter().map(|rock| rock.spheres.len() as f64).sum()),
+        ("mass_kg", loose.iter().chain(named).map(|rock| rock.mass).sum()),
+    ];
+    report.numbers.extend(numbers.map(|(name, value): (&str, f64)| (name.to_owned(), value)));
     report.numbers.extend(net_contact::numbers(model));
     report.resolved = resolved(&model.settings);
     Ok(report)
 }
 
-/// Sums over all rocks.
-#[derive(Default)]
-struct Totals {
-    /// Of a step [s].
-    seconds: f64,
-    spheres: usize,
-    /// [kg]
-    mass: f64,
-}
-
-fn add_spheres(model: &Model, report: &mut CheckReport, totals: &mut Totals) {
-    for group in &model.settings.spheres {
-        let [least, most] = group.radii();
-        report.builds.push(format!(
-            "`{}`: {} spheres of {least} to {most} m radius, each a rock of its own",
-            group.name,
-            group.total()
-        ));
-    }
-    for rock in &model.rocks[model.settings.named()..] {
-        totals.seconds += SECONDS_PER_STEP + SECONDS_PER_PAIR * NEIGHBOURS;
-        totals.spheres += 1;
-        totals.mass += rock.mass;
-    }
-}
-
-fn add_rock(
-    model: &Model,
-    at: usize,
-    report: &mut CheckReport,
-    totals: &mut Totals,
-) -> Result<(), Diagnostic> {
+fn add_rock(model: &Model, at: usize, report: &mut CheckReport) -> Result<(), Diagnostic> {
     let (rock, settings) = (&model.rocks[at], &model.settings.rocks[at]);
     report.builds.push(format!(
         "rock `{}`: {}, {:.6} kg, moments of inertia {:.4} {:.4} {:.4} kg m2, {} spheres ({}) of \
@@ -147,10 +127,6 @@ fn add_rock(
         report.numbers.insert(format!("{}_volume_error", rock.name), accuracy.volume);
     }
     report.clusters.extend(rock.made.iter().map(|made| (rock.name.clone(), made.clone())));
-    // On a net with cells of a third of the rock, six rows of its spheres touch.
-    totals.seconds += SECONDS_PER_STEP + SECONDS_PER_PAIR * 6.0 * (rock.spheres.len() as f64).cbrt();
-    totals.spheres += rock.spheres.len();
-    totals.mass += rock.mass;
     Ok(())
 }
 
