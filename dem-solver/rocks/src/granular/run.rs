@@ -61,7 +61,7 @@ impl GranularIntegrator {
         state: &mut GranularState,
         window: &Window,
     ) -> Result<(), Fault> {
-        let steps = window.steps(model.step);
+        let steps = window.steps(model.steps.step);
         let h = window.length / steps as f64;
         self.recall(model, state);
         for step in 0..steps {
