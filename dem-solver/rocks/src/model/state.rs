@@ -185,25 +185,30 @@ impl State {
 
     /// Become `other`, without allocating while its histories fit.
     pub fn copy(&mut self, other: &Self) {
-        (self.time, self.dissipated, self.received) = (other.time, other.dissipated, other.received);
-        (self.broken, self.finer) = (other.broken, other.finer);
-        self.predicted.clone_from(&other.predicted);
-        self.pushed.clone_from(&other.pushed);
-        for (mine, theirs) in self.bodies.iter_mut().zip(&other.bodies) {
-            (mine.motion, mine.flight) = (theirs.motion, theirs.flight);
-            (mine.dent, mine.slip) = (theirs.dent, theirs.slip);
-            mine.histories.clone_from(&theirs.histories);
-            mine.terrain_histories.clone_from(&theirs.terrain_histories);
-            mine.box_histories.clone_from(&theirs.box_histories);
-            (mine.tangential_energy, mine.elastic) = (theirs.tangential_energy, theirs.elastic);
-            (mine.contacts, mine.rock_contacts) = (theirs.contacts, theirs.rock_contacts);
-            (mine.track, mine.path, mine.deepest) = (theirs.track, theirs.path, theirs.deepest);
+        let mut bodies = std::mem::take(&mut self.bodies);
+        for (mine, theirs) in bodies.iter_mut().zip(&other.bodies) {
+            *mine = Body {
+                histories: refilled(&mut mine.histories, &theirs.histories),
+                terrain_histories: refilled(&mut mine.terrain_histories, &theirs.terrain_histories),
+                box_histories: refilled(&mut mine.box_histories, &theirs.box_histories),
+                ..*theirs
+            };
         }
-        let (mine, theirs) = (&mut self.between_rocks, &other.between_rocks);
-        mine.histories.clone_from(&theirs.histories);
-        (mine.tangential_energy, mine.elastic) = (theirs.tangential_energy, theirs.elastic);
-        mine.contacts = theirs.contacts;
+        let histories = refilled(&mut self.between_rocks.histories, &other.between_rocks.histories);
+        *self = Self {
+            bodies,
+            between_rocks: BetweenRocks { histories, ..other.between_rocks },
+            predicted: refilled(&mut self.predicted, &other.predicted),
+            pushed: refilled(&mut self.pushed, &other.pushed),
+            ..*other
+        };
     }
+}
+
+/// What a list holds in the room of another.
+pub(crate) fn refilled<T: Clone>(room: &mut Vec<T>, from: &Vec<T>) -> Vec<T> {
+    room.clone_from(from);
+    std::mem::take(room)
 }
 
 impl Body {
