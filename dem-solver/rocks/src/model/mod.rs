@@ -141,11 +141,6 @@ impl Span {
     }
 }
 
-/// What the names of a rock's measures begin with: its name where there are several.
-pub fn prefix(model: &Model, rock: usize) -> String {
-    if model.settings.named() > 1 { format!("{}_", model.rocks[rock].name) } else { String::new() }
-}
-
 /// Name of a rock.
 pub fn name_of(model: &Model, rock: usize) -> &str {
     &model.rocks[rock].name

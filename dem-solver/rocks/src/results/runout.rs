@@ -1,68 +1,52 @@
 //! Measures of a trajectory over terrain.
 
+use super::measures::Reporter;
+use crate::model::Model;
 use crate::model::state::{Body, State};
-use crate::model::{Model, prefix};
 use dem_terrain::Terrain;
-use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::message::{Measure, Worse};
+use interface_defs::message::{Measure, Statistics, Worse};
 use interface_defs::verdict::Fate;
 use nalgebra::Vector3;
 
-/// Those that are worse when larger.
-const LARGER: [&str; 5] =
-    ["runout_distance", "exit_distance", "max_jump_height", "max_speed", "max_kinetic_energy"];
-
 /// Measures of the trajectory of rock number `at`; where it has not ended, a warning says so.
-pub fn results(
-    model: &Model,
-    ground: &Terrain,
-    at: usize,
-    state: &State,
-    measures: &mut Vec<Measure>,
-    warnings: &mut Vec<Diagnostic>,
-) {
-    let (rock, settings, prefix) = (&model.rocks[at], &model.settings, prefix(model, at));
+pub fn results(model: &Model, ground: &Terrain, at: usize, state: &State, out: &mut Statistics) {
+    const OF_REST: &str = "runout_distance, rest_x, rest_y, rest_z";
+    let mut report = Reporter::of(model, at, out);
     let Body { motion, path, .. } = &state.bodies[at];
-    let start = Vector3::from(settings.rocks[at].position) - model.origin;
-    let mut report = |name: &str, value: f64, unit: &str, time: Option<f64>, rank: u16| {
-        let worse = if LARGER.contains(&name) { Worse::Larger } else { Worse::Neither };
-        measures.push(Measure::new(format!("{prefix}{name}"), value, unit).at(time).ranked(rank, worse));
-    };
-    let mut absent = |why: String, cure: Option<&str>| {
-        let what = format!("runout_distance, rest_x, rest_y, rest_z of rock `{}` absent: {why}", rock.name);
-        warnings.push(Diagnostic::warning(code::ABSENT_MEASURE, what).try_if(cure.map(str::to_owned)));
-    };
-    let down = settings.down();
+    let down = model.settings.down();
     // A rock that has ended may have gone on while others had not.
     let (end, last) = path.ending.map_or((state.time, motion.position), |end| (end.time, end.position));
-    let moved = last - start;
-    let level = moved - down * moved.dot(&down);
+    let moved = last - (Vector3::from(model.settings.rocks[at].position) - model.origin);
+    let level = (moved - down * moved.dot(&down)).norm();
     let place = last + ground.origin;
     match path.ending.map(|end| end.how) {
         Some(Fate::AtRest) => {
-            report("runout_distance", level.norm(), "m", Some(end), 140);
-            for (axis, name) in ["rest_x", "rest_y", "rest_z"].into_iter().enumerate() {
-                report(name, place[axis], "m", Some(end), 220 + axis as u16);
+            report.add(Measure::new("runout_distance", level, "m").at(end).ranked(140, Worse::Larger));
+            for (rank, (name, value)) in
+                (220..).zip(["rest_x", "rest_y", "rest_z"].into_iter().zip(place.iter()))
+            {
+                report.add(Measure::new(name, *value, "m").at(end).ranked(rank, Worse::Neither));
             }
         }
         Some(_) => {
-            report("exit_distance", level.norm(), "m", Some(end), 150);
+            report.add(Measure::new("exit_distance", level, "m").at(end).ranked(150, Worse::Larger));
             let near = format!("({:.2}, {:.2}, {:.2})", place.x, place.y, place.z);
-            absent(format!("it left the terrain at {end:.3} s near {near}"), None);
+            report.absent(OF_REST, &format!("it left the terrain at {end:.3} s near {near}"));
         }
         None => {
-            let speed = motion.velocity.norm();
-            absent(
-                format!("it still moved at {speed:.3} m/s when the time was over"),
-                Some("raise end_time"),
-            );
+            let why = format!("it still moved at {:.3} m/s when the time was over", motion.velocity.norm());
+            report.absent_unless(OF_REST, &why, Some("raise end_time"));
         }
     }
-    report("max_jump_height", path.highest.0, "m", Some(path.highest.1), 190);
-    report("max_speed", path.fastest.0, "m/s", Some(path.fastest.1), 180);
-    report("max_kinetic_energy", path.most_energy.0, "J", Some(path.most_energy.1), 200);
-    report("impacts", path.impacts as f64, "1", None, 210);
+    for (name, (value, time), unit, rank) in [
+        ("max_jump_height", path.highest, "m", 190),
+        ("max_speed", path.fastest, "m/s", 180),
+        ("max_kinetic_energy", path.most_energy, "J", 200),
+    ] {
+        report.add(Measure::new(name, value, unit).at(time).ranked(rank, Worse::Larger));
+    }
+    report.add(Measure::new("impacts", path.impacts as f64, "1").ranked(210, Worse::Neither));
     if end > 0.0 {
-        report("contact_time_fraction", path.in_contact / end, "1", None, Measure::ORDINARY);
+        report.add(Measure::new("contact_time_fraction", path.in_contact / end, "1"));
     }
 }

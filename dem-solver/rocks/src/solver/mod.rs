@@ -20,8 +20,8 @@ use dem_contact::settings::{ContactSelection, STRUCTURE, Settings, limits};
 use dem_solid::geometry::sphere_tree::SphereTree;
 use dem_terrain::Terrain;
 use interface_defs::diagnostic::{Diagnostic, code};
+use interface_defs::message::Hello;
 use interface_defs::message::capability;
-use interface_defs::message::{Hello, Measure};
 use interface_defs::solver::OnProgress;
 use interface_defs::{
     Fault, FieldSpec, InterfaceMesh, Place, Plan, Progress, Ready, Sampling, Selection, Solver, Statistics,
@@ -374,26 +374,26 @@ impl Solver for DemSolver {
         let counts = self.run.as_ref().map(RockIntegrator::counts).unwrap_or_default();
         let net = self.run.as_ref().and_then(RockIntegrator::net);
         let verdicts = verdict::verdicts(&self.model, &self.committed, net);
-        let (mut measures, mut warnings) = (Vec::new(), Vec::new());
-        measures::results(&self.model, &self.committed, net.is_some(), &mut measures, &mut warnings);
-        self.trajectories(&mut measures, &mut warnings);
+        let mut out = Statistics { verdicts, counts, ..Statistics::default() };
+        measures::results(&self.model, &self.committed, net.is_some(), &mut out);
+        self.trajectories(&mut out);
         let unwritten = self.fields.as_mut().and_then(|fields| fields.finish().err());
-        warnings.extend(unwritten.map(results::not_written));
-        Ok(Statistics { measures, verdicts, counts, warnings, ..Statistics::default() })
+        out.warnings.extend(unwritten.map(results::not_written));
+        Ok(out)
     }
 }
 
 impl DemSolver {
     /// Measures of the trajectories over the terrain, and their picture.
-    fn trajectories(&mut self, measures: &mut Vec<Measure>, warnings: &mut Vec<Diagnostic>) {
+    fn trajectories(&self, out: &mut Statistics) {
         let Some(ground) = &self.model.ground else { return };
         for at in 0..self.model.settings.named() {
-            results::runout::results(&self.model, ground, at, &self.committed, measures, warnings);
+            results::runout::results(&self.model, ground, at, &self.committed, out);
         }
-        let (Some(trajectory), Some(out)) = (&self.trajectory, &self.options.out) else { return };
+        let (Some(trajectory), Some(dir)) = (&self.trajectory, &self.options.out) else { return };
         let trajectories = trajectory::trajectories(&self.model, ground, &trajectory.rows);
         let fields = self.fields.as_ref().map_or(Ok(()), |fields| fields.write_trajectories(&trajectories));
-        let (path, bodies) = (out.join(map::PICTURE), &self.committed.bodies);
+        let (path, bodies) = (dir.join(map::PICTURE), &self.committed.bodies);
         let mesh = self.run.as_ref().and_then(|run| Some(run.net()?.0));
         for (name, written) in [
             (map::PICTURE, map::write(&path, &self.model, ground, &trajectories, bodies, mesh)),
@@ -401,7 +401,7 @@ impl DemSolver {
         ] {
             if let Err(e) = written {
                 let what = format!("{name} cannot be written: {e}");
-                warnings.push(Diagnostic::warning(code::NOT_WRITTEN, what));
+                out.warnings.push(Diagnostic::warning(code::NOT_WRITTEN, what));
             }
         }
     }
