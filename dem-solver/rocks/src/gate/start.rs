@@ -1,7 +1,7 @@
 //! Where a rock starts: its whole surface outside of the terrain and of the net, tested by true overlap.
 
 use super::lengths::{distance, height};
-use super::units::{LIMIT, short};
+use super::units::{Judged, LIMIT, short};
 use super::{place, reach};
 use crate::model::{Model, halved};
 use dem_contact::contact::broad_phase::cell_grid::Plane;
@@ -224,11 +224,7 @@ fn in_terrain(start: &StartPose, ground: &Terrain, motion: &Motion, down: &Vecto
 }
 
 /// Refuse rocks that start with their surface in the net, which is `contact_mesh`; what the user should know of others.
-pub fn in_net(
-    model: &Model,
-    contact_mesh: &ContactMesh,
-    scene: &Scene,
-) -> Result<Vec<Diagnostic>, Diagnostic> {
+pub fn in_net(model: &Model, contact_mesh: &ContactMesh, scene: &Scene) -> Judged {
     let settings = &model.settings;
     let laws = model.laws.as_ref().map_or(&[][..], |laws| &laws.surfaces);
     for at in 0..model.rocks.len() {
