@@ -1,12 +1,11 @@
 //! Thousands of separate spheres that touch each other and the sides of a box.
 //!
 //! - [`forces`]: what the pairs do, in an order that does not depend on threads
-//! - [`run`]: the steps of a window
+//! - [`run`]: the steps of a window, and why one went wrong
 //! - [`state`]: what is committed and what is tried
-//! - [`steps`]: the largest stable step; [`cause`](mod@cause): why a step went wrong
+//! - [`steps`](mod@steps): the largest stable step
 //! - [`fields`](mod@fields), [`check`](mod@check): what is reported of it
 
-pub mod cause;
 pub mod check;
 pub mod fields;
 pub mod forces;

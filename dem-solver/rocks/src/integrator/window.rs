@@ -1,9 +1,7 @@
 //! A window: cut into steps, which are taken one by one ([`crate::integrator::step`]) or flown through in closed form.
 
-use crate::integrator::answer::Answer;
 use crate::integrator::box_stage::{self, BoxStage};
 use crate::integrator::free_flight::bend;
-use crate::integrator::load::StepLoad;
 use crate::integrator::mesh_stage::{MeshStage, MeshWindow, add_forces};
 use crate::integrator::rock_stage::RockStage;
 use crate::integrator::schedule::{Cut, Request, SubStep, Task};
@@ -18,22 +16,85 @@ use crate::results::gauges::{Gauges, Moment};
 use crate::results::outline::Outline;
 use crate::results::trajectory::Row;
 use dem_contact::contact::broad_phase::mesh_pairs::Instant;
+use dem_contact::contact::broad_phase::terrain_pairs::TerrainPairs;
+use dem_contact::contact::pipeline::Sums;
 use dem_contact::interface_mesh::local_net::{LocalFields, LocalNet};
 use dem_contact::interface_mesh::motion::MotionFields;
 use dem_contact::interface_mesh::{AtRest, ContactMesh};
 use dem_contact::rock::Motion;
 use interface_defs::verdict::Fate;
-use interface_defs::{Fault, InterfaceMesh, Items, Layout, Plan, Window};
+use interface_defs::{Fault, FieldSpec, InterfaceMesh, Items, Layout, Plan, Sampling, Window, name};
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
-
-mod kept;
-pub use kept::KeptIntegrator;
 
 /// Where a window begins.
 const START: Instant = Instant { segment: 0, along: 0.0, elapsed: 0.0 };
 
 /// Fewest steps that are worth a flight in closed form, and steps until the next look for one.
 const FEWEST: usize = 4;
+
+/// Where the answer's fields lie.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Answer {
+    pub(super) means: Vec<usize>,
+    pub(super) ends: Vec<usize>,
+    pub(super) reach: Option<Range<usize>>,
+    pub(super) gauges: usize,
+}
+
+impl Answer {
+    /// Find them in the layout of the answer.
+    pub(super) fn lay_out(&mut self, gives: &Layout) {
+        for (starts, sampling) in [(&mut self.means, Sampling::Means), (&mut self.ends, Sampling::AtEnds)] {
+            let force = |f: &&FieldSpec| f.name == name::FORCE && f.sampling == sampling;
+            let count = gives.fields().find(force).map_or(0, |f| f.samples as usize);
+            starts.clear();
+            starts.extend((0..count).filter_map(|i| Some(gives.sample(name::FORCE, sampling, i)?.start)));
+        }
+        self.reach = gives.sample(name::REACH, Sampling::Once, 0);
+        self.gauges = gives.gauges().start;
+    }
+}
+
+/// What acts on a rock in the middle of a step.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct StepLoad {
+    /// Force of all contacts [N].
+    pub force: Vector3<f64>,
+    /// Torque about the centre of mass [N m].
+    pub torque: Vector3<f64>,
+    /// Energy of the normal springs on mesh and terrain [J].
+    pub elastic: f64,
+    /// Energy of the tangential springs there after the step [J].
+    pub tangential_energy: f64,
+    /// Energy that those on the mesh have taken up between the window before and this one [J].
+    pub jump_energy: f64,
+    /// Energy that dashpots and friction take there in the step [J].
+    pub lost: f64,
+    /// Contacts with terrain and other rocks, not with the sides of a box.
+    pub touching: usize,
+    /// With contacts on the mesh: how long the first has lasted [s].
+    pub touched: Option<f64>,
+    /// Whether the mesh lies behind the centres of the outer spheres.
+    pub behind: bool,
+}
+
+impl StepLoad {
+    /// True if nothing acts.
+    pub fn is_none(&self) -> bool {
+        self.force == Vector3::zeros() && self.torque == Vector3::zeros()
+    }
+
+    /// Take in the contacts with something that stands still, in a step of `h` [s].
+    pub fn add(&mut self, sums: &Sums, h: f64) {
+        self.force += sums.force;
+        self.torque += sums.torque;
+        self.elastic += sums.elastic;
+        self.tangential_energy += sums.tangential_energy;
+        self.lost += (sums.damping_power + sums.friction_power) * h + sums.yielded;
+    }
+}
 
 /// A prepared run.
 #[derive(Default)]
@@ -457,5 +518,59 @@ impl RockIntegrator {
             self.counts.contact_evaluations += on_mesh as u64;
         }
         Ok(())
+    }
+}
+
+/// What an integrator takes from one window to the next beside the state, for a run that goes on: lists, and what was counted.
+///
+/// No answer of a window depends on these lists but for its last bits: by them the order of sums, the ends of flights and the
+/// nodes that are selected are the same as in a run that nobody killed.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct KeptIntegrator {
+    mesh: Vec<MeshStage>,
+    terrain: Vec<TerrainPairs>,
+    /// Which elements of the mesh are broken.
+    broken: Vec<bool>,
+    half_acceleration: f64,
+    coarseness: f64,
+    counts: Counts,
+}
+
+impl RockIntegrator {
+    /// What the next window follows from, and `state` as it is with all nodes selected.
+    pub fn kept(&self, state: &State) -> (KeptIntegrator, State) {
+        let kept = KeptIntegrator {
+            mesh: self.mesh_stages.clone(),
+            terrain: self.terrain.as_ref().map_or(Vec::new(), |terrain| terrain.around.clone()),
+            broken: self.contact_mesh.as_ref().map_or(Vec::new(), |mesh| mesh.broken().to_vec()),
+            half_acceleration: self.half_acceleration,
+            coarseness: self.net.coarseness,
+            counts: self.counts,
+        };
+        let mut state = state.clone();
+        for (vector, unknown) in [(&mut state.predicted, f64::NAN), (&mut state.pushed, 0.0)] {
+            if vector.is_empty() || !self.fields.is_partial() {
+                continue;
+            }
+            let mut all = vec![unknown; 3 * self.all.nodes];
+            for (node, own) in self.fields.nodes().iter().zip(vector.chunks_exact(3)) {
+                all[3 * *node as usize..][..3].copy_from_slice(own);
+            }
+            *vector = all;
+        }
+        (kept, state)
+    }
+
+    /// Go on from there.
+    pub fn go_on(&mut self, kept: KeptIntegrator) {
+        self.mesh_stages.iter_mut().zip(kept.mesh).for_each(|(stage, kept)| stage.go_on(kept));
+        if let Some(terrain) = &mut self.terrain {
+            terrain.around.clone_from(&kept.terrain);
+        }
+        if let Some(mesh) = &mut self.contact_mesh {
+            mesh.go_on(kept.broken);
+        }
+        (self.half_acceleration, self.net.coarseness, self.counts) =
+            (kept.half_acceleration, kept.coarseness, kept.counts);
     }
 }

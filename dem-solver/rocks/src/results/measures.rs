@@ -1,12 +1,14 @@
-//! Measures of impacts on the net, and of how deep spheres were pressed in. What they count from: [`crate::model::impact`].
+//! Measures of impacts on the net, of trajectories over terrain, and of how deep spheres were pressed in. What they count from: [`crate::model::impact`].
 
 use crate::model::critical::DEEP;
 use crate::model::impact::ImpactRecord;
-use crate::model::state::{Against, State};
+use crate::model::state::{Against, Body, State};
 use crate::model::{Model, name_of};
 use dem_contact::settings::Settings;
+use dem_terrain::Terrain;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::message::{Measure, Statistics, Worse};
+use interface_defs::verdict::Fate;
 use nalgebra::Vector3;
 
 /// Largest angle between impact direction and gravity at which a depth measures the impact [degrees].
@@ -58,6 +60,49 @@ pub fn results(model: &Model, state: &State, net: bool, out: &mut Statistics) {
     }
 }
 
+/// Measures of the trajectory of rock number `at`; where it has not ended, a warning says so.
+pub fn of_trajectory(model: &Model, ground: &Terrain, at: usize, state: &State, out: &mut Statistics) {
+    const OF_REST: &str = "runout_distance, rest_x, rest_y, rest_z";
+    let mut report = Reporter::of(model, at, out);
+    let Body { motion, path, .. } = &state.bodies[at];
+    let down = model.settings.down();
+    // A rock that has ended may have gone on while others had not.
+    let (end, last) = path.ending.map_or((state.time, motion.position), |end| (end.time, end.position));
+    let moved = last - (Vector3::from(model.settings.rocks[at].position) - model.origin);
+    let level = (moved - down * moved.dot(&down)).norm();
+    let place = last + ground.origin;
+    match path.ending.map(|end| end.how) {
+        Some(Fate::AtRest) => {
+            report.add(Measure::new("runout_distance", level, "m").at(end).ranked(140, Worse::Larger));
+            for (rank, (name, value)) in
+                (220..).zip(["rest_x", "rest_y", "rest_z"].into_iter().zip(place.iter()))
+            {
+                report.add(Measure::new(name, *value, "m").at(end).ranked(rank, Worse::Neither));
+            }
+        }
+        Some(_) => {
+            report.add(Measure::new("exit_distance", level, "m").at(end).ranked(150, Worse::Larger));
+            let near = format!("({:.2}, {:.2}, {:.2})", place.x, place.y, place.z);
+            report.absent(OF_REST, &format!("it left the terrain at {end:.3} s near {near}"));
+        }
+        None => {
+            let why = format!("it still moved at {:.3} m/s when the time was over", motion.velocity.norm());
+            report.absent_unless(OF_REST, &why, Some("raise end_time"));
+        }
+    }
+    for (name, (value, time), unit, rank) in [
+        ("max_jump_height", path.highest, "m", 190),
+        ("max_speed", path.fastest, "m/s", 180),
+        ("max_kinetic_energy", path.most_energy, "J", 200),
+    ] {
+        report.add(Measure::new(name, value, unit).at(time).ranked(rank, Worse::Larger));
+    }
+    report.add(Measure::new("impacts", path.impacts as f64, "1").ranked(210, Worse::Neither));
+    if end > 0.0 {
+        report.add(Measure::new("contact_time_fraction", path.in_contact / end, "1"));
+    }
+}
+
 /// The deepest overlap of a sphere over its radius, which was at `time` [s].
 pub fn penetration(name: impl Into<String>, depth: f64, time: f64) -> Measure {
     Measure::new(name, depth, "1").at(time).ranked(80, Worse::Larger)
@@ -71,7 +116,7 @@ fn too_deep(name: &str, partner: Against, depth: f64, time: f64, cure: &str) -> 
 }
 
 /// Where measures of one rock go.
-pub(super) struct Reporter<'a> {
+struct Reporter<'a> {
     /// What their names begin with: its name where there are several rocks.
     prefix: String,
     rock: &'a str,
@@ -79,13 +124,13 @@ pub(super) struct Reporter<'a> {
 }
 
 impl<'a> Reporter<'a> {
-    pub(super) fn of(model: &'a Model, rock: usize, out: &'a mut Statistics) -> Self {
+    fn of(model: &'a Model, rock: usize, out: &'a mut Statistics) -> Self {
         let name = name_of(model, rock);
         let prefix = if model.settings.named() > 1 { format!("{name}_") } else { String::new() };
         Self { prefix, rock: name, out }
     }
 
-    pub(super) fn add(&mut self, measure: Measure) {
+    fn add(&mut self, measure: Measure) {
         self.out.measures.push(Measure { name: format!("{}{}", self.prefix, measure.name), ..measure });
     }
 
@@ -95,12 +140,12 @@ impl<'a> Reporter<'a> {
         }
     }
 
-    pub(super) fn absent(&mut self, names: &str, why: &str) {
+    fn absent(&mut self, names: &str, why: &str) {
         self.absent_unless(names, why, None);
     }
 
     /// The same, and what to try.
-    pub(super) fn absent_unless(&mut self, names: &str, why: &str, cure: Option<&str>) {
+    fn absent_unless(&mut self, names: &str, why: &str, cure: Option<&str>) {
         let what = format!("{names} of rock `{}` absent: {why}", self.rock);
         let absent = Diagnostic::warning(code::ABSENT_MEASURE, what);
         self.out.warnings.push(absent.try_if(cure.map(str::to_owned)));

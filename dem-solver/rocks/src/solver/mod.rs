@@ -4,11 +4,11 @@
 //! [`crate::results`] reports.
 
 use crate::gate;
-use crate::integrator::window::{RockIntegrator, Solved};
+use crate::integrator::window::{KeptIntegrator, RockIntegrator, Solved};
 use crate::model::between::{Between, rows};
 use crate::model::state::{Body, State};
 use crate::model::{Model, Steps};
-use crate::results::fields::{self, FieldFiles};
+use crate::results::fields::{self, FieldFiles, KeptFields};
 use crate::results::gauges::Gauges;
 use crate::results::trajectory::{self, Row, Trajectory};
 use crate::results::{self, map, measures, verdict};
@@ -28,14 +28,15 @@ use interface_defs::{
     Window, name,
 };
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::sync::Arc;
+use toolkit::checkpoint::{pack, unpack};
+use toolkit::history::Mark;
 use toolkit::program::Options;
 use toolkit::scene::Scene;
 
-mod kept;
 mod partners;
-use kept::Kept;
 use partners::{are_apart, enclose, lay_on_terrain};
 
 /// Most times that steps are made finer where a contact asks for it.
@@ -43,6 +44,16 @@ const FINEST: usize = 64;
 
 /// Most samples per window of any field.
 const MOST_SAMPLES: u32 = 64;
+
+/// What the solver writes down of itself at the end of a committed window: all that the next ones follow from.
+#[derive(Debug, Serialize, Deserialize)]
+struct Kept {
+    state: State,
+    integrator: KeptIntegrator,
+    fields: Option<KeptFields>,
+    /// `trajectory.csv` as it was.
+    trajectory: Option<Mark>,
+}
 
 /// Rocks as rigid sphere clusters, in contact with a mesh that the structure moves.
 pub struct DemSolver {
@@ -358,11 +369,15 @@ impl Solver for DemSolver {
     }
 
     fn save(&mut self) -> Result<Vec<u8>, Fault> {
-        self.keep()
+        let run = prepared(self.run.as_ref(), "for its state")?;
+        let (integrator, state) = run.kept(&self.committed);
+        let fields = self.fields.as_mut().map(FieldFiles::kept).transpose()?;
+        let trajectory = self.trajectory.as_ref().map(Trajectory::kept).transpose()?;
+        Ok(pack(&Kept { state, integrator, fields, trajectory }))
     }
 
     fn resume(&mut self, state: &[u8]) -> Result<(), Fault> {
-        self.resume = Some(Kept::read(state)?);
+        self.resume = Some(Box::new(unpack(state)?));
         Ok(())
     }
 
@@ -384,11 +399,48 @@ impl Solver for DemSolver {
 }
 
 impl DemSolver {
+    /// Open the files of results: new ones, or those of a run that goes on from `kept`.
+    fn open_files(&mut self, kept: Option<&mut Kept>) -> Result<(), Fault> {
+        (self.fields, self.trajectory) = (None, None);
+        let Some(out) = self.options.out.clone() else { return Ok(()) };
+        let (fields, trajectory) = match kept {
+            Some(kept) => (kept.fields.take(), kept.trajectory.take()),
+            None => (None, None),
+        };
+        if let Some(interval) = self.model.settings.fields {
+            let dir = out.join("fields");
+            match fields {
+                Some(kept) => self.fields = Some(FieldFiles::go_on(&dir, interval, &self.model, kept)?),
+                None => {
+                    self.fields = Some(FieldFiles::create(&dir, interval, &self.model)?);
+                    self.write_fields()?;
+                }
+            }
+        }
+        if self.model.ground.is_some() && self.model.settings.named() > 0 {
+            self.trajectory = Some(match trajectory {
+                Some(mark) => Trajectory::go_on(&out, &mark)?,
+                None => Trajectory::create(&out, &self.model, &self.committed)?,
+            });
+        }
+        Ok(())
+    }
+
+    /// Stand where `kept` was.
+    fn go_on(&mut self, kept: Kept) {
+        let Some(run) = &mut self.run else { return };
+        run.go_on(kept.integrator);
+        self.committed = kept.state;
+        run.reserve(&mut self.committed);
+        self.trial = self.committed.clone();
+        run.reserve(&mut self.trial);
+    }
+
     /// Measures of the trajectories over the terrain, and their picture.
     fn trajectories(&self, out: &mut Statistics) {
         let Some(ground) = &self.model.ground else { return };
         for at in 0..self.model.settings.named() {
-            results::runout::results(&self.model, ground, at, &self.committed, out);
+            measures::of_trajectory(&self.model, ground, at, &self.committed, out);
         }
         let (Some(trajectory), Some(dir)) = (&self.trajectory, &self.options.out) else { return };
         let trajectories = trajectory::trajectories(&self.model, ground, &trajectory.rows);
