@@ -1,7 +1,7 @@
 //! The steps of a window of many spheres: position Verlet, as for the rocks (`solver::window`).
 
 use super::GranularModel;
-use super::forces::{BLOCK, BlockSums, PairScene, Push, Seen};
+use super::forces::{Answers, BLOCK, BlockSums, PairScene, Push, Seen};
 use super::state::GranularState;
 use crate::gate::landing::LIMIT;
 use dem_contact::contact::broad_phase::cell_grid::{SpherePair, SpherePairs};
@@ -197,12 +197,13 @@ impl GranularIntegrator {
         let blocks = self.sums.iter_mut().enumerate().map(|(block, sums)| {
             let (from, to) = (block * BLOCK, ((block + 1) * BLOCK).min(count));
             let pairs = (list.start[to] - list.start[from]) as usize;
-            let (h, p) = (split(&mut held, pairs), split(&mut pushes, pairs));
-            let m = if model.rolls { split(&mut moments, pairs) } else { &mut [] };
-            (from, to, h, p, m, sums)
+            let moments = if model.rolls { split(&mut moments, pairs) } else { &mut [] };
+            let (held, pushes) = (split(&mut held, pairs), split(&mut pushes, pairs));
+            (from, to, Answers { sums: BlockSums::default(), held, pushes, moments }, sums)
         });
-        model.each(blocks, |(from, to, held, pushes, moments, sums)| {
-            *sums = scene.answer(from, to, held, pushes, moments);
+        model.each(blocks, |(from, to, mut out, sums)| {
+            scene.answer(from, to, &mut out);
+            *sums = out.sums;
         });
     }
 
