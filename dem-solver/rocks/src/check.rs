@@ -25,25 +25,19 @@ const NEIGHBOURS: f64 = 6.0;
 const SECONDS_PER_PAIR: f64 = 5e-8;
 
 #[derive(Serialize)]
-pub(crate) struct ResolvedTables<'a> {
-    pub gravity: [f64; 3],
+struct ResolvedTables<'a> {
+    gravity: [f64; 3],
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
-    pub rock: &'a [RockSettings],
+    rock: &'a [RockSettings],
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
-    pub spheres: &'a [SpheresSettings],
+    spheres: &'a [SpheresSettings],
     #[serde(rename = "box", skip_serializing_if = "Option::is_none")]
-    pub sides: Option<&'a BoxSettings>,
+    sides: Option<&'a BoxSettings>,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    contact: &'a [ContactSettings],
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub contact: Option<&'a [ContactSettings]>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub terrain: Option<&'a TerrainSettings>,
-    pub dem: DemSettings,
-}
-
-impl ResolvedTables<'_> {
-    pub fn table(self) -> toml::Table {
-        toml::Table::try_from(self).expect("tables of numbers and text are valid TOML")
-    }
+    terrain: Option<&'a TerrainSettings>,
+    dem: DemSettings,
 }
 
 /// Build everything of the scene but the net, and say what it is.
@@ -100,7 +94,9 @@ pub fn check_with(scene: &Scene, net: Option<&InterfaceMesh>) -> Result<CheckRep
     ];
     report.numbers.extend(numbers.map(|(name, value): (&str, f64)| (name.to_owned(), value)));
     report.numbers.extend(net_contact::numbers(model));
-    report.resolved = resolved(&model.settings);
+    let dem = &model.settings.dem;
+    let dem = if model.settings.contacts.is_empty() { dem.clone() } else { dem.filled_in() };
+    report.resolved = resolved(&model.settings, dem);
     Ok(report)
 }
 
@@ -173,16 +169,16 @@ pub(crate) fn above_critical(step: f64, critical: f64) -> Option<Diagnostic> {
     (step > critical).then(|| Diagnostic::warning(code::TIME_STEP, what()).about("dem.time_step"))
 }
 
-fn resolved(settings: &Settings) -> toml::Table {
-    let dem = if settings.contacts.is_empty() { settings.dem.clone() } else { settings.dem.filled_in() };
-    ResolvedTables {
+/// The tables of a scene with all that was filled in.
+pub(crate) fn resolved(settings: &Settings, dem: DemSettings) -> toml::Table {
+    let tables = ResolvedTables {
         gravity: settings.gravity.into(),
         rock: &settings.rocks[..settings.named()],
         spheres: &settings.spheres,
         sides: settings.sides.as_ref(),
-        contact: (!settings.contacts.is_empty()).then_some(&settings.contacts),
+        contact: &settings.contacts,
         terrain: settings.terrain.as_ref(),
         dem,
-    }
-    .table()
+    };
+    toml::Table::try_from(tables).expect("tables of numbers and text are valid TOML")
 }
