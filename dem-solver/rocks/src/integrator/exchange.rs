@@ -27,21 +27,10 @@ impl RockIntegrator {
     /// From now on requests and answers are of the nodes of `selection`; `None`: of all. What `state` remembers of nodes goes
     /// with them.
     pub fn select(&mut self, selection: Option<&Selection>, state: &mut State) {
-        let place = |node: u32| self.fields.place(node).map(|at| 3 * at as usize);
-        for (vector, unknown) in [(&mut state.predicted, f64::NAN), (&mut state.pushed, 0.0)] {
-            if vector.is_empty() {
-                continue;
-            }
-            self.remembered.clone_from(vector);
-            vector.clear();
-            let mut remember = |node: u32| match place(node).and_then(|at| self.remembered.get(at..at + 3)) {
-                Some(numbers) => vector.extend_from_slice(numbers),
-                None => vector.extend([unknown; 3]),
-            };
-            match selection {
-                Some(selection) => selection.nodes.iter().for_each(|node| remember(*node)),
-                None => (0..self.all.nodes as u32).for_each(remember),
-            }
+        let place = |node: u32| self.fields.place(node);
+        match selection {
+            Some(of) => state.select(place, of.nodes.iter().copied(), &mut self.remembered),
+            None => state.select(place, 0..self.all.nodes as u32, &mut self.remembered),
         }
         let items = selection.map_or(self.all, Selection::items);
         self.takes.resize(&items);

@@ -162,7 +162,7 @@ impl RockIntegrator {
         let empty = InterfaceMesh::default();
         let mesh = plan.partner_mesh.as_ref().unwrap_or(&empty);
         let takes = Layout::new(&plan.takes, mesh, 0);
-        let gives = Layout::new(&plan.gives, mesh, Gauges::count(&model.settings));
+        let gives = Layout::new(&plan.gives, mesh, Gauges::declared(model).len());
         let fields = MotionFields::new(&takes, mesh.node_count());
         let mesh_stages = match &contact_mesh {
             Some(contact_mesh) => {
@@ -278,7 +278,9 @@ impl RockIntegrator {
         for sample in self.answer.means.clone().into_iter().chain(self.answer.ends.clone()) {
             self.at_end(request, state, START, Some((&mut output, sample)))?;
         }
-        self.gauges.first(model, state, &mut output[self.answer.gauges..]);
+        let gauges = &mut output[self.answer.gauges..];
+        self.gauges.begin(gauges);
+        self.gauges.take(model, state, Moment::End, gauges);
         Ok(output)
     }
 
@@ -548,16 +550,8 @@ impl RockIntegrator {
             counts: self.counts,
         };
         let mut state = state.clone();
-        for (vector, unknown) in [(&mut state.predicted, f64::NAN), (&mut state.pushed, 0.0)] {
-            if vector.is_empty() || !self.fields.is_partial() {
-                continue;
-            }
-            let mut all = vec![unknown; 3 * self.all.nodes];
-            for (node, own) in self.fields.nodes().iter().zip(vector.chunks_exact(3)) {
-                all[3 * *node as usize..][..3].copy_from_slice(own);
-            }
-            *vector = all;
-        }
+        let all = 0..self.all.nodes as u32;
+        state.select(|node| self.fields.place(node), all, &mut Vec::new());
         (kept, state)
     }
 

@@ -183,6 +183,26 @@ impl State {
         Self { bodies: bodies.collect(), finer: 1, ..Self::default() }
     }
 
+    /// Remember these nodes from now on, whose places among those before `place` says; `room` is used again and again.
+    pub fn select(
+        &mut self,
+        place: impl Fn(u32) -> Option<u32>,
+        nodes: impl Iterator<Item = u32> + Clone,
+        room: &mut Vec<f64>,
+    ) {
+        for (vector, unknown) in [(&mut self.predicted, f64::NAN), (&mut self.pushed, 0.0)] {
+            if vector.is_empty() {
+                continue;
+            }
+            room.clone_from(vector);
+            vector.clear();
+            for node in nodes.clone() {
+                let known = place(node).and_then(|at| room.get(3 * at as usize..3 * at as usize + 3));
+                vector.extend_from_slice(known.unwrap_or(&[unknown; 3]));
+            }
+        }
+    }
+
     /// Become `other`, without allocating while its histories fit.
     pub fn copy(&mut self, other: &Self) {
         let mut bodies = std::mem::take(&mut self.bodies);
