@@ -106,7 +106,7 @@ pub fn on_terrain(model: &Model, ground: &Terrain, at: usize, scene: &Scene) -> 
     let refuse = |what: String, cure: String| Err(start.refused(scene, what, cure));
     let free = || start.free(&-down, |motion| in_terrain(&start, ground, motion, &down));
     let centre = Vector3::from(table.position);
-    let (low, high) = (ground.lowest + ground.origin, ground.highest + ground.origin);
+    let [low, high] = ground.extent();
     match height(ground, settings, at) {
         Some(height) if height < 0.0 => {
             let other = place::other_heights(table.position[2] - height, table.position[2]);

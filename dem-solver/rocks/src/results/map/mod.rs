@@ -50,13 +50,8 @@ pub fn write(
             Line { peaks, ..Line::new(rock.name.clone(), rows.iter().map(point).collect()) }
         })
         .collect();
-    let top = ground.highest.z + 1.0;
-    let height = |x: f64, y: f64| {
-        let above = Vector3::new(x - model.origin.x, y - model.origin.y, top);
-        ground.height(&above, &-Vector3::z()).map(|h| top - h + model.origin.z)
-    };
-    let corner = |v: &Vector3<f64>| [v.x + model.origin.x, v.y + model.origin.y];
-    let terrain = HeightMap { extent: [corner(&ground.lowest), corner(&ground.highest)], height: &height };
+    let extent = ground.extent().map(|corner| [corner.x, corner.y]);
+    let terrain = HeightMap { extent, height: &|x, y| ground.highest_at(x, y) };
     let net = mesh.map_or(Net::default(), |mesh| Net::of(mesh, &model.origin));
     files::write(path, draw(&lines, &terrain, &net).map_err(io::Error::other)?.as_bytes())
 }
