@@ -101,7 +101,7 @@ impl<'a> Case<'a> {
 
     /// Why spheres overlap too deep where the surface closes in with up to `speed` [m/s].
     pub fn why_too_deep(&self, now: &Motion, speed: f64) -> String {
-        if let Some(why) = self.unstable().or_else(|| self.gained(now, speed)) {
+        if let Some(why) = self.made_energy(now, speed) {
             return why;
         }
         let own = now.velocity.norm();
@@ -122,7 +122,7 @@ impl<'a> Case<'a> {
 
     /// Why the surface goes too far in one step, at `speed` [m/s].
     fn too_far(&self, now: &Motion, speed: f64, share: f64) -> String {
-        if let Some(why) = self.unstable().or_else(|| self.gained(now, speed)) {
+        if let Some(why) = self.made_energy(now, speed) {
             return why;
         }
         let radius = self.radius();
@@ -142,7 +142,7 @@ impl<'a> Case<'a> {
             self.rock().smallest_radius,
             self.modulus(" at ")
         );
-        let why = self.unstable().or_else(|| self.gained(before, 0.0)).unwrap_or_else(|| {
+        let why = self.made_energy(before, 0.0).unwrap_or_else(|| {
             format!(
                 "the contact forces have diverged within the step of {:.3e} s, which is below the critical one of {:.3e} s \
                  for {:.4} m/s: shorten coupling.time_window, or dem.time_step where nothing is coupled",
@@ -169,18 +169,15 @@ impl<'a> Case<'a> {
         })
     }
 
-    fn unstable(&self) -> Option<String> {
+    /// Whether the step is unstable, the rock faster than it can have become, or the surface.
+    fn made_energy(&self, now: &Motion, closing: f64) -> Option<String> {
         let (h, critical) = (self.span.h, self.model.steps.critical);
-        (h > critical * (1.0 + 1e-9)).then(|| {
-            format!(
+        if h > critical * (1.0 + 1e-9) {
+            return Some(format!(
                 "the step of {h:.3e} s is above the critical step of {critical:.3e} s, contact forces grow from step to step: \
                  shorten dem.time_step below it, or leave it out"
-            )
-        })
-    }
-
-    /// Whether it is faster than it can have become, or the surface is.
-    fn gained(&self, now: &Motion, closing: f64) -> Option<String> {
+            ));
+        }
         let (rock, gravity) = (self.rock(), self.model.settings.gravity);
         let cure = match self.against {
             Against::Net => "shorten coupling.time_window, or couple strongly (coupling.scheme)",
