@@ -1,9 +1,9 @@
 //! What crosses the interface in a window: where request and answer hold it, of which nodes, and for how long nothing will.
 
 use crate::integrator::box_stage::BoxStage;
-use crate::integrator::free_flight::bend;
 use crate::integrator::mesh_stage::MeshWindow;
 use crate::integrator::schedule::Request;
+use crate::integrator::secondary_impacts::bend;
 use crate::integrator::window::RockIntegrator;
 use crate::model::Model;
 use crate::model::state::State;

@@ -97,19 +97,6 @@ pub struct Task<'a> {
     pub cut: Cut,
 }
 
-/// A step that has been taken.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Passed {
-    /// When it ended [s].
-    pub end: f64,
-    /// Its length [s].
-    pub h: f64,
-    /// Whether there were contacts in its middle.
-    pub touching: bool,
-    /// Whether the height over the terrain is to be looked at.
-    pub look: bool,
-}
-
 /// Part number `part` of `parts` equal ones of the group of `steps` steps that begins with number `step`.
 #[derive(Clone, Copy)]
 pub struct SubStep<'a> {

@@ -13,10 +13,11 @@
 use crate::guard::cause::Case;
 use crate::guard::watch;
 use crate::integrator::mesh_stage::{MeshWindow, add_forces};
-use crate::integrator::schedule::{Passed, Request, SubStep, Task};
+use crate::integrator::schedule::{Request, SubStep, Task};
 use crate::integrator::terrain_stage::steps_per_look;
 use crate::integrator::window::{RockIntegrator, StepLoad};
 use crate::model::impact::Passage;
+use crate::model::runout::Passed;
 use crate::model::state::{Against, State};
 use crate::model::{Model, Span};
 use dem_contact::rock::{Flight, Motion, Rock, rotation};

@@ -1,12 +1,10 @@
-//! The contacts of rocks with the terrain in a step, and the rows of their trajectories.
+//! The contacts of rocks with the terrain in a step, for how long they fly freely over it, and the rows of their trajectories.
 
 use crate::guard::cause::Case;
 use crate::guard::{watch, watch_gap, watch_whole};
-use crate::integrator::free_flight::clear_steps;
-use crate::integrator::schedule::Passed;
 use crate::integrator::sub_stepping::{self, SubSteps};
 use crate::model::critical::DEEP;
-use crate::model::runout::{LOOK, StepOnTerrain, is_out, jump_height};
+use crate::model::runout::{LOOK, Passed, is_out, jump_height};
 use crate::model::state::{Against, Body, State};
 use crate::model::{Model, Span};
 use crate::results::trajectory::Row;
@@ -30,6 +28,11 @@ use std::sync::Arc;
 const ROWS_PER_CONTACT: f64 = 10.0;
 /// Rows per row of `history.csv` in a contact that lasts.
 const ROWS_PER_INTERVAL: f64 = 5.0;
+
+/// How far triangles are looked for, as a share of the rock's reach.
+const FAR: f64 = 0.5;
+/// Share of the reach by which the swept sphere is larger than the rock, for rounding.
+const ROUNDING: f64 = 1e-9;
 
 /// The laws of a rock with the terrain.
 fn laws_on<'a>(model: &'a Model, ground: &'a Terrain, rock: usize) -> SurfaceLaws<'a> {
@@ -216,18 +219,16 @@ impl TerrainStage {
 
     /// Follow a rock's trajectory over a step that ends with the motion in `body`.
     pub fn stepped(&mut self, model: &Model, rock: usize, body: &mut Body, passed: Passed) {
-        let Some(terrain) = &model.settings.terrain else { return };
-        let shortest = model.steps.contact;
         let Passed { end, h, touching, look } = passed;
         let touched = body.path.contact_since.is_some();
         let outside = is_out(&self.ground, &model.settings.down(), &body.motion.position);
         let had_left = body.path.has_left();
-        let step = StepOnTerrain { after: &body.motion, end, length: h, touching, outside, shortest };
-        body.path.step(&model.rocks[rock], terrain, &step);
+        body.path.step(model, rock, &body.motion, passed, outside);
         if look && !touching && !outside {
             body.path.height(jump_height(model, rock, &body.motion), end);
         }
         let Some(rows) = self.rows.as_mut().filter(|_| rock < model.settings.named()) else { return };
+        let shortest = model.steps.contact;
         let most = model.settings.interval / ROWS_PER_INTERVAL;
         let every = match body.path.contact_since {
             Some(since) if end - since <= 2.0 * shortest => most.min(shortest / ROWS_PER_CONTACT),
@@ -276,4 +277,33 @@ impl TerrainStage {
 /// Steps of `h` [s] between two looks at the height of a flying rock.
 pub fn steps_per_look(h: f64) -> usize {
     (LOOK / h).round().max(1.0) as usize
+}
+
+/// Steps of `h` [s], at most `most`, that rock number `rock` flies freely from `now`, touching nothing
+/// at their middles and ends.
+///
+/// First the triangles around it are asked when it may touch them; where there are none, the sphere around the whole
+/// rock is swept along its parabola. The answer follows from the state alone, so that equal input gives equal bytes.
+fn clear_steps(
+    model: &Model,
+    ground: &Terrain,
+    around: &mut TerrainPairs,
+    rock: usize,
+    now: &Motion,
+    h: f64,
+    most: usize,
+) -> usize {
+    let (it, tree) = (&model.rocks[rock], &model.trees[rock]);
+    let gravity = model.settings.gravity;
+    let horizon = h * most as f64;
+    let (time, far) = around.free_time(it, tree, ground, (now, &gravity), [FAR * tree.reach, horizon]);
+    if time >= horizon {
+        return most;
+    }
+    let near = (time / h) as usize;
+    if !far {
+        return near;
+    }
+    let flight = Parabola { position: now.position, velocity: now.velocity, gravity };
+    near.max(ground.free_steps(&flight, tree.reach * (1.0 + ROUNDING), h, most))
 }

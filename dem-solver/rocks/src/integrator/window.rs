@@ -1,11 +1,10 @@
 //! A window: cut into steps, which are taken one by one ([`crate::integrator::step`]) or flown through in closed form.
 
 use crate::integrator::box_stage::{self, BoxStage};
-use crate::integrator::free_flight::bend;
 use crate::integrator::mesh_stage::{MeshStage, MeshWindow, add_forces};
 use crate::integrator::rock_stage::RockStage;
 use crate::integrator::schedule::{Cut, Request, SubStep, Task};
-use crate::integrator::secondary_impacts::SecondaryImpacts;
+use crate::integrator::secondary_impacts::{SecondaryImpacts, bend};
 use crate::integrator::sub_stepping::SubSteps;
 use crate::integrator::terrain_stage::TerrainStage;
 use crate::model::Counts;
@@ -305,7 +304,9 @@ impl RockIntegrator {
         if torn {
             self.end_contacts_with_broken(request, state)?;
         }
-        let cut = self.cut(model, window, state.finer);
+        let samples = [self.answer.means.len(), self.answer.ends.len(), self.local.own_samples()];
+        let steps = (model.steps.step, self.usual);
+        let cut = Cut::new(window, steps, self.fields.segments(), &samples, state.finer);
         let task = Task { request, window, cut };
         self.live = self.is_local && self.fields.is_partial() && !(flies && model.shortcuts);
         if self.live {
@@ -353,11 +354,6 @@ impl RockIntegrator {
         } else if remembers {
             self.fields.seen_at_end(input, length, &mut state.predicted);
         }
-    }
-
-    fn cut(&self, model: &Model, window: &Window, finer: usize) -> Cut {
-        let samples = [self.answer.means.len(), self.answer.ends.len(), self.local.own_samples()];
-        Cut::new(window, (model.steps.step, self.usual), self.fields.segments(), &samples, finer)
     }
 
     /// Take broken lines out of the mesh; true if there are more of them than the state knows.

@@ -8,7 +8,7 @@
 
 use crate::model::Model;
 use dem_contact::rock::{Motion, Rock};
-use dem_contact::settings::{Settings, TerrainSettings};
+use dem_contact::settings::Settings;
 use dem_terrain::Terrain;
 use interface_defs::verdict::Fate;
 use nalgebra::Vector3;
@@ -64,21 +64,17 @@ impl End {
     }
 }
 
-/// A step of a rock over terrain.
-#[derive(Debug, Clone, Copy)]
-pub struct StepOnTerrain<'a> {
-    /// Motion at its end.
-    pub after: &'a Motion,
-    /// When it ends [s].
+/// A step of a rock over terrain that has been taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Passed {
+    /// When it ended [s].
     pub end: f64,
     /// Its length [s].
-    pub length: f64,
+    pub h: f64,
     /// Whether there were contacts in its middle.
     pub touching: bool,
-    /// Whether the centre is beside or below the terrain at its end ([`is_out`]).
-    pub outside: bool,
-    /// Duration of the shortest contact [s]: a touch after a longer flight is an impact.
-    pub shortest: f64,
+    /// Whether the height over the terrain is to be looked at.
+    pub look: bool,
 }
 
 impl RunOut {
@@ -93,9 +89,10 @@ impl RunOut {
         self.ending.is_some_and(|end| end.how == Fate::LeftTerrain)
     }
 
-    /// Take in a step of a rock over terrain.
-    pub fn step(&mut self, rock: &Rock, terrain: &TerrainSettings, step: &StepOnTerrain) {
-        let StepOnTerrain { after, end, length, touching, outside, shortest } = *step;
+    /// Take in a step of rock number `rock` that ends with the motion `after`, `outside` of the terrain or not ([`is_out`]).
+    pub fn step(&mut self, model: &Model, rock: usize, after: &Motion, passed: Passed, outside: bool) {
+        let (Some(terrain), rock) = (&model.settings.terrain, &model.rocks[rock]) else { return };
+        let Passed { end, h, touching, .. } = passed;
         let speed = after.velocity.norm();
         if self.has_left() {
             return;
@@ -116,11 +113,11 @@ impl RunOut {
         }
         if self.contact_since.is_none() {
             self.contact_since = Some(end);
-            self.impacts += u64::from(self.impacts == 0 || end - self.touched > shortest);
+            self.impacts += u64::from(self.impacts == 0 || end - self.touched > model.steps.contact);
         }
         self.touched = end;
         // What lies at rest while others move is not counted, unless they set it in motion again.
-        self.in_contact += if self.ending.is_some() { 0.0 } else { length };
+        self.in_contact += if self.ending.is_some() { 0.0 } else { h };
         let fastest =
             speed + after.angular_momentum.norm() / rock.inertia.min() * (rock.arm + rock.smallest_radius);
         if fastest > terrain.rest_speed {
