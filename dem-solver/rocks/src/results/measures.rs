@@ -87,7 +87,7 @@ pub fn of_trajectory(model: &Model, ground: &Terrain, at: usize, state: &State, 
         }
         None => {
             let why = format!("it still moved at {:.3} m/s when the time was over", motion.velocity.norm());
-            report.absent_unless(OF_REST, &why, Some("raise end_time"));
+            report.absent_with_cure(OF_REST, &why, Some("raise end_time"));
         }
     }
     for (name, (value, time), unit, rank) in [
@@ -141,11 +141,11 @@ impl<'a> Reporter<'a> {
     }
 
     fn absent(&mut self, names: &str, why: &str) {
-        self.absent_unless(names, why, None);
+        self.absent_with_cure(names, why, None);
     }
 
     /// The same, and what to try.
-    fn absent_unless(&mut self, names: &str, why: &str, cure: Option<&str>) {
+    fn absent_with_cure(&mut self, names: &str, why: &str, cure: Option<&str>) {
         let what = format!("{names} of rock `{}` absent: {why}", self.rock);
         let absent = Diagnostic::warning(code::ABSENT_MEASURE, what);
         self.out.warnings.push(absent.try_if(cure.map(str::to_owned)));
