@@ -27,7 +27,7 @@ impl Box {
 
     /// Advance by `steps` steps; CPU time per sphere and step [s].
     fn advance(&mut self, steps: u64) -> f64 {
-        let length = self.solver.model().step * steps as f64;
+        let length = self.solver.model().steps.step * steps as f64;
         self.windows += 1;
         let window = Window { number: self.windows, iteration: 1, start: self.time, length };
         let started = cpu_seconds();
@@ -72,7 +72,7 @@ fn main() {
     loose.advance(500);
     loose.line("loose", 2000);
     let mut dense = Box::new(&scene(count, threads, edge(0.35), 9.81, 0.0));
-    println!("settling, step {:.3e} s", dense.solver.model().step);
+    println!("settling, step {:.3e} s", dense.solver.model().steps.step);
     while dense.time < 0.4 {
         dense.advance(500);
     }

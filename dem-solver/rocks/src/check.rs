@@ -4,6 +4,7 @@ use crate::gate::lengths::height;
 use crate::model::Model;
 use crate::net_contact;
 use crate::solver::DemSolver;
+use dem_contact::rock::Rock;
 use dem_contact::settings::{
     BoxSettings, ContactSettings, DemSettings, RockSettings, Settings, Shape, SpheresSettings,
     TerrainSettings,
@@ -24,25 +25,19 @@ const NEIGHBOURS: f64 = 6.0;
 const SECONDS_PER_PAIR: f64 = 5e-8;
 
 #[derive(Serialize)]
-pub(crate) struct ResolvedTables<'a> {
-    pub gravity: [f64; 3],
+struct ResolvedTables<'a> {
+    gravity: [f64; 3],
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
-    pub rock: &'a [RockSettings],
+    rock: &'a [RockSettings],
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
-    pub spheres: &'a [SpheresSettings],
+    spheres: &'a [SpheresSettings],
     #[serde(rename = "box", skip_serializing_if = "Option::is_none")]
-    pub sides: Option<&'a BoxSettings>,
+    sides: Option<&'a BoxSettings>,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    contact: &'a [ContactSettings],
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub contact: Option<&'a [ContactSettings]>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub terrain: Option<&'a TerrainSettings>,
-    pub dem: DemSettings,
-}
-
-impl ResolvedTables<'_> {
-    pub fn table(self) -> toml::Table {
-        toml::Table::try_from(self).expect("tables of numbers and text are valid TOML")
-    }
+    terrain: Option<&'a TerrainSettings>,
+    dem: DemSettings,
 }
 
 /// Build everything of the scene but the net, and say what it is.
@@ -72,59 +67,40 @@ pub fn check_with(scene: &Scene, net: Option<&InterfaceMesh>) -> Result<CheckRep
         warnings: [solver.notices(), solver.cautions(), &near].concat(),
         ..CheckReport::default()
     };
-    let mut totals = Totals::default();
-    add_spheres(model, &mut report, &mut totals);
+    for group in &model.settings.spheres {
+        let ([least, most], total, name) = (group.radii(), group.total(), &group.name);
+        report
+            .builds
+            .push(format!("`{name}`: {total} spheres of {least} to {most} m radius, each a rock of its own"));
+    }
     if !model.planes.is_empty() {
         report.builds.push(format!("box of {} planes", model.planes.len()));
     }
     for at in 0..model.settings.named() {
-        add_rock(model, at, &mut report, &mut totals)?;
+        add_rock(model, at, &mut report)?;
     }
     if let Some(ground) = &model.ground {
-        add_terrain(model, ground, solver.choices(), &mut report);
+        add_terrain(model, ground, solver.choice(), &mut report);
     }
     add_steps(model, &mut report);
-    report.numbers.extend(
-        [("seconds_per_step", totals.seconds), ("spheres", totals.spheres as f64), ("mass_kg", totals.mass)]
-            .map(|(name, value)| (name.to_owned(), value)),
-    );
+    let (named, loose) = model.rocks.split_at(model.settings.named());
+    // On a net with cells of a third of the rock, six rows of its spheres touch.
+    let in_rows = |rock: &Rock| SECONDS_PER_PAIR * 6.0 * (rock.spheres.len() as f64).cbrt();
+    let pairs = loose.iter().map(|_| SECONDS_PER_PAIR * NEIGHBOURS).chain(named.iter().map(in_rows));
+    let numbers = [
+        ("seconds_per_step", pairs.map(|pairs| SECONDS_PER_STEP + pairs).sum()),
+        ("spheres", model.rocks.iter().map(|rock| rock.spheres.len() as f64).sum()),
+        ("mass_kg", loose.iter().chain(named).map(|rock| rock.mass).sum()),
+    ];
+    report.numbers.extend(numbers.map(|(name, value): (&str, f64)| (name.to_owned(), value)));
     report.numbers.extend(net_contact::numbers(model));
-    report.resolved = resolved(&model.settings);
+    let dem = &model.settings.dem;
+    let dem = if model.settings.contacts.is_empty() { dem.clone() } else { dem.filled_in() };
+    report.resolved = resolved(&model.settings, dem);
     Ok(report)
 }
 
-/// Sums over all rocks.
-#[derive(Default)]
-struct Totals {
-    /// Of a step [s].
-    seconds: f64,
-    spheres: usize,
-    /// [kg]
-    mass: f64,
-}
-
-fn add_spheres(model: &Model, report: &mut CheckReport, totals: &mut Totals) {
-    for group in &model.settings.spheres {
-        let [least, most] = group.radii();
-        report.builds.push(format!(
-            "`{}`: {} spheres of {least} to {most} m radius, each a rock of its own",
-            group.name,
-            group.total()
-        ));
-    }
-    for rock in &model.rocks[model.settings.named()..] {
-        totals.seconds += SECONDS_PER_STEP + SECONDS_PER_PAIR * NEIGHBOURS;
-        totals.spheres += 1;
-        totals.mass += rock.mass;
-    }
-}
-
-fn add_rock(
-    model: &Model,
-    at: usize,
-    report: &mut CheckReport,
-    totals: &mut Totals,
-) -> Result<(), Diagnostic> {
+fn add_rock(model: &Model, at: usize, report: &mut CheckReport) -> Result<(), Diagnostic> {
     let (rock, settings) = (&model.rocks[at], &model.settings.rocks[at]);
     report.builds.push(format!(
         "rock `{}`: {}, {:.6} kg, moments of inertia {:.4} {:.4} {:.4} kg m2, {} spheres ({}) of \
@@ -147,16 +123,12 @@ fn add_rock(
         report.numbers.insert(format!("{}_volume_error", rock.name), accuracy.volume);
     }
     report.clusters.extend(rock.made.iter().map(|made| (rock.name.clone(), made.clone())));
-    // On a net with cells of a third of the rock, six rows of its spheres touch.
-    totals.seconds += SECONDS_PER_STEP + SECONDS_PER_PAIR * 6.0 * (rock.spheres.len() as f64).cbrt();
-    totals.spheres += rock.spheres.len();
-    totals.mass += rock.mass;
     Ok(())
 }
 
-fn add_terrain(model: &Model, ground: &Terrain, choices: &[String], report: &mut CheckReport) {
+fn add_terrain(model: &Model, ground: &Terrain, choice: Option<&str>, report: &mut CheckReport) {
     report.builds.push(ground.describe());
-    report.builds.extend_from_slice(choices);
+    report.builds.extend(choice.map(str::to_owned));
     for (at, rock) in model.rocks.iter().enumerate().take(model.settings.named()) {
         if let Some(height) = height(ground, &model.settings, at) {
             let what = format!("rock `{}`: its centre starts {height:.2} m above the terrain", rock.name);
@@ -197,16 +169,16 @@ pub(crate) fn above_critical(step: f64, critical: f64) -> Option<Diagnostic> {
     (step > critical).then(|| Diagnostic::warning(code::TIME_STEP, what()).about("dem.time_step"))
 }
 
-fn resolved(settings: &Settings) -> toml::Table {
-    let dem = if settings.contacts.is_empty() { settings.dem.clone() } else { settings.dem.filled_in() };
-    ResolvedTables {
+/// The tables of a scene with all that was filled in.
+pub(crate) fn resolved(settings: &Settings, dem: DemSettings) -> toml::Table {
+    let tables = ResolvedTables {
         gravity: settings.gravity.into(),
         rock: &settings.rocks[..settings.named()],
         spheres: &settings.spheres,
         sides: settings.sides.as_ref(),
-        contact: (!settings.contacts.is_empty()).then_some(&settings.contacts),
+        contact: &settings.contacts,
         terrain: settings.terrain.as_ref(),
         dem,
-    }
-    .table()
+    };
+    toml::Table::try_from(tables).expect("tables of numbers and text are valid TOML")
 }

@@ -3,34 +3,17 @@
 use crate::model::Model;
 use crate::model::critical::DEEP;
 use dem_contact::law::Law;
-use dem_contact::settings::{EffectiveMass, STRUCTURE};
+use dem_contact::rock::Rock;
+use dem_contact::settings::{EffectiveMass, RockSettings, STRUCTURE};
 use std::collections::BTreeMap;
-
-/// A flat landing on a rigid, fixed structure: an upper bound of each contact's stiffness.
-struct NetLanding {
-    /// Stiffness of each contact [N/m].
-    stiffness: f64,
-    /// Force in it [N].
-    force: f64,
-    /// Energy that it stores [J].
-    stored: f64,
-    /// Half the width of what of a sphere lies below the surface that it is pressed into [m].
-    patch: f64,
-    /// Distance of the spheres in a face [m].
-    pitch: f64,
-    /// Contacts among which the rock is shared.
-    contacts: f64,
-    /// Kinetic energy of the rock [J].
-    energy: f64,
-}
 
 /// The contact of the rocks with the structure under the law that holds between them; laws for terrain and between rocks do not
 /// count. Empty where no law is for the structure.
 pub fn numbers(model: &Model) -> BTreeMap<String, f64> {
-    let mut numbers = BTreeMap::new();
-    let Some(laws) = &model.laws else { return numbers };
     let speed = model.steps.speed.max(f64::MIN_POSITIVE);
-    let landings = model.rocks.iter().zip(&model.settings.rocks).filter_map(|(rock, table)| {
+    // A flat landing on a rigid, fixed structure: an upper bound of each contact's stiffness.
+    let landing = |(rock, table): (&Rock, &RockSettings)| {
+        let laws = model.laws.as_ref()?;
         let law = &laws.surfaces[laws.number(&table.material, STRUCTURE)?];
         let (radius, contacts) = (rock.smallest_radius, rock.facing);
         let overlap = law.normal.deepest(radius, rock.mass / contacts, speed).min(DEEP * radius);
@@ -40,44 +23,35 @@ pub fn numbers(model: &Model) -> BTreeMap<String, f64> {
         let load = law.normal.load(largest, overlap);
         let alike = load.stiffness / law.normal.load(radius, overlap).stiffness;
         let contacts = (contacts / alike).max(1.0);
-        let energy = 0.5 * rock.mass * speed * speed;
         let mut extents: [f64; 3] = (rock.highest_corner - rock.lowest_corner).into();
         extents.sort_by(f64::total_cmp);
-        let landing = NetLanding {
-            stiffness: load.stiffness,
-            force: load.force,
-            stored: load.energy,
-            patch: (2.0 * largest * overlap).sqrt(),
-            pitch: (extents[1] * extents[2] / contacts).sqrt(),
-            contacts,
-            energy,
-        };
-        Some((landing, law, rock.mass))
-    });
-    let Some((landing, law, _)) = landings.clone().max_by(|a, b| a.0.stiffness.total_cmp(&b.0.stiffness))
-    else {
-        return numbers;
+        // Half the width of what of a sphere lies below the surface that it is pressed into, and the distance of the spheres in a face.
+        let patch = (2.0 * largest * overlap).sqrt();
+        let pitch = (extents[1] * extents[2] / contacts).sqrt();
+        Some((load, [patch, pitch, contacts], law, rock.mass))
     };
-    let mut report = |name: &str, value: f64| numbers.insert(name.to_owned(), value);
-    report("contact_stiffness_n_per_m", landing.stiffness);
-    report("contact_force_n", landing.force);
-    report("contact_energy_j", landing.stored);
-    report("contact_exponent", exponent(law));
-    report("contact_patch_m", landing.patch);
-    report("sphere_pitch_m", landing.pitch);
-    report("facing_spheres", landing.contacts);
-    report("landing_energy_j", landings.clone().map(|(l, ..)| l.energy).fold(0.0, f64::max));
+    let landings = model.rocks.iter().zip(&model.settings.rocks).filter_map(landing);
+    let stiffest = landings.clone().max_by(|a, b| a.0.stiffness.total_cmp(&b.0.stiffness));
+    let Some((load, [patch, pitch, contacts], law, _)) = stiffest else { return BTreeMap::new() };
+    let heaviest = landings.map(|(.., mass)| mass).fold(0.0, f64::max);
+    let mut numbers = vec![
+        ("contact_stiffness_n_per_m", load.stiffness),
+        ("contact_force_n", load.force),
+        ("contact_energy_j", load.energy),
+        ("contact_exponent", exponent(law)),
+        ("contact_patch_m", patch),
+        ("sphere_pitch_m", pitch),
+        ("facing_spheres", contacts),
+        ("landing_energy_j", 0.5 * heaviest * speed * speed),
+    ];
     if let Some(damping) = &law.damping {
-        report("dashpot_ratio", damping.ratio);
-        if damping.mass == EffectiveMass::Rock {
-            report("dashpot_mass_kg", landings.map(|(.., mass)| mass).fold(0.0, f64::max));
-        }
+        numbers.push(("dashpot_ratio", damping.ratio));
+        numbers.extend((damping.mass == EffectiveMass::Rock).then_some(("dashpot_mass_kg", heaviest)));
     }
     if let Some(tangential) = &law.tangential {
-        report("tangential_ratio", tangential.stiffness_ratio);
-        report("friction", tangential.friction);
+        numbers.extend([("tangential_ratio", tangential.stiffness_ratio), ("friction", tangential.friction)]);
     }
-    numbers
+    numbers.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
 }
 
 /// The power of the force with which the stiffness of a contact grows.

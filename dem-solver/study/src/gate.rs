@@ -11,7 +11,7 @@ use super::results::raster::System;
 use super::settings::{Quantity, Variable};
 use dem_contact::settings::Settings;
 use dem_rocks::gate::contacts::of_contact;
-use dem_rocks::gate::units::{all_of_rock, in_litres, short};
+use dem_rocks::gate::units::{all_of_rock, in_litres, pass, short};
 use dem_solid::geometry::plan;
 use interface_defs::diagnostic::{Diagnostic, Place, code};
 use nalgebra::Vector3;
@@ -142,21 +142,21 @@ fn of_rocks(base: &Base, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
         let (rock, table) = base.rock_alone(&member);
         let volume = rock.solid.volume();
         for mut found in all_of_rock(&rock, &table) {
-            let all = quantities(found.key);
+            let all = quantities(found.key.as_deref().unwrap_or_default());
             let varied = |quantity: &Quantity| study.variables.iter().find(|v| v.quantity == *quantity);
             let Some(variable) = all.iter().find_map(varied) else { continue };
             let (name, quantity) = (&variable.name, variable.quantity);
             if all.len() > 1
                 && let Some(hint) = of_size_meant(quantity, volume, rock.mass)
             {
-                found.hint = hint;
+                found.hint = Some(hint);
             }
-            let (key, mut what) = (format!("vary.{name}"), found.what(&rock.name));
+            let (key, mut what) = (format!("vary.{name}"), found.message);
             if quantity != Quantity::Shape {
                 let value = short(base.quantity(&member, quantity).unwrap_or(f64::NAN));
                 what = format!("with {name} = {value}: {what}");
             }
-            let found = found.diagnostic(&key, what, file)?;
+            let found = pass(Diagnostic { message: what, key: Some(key.clone()), ..found }, file)?;
             if keys.insert(key) {
                 said.push(file.placed(found));
             }

@@ -4,12 +4,10 @@ use super::base::{Base, put_shape, rock_of};
 use super::place::{above_ground, line_of_fall};
 use super::settings::{Place, Quantity};
 use dem_contact::contact::whole_rock::Whole;
-use dem_contact::law::table::Laws;
 use dem_contact::rock::Rock;
 use dem_contact::settings::{RockSettings, Settings};
-use dem_rocks::model::Model;
 use dem_rocks::model::between::rows;
-use dem_rocks::model::critical::Steps;
+use dem_rocks::model::{Model, Steps};
 use dem_solid::geometry::plan;
 use dem_solid::geometry::sphere_tree::SphereTree;
 use interface_defs::diagnostic::{Diagnostic, code};
@@ -160,27 +158,14 @@ impl Base {
                 Diagnostic::error(code::PLACE, format!("there is no ground at ({x:.2}, {y:.2})"))
             })?;
         table.position = (position + self.ground.origin).into();
-        let laws = Laws::new(&settings.contacts).ok_or_else(|| Diagnostic::new("there is no contact law"))?;
-        let ground_rows =
-            rows(&laws, &settings, &self.ground.materials).map_err(|(what, _)| Diagnostic::new(what))?;
-        let (rocks, wholes) = (vec![rock], vec![whole]);
-        let steps = Steps::new(&settings, &rocks, &wholes, Some(&laws), Some(&self.ground), &self.scene)?;
-        Ok(Model {
-            settings,
-            rocks,
-            trees: vec![tree],
-            origin: self.ground.origin,
-            ground: Some(self.ground.clone()),
-            laws: Some(laws),
-            rows: Vec::new(),
-            ground_rows,
-            wholes,
-            between: None,
-            planes: Vec::new(),
-            side_rows: Vec::new(),
-            steps,
-            shortcuts: self.shortcuts,
-        })
+        let mut model = Model::new(settings, vec![rock], vec![tree], self.ground.origin);
+        let laws = model.laws.as_ref().ok_or_else(|| Diagnostic::new("there is no contact law"))?;
+        model.ground_rows =
+            rows(laws, &model.settings, &self.ground.materials).map_err(|[what, _]| Diagnostic::new(what))?;
+        (model.ground, model.wholes, model.shortcuts) =
+            (Some(self.ground.clone()), vec![whole], self.shortcuts);
+        model.steps = Steps::new(&model, &self.scene)?;
+        Ok(model)
     }
 
     /// What the scene says with the member's values in place.

@@ -7,7 +7,6 @@ use super::record::{How, Outcome};
 use super::track::{Follower, Track};
 use dem_rocks::DemSolver;
 use dem_rocks::model::Model;
-use dem_rocks::model::runout::jump_height;
 use dem_rocks::results::measures::penetration;
 use dem_rocks::results::trajectory::Row;
 use dem_solid::geometry::plan::Point;
@@ -76,9 +75,7 @@ impl<'a> Runner<'a> {
     fn advance(&self, mut fall: Fall, outcome: &mut Outcome, follower: &mut Follower) -> Option<Fall> {
         if self.base.follows() {
             let (model, body) = (fall.solver.model(), &fall.solver.state().bodies[0]);
-            let height =
-                jump_height(&self.base.ground, &model.rocks[0], &body.motion, &model.settings.down());
-            follower.row(&Row::of(model, 0, body, 0.0, height, false));
+            follower.row(&Row::of(model, 0, body, 0.0, false));
         }
         for step in windows(self.base) {
             if interrupt::requested() {

@@ -8,7 +8,6 @@ use super::settings::TerrainSettings;
 use super::system;
 use clap::{ArgMatches, Args, FromArgMatches};
 use interface_defs::diagnostic::Diagnostic;
-use nalgebra::Vector3;
 use toolkit::exit::Exit;
 use toolkit::ground::GroundArguments;
 use toolkit::program::Extra;
@@ -72,8 +71,8 @@ pub fn around(scene: &Scene, arguments: &GroundArguments) -> Result<Raster, Diag
     }
     let terrain = Terrain::of(scene, &settings)?;
     for [x, y] in points {
-        if height(&terrain, *x, *y).is_none() {
-            let (from, to) = (terrain.lowest + terrain.origin, terrain.highest + terrain.origin);
+        if terrain.highest_at(*x, *y).is_none() {
+            let [from, to] = terrain.extent();
             let what = format!(
                 "the point x = {x}, y = {y} m lies beside the terrain or in a hole of it: it has x {:.1} to {:.1}, y {:.1} to {:.1} m",
                 from.x, to.x, from.y, to.y
@@ -96,14 +95,7 @@ pub fn around(scene: &Scene, arguments: &GroundArguments) -> Result<Raster, Diag
     let at = |axis: usize, k: usize| (corner[axis] + k as f64) * cell;
     let heights = (0..counts[1]).rev().flat_map(|row| {
         let terrain = &terrain;
-        (0..counts[0]).map(move |column| height(terrain, at(0, column), at(1, row)).unwrap_or(f64::NAN))
+        (0..counts[0]).map(move |column| terrain.highest_at(at(0, column), at(1, row)).unwrap_or(f64::NAN))
     });
     Ok(Raster { corner: [at(0, 0), at(1, 0)], spacing: [cell; 2], counts, heights: heights.collect() })
-}
-
-/// Height of the surface there [m], the highest one.
-fn height(terrain: &Terrain, x: f64, y: f64) -> Option<f64> {
-    let above = Vector3::new(x - terrain.origin.x, y - terrain.origin.y, terrain.highest.z + 1.0);
-    let drop = terrain.height(&above, &-Vector3::z())?;
-    Some(above.z - drop + terrain.origin.z)
 }

@@ -78,8 +78,7 @@ impl Terrain {
         }
         ground.materials = zones.materials.clone();
         ground.forests = zones.forests.clone();
-        let (low, high) = (ground.lowest + ground.origin, ground.highest + ground.origin);
-        zones::check_polygons(scene, settings, &low, &high)?;
+        zones::check_polygons(scene, settings, ground.extent())?;
         if !zones.is_empty() {
             let middle =
                 |t: &[u32; 3]| t.iter().map(|n| ground.nodes[*n as usize]).sum::<Vector3<f64>>() / 3.0;
@@ -121,6 +120,11 @@ impl Terrain {
             continuous: false,
             tree,
         }
+    }
+
+    /// Lowest and highest corner of the box around it, in the user's coordinates [m].
+    pub fn extent(&self) -> [Vector3<f64>; 2] {
+        [self.lowest + self.origin, self.highest + self.origin]
     }
 
     /// Where two triangles touch without a common node.
@@ -183,7 +187,7 @@ impl Terrain {
     /// In words, with numbers.
     pub fn describe(&self) -> String {
         let size = [0, 1, 2].map(|k| format!("{:.1} m", (self.highest - self.lowest)[k])).join(" x ");
-        let (from, to) = (self.lowest + self.origin, self.highest + self.origin);
+        let [from, to] = self.extent();
         let place =
             [(0, "x"), (1, "y"), (2, "z")].map(|(k, axis)| format!("{axis} {:.1} to {:.1}", from[k], to[k]));
         let [triangles, nodes] = [self.triangles.len(), self.nodes.len()];

@@ -144,6 +144,12 @@ impl Terrain {
         self.below(point, down).map(|(height, _)| height)
     }
 
+    /// Height of the highest surface at x and y, all in the user's coordinates [m].
+    pub fn highest_at(&self, x: f64, y: f64) -> Option<f64> {
+        let above = Vector3::new(x - self.origin.x, y - self.origin.y, self.highest.z + 1.0);
+        Some(above.z - self.height(&above, &-Vector3::z())? + self.origin.z)
+    }
+
     /// The same with the number of that triangle.
     pub fn below(&self, point: &Vector3<f64>, down: &Vector3<f64>) -> Option<(f64, u32)> {
         let far = (self.highest - self.lowest).norm() + (point - self.lowest).norm();

@@ -221,9 +221,9 @@ impl TerrainSettings {
 
     /// Refuse what makes no sense.
     pub fn check(&self, scene: &Scene) -> Result<(), Diagnostic> {
-        let times = [("rest_speed", Some(self.rest_speed)), ("rest_time", Some(self.rest_time))];
-        positive(scene, "terrain", &times)?;
-        positive(scene, "terrain", &[("longest_edge", self.longest_edge)])?;
+        let (speed, time) = (Some(self.rest_speed), Some(self.rest_time));
+        let lengths = [("rest_speed", speed), ("rest_time", time), ("longest_edge", self.longest_edge)];
+        positive(scene, "terrain", &lengths)?;
         if self.rest_speed > FAST {
             let what = format!("rest_speed = {} m/s: a rock that fast is not at rest", self.rest_speed);
             return Err(scene

@@ -27,8 +27,7 @@ pub struct Zones {
 pub fn check_polygons(
     scene: &Scene,
     settings: &TerrainSettings,
-    low: &Vector3<f64>,
-    high: &Vector3<f64>,
+    [low, high]: [Vector3<f64>; 2],
 ) -> Result<(), Diagnostic> {
     for (number, zone) in settings.zone.iter().enumerate() {
         let Some(corners) = zone.polygon.as_deref() else { continue };

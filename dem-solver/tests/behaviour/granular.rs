@@ -41,7 +41,7 @@ impl Spheres {
     }
 
     fn step(&self) -> f64 {
-        self.solver.model().step
+        self.solver.model().steps.step
     }
 
     /// Kinetic, potential, stored, dissipated.

@@ -1,13 +1,13 @@
 //! A file of spheres that is not of this rock: of another size, at another place, turned, or of another body.
 
-use super::units::short;
+use super::units::{Judged, extents, short};
 use dem_contact::rock::Rock;
 use dem_contact::settings::RockSettings;
 use dem_solid::cluster::volume::excess;
+use dem_solid::geometry::bounds;
 use dem_solid::geometry::sphere::extent;
 use dem_solid::shape::Surface;
 use interface_defs::diagnostic::{Diagnostic, code};
-use nalgebra::Vector3;
 use toolkit::scene::Scene;
 
 /// Edges of the box around the spheres over those of the rock: beyond the first something is said, beyond the second it is refused.
@@ -20,22 +20,20 @@ const VOLUME: [f64; 2] = [0.4, 1.5];
 const COLUMNS: usize = 64;
 
 /// Compare the spheres of rock number `at` with its shape, if they come from a file.
-pub fn check(
-    at: usize,
-    rock: &Rock,
-    table: &RockSettings,
-    scene: &Scene,
-) -> Result<Vec<Diagnostic>, Diagnostic> {
+pub fn check(at: usize, rock: &Rock, table: &RockSettings, scene: &Scene) -> Judged {
     let Some(file) = table.cluster.as_ref().and_then(|c| c.file.as_ref()) else { return Ok(Vec::new()) };
     let (points, triangles) = rock.solid.surface();
     let spheres = || rock.spheres.iter().map(|s| (s.centre, s.radius));
     let (ours, theirs) = (extent(points.iter().map(|p| (*p, 0.0))), extent(spheres()));
-    let middle = middle(&points);
-    let off = rock.lowest_corner * 0.5 + rock.highest_corner * 0.5 - middle;
+    let [low, high] = bounds(points.iter().copied());
+    let off = rock.lowest_corner * 0.5 + rock.highest_corner * 0.5 - (low * 0.5 + high * 0.5);
     let name =
         file.file_name().map_or_else(|| file.display().to_string(), |n| n.to_string_lossy().into_owned());
-    let sizes =
-        format!("the spheres of {name} fill a box of {}, the shape one of {}", three(theirs), three(ours));
+    let sizes = format!(
+        "the spheres of {name} fill a box of {}, the shape one of {}",
+        extents(theirs),
+        extents(ours)
+    );
     let ratios = [0, 1, 2].map(|a| theirs[a] / ours[a]);
     let worst = ratios.iter().map(|r| r.max(1.0 / r)).fold(1.0, f64::max);
     let shift = (0..3).map(|a| off[a].abs() / ours[a]).fold(0.0, f64::max);
@@ -57,7 +55,7 @@ pub fn check(
     let shifted = format!(
         "rock `{}`: the middle of the spheres of {name} lies {} off that of the shape",
         rock.name,
-        three(off.into())
+        extents(off.into())
     );
     if shift > MIDDLES[1] {
         return refuse(
@@ -84,14 +82,4 @@ pub fn check(
         warnings.push(doubt(what).try_instead("radii are in the fourth column, in metres"));
     }
     Ok(warnings)
-}
-
-fn middle(points: &[Vector3<f64>]) -> Vector3<f64> {
-    let low = points.iter().fold(Vector3::repeat(f64::INFINITY), |l, p| l.inf(p));
-    let high = points.iter().fold(Vector3::repeat(f64::NEG_INFINITY), |h, p| h.sup(p));
-    low * 0.5 + high * 0.5
-}
-
-fn three([a, b, c]: [f64; 3]) -> String {
-    format!("{} m x {} m x {} m", short(a), short(b), short(c))
 }

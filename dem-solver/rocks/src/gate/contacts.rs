@@ -1,6 +1,6 @@
 //! Units of a contact: moduli, friction, damping and the properties of yielding ground.
 
-use super::units::{Found, of_no_solid, short};
+use super::units::{Judged, doubted, judged, likely, of_no_solid, refused, short};
 use dem_contact::settings::ContactSettings;
 use interface_defs::diagnostic::Diagnostic;
 use toolkit::scene::Scene;
@@ -56,20 +56,16 @@ const OF_GROUND: [Strength; 3] = [
 ];
 
 /// Of `[[contact]]` number `number`.
-pub fn of_contact(
-    number: usize,
-    contact: &ContactSettings,
-    scene: &Scene,
-) -> Result<Vec<Diagnostic>, Diagnostic> {
+pub fn of_contact(number: usize, contact: &ContactSettings, scene: &Scene) -> Judged {
     let mut all = Vec::new();
     for (key, value) in [("young", contact.young), ("partner_young", contact.partner_young)] {
         all.extend(value.filter(|e| *e < SOFTEST).map(|e| {
             let cure = format!("30 GPa are {key} = 30e9: here perhaps {key} = {:e}", e * 1e9);
-            Found::refused(key, format!("a Young's modulus of {e:e} Pa"), cure)
+            refused(key, format!("a Young's modulus of {e:e} Pa"), cure)
         }));
     }
     let density = contact.ground_density.and_then(|density| of_no_solid("ground_density", density));
-    all.extend(density.map(|(what, cure)| Found::refused("ground_density", what, cure)));
+    all.extend(density.map(|(what, cure)| refused("ground_density", what, cure)));
     all.extend(OF_GROUND.iter().filter_map(|it| it.check(contact)));
     let friction = contact.friction;
     for (key, value) in [
@@ -82,7 +78,7 @@ pub fn of_contact(
             let what = format!("a friction of {}, at which slopes of {slope:.0} degrees hold", short(value));
             let angle = value.to_radians().tan();
             let cure = format!("were it an angle in degrees, its coefficient would be {angle:.3}");
-            Found::likely(key, what, cure)
+            likely(key, what, cure)
         }));
     }
     all.extend(contact.friction_dynamic.filter(|fast| *fast > friction).map(|fast| {
@@ -90,12 +86,12 @@ pub fn of_contact(
         let what = format!(
             "{fast} in fast slip is more than friction = {slow} at rest, and what slips resists less"
         );
-        Found::doubted("friction_dynamic", what, "are the two exchanged?".into())
+        doubted("friction_dynamic", what, "are the two exchanged?")
     }));
     all.extend(contact.damping_ratio.filter(|ratio| *ratio > CRITICAL).map(|ratio| {
         let what = format!("a damping ratio of {}, and a contact at 1 does not rebound", short(ratio));
         let percent = format!("{} % is damping_ratio = {}", short(ratio), short(0.01 * ratio));
-        let found = if ratio > OVERDAMPED { Found::refused } else { Found::likely };
+        let found = if ratio > OVERDAMPED { refused } else { likely };
         found("damping_ratio", what, percent)
     }));
     let rolling = contact.rolling_friction;
@@ -106,29 +102,22 @@ pub fn of_contact(
             rolling.atan().to_degrees()
         );
         let cure = "it is a length over the radius, without unit: 0.1 is much";
-        all.push(Found::doubted("rolling_friction", what, cure.into()));
+        all.push(doubted("rolling_friction", what, cure));
     }
-    all.into_iter().map(|found| found.at(&format!("contact.{number}"), scene)).collect()
+    judged(all, &format!("contact.{number}"), scene)
 }
 
 impl Strength {
-    fn check(&self, contact: &ContactSettings) -> Option<Found> {
+    fn check(&self, contact: &ContactSettings) -> Option<Diagnostic> {
         let value = contact.own_number(self.key).filter(|value| *value < self.soft)?;
         let what = format!("{} = {} {}: {}", self.key, short(value), self.unit, self.usual);
         // The unit in which it is as hard as ground, the larger ones first where it is next to nothing.
         let (unit, factor) = self.units[usize::from(value >= self.least)];
         let right = factor * value;
+        let were = format!("were it in {unit}, it would be");
         Some(match value < self.least {
-            true => Found::refused(
-                self.key,
-                what,
-                format!("were it in {unit}, it would be {} = {right:e}", self.key),
-            ),
-            false => Found::likely(
-                self.key,
-                what,
-                format!("were it in {unit}, it would be {right:e} {}", self.unit),
-            ),
+            true => refused(self.key, what, format!("{were} {} = {right:e}", self.key)),
+            false => likely(self.key, what, format!("{were} {right:e} {}", self.unit)),
         })
     }
 }

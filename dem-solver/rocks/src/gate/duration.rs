@@ -54,12 +54,8 @@ pub fn check(model: &Model) -> Vec<Diagnostic> {
 /// What is said of a rock that is still in its first flight at the end.
 fn flight(model: &Model, ground: &Terrain, at: usize) -> Option<Diagnostic> {
     let (settings, rock) = (&model.settings, &model.rocks[at]);
-    let start = rock.start(&settings.rocks[at], settings.gravity);
-    let flight = Parabola {
-        position: start.position - ground.origin,
-        velocity: Vector3::from(settings.rocks[at].velocity),
-        gravity: settings.gravity,
-    };
+    let start = model.start(at);
+    let flight = Parabola { position: start.position, velocity: start.velocity, gravity: settings.gravity };
     // Clear of the terrain over the whole time, with its furthest point in all directions.
     let clear = |time: f64| {
         let place = flight.at(time);

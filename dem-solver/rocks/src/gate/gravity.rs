@@ -1,5 +1,6 @@
 //! Gravity: whether it is there, whether it points down, and whether it is in m/s2.
 
+use super::units::Judged;
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::Vector3;
 use toolkit::scene::Scene;
@@ -15,7 +16,7 @@ const UPRIGHT: f64 = 1.0;
 const LYING: f64 = 60.0;
 
 /// Refuse a gravity `g` [m/s2] that no one can mean, with or without a terrain; else what the user should know.
-pub fn check(g: Vector3<f64>, terrain: bool, scene: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
+pub fn check(g: Vector3<f64>, terrain: bool, scene: &Scene) -> Judged {
     let size = g.norm();
     if !scene.has("gravity") {
         let none = "[0.0, 0.0, 0.0] says that there is none";

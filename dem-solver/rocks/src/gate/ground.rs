@@ -1,21 +1,15 @@
 //! Ground that gives way is terrain: with nothing else is it what its formulas say.
 
-use crate::model::between::{Between, rows};
+use crate::model::Model;
+use crate::model::between::rows;
 use dem_contact::law::normal::LawName;
-use dem_contact::law::table::Laws;
-use dem_contact::settings::{STRUCTURE, Settings};
+use dem_contact::settings::STRUCTURE;
 use interface_defs::diagnostic::{Diagnostic, code};
 use toolkit::scene::Scene;
 
 /// Refuse `law = "ground"` where it would be the law with a net, with the sides of a box, or between rocks.
-pub fn check(
-    settings: &Settings,
-    laws: Option<&Laws>,
-    between: Option<&Between>,
-    side_rows: &[Vec<u16>],
-    scene: &Scene,
-) -> Result<(), Diagnostic> {
-    let Some(laws) = laws else { return Ok(()) };
+pub fn check(model: &Model, scene: &Scene) -> Result<(), Diagnostic> {
+    let Model { settings, laws: Some(laws), between, side_rows, .. } = model else { return Ok(()) };
     for (number, contact) in settings.contacts.iter().enumerate() {
         let keys = [("friction_max", contact.friction_max), ("scarring_drag", contact.scarring_drag)];
         let named = keys.into_iter().find(|(_, value)| value.is_some() && settings.terrain.is_none());
@@ -35,15 +29,13 @@ pub fn check(
     if settings.terrain.is_none() {
         return refuse(first.into(), "and the scene has none".into(), "add [terrain], or take hertz_mindlin");
     }
-    let on_net = match scene.has("structure") {
-        true => rows(laws, settings, &[STRUCTURE.to_owned()]).unwrap_or_default(),
-        false => Vec::new(),
-    };
+    let on_net = scene.has("structure").then(|| rows(laws, settings, &[STRUCTURE.to_owned()]).ok());
+    let on_net = on_net.flatten().unwrap_or_default();
     let examples = settings.examples();
     let pairs = examples.iter().flat_map(|a| examples.iter().map(move |b| (*a, *b)));
     let own = |a: usize| a >= settings.named();
     let on_rocks: Vec<u16> = between
-        .into_iter()
+        .iter()
         .flat_map(|b| pairs.clone().filter(|(x, y)| x != y || own(*x)).map(|(x, y)| b.law(x, y) as u16))
         .collect();
     for (row, other, name) in [

@@ -9,7 +9,7 @@ use super::units::short;
 use crate::model::{Model, halved};
 use dem_contact::contact::whole_rock::Whole;
 use dem_contact::law::normal::{LawName, Normal};
-use dem_contact::rock::Rock;
+use dem_contact::rock::{Motion, Rock};
 use dem_solid::geometry::sphere::direction;
 use dem_terrain::Terrain;
 use interface_defs::diagnostic::{Diagnostic, code};
@@ -24,80 +24,65 @@ const HALVINGS: usize = 40;
 
 /// What the user should know of the first landing of each rock.
 pub fn check(model: &Model, ground: &Terrain) -> Vec<Diagnostic> {
-    let laws = model.laws.as_ref().map_or(&[][..], |laws| &laws.surfaces);
-    let mut warnings = Vec::new();
-    let settings = &model.settings;
-    for at in settings.examples() {
-        let rock = &model.rocks[at];
-        let Some(height) = height_at_start(ground, settings, at) else { continue };
-        let mut motion = rock.start(&settings.rocks[at], settings.gravity);
-        motion.position = Vector3::zeros();
-        // Its lowest point falls no further than to the terrain below the centre.
-        let fall = (height - rock.depth(&motion, &settings.down())).max(0.0);
-        let speed = (motion.velocity.norm_squared() + 2.0 * settings.gravity.norm() * fall).sqrt();
-        let energy = 0.5 * rock.mass * speed * speed;
-        // Of the terrain where no zone lies; a zone may never be touched.
-        let Some(law) = model.ground_rows.get(at).and_then(|row| row.first()) else { continue };
-        let normal = &laws[*law as usize].normal;
-        if let Some(whole) = &model.wholes[at] {
-            warnings.extend(of_whole(model, at, whole, normal, energy));
-            continue;
-        }
-        let deepest = worst(rock, normal, energy);
-        if deepest <= LIMIT {
-            continue;
-        }
-        let times = stiffer(rock, normal, energy);
-        let stiffness = match settings.contacts[*law as usize].strength() {
-            Some(("young", young)) if young * times > STIFFEST => None,
-            Some(("young", young)) => Some(format!("young = {} Pa", short(young * times))),
-            Some(("stiffness", k)) => Some(format!("stiffness = {} N/m", short(k * times))),
-            Some((key, value)) => Some(format!("{key} = {}", short(value * times))),
-            None => None,
-        };
-        let law = (settings.contacts[*law as usize].law == LawName::HertzMindlin)
-            .then(|| format!("contact.{law}.law = \"hertz_rock\""));
-        let radius =
-            larger(rock, deepest).map(|r| format!("cluster.smallest_radius = {} m (about)", short(r)));
-        let cures: Vec<String> = [law, radius, stiffness].into_iter().flatten().collect();
-        let cure = match cures.join(" or ") {
-            none if none.is_empty() => "larger spheres keep".into(),
-            cures => format!("{cures} keeps"),
-        };
-        let what = format!(
-            "rock `{}` lands on the terrain with up to {} m/s: its spheres (smallest radius {} m) are expected to overlap by up \
-             to {} of their radius, above {LIMIT}",
-            rock.name,
-            short(speed),
-            short(rock.smallest_radius),
-            if deepest.is_finite() { short(deepest) } else { "more than twice".into() },
-        );
-        let doubted = Diagnostic::warning(code::TRUST, what).about(settings.table(at));
-        warnings.push(doubted.try_instead(format!("{cure} it below")));
-    }
-    warnings
+    model.settings.examples().into_iter().filter_map(|at| of_rock(model, ground, at)).collect()
 }
 
-/// The same of a rock that touches as a whole.
-fn of_whole(model: &Model, at: usize, whole: &Whole, normal: &Normal, energy: f64) -> Option<Diagnostic> {
-    let rock = &model.rocks[at];
-    let deepest = worst_whole(rock, whole, normal, energy);
-    (deepest > LIMIT).then(|| {
+fn of_rock(model: &Model, ground: &Terrain, at: usize) -> Option<Diagnostic> {
+    let (settings, rock) = (&model.settings, &model.rocks[at]);
+    let height = height_at_start(ground, settings, at)?;
+    let motion = Motion { position: Vector3::zeros(), ..model.start(at) };
+    // Its lowest point falls no further than to the terrain below the centre.
+    let fall = (height - rock.depth(&motion, &settings.down())).max(0.0);
+    let speed = (motion.velocity.norm_squared() + 2.0 * settings.gravity.norm() * fall).sqrt();
+    let energy = 0.5 * rock.mass * speed * speed;
+    // Of the terrain where no zone lies; a zone may never be touched.
+    let law = usize::from(*model.ground_rows.get(at)?.first()?);
+    let normal = &model.surfaces()[law].normal;
+    let contact = &settings.contacts[law];
+    let doubted = |what: String, cure: String| {
+        let what = format!("rock `{}` lands on the terrain with up to {what}, above {LIMIT}", rock.name);
+        Some(Diagnostic::warning(code::TRUST, what).about(settings.table(at)).try_instead(cure))
+    };
+    if let Some(whole) = &model.wholes[at] {
+        let deepest = worst_whole(rock, whole, normal, energy);
+        if deepest <= LIMIT {
+            return None;
+        }
         // What a contact stores is in proportion to its stiffness.
         let times = least_above(|times| worst_whole(rock, whole, normal, energy / times) <= LIMIT);
-        let law = model.ground_rows[at][0] as usize;
-        let (key, value) = model.settings.contacts[law].strength().expect("checked: the law needs it");
+        let (key, value) = contact.strength().expect("checked: the law needs it");
         let unit = if key == "ground_stiffness" { "N/m" } else { "Pa" };
-        let what = format!(
-            "rock `{}` lands on the terrain with up to {} J and is expected to go in by up to {} of its radius of {} m, above {LIMIT}",
-            rock.name,
-            short(energy),
-            short(deepest),
-            short(whole.radius)
+        let (energy, deepest, radius) = (short(energy), short(deepest), short(whole.radius));
+        return doubted(
+            format!("{energy} J and is expected to go in by up to {deepest} of its radius of {radius} m"),
+            format!("{key} = {} {unit} keeps it below", short(value * times)),
         );
-        let cure = format!("{key} = {} {unit} keeps it below", short(value * times));
-        Diagnostic::warning(code::TRUST, what).about(model.settings.table(at)).try_instead(cure)
-    })
+    }
+    let deepest = worst(rock, normal, energy);
+    if deepest <= LIMIT {
+        return None;
+    }
+    let times = stiffer(rock, normal, energy);
+    let stiffness = contact.strength().and_then(|(key, value)| match key {
+        "young" => (value * times <= STIFFEST).then(|| format!("young = {} Pa", short(value * times))),
+        "stiffness" => Some(format!("stiffness = {} N/m", short(value * times))),
+        _ => Some(format!("{key} = {}", short(value * times))),
+    });
+    let law = (contact.law == LawName::HertzMindlin).then(|| format!("contact.{law}.law = \"hertz_rock\""));
+    let radius = larger(rock, deepest).map(|r| format!("cluster.smallest_radius = {} m (about)", short(r)));
+    let cures: Vec<String> = [law, radius, stiffness].into_iter().flatten().collect();
+    let cure = match cures.join(" or ") {
+        none if none.is_empty() => "larger spheres keep".into(),
+        cures => format!("{cures} keeps"),
+    };
+    let overlap = if deepest.is_finite() { short(deepest) } else { "more than twice".into() };
+    let (speed, radius) = (short(speed), short(rock.smallest_radius));
+    doubted(
+        format!(
+            "{speed} m/s: its spheres (smallest radius {radius} m) are expected to overlap by up to {overlap} of their radius"
+        ),
+        format!("{cure} it below"),
+    )
 }
 
 /// How deep a rock that touches as a whole goes into a plane with `energy` [J], over its radius, in the worst of the turns.

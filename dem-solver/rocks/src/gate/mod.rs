@@ -26,44 +26,40 @@ pub mod units;
 
 use crate::model::Model;
 use dem_contact::rock::Rock;
-use dem_contact::settings::{ContactSettings, Settings, SpheresSettings};
+use dem_contact::settings::Settings;
 use interface_defs::diagnostic::Diagnostic;
 use toolkit::scene::Scene;
+use units::Judged;
 
 /// What is wrong with gravity and with the units and the spheres of the rocks; else what the user should know of them.
-pub fn of_scene(settings: &Settings, rocks: &[Rock], scene: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
+pub fn of_scene(settings: &Settings, rocks: &[Rock], scene: &Scene) -> Judged {
     let mut warnings = gravity::check(settings.gravity, settings.terrain.is_some(), scene)?;
     for (at, (rock, table)) in rocks.iter().zip(&settings.rocks).enumerate().take(settings.named()) {
         warnings.extend(units::of_rock(at, rock, table, scene)?);
         warnings.extend(clusters::check(at, rock, table, scene)?);
     }
-    of_tables(&settings.spheres, &settings.contacts, scene, warnings)
+    of_tables(settings, scene, warnings)
 }
 
-fn of_tables(
-    spheres: &[SpheresSettings],
-    contacts: &[ContactSettings],
-    scene: &Scene,
-    mut warnings: Vec<Diagnostic>,
-) -> Result<Vec<Diagnostic>, Diagnostic> {
-    for (at, group) in spheres.iter().enumerate() {
+fn of_tables(settings: &Settings, scene: &Scene, mut warnings: Vec<Diagnostic>) -> Judged {
+    for (at, group) in settings.spheres.iter().enumerate() {
         warnings.extend(units::of_spheres(at, group, scene)?);
     }
-    for (number, contact) in contacts.iter().enumerate() {
+    for (number, contact) in settings.contacts.iter().enumerate() {
         warnings.extend(contacts::of_contact(number, contact, scene)?);
     }
     Ok(warnings)
 }
 
 /// The same for many spheres.
-pub fn of_spheres(settings: &Settings, scene: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
+pub fn of_spheres(settings: &Settings, scene: &Scene) -> Judged {
     let mut warnings = gravity::check(settings.gravity, false, scene)?;
     warnings.extend(units::of_region(settings));
-    of_tables(&settings.spheres, &settings.contacts, scene, warnings)
+    of_tables(settings, scene, warnings)
 }
 
 /// The same for rocks that start in the terrain, and for how they come down on it.
-pub fn of_model(model: &Model, scene: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
+pub fn of_model(model: &Model, scene: &Scene) -> Judged {
     let mut warnings = duration::check(model);
     start::in_box(model, scene)?;
     if let Some(ground) = &model.ground {

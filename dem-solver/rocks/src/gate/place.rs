@@ -79,7 +79,7 @@ pub fn other_heights(ground: f64, z: f64) -> Option<&'static str> {
 
 /// What is said of a terrain that lies deeper than any land.
 pub fn below_all_land(ground: &Terrain) -> Option<Diagnostic> {
-    let [low, high] = [ground.lowest, ground.highest].map(|corner| corner.z + ground.origin.z);
+    let [low, high] = ground.extent().map(|corner| corner.z);
     (high < DEEPEST_LAND).then(|| {
         let what = format!(
             "its heights reach from {} to {} m, and no land lies below {DEEPEST_LAND} m (the Dead Sea): do they \

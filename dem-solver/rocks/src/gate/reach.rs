@@ -4,6 +4,7 @@ use super::lengths::distance;
 use super::units::short;
 use crate::model::Model;
 use dem_contact::interface_mesh::ContactMesh;
+use dem_solid::geometry::bounds;
 use dem_terrain::Terrain;
 use dem_terrain::queries::Parabola;
 use interface_defs::diagnostic::{Diagnostic, code};
@@ -25,13 +26,6 @@ struct Net {
 }
 
 impl Net {
-    fn of(contact_mesh: &ContactMesh) -> Self {
-        Self {
-            low: contact_mesh.nodes.iter().fold(Vector3::repeat(f64::INFINITY), |l, n| l.inf(n)),
-            high: contact_mesh.nodes.iter().fold(Vector3::repeat(f64::NEG_INFINITY), |h, n| h.sup(n)),
-        }
-    }
-
     fn gap(&self, place: &Vector3<f64>) -> f64 {
         (self.low - place).sup(&(place - self.high)).sup(&Vector3::zeros()).norm()
     }
@@ -47,7 +41,8 @@ pub fn check(model: &Model, contact_mesh: &ContactMesh) -> Vec<Diagnostic> {
     if contact_mesh.nodes.is_empty() {
         return Vec::new();
     }
-    let net = Net::of(contact_mesh);
+    let [low, high] = bounds(contact_mesh.nodes.iter().copied());
+    let net = Net { low, high };
     let of_rock = |at| match &model.ground {
         Some(ground) => on_terrain(model, ground, &net, at),
         None => in_flight(model, contact_mesh, &net, at),
@@ -60,9 +55,8 @@ fn instants(count: u32, end: f64) -> impl Iterator<Item = f64> {
 }
 
 fn throw(model: &Model, at: usize) -> Parabola {
-    let settings = &model.settings;
-    let start = model.rocks[at].start(&settings.rocks[at], settings.gravity);
-    Parabola { position: start.position - model.origin, velocity: start.velocity, gravity: settings.gravity }
+    let start = model.start(at);
+    Parabola { position: start.position, velocity: start.velocity, gravity: model.settings.gravity }
 }
 
 /// Without terrain nothing but another rock can turn a rock.
@@ -85,16 +79,12 @@ fn in_flight(model: &Model, contact_mesh: &ContactMesh, net: &Net, at: usize) ->
     if !passes && !leaves(contact_mesh, &throw, end) {
         return None;
     }
+    let from_it = short(nearest + margin);
     let how = match (passes, time >= end) {
-        (true, true) => {
-            format!("it is nearest at end_time = {} s, {} m from it", short(end), short(nearest + margin))
-        }
+        (true, true) => format!("it is nearest at end_time = {} s, {from_it} m from it", short(end)),
         (true, false) => {
-            format!(
-                "it is nearest at {} s, {} m from it, and moves away from there on",
-                short(time),
-                short(nearest + margin)
-            )
+            let time = short(time);
+            format!("it is nearest at {time} s, {from_it} m from it, and moves away from there on")
         }
         (false, _) => "it starts beside it and moves away from the first moment on".into(),
     };
@@ -164,10 +154,8 @@ fn cure(model: &Model, net: &Net, throw: &Parabola, at: usize) -> String {
         }
     }
     let middle = 0.5 * (net.low + net.high) + model.origin;
-    format!(
-        "the middle of the net is at {}: put the rock before it, against its velocity and gravity",
-        point(&middle)
-    )
+    let middle = point(&middle);
+    format!("the middle of the net is at {middle}: put the rock before it, against its velocity and gravity")
 }
 
 /// On a terrain a rock goes where the ground leads it, but never higher than its energy, and not far beside the map.

@@ -1,17 +1,16 @@
 //! Where a rock starts: its whole surface outside of the terrain and of the net, tested by true overlap.
 
 use super::lengths::{distance, height};
-use super::units::{LIMIT, short};
+use super::units::{Judged, LIMIT, likely, short};
 use super::{place, reach};
 use crate::model::{Model, halved};
 use dem_contact::contact::broad_phase::cell_grid::Plane;
 use dem_contact::interface_mesh::{ContactMesh, Kind};
 use dem_contact::law::Law;
 use dem_contact::rock::{Motion, Rock};
-use dem_contact::settings::{STRUCTURE, Settings};
+use dem_contact::settings::STRUCTURE;
 use dem_solid::geometry::closest::on_face;
 use dem_solid::geometry::sphere::Sphere;
-use dem_solid::geometry::sphere_tree::SphereTree;
 use dem_terrain::Terrain;
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::Vector3;
@@ -37,35 +36,58 @@ struct Deepest {
 
 /// Rock number `at` in the motion in which it starts, in local coordinates.
 struct StartPose<'a> {
+    model: &'a Model,
+    at: usize,
     rock: &'a Rock,
-    tree: &'a SphereTree,
     motion: Motion,
 }
 
 impl<'a> StartPose<'a> {
     fn of(model: &'a Model, at: usize) -> Self {
-        let rock = &model.rocks[at];
-        let mut motion = rock.start(&model.settings.rocks[at], model.settings.gravity);
-        motion.position -= model.origin;
-        Self { rock, tree: &model.trees[at], motion }
+        Self { model, at, rock: &model.rocks[at], motion: model.start(at) }
     }
 
-    /// Overlap up to which the sphere only touches: `weight` [N] rests on it.
-    fn touches(&self, sphere: u32, laws: &[&Law], weight: f64) -> f64 {
-        let radius = self.rock.spheres[sphere as usize].radius;
-        let resting = laws.iter().map(|law| resting(law, radius, weight)).fold(0.0, f64::max);
-        (TOUCH * radius).max(RESTING * resting)
+    fn radius(&self, sphere: u32) -> f64 {
+        self.rock.spheres[sphere as usize].radius
     }
 
-    /// How far along the unit vector `direction` the rock must be moved until `overlap` is nothing [m].
-    fn until_free(&self, direction: &Vector3<f64>, overlap: impl Fn(&Motion) -> Option<Deepest>) -> f64 {
+    /// What overlaps deepest, unless its sphere only touches: the rock's weight may rest on it by one of these laws.
+    fn stuck<'b>(&self, deepest: Option<Deepest>, laws: impl Iterator<Item = &'b Law>) -> Option<Deepest> {
+        let Deepest { overlap, sphere, .. } = deepest?;
+        let (radius, weight) = (self.radius(sphere), self.rock.mass * self.model.settings.gravity.norm());
+        let resting = laws.map(|law| resting(law, radius, weight)).fold(0.0, f64::max);
+        deepest.filter(|_| overlap > (TOUCH * radius).max(RESTING * resting))
+    }
+
+    /// Its place moved along the unit vector `direction` until `overlap` is nothing, rounded to whole millimetres away from where
+    /// it is.
+    fn free(&self, direction: &Vector3<f64>, overlap: impl Fn(&Motion) -> Option<Deepest>) -> String {
         let moved = |by: f64| Motion { position: self.motion.position + direction * by, ..self.motion };
         let inside = |by: f64| overlap(&moved(by)).is_some_and(|d| d.overlap > 0.0);
         let mut high = 0.1 * self.rock.smallest_radius;
         while inside(high) && high < 1e9 {
             high *= 2.0;
         }
-        halved(0.0, high, HALVINGS, inside)
+        let by = halved(0.0, high, HALVINGS, inside);
+        let settings = &self.model.settings;
+        let position = settings.rocks[self.at].position;
+        let to = |axis: usize| {
+            let millimetres = 1e3 * (position[axis] + direction[axis] * by);
+            match direction[axis] {
+                w if w > 1e-9 => millimetres.ceil() / 1e3,
+                w if w < -1e-9 => millimetres.floor() / 1e3,
+                _ => position[axis],
+            }
+        };
+        // A sphere of a table has no key of its own.
+        let key = if self.at < settings.named() { "position = " } else { "" };
+        format!("free is {key}{:?}", [0, 1, 2].map(to))
+    }
+
+    /// That it starts where it cannot.
+    fn refused(&self, scene: &Scene, what: String, cure: String) -> Diagnostic {
+        let refused = scene.invalid(&self.model.settings.place_key(self.at), what);
+        refused.coded(code::PLACE).try_instead(cure)
     }
 }
 
@@ -75,43 +97,16 @@ fn resting(law: &Law, radius: f64, force: f64) -> f64 {
     halved(0.0, 2.0 * radius, 60, |overlap| law.normal.load(radius, overlap).force < force)
 }
 
-/// That rock number `at` starts where it cannot.
-fn misplaced(settings: &Settings, at: usize, scene: &Scene, what: String) -> Diagnostic {
-    scene.invalid(&settings.place_key(at), what).coded(code::PLACE)
-}
-
-/// `position` moved by `by` along `direction`, rounded to whole millimetres away from where it is.
-fn freed(settings: &Settings, at: usize, direction: &Vector3<f64>, by: f64) -> String {
-    let position = settings.rocks[at].position;
-    let places: Vec<String> = (0..3)
-        .map(|axis| {
-            let to = position[axis] + direction[axis] * by;
-            let millimetres = 1e3 * to;
-            match direction[axis] {
-                w if w > 1e-9 => format!("{:?}", millimetres.ceil() / 1e3),
-                w if w < -1e-9 => format!("{:?}", millimetres.floor() / 1e3),
-                _ => format!("{:?}", position[axis]),
-            }
-        })
-        .collect();
-    // A sphere of a table has no key of its own.
-    let key = if at < settings.named() { "position = " } else { "" };
-    format!("free is {key}[{}]", places.join(", "))
-}
-
 /// Refuse rock number `at` if it starts beside all of the terrain, below it, or with its surface in it.
 pub fn on_terrain(model: &Model, ground: &Terrain, at: usize, scene: &Scene) -> Result<(), Diagnostic> {
     let (settings, start) = (&model.settings, StartPose::of(model, at));
     let table = &settings.rocks[at];
     let down = settings.down();
     let name = &start.rock.name;
-    let refuse = |what: String, cure: String| Err(misplaced(settings, at, scene, what).try_instead(cure));
-    let free = || {
-        let by = start.until_free(&-down, |motion| in_terrain(&start, ground, motion, &down));
-        freed(settings, at, &-down, by)
-    };
+    let refuse = |what: String, cure: String| Err(start.refused(scene, what, cure));
+    let free = || start.free(&-down, |motion| in_terrain(&start, ground, motion, &down));
     let centre = Vector3::from(table.position);
-    let (low, high) = (ground.lowest + ground.origin, ground.highest + ground.origin);
+    let [low, high] = ground.extent();
     match height(ground, settings, at) {
         Some(height) if height < 0.0 => {
             let other = place::other_heights(table.position[2] - height, table.position[2]);
@@ -133,21 +128,14 @@ pub fn on_terrain(model: &Model, ground: &Terrain, at: usize, scene: &Scene) -> 
         }
         _ => {}
     }
-    let Some(deepest) = in_terrain(&start, ground, &start.motion, &down) else { return Ok(()) };
-    let laws = model.laws.as_ref().map_or(&[][..], |laws| &laws.surfaces);
-    let row: Vec<&Law> =
-        model.ground_rows.get(at).into_iter().flatten().map(|n| &laws[*n as usize]).collect();
-    let weight = start.rock.mass * settings.gravity.norm();
-    if deepest.overlap <= start.touches(deepest.sphere, &row, weight) {
-        return Ok(());
-    }
-    let sphere = &start.rock.spheres[deepest.sphere as usize];
+    let row = model.ground_rows.get(at).into_iter().flatten();
+    let laws = row.map(|n| &model.surfaces()[usize::from(*n)]);
+    let deepest = in_terrain(&start, ground, &start.motion, &down);
+    let Some(Deepest { overlap, sphere, .. }) = start.stuck(deepest, laws) else { return Ok(()) };
+    let (depth, radius) = (short(overlap), short(start.radius(sphere)));
     refuse(
         format!(
-            "rock `{name}` starts in the terrain: its surface reaches {} m into it (sphere {} of radius {} m)",
-            short(deepest.overlap),
-            deepest.sphere,
-            short(sphere.radius)
+            "rock `{name}` starts in the terrain: its surface reaches {depth} m into it (sphere {sphere} of radius {radius} m)"
         ),
         free(),
     )
@@ -158,28 +146,21 @@ pub fn in_box(model: &Model, scene: &Scene) -> Result<(), Diagnostic> {
     for at in 0..model.rocks.len() {
         let start = StartPose::of(model, at);
         let Some(row) = model.side_rows.get(at) else { return Ok(()) };
-        let laws: Vec<&Law> =
-            model.laws.iter().flat_map(|laws| row.iter().map(|n| &laws.surfaces[usize::from(*n)])).collect();
-        let weight = start.rock.mass * model.settings.gravity.norm();
         for plane in &model.planes {
             let deepest = beyond(&start, plane, &start.motion);
-            let Some(deepest) = deepest.filter(|d| d.overlap > start.touches(d.sphere, &laws, weight)) else {
-                continue;
-            };
-            let direction = -plane.normal;
-            let by = start.until_free(&direction, |motion| beyond(&start, plane, motion));
+            let laws = row.iter().map(|n| &model.surfaces()[usize::from(*n)]);
+            let Some(Deepest { overlap, sphere, .. }) = start.stuck(deepest, laws) else { continue };
             let axis = plane.normal.iamax();
-            let side =
-                format!("{}{}", if plane.normal[axis] > 0.0 { "+" } else { "-" }, ["x", "y", "z"][axis]);
+            let sign = if plane.normal[axis] > 0.0 { "+" } else { "-" };
             let what = format!(
-                "rock `{}` starts {} m beyond the side `{side}` of the box (sphere {} of radius {} m)",
+                "rock `{}` starts {} m beyond the side `{sign}{}` of the box (sphere {sphere} of radius {} m)",
                 start.rock.name,
-                short(deepest.overlap),
-                deepest.sphere,
-                short(start.rock.spheres[deepest.sphere as usize].radius)
+                short(overlap),
+                ["x", "y", "z"][axis],
+                short(start.radius(sphere))
             );
-            let refused = misplaced(&model.settings, at, scene, what);
-            return Err(refused.try_instead(freed(&model.settings, at, &direction, by)));
+            let free = start.free(&-plane.normal, |motion| beyond(&start, plane, motion));
+            return Err(start.refused(scene, what, free));
         }
     }
     Ok(())
@@ -227,24 +208,12 @@ fn in_terrain(start: &StartPose, ground: &Terrain, motion: &Motion, down: &Vecto
 }
 
 /// Refuse rocks that start with their surface in the net, which is `contact_mesh`; what the user should know of others.
-pub fn in_net(
-    model: &Model,
-    contact_mesh: &ContactMesh,
-    scene: &Scene,
-) -> Result<Vec<Diagnostic>, Diagnostic> {
+pub fn in_net(model: &Model, contact_mesh: &ContactMesh, scene: &Scene) -> Judged {
     let settings = &model.settings;
-    let laws = model.laws.as_ref().map_or(&[][..], |laws| &laws.surfaces);
     for at in 0..model.rocks.len() {
         let start = StartPose::of(model, at);
-        let Some(deepest) = in_elements(&start, contact_mesh, &start.motion) else { continue };
-        let weight = start.rock.mass * settings.gravity.norm();
-        let all: Vec<&Law> = laws.iter().collect();
-        if deepest.overlap <= start.touches(deepest.sphere, &all, weight) {
-            continue;
-        }
-        // Back where it comes from; a rock at rest comes from above.
-        let direction = -start.motion.velocity.try_normalize(1e-9).unwrap_or_else(|| settings.down());
-        let by = start.until_free(&direction, |motion| in_elements(&start, contact_mesh, motion));
+        let deepest = in_elements(&start, contact_mesh, &start.motion);
+        let Some(deepest) = start.stuck(deepest, model.surfaces().iter()) else { continue };
         let element = &contact_mesh.elements[deepest.element as usize];
         let [a, b, c] = element.nodes;
         let what = match element.kind {
@@ -257,11 +226,13 @@ pub fn in_net(
             "rock `{}` starts inside the net: its sphere {} of radius {} m overlaps {what} at ({x:.3}, {y:.3}, {z:.3}) by {} m",
             start.rock.name,
             deepest.sphere,
-            short(start.rock.spheres[deepest.sphere as usize].radius),
+            short(start.radius(deepest.sphere)),
             short(deepest.overlap)
         );
-        let refused = misplaced(settings, at, scene, what);
-        return Err(refused.try_instead(freed(settings, at, &direction, by)));
+        // Back where it comes from; a rock at rest comes from above.
+        let direction = -start.motion.velocity.try_normalize(1e-9).unwrap_or_else(|| settings.down());
+        let free = start.free(&direction, |motion| in_elements(&start, contact_mesh, motion));
+        return Err(start.refused(scene, what, free));
     }
     let mut warnings = reach::check(model, contact_mesh);
     warnings.extend((0..settings.named()).filter_map(|at| too_soft(model, at)));
@@ -280,15 +251,13 @@ fn too_soft(model: &Model, at: usize) -> Option<Diagnostic> {
     let key = contact.strength().map_or("young", |(key, _)| key);
     (share > LIMIT).then(|| {
         let what = format!(
-            "rock `{}` at rest on the net overlaps it by more than {} of the radius of its spheres \
-             (smallest {} m, above {LIMIT} the law does not hold)",
+            "rock `{}` at rest on the net overlaps it by more than {LIMIT} of the radius of its spheres (smallest {} m, above {LIMIT} \
+             the law does not hold)",
             rock.name,
-            short(LIMIT),
             short(radius)
         );
-        Diagnostic::warning(code::LIKELY_UNIT, what)
-            .about(format!("contact.{number}.{key}"))
-            .try_instead("1000 kN/m is stiffness = 1e6, 1 GPa is young = 1e9")
+        let cure = "1000 kN/m is stiffness = 1e6, 1 GPa is young = 1e9";
+        likely(&format!("contact.{number}.{key}"), what, cure)
     })
 }
 
@@ -304,7 +273,7 @@ fn in_elements(start: &StartPose, contact_mesh: &ContactMesh, motion: &Motion) -
         let own = nodes.map(|n| motion.orientation.inverse_transform_vector(&(n - motion.position)));
         let low = own[0].inf(&own[1]).inf(&own[2]).add_scalar(-element.radius);
         let high = own[0].sup(&own[1]).sup(&own[2]).add_scalar(element.radius);
-        start.tree.near(&low, &high, |k| {
+        start.model.trees[start.at].near(&low, &high, |k| {
             let sphere = &start.rock.spheres[k as usize];
             let overlap = sphere.radius + element.radius - distance(element, &sphere.centre, &own);
             if overlap > deepest.map_or(0.0, |d| d.overlap) {

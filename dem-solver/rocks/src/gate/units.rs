@@ -3,7 +3,7 @@
 use dem_contact::rock::Rock;
 use dem_contact::settings::{RockSettings, Settings, Shape, SpheresSettings};
 use dem_solid::geometry::sphere::extent;
-use interface_defs::diagnostic::{Code, Diagnostic, code};
+use interface_defs::diagnostic::{Diagnostic, Severity, code};
 use toolkit::scene::Scene;
 
 /// Overlap over the radius beyond which the answer is not to be trusted; the bound of `[limits] penetration`.
@@ -30,51 +30,36 @@ const FASTEST: f64 = 1_000.0;
 /// Spin of which something is said [rad/s]: no rock was seen to turn as fast.
 const SPIN: f64 = 60.0;
 
-/// What is found of a rock: certainly wrong, or possible but unusual.
-pub struct Found {
-    /// The key of its table.
-    pub key: &'static str,
-    code: Code,
-    /// What.
-    what: String,
-    /// What it may have been, or what to try.
-    pub hint: String,
-    /// Whether it is certainly wrong.
-    pub refused: bool,
+/// What is refused; else what the user should know.
+pub type Judged = Result<Vec<Diagnostic>, Diagnostic>;
+
+/// That a value of `key` is certainly wrong, and what it may have been.
+pub(super) fn refused(key: &str, what: String, hint: impl Into<String>) -> Diagnostic {
+    Diagnostic::error(code::LIKELY_UNIT, what).about(key).try_instead(hint)
 }
 
-impl Found {
-    pub(super) fn refused(key: &'static str, what: String, hint: String) -> Self {
-        Self { key, code: code::LIKELY_UNIT, what, hint, refused: true }
-    }
+/// That it is possible, but unusual.
+pub(super) fn doubted(key: &str, what: String, hint: impl Into<String>) -> Diagnostic {
+    Diagnostic::warning(code::UNUSUAL_VALUE, what).about(key).try_instead(hint)
+}
 
-    pub(super) fn doubted(key: &'static str, what: String, hint: String) -> Self {
-        Self { key, code: code::UNUSUAL_VALUE, what, hint, refused: false }
-    }
+/// That it is likely in another unit.
+pub(super) fn likely(key: &str, what: String, hint: impl Into<String>) -> Diagnostic {
+    doubted(key, what, hint).coded(code::LIKELY_UNIT)
+}
 
-    pub(super) fn likely(key: &'static str, what: String, hint: String) -> Self {
-        Self { refused: false, ..Self::refused(key, what, hint) }
-    }
+/// What was found of keys of `table`: the first that is certainly wrong is an error at its place.
+pub(super) fn judged(found: Vec<Diagnostic>, table: &str, scene: &Scene) -> Judged {
+    let of = |found: Diagnostic| {
+        let key = format!("{table}.{}", found.key.as_deref().unwrap_or_default());
+        pass(found.about(key), scene)
+    };
+    found.into_iter().map(of).collect()
+}
 
-    /// [`diagnostic`](Self::diagnostic) at its key of `table`.
-    pub(super) fn at(mut self, table: &str, scene: &Scene) -> Result<Diagnostic, Diagnostic> {
-        let what = std::mem::take(&mut self.what);
-        let key = format!("{table}.{}", self.key);
-        self.diagnostic(&key, what, scene)
-    }
-
-    /// What is found of the rock of that name.
-    pub fn what(&self, name: &str) -> String {
-        format!("rock `{name}`{} {}", if self.refused { ":" } else { "" }, self.what)
-    }
-
-    /// The same as a diagnostic about `key` of `scene`: an error if it is certainly wrong.
-    pub fn diagnostic(self, key: &str, what: String, scene: &Scene) -> Result<Diagnostic, Diagnostic> {
-        match self.refused {
-            true => Err(scene.invalid(key, what).coded(self.code).try_instead(self.hint)),
-            false => Ok(Diagnostic::warning(self.code, what).about(key).try_instead(self.hint)),
-        }
-    }
+/// A warning as it is; an error at its place in `scene` is one.
+pub fn pass(found: Diagnostic, scene: &Scene) -> Result<Diagnostic, Diagnostic> {
+    if found.severity == Severity::Error { Err(scene.placed(found)) } else { Ok(found) }
 }
 
 /// A rock with its edges.
@@ -88,39 +73,39 @@ struct Measured<'a> {
 }
 
 /// Of rock number `at`: refuse what is certainly wrong; else what the user should know.
-pub fn of_rock(
-    at: usize,
-    rock: &Rock,
-    table: &RockSettings,
-    scene: &Scene,
-) -> Result<Vec<Diagnostic>, Diagnostic> {
-    let of = |found: Found| {
-        let (key, what) = (format!("rock.{at}.{}", found.key), found.what(&rock.name));
-        found.diagnostic(&key, what, scene)
-    };
-    all_of_rock(rock, table).into_iter().map(of).collect()
+pub fn of_rock(at: usize, rock: &Rock, table: &RockSettings, scene: &Scene) -> Judged {
+    judged(all_of_rock(rock, table), &format!("rock.{at}"), scene)
 }
 
-/// All that is found of a rock, wherever its numbers are written.
-pub fn all_of_rock(rock: &Rock, table: &RockSettings) -> Vec<Found> {
+/// All that is found of a rock, wherever its numbers are written, about keys of its table.
+pub fn all_of_rock(rock: &Rock, table: &RockSettings) -> Vec<Diagnostic> {
     let (points, _) = rock.solid.surface();
     let size = extent(points.iter().map(|p| (*p, 0.0)));
     let longest = size.iter().copied().fold(0.0, f64::max);
-    let edges = format!("{} m x {} m x {} m", short(size[0]), short(size[1]), short(size[2]));
+    let edges = extents(size);
     let it = Measured { rock, table, edges, longest };
     let mut all = it.size();
     all.extend(it.density());
     if let Some(bound) = table.cluster.as_ref().and_then(|c| c.largest_error).filter(|bound| *bound > longest)
     {
-        all.push(Found::doubted(
+        all.push(doubted(
             "cluster.largest_error",
             format!("is shorter than its largest_error of {bound} m, so that every cluster is within it"),
-            "20 mm is 0.02".into(),
+            "20 mm is 0.02",
         ));
     }
     all.extend(it.speed());
     all.extend(of_turning(table));
+    for found in &mut all {
+        let colon = if found.severity == Severity::Error { ":" } else { "" };
+        found.message = format!("rock `{}`{colon} {}", rock.name, found.message);
+    }
     all
+}
+
+/// Edges of a box [m], in words.
+pub(super) fn extents(size: [f64; 3]) -> String {
+    size.map(|edge| format!("{} m", short(edge))).join(" x ")
 }
 
 /// What a volume [m3] that few rocks have may have been.
@@ -129,30 +114,30 @@ pub fn in_litres(volume: f64) -> Option<String> {
 }
 
 impl Measured<'_> {
-    fn size(&self) -> Vec<Found> {
+    fn size(&self) -> Vec<Diagnostic> {
         let edges = &self.edges;
         let in_metres = in_metres(self.longest, &self.table.shape);
         if self.longest > LARGEST {
-            return vec![Found::refused("shape", format!("it is {edges} large"), in_metres)];
+            return vec![refused("shape", format!("it is {edges} large"), in_metres)];
         }
         let mut all = Vec::new();
         if !(SMALL..=LARGE).contains(&self.longest) {
-            all.push(Found::doubted("shape", format!("is {edges} large"), in_metres));
+            all.push(doubted("shape", format!("is {edges} large"), in_metres));
         }
         if let Shape::NormRock { volume, .. } = self.table.shape.scaled(self.table.scale.unwrap_or(1.0))
             && let Some(in_litres) = in_litres(volume)
         {
             let what = format!("has {} m3, and norm rocks have up to 2", short(volume));
-            all.push(Found::doubted("shape.volume", what, in_litres));
+            all.push(doubted("shape.volume", what, in_litres));
         }
         all
     }
 
-    fn density(&self) -> Option<Found> {
+    fn density(&self) -> Option<Diagnostic> {
         let (mass, volume, edges) = (self.rock.mass, self.rock.solid.volume(), &self.edges);
         let density = mass / volume;
         if let Some((what, cure)) = self.table.density.and_then(|density| of_no_solid("density", density)) {
-            return Some(Found::refused("density", what, cure));
+            return Some(refused("density", what, cure));
         }
         if density < ANY_SOLID[0] && (DENSITY[0]..=DENSITY[1]).contains(&(1e3 * density)) {
             let what = format!(
@@ -161,7 +146,7 @@ impl Measured<'_> {
                 short(volume),
                 short(density)
             );
-            return Some(Found::refused("mass", what, format!("in kg that is mass = {:?}", 1e3 * mass)));
+            return Some(refused("mass", what, format!("in kg that is mass = {:?}", 1e3 * mass)));
         }
         if (DENSITY[0]..=DENSITY[1]).contains(&density) {
             return None;
@@ -179,38 +164,38 @@ impl Measured<'_> {
             short(mass),
             short(volume)
         );
-        Some(Found::doubted(key, what, format!("{OF_ROCK}{pounds}")))
+        Some(doubted(key, what, format!("{OF_ROCK}{pounds}")))
     }
 
-    fn speed(&self) -> Option<Found> {
+    fn speed(&self) -> Option<Diagnostic> {
         let speed = norm(&self.table.velocity);
         too_fast("velocity", speed, "").or_else(|| {
             let what = format!("starts with {} m/s, {} km/h", short(speed), short(3.6 * speed));
             let hint = format!("were it in km/h, it would be {} m/s", short(speed / 3.6));
-            (speed > FAST).then(|| Found::doubted("velocity", what, hint))
+            (speed > FAST).then(|| doubted("velocity", what, hint))
         })
     }
 }
 
 /// Of `[[spheres]]` number `at`: refuse a density that no solid has; else what the user should know.
-pub fn of_spheres(at: usize, group: &SpheresSettings, scene: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
+pub fn of_spheres(at: usize, group: &SpheresSettings, scene: &Scene) -> Judged {
     let (name, density) = (format!("spheres `{}`", group.name), group.density);
     let mut all = Vec::new();
     if let Some((what, cure)) = of_no_solid("density", density) {
-        all.push(Found::refused("density", format!("{name}: {what}"), cure));
+        all.push(refused("density", format!("{name}: {what}"), cure));
     } else if !(DENSITY[0]..=DENSITY[1]).contains(&density) {
         let what = format!("{name} have a density of {} kg/m3", short(density));
-        all.push(Found::doubted("density", what, OF_ROCK.into()));
+        all.push(doubted("density", what, OF_ROCK));
     }
     for (key, speed) in [("velocity", norm(&group.velocity)), ("velocity_scatter", group.velocity_scatter)] {
         all.extend(too_fast(key, speed, &format!("{name}: ")));
     }
-    all.into_iter().map(|found| found.at(&format!("spheres.{at}"), scene)).collect()
+    judged(all, &format!("spheres.{at}"), scene)
 }
 
-fn too_fast(key: &'static str, speed: f64, whose: &str) -> Option<Found> {
+fn too_fast(key: &'static str, speed: f64, whose: &str) -> Option<Diagnostic> {
     let what = || format!("{whose}a speed of {} m/s", short(speed));
-    (speed > FASTEST).then(|| Found::refused(key, what(), "it is written in m/s; 25 m/s are 90 km/h".into()))
+    (speed > FASTEST).then(|| refused(key, what(), "it is written in m/s; 25 m/s are 90 km/h"))
 }
 
 /// What is said of a [box] in which all spheres together are next to nothing.
@@ -221,13 +206,9 @@ pub fn of_region(settings: &Settings) -> Option<Diagnostic> {
     let ball = |group: &SpheresSettings| group.total() as f64 * 4.2 * group.radii()[1].powi(3);
     let share = settings.spheres.iter().map(ball).sum::<f64>() / edges.iter().product::<f64>();
     (share < EMPTY).then(|| {
-        let [x, y, z] = edges.map(short);
-        let what = format!(
-            "{x} m x {y} m x {z} m for spheres of up to {} m radius, which fill {share:.0e} of it",
-            short(largest)
-        );
-        let doubted = Diagnostic::warning(code::LIKELY_UNIT, what).about("box");
-        doubted.try_instead("lengths are in metres: 200 mm is 0.2")
+        let (edges, largest) = (extents(edges), short(largest));
+        let what = format!("{edges} for spheres of up to {largest} m radius, which fill {share:.0e} of it");
+        likely("box", what, "lengths are in metres: 200 mm is 0.2")
     })
 }
 
@@ -247,12 +228,12 @@ pub(super) fn of_no_solid(key: &str, density: f64) -> Option<(String, String)> {
     Some((format!("a density of {} kg/m3{unit}", short(density)), cure))
 }
 
-fn of_turning(table: &RockSettings) -> Vec<Found> {
+fn of_turning(table: &RockSettings) -> Vec<Diagnostic> {
     let mut all = Vec::new();
     let spin = norm(&table.angular_velocity);
     if spin > SPIN {
         let turns = short(spin / std::f64::consts::TAU);
-        all.push(Found::doubted(
+        all.push(doubted(
             "angular_velocity",
             format!("spins with {} rad/s, {turns} turns a second", short(spin)),
             format!("were it in degrees per second, it would be {} rad/s", short(spin.to_radians())),
@@ -263,33 +244,33 @@ fn of_turning(table: &RockSettings) -> Vec<Found> {
         let what =
             format!("has an orientation [w, x, y, z] of length {}, which is scaled to 1", short(length));
         let hint = "an angle a in radians about the unit axis e is [cos(a/2), sin(a/2) e]";
-        all.push(Found::doubted("orientation", what, hint.into()));
+        all.push(doubted("orientation", what, hint));
     }
     if table.orientation == [0.0, 0.0, 0.0, 1.0] {
         let what =
             "has the orientation [0, 0, 0, 1], which is half a turn about z, as the order is [w, x, y, z]";
-        all.push(Found::doubted("orientation", what.into(), "no turn is [1, 0, 0, 0]".into()));
+        all.push(doubted("orientation", what.into(), "no turn is [1, 0, 0, 0]"));
     }
     all
 }
 
 /// How a rock whose longest edge is `longest` [m] may have been meant.
 fn in_metres(longest: f64, shape: &Shape) -> String {
-    let large = longest > LARGE;
-    if let Shape::Mesh { scale, .. } = shape {
-        return match (large, longest > 200.0) {
-            (true, false) => format!("in centimetres? Then write scale = {:?}", 1e-2 * scale),
-            (true, true) => format!("in millimetres? Then write scale = {:?}", 1e-3 * scale),
-            (false, _) if *scale < 1.0 => "is the file in metres? Then leave scale out".into(),
-            (false, _) => format!("in kilometres? Then write scale = {:?}", 1e3 * scale),
-        };
-    }
-    let [unit, value] = match (large, longest > 200.0) {
-        (true, false) => ["centimetres", &short(1e-2 * longest)],
-        (true, true) => ["millimetres", &short(1e-3 * longest)],
-        (false, _) => ["kilometres", &short(1e3 * longest)],
+    let (unit, size) = match longest {
+        _ if longest > 200.0 => ("millimetres", 1e-3),
+        _ if longest > LARGE => ("centimetres", 1e-2),
+        _ => ("kilometres", 1e3),
     };
-    format!("lengths are in metres; were they in {unit}, it would be {value} m long")
+    match shape {
+        Shape::Mesh { scale, .. } if size > 1.0 && *scale < 1.0 => {
+            "is the file in metres? Then leave scale out".into()
+        }
+        Shape::Mesh { scale, .. } => format!("in {unit}? Then write scale = {:?}", size * scale),
+        _ => format!(
+            "lengths are in metres; were they in {unit}, it would be {} m long",
+            short(size * longest)
+        ),
+    }
 }
 
 fn norm(values: &[f64]) -> f64 {

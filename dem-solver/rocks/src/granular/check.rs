@@ -1,7 +1,7 @@
 //! What would be built of a scene of many spheres, with which step and at what cost.
 
 use super::GranularSolver;
-use crate::check::{ResolvedTables, above_critical};
+use crate::check::{above_critical, resolved};
 use dem_contact::law::table::Laws;
 use dem_contact::settings::{OF_ROCKS_IN_CONTACT, OF_ROCKS_IN_DEM};
 use interface_defs::diagnostic::Diagnostic;
@@ -45,16 +45,7 @@ pub fn check(scene: &Scene) -> Result<CheckReport, Diagnostic> {
         ("mass_kg", model.mass.iter().sum()),
     ];
     report.numbers = numbers.map(|(name, value)| (name.to_owned(), value)).into();
-    let tables = ResolvedTables {
-        gravity: settings.gravity.into(),
-        rock: &[],
-        spheres: &settings.spheres,
-        sides: settings.sides.as_ref(),
-        contact: Some(&settings.contacts),
-        terrain: None,
-        dem: settings.dem.clone(),
-    };
-    report.resolved = tables.table();
+    report.resolved = resolved(settings, settings.dem.clone());
     leave_out_of_rocks(&mut report.resolved);
     Ok(report)
 }

@@ -2,7 +2,7 @@
 
 use super::GranularModel;
 use super::state::GranularState;
-use crate::results::fields::unwritable;
+use crate::results::fields::{due, unwritable};
 use interface_defs::Fault;
 use std::path::Path;
 use toolkit::vtu::{Cells, Series, Vtu};
@@ -30,11 +30,9 @@ impl GranularFields {
 
     /// Write `state` if its time has reached the next multiple of the interval.
     pub fn write_if_due(&mut self, model: &GranularModel, state: &GranularState) -> Result<(), Fault> {
-        // A time that is a multiple but for rounding counts as that multiple.
-        if state.time < self.written as f64 * self.interval - 1e-9 * self.interval {
+        if !due(&mut self.written, self.interval, state.time) {
             return Ok(());
         }
-        self.written = (state.time / self.interval + 1e-9).floor() as u64 + 1;
         let flat = |vectors: &[nalgebra::Vector3<f64>]| -> Vec<f64> {
             vectors.iter().flat_map(|v| [v.x, v.y, v.z]).collect()
         };

@@ -76,12 +76,16 @@ struct WaitingContact {
     depth: f64,
 }
 
-/// Where answers go.
-struct Out<'a> {
-    sums: BlockSums,
-    held: &'a mut [History],
-    pushes: &'a mut [Push],
-    moments: &'a mut [Vector3<f64>],
+/// Where the answers of some pairs go.
+pub struct Answers<'a> {
+    /// Their sums.
+    pub sums: BlockSums,
+    /// What the pairs remember.
+    pub held: &'a mut [History],
+    /// What they do to their first spheres.
+    pub pushes: &'a mut [Push],
+    /// Moments of rolling resistance [N m]; empty where nothing rolls.
+    pub moments: &'a mut [Vector3<f64>],
 }
 
 /// What does not change in a step.
@@ -127,16 +131,8 @@ impl PairScene<'_> {
         (overlap > 0.0).then_some((plane.normal, overlap, [distance, 0.0]))
     }
 
-    /// Answer the pairs of the spheres from `from` to `to`. `held` and `pushes` are those of their pairs.
-    pub fn answer(
-        &self,
-        from: usize,
-        to: usize,
-        held: &mut [History],
-        pushes: &mut [Push],
-        moments: &mut [Vector3<f64>],
-    ) -> BlockSums {
-        let mut out = Out { sums: BlockSums::default(), held, pushes, moments };
+    /// Answer the pairs of the spheres from `from` to `to`, for which `out` has room.
+    pub fn answer(&self, from: usize, to: usize, out: &mut Answers) {
         let mut block = Block::default();
         let mut waiting = [WaitingContact::default(); WIDTH];
         let origin = self.list.start[from] as usize;
@@ -151,7 +147,7 @@ impl PairScene<'_> {
                 };
                 let law = &self.laws[pair.law as usize];
                 if block.is_full() || (block.count > 0 && block.law != pair.law) {
-                    self.finish(&mut block, &waiting, &mut out);
+                    self.finish(&mut block, &waiting, out);
                 }
                 if block.count == 0 {
                     block.begin(pair.law, law);
@@ -167,12 +163,11 @@ impl PairScene<'_> {
                 block.push(&self.point(law, i, pair, normal, overlap, arms), &history);
             }
         }
-        self.finish(&mut block, &waiting, &mut out);
-        out.sums
+        self.finish(&mut block, &waiting, out);
     }
 
     /// Answer the contacts of a block, which is empty then.
-    fn finish(&self, block: &mut Block, waiting: &[WaitingContact; WIDTH], out: &mut Out) {
+    fn finish(&self, block: &mut Block, waiting: &[WaitingContact; WIDTH], out: &mut Answers) {
         if block.count == 0 {
             return;
         }

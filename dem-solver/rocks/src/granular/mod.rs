@@ -1,12 +1,11 @@
 //! Thousands of separate spheres that touch each other and the sides of a box.
 //!
 //! - [`forces`]: what the pairs do, in an order that does not depend on threads
-//! - [`run`]: the steps of a window
+//! - [`run`]: the steps of a window, and why one went wrong
 //! - [`state`]: what is committed and what is tried
-//! - [`steps`]: the largest stable step; [`cause`](mod@cause): why a step went wrong
+//! - [`steps`](mod@steps): the largest stable step
 //! - [`fields`](mod@fields), [`check`](mod@check): what is reported of it
 
-pub mod cause;
 pub mod check;
 pub mod fields;
 pub mod forces;
@@ -15,6 +14,8 @@ pub mod state;
 pub mod steps;
 
 use crate::gate;
+use crate::model::Steps;
+use crate::model::between::no_table;
 use crate::results::gauges::energies;
 use crate::results::measures::penetration;
 use crate::results::not_written;
@@ -22,7 +23,7 @@ use dem_contact::contact::broad_phase::cell_grid::{Plane, SpherePair};
 use dem_contact::law::Law;
 use dem_contact::law::table::Laws;
 use dem_contact::settings::placement::Start;
-use dem_contact::settings::{BoxSettings, RollingName, Settings, limits};
+use dem_contact::settings::{BoxSettings, Settings, limits};
 use fields::GranularFields;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::message::{Gauge, Hello};
@@ -32,7 +33,6 @@ use nalgebra::Vector3;
 use rayon::ThreadPool;
 use run::GranularIntegrator;
 use state::GranularState;
-use steps::GranularSteps;
 use toolkit::program::Options;
 use toolkit::scene::Scene;
 
@@ -68,10 +68,8 @@ pub struct GranularModel {
     pub rolls: bool,
     /// Whether a law remembers.
     pub remembers: bool,
-    /// The step [s].
-    pub step: f64,
-    /// What limits it.
-    pub steps: GranularSteps,
+    /// The step, and what limits it.
+    pub steps: Steps,
     /// `gravity` [m/s2].
     pub gravity: Vector3<f64>,
     pool: Option<ThreadPool>,
@@ -84,16 +82,13 @@ impl GranularModel {
         let start = Start::of(&settings.spheres, scene)?;
         let laws = Laws::new(&settings.contacts).expect("checked: there is a contact");
         let table = law_table(&settings, &laws).map_err(|(a, b)| {
-            scene.invalid("contact", format!("no table [[contact]] is for `{a}` and `{b}`")).try_instead(
-                format!("add one with between = [\"{a}\", \"{b}\"], or one without `between` for all others"),
-            )
+            let [what, advice] = no_table(a, b);
+            scene.invalid("contact", what).try_instead(advice)
         })?;
         let all: Vec<Law> = laws.rocks.iter().chain(&laws.surfaces).cloned().collect();
         let used = || table.iter().map(|n| &all[*n as usize]);
         let (rolls, remembers) = (used().any(|l| l.rolling.is_some()), used().any(Law::remembers));
-        let springs = used().any(|l| l.rolling.is_some_and(|r| r.kind == RollingName::Spring));
-        let steps =
-            GranularSteps::new(&settings, &start, &used().cloned().collect::<Vec<_>>(), springs, scene)?;
+        let steps = steps::steps(&settings, &start, &used().cloned().collect::<Vec<_>>(), scene)?;
         let threads = settings.dem.threads.unwrap_or(1);
         let pool = (threads > 1).then(|| rayon::ThreadPoolBuilder::new().num_threads(threads).build());
         let pool = pool
@@ -112,7 +107,6 @@ impl GranularModel {
             table,
             rolls,
             remembers,
-            step: steps.step,
             steps,
             gravity: settings.gravity,
             pool,
@@ -125,19 +119,16 @@ impl GranularModel {
     fn pair(&self, i: usize, second: u32) -> SpherePair {
         let groups = self.settings.spheres.len();
         let row = self.group[i] as usize * (groups + 1);
-        match self.radius.get(second as usize) {
+        let (radius, mass) = (self.radius[i], self.mass[i]);
+        let j = second as usize;
+        let (column, radius, mass) = match self.radius.get(j) {
             Some(other) => {
-                let j = second as usize;
-                let radius = self.radius[i] * other / (self.radius[i] + other);
-                let mass = self.mass[i] * self.mass[j] / (self.mass[i] + self.mass[j]);
-                let law = self.table[row + self.group[j] as usize];
-                SpherePair { second, law, radius, root_mass: mass.sqrt() }
+                let mass = mass * self.mass[j] / (mass + self.mass[j]);
+                (self.group[j] as usize, radius * other / (radius + other), mass)
             }
-            None => {
-                let law = self.table[row + groups];
-                SpherePair { second, law, radius: self.radius[i], root_mass: self.mass[i].sqrt() }
-            }
-        }
+            None => (groups, radius, mass),
+        };
+        SpherePair { second, law: self.table[row + column], radius, root_mass: mass.sqrt() }
     }
 
     /// Do `work` for each of `parts`, on all threads.
@@ -154,17 +145,14 @@ impl GranularModel {
 
 /// Law numbers of all pairs of groups and of groups with surfaces. Errs with the pair that has none.
 fn law_table<'a>(settings: &'a Settings, laws: &Laws) -> Result<Vec<u16>, (&'a str, &'a str)> {
+    let number = |a: &'a str, b: &'a str| laws.number(a, b).ok_or((a, b));
     let mut table = Vec::new();
-    for a in &settings.spheres {
+    for a in settings.spheres.iter().map(|group| &*group.material) {
         for b in &settings.spheres {
-            let number = laws.number(&a.material, &b.material).ok_or((&*a.material, &*b.material))?;
-            table.push(number as u16);
+            table.push(number(a, &b.material)? as u16);
         }
         // Without surfaces the entry is never read.
-        let with_walls = match &settings.sides {
-            Some(w) => laws.number(&a.material, &w.material).ok_or((&*a.material, &*w.material))?,
-            None => 0,
-        };
+        let with_walls = settings.sides.as_ref().map_or(Ok(0), |sides| number(a, &sides.material))?;
         table.push((laws.rocks.len() + with_walls) as u16);
     }
     Ok(table)

@@ -1,9 +1,9 @@
 //! The steps of a window of many spheres: position Verlet, as for the rocks (`solver::window`).
 
 use super::GranularModel;
-use super::cause;
-use super::forces::{BLOCK, BlockSums, PairScene, Push, Seen};
+use super::forces::{Answers, BLOCK, BlockSums, PairScene, Push, Seen};
 use super::state::GranularState;
+use crate::gate::landing::LIMIT;
 use dem_contact::contact::broad_phase::cell_grid::{SpherePair, SpherePairs};
 use dem_contact::law::contact_point::History;
 use interface_defs::{Fault, Window};
@@ -61,7 +61,7 @@ impl GranularIntegrator {
         state: &mut GranularState,
         window: &Window,
     ) -> Result<(), Fault> {
-        let steps = window.steps(model.step);
+        let steps = window.steps(model.steps.step);
         let h = window.length / steps as f64;
         self.recall(model, state);
         for step in 0..steps {
@@ -170,7 +170,7 @@ impl GranularIntegrator {
             return Err(format!(
                 "spheres overlap by {:.2} radii of the smaller: {}",
                 sums.deepest,
-                cause::of(model, state, h)
+                cause(model, state, h)
             ));
         }
         if sums.deepest > state.deepest.0 {
@@ -182,7 +182,7 @@ impl GranularIntegrator {
         self.evaluations += sums.contacts as u64;
         self.kick(model, state, h);
         if self.moved.iter().any(|m| !m.is_finite()) {
-            return Err(format!("a sphere has left the finite numbers: {}", cause::of(model, state, h)));
+            return Err(format!("a sphere has left the finite numbers: {}", cause(model, state, h)));
         }
         Ok(())
     }
@@ -197,12 +197,13 @@ impl GranularIntegrator {
         let blocks = self.sums.iter_mut().enumerate().map(|(block, sums)| {
             let (from, to) = (block * BLOCK, ((block + 1) * BLOCK).min(count));
             let pairs = (list.start[to] - list.start[from]) as usize;
-            let (h, p) = (split(&mut held, pairs), split(&mut pushes, pairs));
-            let m = if model.rolls { split(&mut moments, pairs) } else { &mut [] };
-            (from, to, h, p, m, sums)
+            let moments = if model.rolls { split(&mut moments, pairs) } else { &mut [] };
+            let (held, pushes) = (split(&mut held, pairs), split(&mut pushes, pairs));
+            (from, to, Answers { sums: BlockSums::default(), held, pushes, moments }, sums)
         });
-        model.each(blocks, |(from, to, held, pushes, moments, sums)| {
-            *sums = scene.answer(from, to, held, pushes, moments);
+        model.each(blocks, |(from, to, mut out, sums)| {
+            scene.answer(from, to, &mut out);
+            *sums = out.sums;
         });
     }
 
@@ -281,4 +282,50 @@ fn hand_over(pairs: &[SpherePair], old: &[History], list: &SpherePairs, i: usize
             held[new] = *old;
         }
     }
+}
+
+/// How much faster than start and gravity make a sphere shows that contact forces gain energy.
+const GAINED: f64 = 1.05;
+
+/// Why spheres overlap too deep, or are nowhere any more, in a step of `h` [s].
+fn cause(model: &GranularModel, state: &GranularState, h: f64) -> String {
+    let steps = &model.steps;
+    if h > steps.critical * (1.0 + 1e-9) {
+        return format!(
+            "the step of {h:.3e} s is above the critical step of {:.3e} s, contact forces grow from step to step: shorten \
+             dem.time_step below it, or leave it out",
+            steps.critical
+        );
+    }
+    let fastest = state.velocity.iter().map(|v| v.norm()).fold(0.0, f64::max);
+    // Two that collide head on are assumed there.
+    let possible = 0.5 * steps.speed;
+    let lost = state.velocity.iter().any(|v| !v.norm().is_finite());
+    if lost || fastest > GAINED * possible {
+        return format!(
+            "a sphere moves with {fastest:.4e} m/s, start and gravity give {possible:.4} m/s: contact forces have made energy; \
+             shorten dem.time_step ({h:.3e} s)"
+        );
+    }
+    // Two of the smallest, head on; for a given density the overlap over the radius is the same for all sizes.
+    let (radius, speed) = (model.smallest, 2.0 * fastest);
+    let at = model.radius.iter().position(|r| *r == radius).unwrap_or(0);
+    let deepest = |law: &dem_contact::law::Law| {
+        let overlap = law.normal.deepest(0.5 * radius, 0.5 * model.mass[at], speed) / radius;
+        (overlap / LIMIT).powf(law.normal.powers().overlap)
+    };
+    let times = model.laws.iter().map(deepest).fold(0.0, f64::max);
+    let seen = format!("fastest sphere {fastest:.4} m/s, smallest radius {radius:.3e} m");
+    if times <= 1.0 {
+        return format!(
+            "what lies on them presses them further than their own speed does; raise contact.young ({seen})"
+        );
+    }
+    let young = model.settings.contacts.iter().filter_map(|c| c.young).fold(f64::INFINITY, f64::min);
+    let stiffness = if young.is_finite() {
+        format!("raise contact.young from {young:.3e} to {:.2e} Pa", young * times)
+    } else {
+        format!("make it {times:.1} times as stiff (contact.stiffness)")
+    };
+    format!("the contact is too soft for that speed, {stiffness} ({seen})")
 }

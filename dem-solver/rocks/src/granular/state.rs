@@ -1,6 +1,7 @@
 //! What a window of many spheres starts from and ends with, all at one instant. One array for each
 //! quantity; a sphere's number is its place.
 
+use crate::model::state::refilled;
 use dem_contact::law::contact_point::History;
 use dem_contact::settings::placement::Start;
 use nalgebra::Vector3;
@@ -50,14 +51,14 @@ impl GranularState {
 
     /// Become `other`, without allocating while its histories fit.
     pub fn copy(&mut self, other: &Self) {
-        self.position.clone_from(&other.position);
-        self.velocity.clone_from(&other.velocity);
-        self.spin.clone_from(&other.spin);
-        self.acceleration.clone_from(&other.acceleration);
-        self.turning.clone_from(&other.turning);
-        self.histories.clone_from(&other.histories);
-        (self.time, self.tangential_energy, self.elastic) =
-            (other.time, other.tangential_energy, other.elastic);
-        (self.dissipated, self.contacts, self.deepest) = (other.dissipated, other.contacts, other.deepest);
+        *self = Self {
+            position: refilled(&mut self.position, &other.position),
+            velocity: refilled(&mut self.velocity, &other.velocity),
+            spin: refilled(&mut self.spin, &other.spin),
+            acceleration: refilled(&mut self.acceleration, &other.acceleration),
+            turning: refilled(&mut self.turning, &other.turning),
+            histories: refilled(&mut self.histories, &other.histories),
+            ..*other
+        };
     }
 }

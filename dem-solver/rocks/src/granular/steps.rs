@@ -9,86 +9,53 @@
 //! With damping ratio z the limit shrinks by `sqrt(1 + 4 z^2) - 2 z` ([`crate::model::critical`]).
 
 use crate::model::critical::{DEEP, critical};
-use crate::model::halved;
+use crate::model::{Steps, halved};
 use dem_contact::law::Law;
 use dem_contact::law::rolling::STIFFNESS;
 use dem_contact::settings::placement::Start;
-use dem_contact::settings::{DemSettings, Settings};
+use dem_contact::settings::{RollingName, Settings};
 use interface_defs::diagnostic::Diagnostic;
 use toolkit::scene::Scene;
 
 /// Most spheres that touch one of equal size.
 const NEIGHBOURS: f64 = 12.0;
 
-/// What limits and what sets the step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GranularSteps {
-    /// The step that is taken [s].
-    pub step: f64,
-    /// Largest stable step [s].
-    pub critical: f64,
-    /// Duration of the shortest contact [s].
-    pub contact: f64,
-    /// Largest stiffness of a contact [N/m].
-    pub stiffness: f64,
-    /// Speed of the impact that is assumed [m/s].
-    pub speed: f64,
-}
-
-impl GranularSteps {
-    /// For the spheres of `start` under `laws`; a step above the critical one is refused unless allowed.
-    pub fn new(
-        settings: &Settings,
-        start: &Start,
-        laws: &[Law],
-        springs: bool,
-        scene: &Scene,
-    ) -> Result<Self, Diagnostic> {
-        let gravity = settings.gravity.norm();
-        let height = height(settings, start);
-        let fastest = start.velocity.iter().map(|v| v.norm()).fold(0.0, f64::max);
-        // Two may collide head on.
-        let speed = 2.0 * (fastest * fastest + 2.0 * gravity * height).sqrt();
-        let speed = if speed > 0.0 { speed } else { 1.0 };
-        let mut steps =
-            Self { step: 0.0, critical: f64::INFINITY, contact: f64::INFINITY, stiffness: 0.0, speed };
-        let lightest = (0..start.mass.len()).min_by(|a, b| start.mass[*a].total_cmp(&start.mass[*b]));
-        let lightest = lightest.expect("checked: there are spheres");
-        let (mass, radius) = (start.mass[lightest], start.radius[lightest]);
-        let heaviest = start.mass.iter().copied().fold(0.0, f64::max);
-        let widest = start.radius.iter().copied().fold(0.0, f64::max);
-        for law in laws {
-            // Two of the smallest; a mesh or a large partner makes a contact up to sqrt(2) as stiff.
-            let stiffest = |overlap: f64| law.normal.load(radius, overlap.min(DEEP * radius)).stiffness;
-            let impact = stiffest(law.normal.deepest(0.5 * radius, 0.5 * mass, speed));
-            let column = heaviest * gravity * (height / (2.0 * widest)).max(1.0);
-            let pressed = stiffest(overlap_under(law, 0.5 * radius, column));
-            let shear = law.tangential.as_ref().map_or(1.0, |t| (3.5 * t.stiffness_ratio).max(1.0));
-            let rolling =
-                law.rolling.filter(|_| springs).map_or(0.0, |r| 2.5 * STIFFNESS * r.friction * r.friction);
-            let share = shear.max(rolling);
-            let squares = (2.0 * impact / mass).max(2.0 * NEIGHBOURS * pressed / mass) * share;
-            let ratio = law.damping.map_or(0.0, |d| d.ratio);
-            steps.critical = steps.critical.min(critical(squares.sqrt(), ratio));
-            steps.contact = steps.contact.min(law.normal.impact(0.5 * radius, 0.5 * mass, speed).1);
-            steps.stiffness = steps.stiffness.max(impact.max(pressed));
-        }
-        let dem = &settings.dem;
-        let per_contact = dem.steps_per_contact.unwrap_or(DemSettings::STEPS_PER_CONTACT);
-        steps.step = dem.time_step.unwrap_or(steps.contact / per_contact);
-        if let (None, Some(share)) = (dem.time_step, dem.scale()) {
-            steps.step = steps.step.min(share * steps.critical);
-        }
-        if steps.step > steps.critical && !dem.allow_unstable {
-            let key = if dem.time_step.is_some() { "dem.time_step" } else { "dem.steps_per_contact" };
-            let what = format!(
-                "a step of {:.3e} s is above the critical step of {:.3e} s (impact at {:.2} m/s, contacts of {:.3e} N/m)",
-                steps.step, steps.critical, steps.speed, steps.stiffness
-            );
-            return Err(scene.invalid(key, what).try_instead("shorten it, or write allow_unstable = true"));
-        }
-        Ok(steps)
+/// The step for the spheres of `start` under `laws`; one above the critical step is refused unless allowed.
+pub fn steps(settings: &Settings, start: &Start, laws: &[Law], scene: &Scene) -> Result<Steps, Diagnostic> {
+    let springs = laws.iter().any(|l| l.rolling.is_some_and(|r| r.kind == RollingName::Spring));
+    let gravity = settings.gravity.norm();
+    let height = height(settings, start);
+    let fastest = start.velocity.iter().map(|v| v.norm()).fold(0.0, f64::max);
+    // Two may collide head on.
+    let speed = 2.0 * (fastest * fastest + 2.0 * gravity * height).sqrt();
+    let speed = if speed > 0.0 { speed } else { 1.0 };
+    let endless = f64::INFINITY;
+    let mut steps = Steps { critical: endless, contact: endless, speed, ..Steps::default() };
+    let lightest = (0..start.mass.len()).min_by(|a, b| start.mass[*a].total_cmp(&start.mass[*b]));
+    let lightest = lightest.expect("checked: there are spheres");
+    let (mass, radius) = (start.mass[lightest], start.radius[lightest]);
+    let heaviest = start.mass.iter().copied().fold(0.0, f64::max);
+    let widest = start.radius.iter().copied().fold(0.0, f64::max);
+    for law in laws {
+        // Two of the smallest; a mesh or a large partner makes a contact up to sqrt(2) as stiff.
+        let stiffest = |overlap: f64| law.normal.load(radius, overlap.min(DEEP * radius)).stiffness;
+        let impact = stiffest(law.normal.deepest(0.5 * radius, 0.5 * mass, speed));
+        let column = heaviest * gravity * (height / (2.0 * widest)).max(1.0);
+        let pressed = stiffest(overlap_under(law, 0.5 * radius, column));
+        let shear = law.tangential.as_ref().map_or(1.0, |t| (3.5 * t.stiffness_ratio).max(1.0));
+        let rolling =
+            law.rolling.filter(|_| springs).map_or(0.0, |r| 2.5 * STIFFNESS * r.friction * r.friction);
+        let share = shear.max(rolling);
+        let squares = (2.0 * impact / mass).max(2.0 * NEIGHBOURS * pressed / mass) * share;
+        let ratio = law.damping.map_or(0.0, |d| d.ratio);
+        steps.critical = steps.critical.min(critical(squares.sqrt(), ratio));
+        steps.contact = steps.contact.min(law.normal.impact(0.5 * radius, 0.5 * mass, speed).1);
+        steps.stiffness = steps.stiffness.max(impact.max(pressed));
     }
+    steps.choose(&settings.dem, f64::INFINITY);
+    let impact = format!("impact at {:.2} m/s, contacts of {:.3e} N/m", steps.speed, steps.stiffness);
+    steps.check(&settings.dem, &impact, scene)?;
+    Ok(steps)
 }
 
 /// How far down a sphere may fall [m]: through the box, or until `end_time`.

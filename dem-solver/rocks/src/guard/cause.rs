@@ -1,11 +1,12 @@
 //! Why a step went wrong, with the numbers: what passed the gate and is yet too soft, too small or too long.
 
 use crate::gate::landing::{LIMIT, stiffer, worst};
-use crate::model::Model;
 use crate::model::impact::Impact;
 use crate::model::state::Against;
+use crate::model::{Model, Span, name_of};
 use dem_contact::law::normal::Normal;
 use dem_contact::rock::{Motion, Rock};
+use interface_defs::Fault;
 
 /// How much more kinetic energy than start and gravity give shows that contact forces gain energy: further than what is
 /// lost or made to the order of the scheme.
@@ -28,26 +29,79 @@ pub struct Case<'a> {
     pub against: Against,
     /// Number of the law, if there is one.
     pub law: Option<usize>,
-    /// Of two rocks: smallest radius of their spheres [m], that of one contact by the law [m], and the effective
-    /// mass in it [kg].
-    pub pair: Option<[f64; 3]>,
+    /// If it touches another rock.
+    pub pair: Option<Pair>,
     /// Its first touch of the net.
     pub impact: Option<Impact>,
-    /// The step [s].
-    pub h: f64,
-    /// When it began [s].
-    pub time: f64,
+    /// The step.
+    pub span: Span,
 }
 
-impl Case<'_> {
+/// Two rocks that touch.
+#[derive(Clone, Copy)]
+pub struct Pair {
+    /// Their numbers.
+    pub rocks: [usize; 2],
+    /// Smallest radius of their spheres [m].
+    pub smallest: f64,
+    /// Radius of one contact by the law [m].
+    pub effective: f64,
+    /// Effective mass in it [kg].
+    pub mass: f64,
+}
+
+impl<'a> Case<'a> {
+    /// Of rock number `rock`, under the first of its laws with what it touches.
+    pub fn new(model: &'a Model, rock: usize, against: Against, span: Span) -> Self {
+        let rows: &[Vec<u16>] = match against {
+            Against::Net => &model.rows,
+            Against::Terrain => &model.ground_rows,
+            Against::Sides => &model.side_rows,
+            Against::Rocks => &[],
+        };
+        let law = rows.get(rock).and_then(|row| row.first()).map(|law| usize::from(*law));
+        Self { model, rock, against, law, pair: None, impact: None, span }
+    }
+
     /// The rock.
     pub fn rock(&self) -> &Rock {
         &self.model.rocks[self.rock]
     }
 
+    /// Who it is about, and when.
+    fn whose(&self) -> String {
+        let name = |rock: usize| name_of(self.model, rock);
+        let rocks = match self.pair {
+            Some(Pair { rocks: [a, b], .. }) => format!("rocks `{}` and `{}`", name(a), name(b)),
+            None => format!("rock `{}`", name(self.rock)),
+        };
+        format!("{rocks} at {:.6} s", self.span.start)
+    }
+
+    /// Fail the window if the surface at `speed` [m/s] goes further in the step than this share of the radius of what touches.
+    /// `moves` says what goes past what.
+    pub fn check_stride(&self, now: &Motion, speed: f64, share: f64, moves: &str) -> Result<(), Fault> {
+        let (h, radius) = (self.span.h, self.radius());
+        let stride = speed * h;
+        if stride <= share * radius {
+            return Ok(());
+        }
+        Err(Fault::window(format!(
+            "{}: {moves} by {stride:.3e} m in one step of {h:.3e} s, more than {share} times the radius {radius:.3e} m of what \
+             touches, and might pass through unseen; {}",
+            self.whose(),
+            self.too_far(now, speed, share)
+        )))
+    }
+
+    /// That `what` has happened, to a rock or between two at `speed` [m/s], and `why`.
+    pub fn too_deep(&self, speed: f64, what: &str, why: &str) -> Fault {
+        Fault::window(format!("{}, at {speed:.4} m/s{what}; {why}", self.whose()))
+    }
+
     /// Why spheres overlap too deep where the surface closes in with up to `speed` [m/s].
-    pub fn too_deep(&self, now: &Motion, speed: f64) -> String {
-        if let Some(why) = self.unstable().or_else(|| self.gained(now, speed)) {
+    pub fn why_too_deep(&self, now: &Motion, speed: f64) -> String {
+        if let Some(why) = self.made_energy(now, speed) {
             return why;
         }
         let own = now.velocity.norm();
@@ -58,16 +112,17 @@ impl Case<'_> {
         self.too_soft(landing)
     }
 
-    fn radius(&self) -> f64 {
+    /// Radius of what touches [m].
+    pub fn radius(&self) -> f64 {
         let whole =
             self.model.wholes[self.rock].as_ref().filter(|_| matches!(self.against, Against::Terrain));
         let own = whole.map_or(self.rock().smallest_radius, |whole| whole.radius);
-        self.pair.map_or(own, |[smallest, ..]| smallest)
+        self.pair.map_or(own, |pair| pair.smallest)
     }
 
     /// Why the surface goes too far in one step, at `speed` [m/s].
-    pub fn too_far(&self, now: &Motion, speed: f64, share: f64) -> String {
-        if let Some(why) = self.unstable().or_else(|| self.gained(now, speed)) {
+    fn too_far(&self, now: &Motion, speed: f64, share: f64) -> String {
+        if let Some(why) = self.made_energy(now, speed) {
             return why;
         }
         let radius = self.radius();
@@ -85,26 +140,27 @@ impl Case<'_> {
              radii{}",
             before.velocity.norm(),
             self.rock().smallest_radius,
-            self.young().map_or(String::new(), |e| format!(" at E = {e:.3e} Pa"))
+            self.modulus(" at ")
         );
-        let why = self.unstable().or_else(|| self.gained(before, 0.0)).unwrap_or_else(|| {
+        let why = self.made_energy(before, 0.0).unwrap_or_else(|| {
             format!(
                 "the contact forces have diverged within the step of {:.3e} s, which is below the critical one of {:.3e} s \
                  for {:.4} m/s: shorten coupling.time_window, or dem.time_step where nothing is coupled",
-                self.h, self.model.steps.critical, self.model.steps.speed
+                self.span.h, self.model.steps.critical, self.model.steps.speed
             )
         });
         format!("{seen}; {why}")
     }
 
-    /// Modulus of the contact [Pa], where the scene gives one.
-    pub fn young(&self) -> Option<f64> {
-        self.model.settings.contacts.get(self.law?)?.young
+    /// Modulus of the contact behind these words; nothing where the scene gives none.
+    pub fn modulus(&self, before: &str) -> String {
+        let young = self.law.and_then(|law| self.model.settings.contacts.get(law)?.young);
+        young.map_or(String::new(), |young| format!("{before}E = {young:.3e} Pa"))
     }
 
     fn inside(&self) -> Option<String> {
         // A touch before the start is one that the start was already in.
-        let inside = self.impact.map_or(self.time <= 0.0, |i| i.time < 0.0);
+        let inside = self.impact.map_or(self.span.start <= 0.0, |i| i.time < 0.0);
         inside.then(|| {
             format!(
                 "they touched from the first step on, the rock starts inside: move rock.{}.position",
@@ -113,18 +169,15 @@ impl Case<'_> {
         })
     }
 
-    fn unstable(&self) -> Option<String> {
-        let (h, critical) = (self.h, self.model.steps.critical);
-        (h > critical * (1.0 + 1e-9)).then(|| {
-            format!(
+    /// Whether the step is unstable, the rock faster than it can have become, or the surface.
+    fn made_energy(&self, now: &Motion, closing: f64) -> Option<String> {
+        let (h, critical) = (self.span.h, self.model.steps.critical);
+        if h > critical * (1.0 + 1e-9) {
+            return Some(format!(
                 "the step of {h:.3e} s is above the critical step of {critical:.3e} s, contact forces grow from step to step: \
                  shorten dem.time_step below it, or leave it out"
-            )
-        })
-    }
-
-    /// Whether it is faster than it can have become, or the surface is.
-    fn gained(&self, now: &Motion, closing: f64) -> Option<String> {
+            ));
+        }
         let (rock, gravity) = (self.rock(), self.model.settings.gravity);
         let cure = match self.against {
             Against::Net => "shorten coupling.time_window, or couple strongly (coupling.scheme)",
@@ -158,7 +211,8 @@ impl Case<'_> {
         let Some((laws, law)) = laws else { return "the contact is too soft".into() };
         let rock = self.rock();
         let radius = self.radius();
-        let (normal, mass, expected, times) = if let Some([smallest, effective, mass]) = self.pair {
+        let (normal, mass, expected, times) = if let Some(Pair { smallest, effective, mass, .. }) = self.pair
+        {
             let normal = &laws.rocks[law].normal;
             let expected = normal.deepest(effective, mass, speed) / smallest;
             (normal, mass, expected, (expected / AIM).powf(normal.powers().overlap))

@@ -2,12 +2,10 @@
 
 pub mod cause;
 
-use crate::model::Model;
-use crate::model::state::Against;
 use cause::Case;
 use dem_contact::contact::pipeline::Sums;
 use dem_contact::contact::whole_rock::Whole;
-use dem_contact::rock::Motion;
+use dem_contact::rock::{Motion, Rock};
 use dem_terrain::Terrain;
 use interface_defs::Fault;
 
@@ -36,108 +34,60 @@ pub fn watch(
     sums: &Sums,
     passed: impl Fn(f64) -> Option<(u32, String)>,
 ) -> Result<bool, Fault> {
-    let (rock, h, time) = (case.rock(), case.h, case.time);
-    let spin = now.angular_momentum.norm() / rock.inertia.min() * rock.arm;
-    let speed = sums.fastest + spin;
-    let stride = speed * h;
-    if stride > LARGEST_STRIDE * rock.smallest_radius {
-        return Err(Fault::window(format!(
-            "rock `{}` at {time:.6} s: the surface moves {stride:.3e} m past it in one step of {h:.3e} s, more than \
-             half the radius {:.3e} m of its spheres, and might pass through unseen; {}",
-            rock.name,
-            rock.smallest_radius,
-            case.too_far(now, speed, LARGEST_STRIDE)
-        )));
-    }
+    let rock = case.rock();
+    let speed = sums.fastest + surface_speed(rock, now);
+    case.check_stride(now, speed, LARGEST_STRIDE, "the surface moves past it")?;
     if sums.penetration <= PASSING {
         return Ok(false);
     }
     if let Some((sphere, what)) = passed(DEEPEST) {
-        return Err(Fault::window(format!(
-            "rock `{}` at {time:.6} s, at {:.4} m/s: {what} has been pushed past the centre of sphere {sphere} (radius \
-             {:.3e} m, overlap of {:.2} radii{}); {}",
-            rock.name,
-            now.velocity.norm(),
+        let what = format!(
+            ": {what} has been pushed past the centre of sphere {sphere} (radius {:.3e} m, overlap of {:.2} radii{})",
             rock.spheres[sphere as usize].radius,
             sums.penetration,
-            case.young().map_or(String::new(), |e| format!(", E = {e:.3e} Pa")),
-            case.too_deep(now, speed)
-        )));
+            case.modulus(", ")
+        );
+        return Err(case.too_deep(now.velocity.norm(), &what, &case.why_too_deep(now, speed)));
     }
     Ok(passed(0.0).is_some())
 }
 
-/// Fail the window if a rock that touches as a whole moves so far in the step of `h` [s] that began at `time` [s], or is in so deep,
-/// that a sphere may no longer find the surface which it came through.
-pub fn watch_whole(
-    model: &Model,
-    rock: usize,
-    whole: &Whole,
-    now: &Motion,
-    sums: &Sums,
-    h: f64,
-    time: f64,
-) -> Result<(), Fault> {
-    let it = &model.rocks[rock];
-    let speed = now.velocity.norm() + now.angular_momentum.norm() / it.inertia.min() * it.arm;
-    let case = Case { model, rock, against: Against::Terrain, law: None, pair: None, impact: None, h, time };
-    if speed * h > STRIDE_OF_WHOLE * whole.radius {
-        return Err(Fault::window(format!(
-            "rock `{}` at {time:.6} s: it moves {:.3e} m past the terrain in one step of {h:.3e} s, more than {STRIDE_OF_WHOLE} \
-             of its radius {:.3e} m, and might pass through unseen; {}",
-            it.name,
-            speed * h,
-            whole.radius,
-            case.too_far(now, speed, STRIDE_OF_WHOLE)
-        )));
-    }
-    if sums.penetration > 1.0 {
-        return Err(Fault::window(format!(
-            "rock `{}` at {time:.6} s, at {:.4} m/s: it is {:.2} of its radius {:.3e} m deep in the terrain; the contact is too \
-             soft for this landing: raise contact.{}",
-            it.name,
-            now.velocity.norm(),
-            sums.penetration,
-            whole.radius,
-            if model.gives_way(rock) {
-                "ground_modulus (or the key of its strength that the scene names)"
-            } else {
-                "young"
-            }
-        )));
-    }
-    Ok(())
+/// Largest speed of a rock's surface past its centre [m/s].
+fn surface_speed(rock: &Rock, now: &Motion) -> f64 {
+    now.angular_momentum.norm() / rock.inertia.min() * rock.arm
 }
 
-/// Fail the window if, in the step of `h` [s] that began at `time` [s], rock number `rock` moves so far past a terrain that is
-/// near and that it does not touch at `now` that it might be through it when contacts are found next.
-pub fn watch_gap(
-    model: &Model,
-    ground: &Terrain,
-    rock: usize,
-    now: &Motion,
-    h: f64,
-    time: f64,
-) -> Result<(), Fault> {
-    let it = &model.rocks[rock];
-    let spin = now.angular_momentum.norm() / it.inertia.min() * it.arm;
-    let speed = now.velocity.norm() + spin;
-    let stride = speed * h;
-    let (share, radius) = match &model.wholes[rock] {
-        Some(whole) => (STRIDE_OF_WHOLE, whole.radius),
-        None => (LARGEST_STRIDE, it.smallest_radius),
+/// Fail the window if a rock that touches terrain as a whole moves so far in the step of `case`, or is in so deep, that a sphere may no
+/// longer find the surface which it came through.
+pub fn watch_whole(case: &Case, whole: &Whole, now: &Motion, sums: &Sums) -> Result<(), Fault> {
+    let speed = now.velocity.norm();
+    let fastest = speed + surface_speed(case.rock(), now);
+    case.check_stride(now, fastest, STRIDE_OF_WHOLE, "it moves past the terrain")?;
+    if sums.penetration <= 1.0 {
+        return Ok(());
+    }
+    let what =
+        format!(": it is {:.2} of its radius {:.3e} m deep in the terrain", sums.penetration, whole.radius);
+    let key = match case.model.gives_way(case.rock) {
+        true => "ground_modulus (or the key of its strength that the scene names)",
+        false => "young",
     };
-    if stride <= share * radius {
+    Err(case.too_deep(
+        speed,
+        &what,
+        &format!("the contact is too soft for this landing: raise contact.{key}"),
+    ))
+}
+
+/// Fail the window if, in the step of `case`, a rock moves so far past a terrain that is near and that it does not touch at `now` that it
+/// might be through it when contacts are found next.
+pub fn watch_gap(case: &Case, ground: &Terrain, now: &Motion) -> Result<(), Fault> {
+    let (model, rock) = (case.model, case.rock);
+    let speed = now.velocity.norm() + surface_speed(case.rock(), now);
+    let share = if model.wholes[rock].is_some() { STRIDE_OF_WHOLE } else { LARGEST_STRIDE };
+    let stride = speed * case.span.h;
+    if stride > share * case.radius() && !ground.is_near(&now.position, model.trees[rock].reach + stride) {
         return Ok(());
     }
-    if !ground.is_near(&now.position, model.trees[rock].reach + stride) {
-        return Ok(());
-    }
-    let case = Case { model, rock, against: Against::Terrain, law: None, pair: None, impact: None, h, time };
-    Err(Fault::window(format!(
-        "rock `{}` at {time:.6} s: it moves {stride:.3e} m past the terrain in one step of {h:.3e} s, more than {share} times \
-         the radius {radius:.3e} m of what touches, and might pass through unseen; {}",
-        it.name,
-        case.too_far(now, speed, share)
-    )))
+    case.check_stride(now, speed, share, "it moves past the terrain")
 }

@@ -2,9 +2,8 @@
 
 use crate::guard::cause::Case;
 use crate::guard::watch;
-use crate::integrator::schedule::Span;
-use crate::model::Model;
 use crate::model::state::{Against, Body, State};
+use crate::model::{Model, Span};
 use dem_contact::contact::broad_phase::cell_grid::Plane;
 use dem_contact::contact::pipeline::Sums;
 use dem_contact::contact::terrain::SurfaceContacts;
@@ -24,8 +23,7 @@ pub struct BoxStage {
 
 /// The law of a rock with the sides.
 fn laws_with(model: &Model, rock: usize) -> Option<SurfaceLaws<'_>> {
-    let laws = &model.laws.as_ref()?.surfaces;
-    Some(SurfaceLaws { laws, row: model.side_rows.get(rock)?, materials: &[] })
+    Some(SurfaceLaws { laws: model.surfaces(), row: model.side_rows.get(rock)?, materials: &[] })
 }
 
 /// Distance of the bounding sphere of rock number `rock` from a plane [m].
@@ -80,7 +78,7 @@ impl BoxStage {
         rock: usize,
         body: &mut Body,
         now: &Motion,
-        Span { start: time, h }: Span,
+        span: Span,
     ) -> Result<(Sums, usize), Fault> {
         let Some(laws) = laws_with(model, rock).filter(|_| is_near(model, rock, now, 0.0)) else {
             body.box_histories.clear();
@@ -88,11 +86,9 @@ impl BoxStage {
         };
         let (it, standing) = (&model.rocks[rock], &mut self.standing);
         standing.find_on_planes(it, &model.planes, now);
-        let sums = standing.forces(it, laws, None, now, h, &body.box_histories);
-        let law = laws.row.first().map(|law| usize::from(*law));
-        let case = Case { model, rock, against: Against::Sides, law, pair: None, impact: None, h, time };
-        watch(&case, now, &sums, |depth| {
-            Some((standing.passed_centre(it, now, h, depth)?, "a side of the box".into()))
+        let sums = standing.forces(it, laws, None, now, span.h, &body.box_histories);
+        watch(&Case::new(model, rock, Against::Sides, span), now, &sums, |depth| {
+            Some((standing.passed_centre(it, now, span.h, depth)?, "a side of the box".into()))
         })?;
         std::mem::swap(&mut body.box_histories, &mut standing.histories);
         Ok((sums, standing.contacts.len()))

@@ -2,10 +2,9 @@
 //!
 //! A flight has the same numbers in steps and at once ([`dem_contact::rock::flight`]): switching this off changes nothing.
 
-use crate::integrator::schedule::Task;
+use crate::integrator::schedule::{Request, Task};
 use crate::integrator::terrain_stage::steps_per_look;
 use crate::integrator::window::RockIntegrator;
-use crate::model::Model;
 use crate::model::impact::Passage;
 use crate::model::state::{Body, State};
 use crate::results::gauges::Moment;
@@ -40,15 +39,8 @@ pub fn instants(bodies: &[Body], gravity: &Vector3<f64>, steps: usize, h: f64, f
 
 impl RockIntegrator {
     /// Fly the steps `range` in closed form.
-    pub(super) fn fly(
-        &mut self,
-        model: &Model,
-        state: &mut State,
-        task: Task,
-        range: Range<usize>,
-        output: &mut [f64],
-    ) {
-        let Task { window, cut, input } = task;
+    pub(super) fn fly(&mut self, task: Task, state: &mut State, range: Range<usize>, output: &mut [f64]) {
+        let Task { window, cut, request: Request { model, input, .. } } = task;
         let gravity = model.settings.gravity;
         let look = steps_per_look(cut.h);
         if model.ground.is_some() {
@@ -85,9 +77,9 @@ impl RockIntegrator {
                     behind: false,
                 };
                 body.track.follow(rock, &model.settings, self.rest.as_ref(), &passage);
-                if let (Some(terrain), Some(ground)) = (&mut self.terrain, &model.ground) {
+                if let Some(terrain) = &mut self.terrain {
                     let due = to.is_multiple_of(look) || to == cut.steps;
-                    terrain.flew(model, ground, r, body, window.start + time(to), due);
+                    terrain.flew(model, r, body, window.start + time(to), due);
                 }
             }
             self.judge_partings(model, state, 0, input);

@@ -1,8 +1,9 @@
 //! What crosses the interface in a window: where request and answer hold it, of which nodes, and for how long nothing will.
 
 use crate::integrator::box_stage::BoxStage;
-use crate::integrator::free_flight::bend;
 use crate::integrator::mesh_stage::MeshWindow;
+use crate::integrator::schedule::Request;
+use crate::integrator::secondary_impacts::bend;
 use crate::integrator::window::RockIntegrator;
 use crate::model::Model;
 use crate::model::state::State;
@@ -26,21 +27,10 @@ impl RockIntegrator {
     /// From now on requests and answers are of the nodes of `selection`; `None`: of all. What `state` remembers of nodes goes
     /// with them.
     pub fn select(&mut self, selection: Option<&Selection>, state: &mut State) {
-        let place = |node: u32| self.fields.place(node).map(|at| 3 * at as usize);
-        for (vector, unknown) in [(&mut state.predicted, f64::NAN), (&mut state.pushed, 0.0)] {
-            if vector.is_empty() {
-                continue;
-            }
-            self.remembered.clone_from(vector);
-            vector.clear();
-            let mut remember = |node: u32| match place(node).and_then(|at| self.remembered.get(at..at + 3)) {
-                Some(numbers) => vector.extend_from_slice(numbers),
-                None => vector.extend([unknown; 3]),
-            };
-            match selection {
-                Some(selection) => selection.nodes.iter().for_each(|node| remember(*node)),
-                None => (0..self.all.nodes as u32).for_each(remember),
-            }
+        let place = |node: u32| self.fields.place(node);
+        match selection {
+            Some(of) => state.select(place, of.nodes.iter().copied(), &mut self.remembered),
+            None => state.select(place, 0..self.all.nodes as u32, &mut self.remembered),
         }
         let items = selection.map_or(self.all, Selection::items);
         self.takes.resize(&items);
@@ -66,17 +56,8 @@ impl RockIntegrator {
         let Some(contact_mesh) = &self.contact_mesh else { return Ok(()) };
         self.fields.see(input);
         self.secondary_impacts.find(model, &self.rock_stage, state, window.length);
-        let (fields, length) = (&self.fields, window.length);
-        let view = MeshWindow {
-            model,
-            contact_mesh,
-            fields,
-            input,
-            length,
-            travel: 0.0,
-            predicted: None,
-            net: None,
-        };
+        let length = window.length;
+        let view = MeshWindow::new(Request { model, input, length }, contact_mesh, &self.fields);
         // Of windows as long as this one: the flight before it may have been a hundred times as long.
         let drift = AGAIN * self.half_acceleration * length * length;
         nodes.clear();
@@ -106,20 +87,11 @@ impl RockIntegrator {
     }
 
     /// Say how long nothing will touch the net.
-    pub(super) fn write_free_time(
-        &self,
-        model: &Model,
-        state: &State,
-        input: &[f64],
-        length: f64,
-        output: &mut [f64],
-    ) {
+    pub(super) fn write_free_time(&self, request: Request, state: &State, output: &mut [f64]) {
         let (Some(at), Some(contact_mesh)) = (&self.free_time_at, &self.contact_mesh) else { return };
-        let (fields, travel) = (&self.fields, self.travel);
-        let view =
-            MeshWindow { model, contact_mesh, fields, input, length, travel, predicted: None, net: None };
+        let view = MeshWindow { travel: self.travel, ..MeshWindow::new(request, contact_mesh, &self.fields) };
         let times = self.mesh_stages.iter().zip(&state.bodies).map(|(s, b)| s.free_time(view, &b.motion));
-        let others = if self.rock_stage.is_empty() { f64::INFINITY } else { length };
+        let others = if self.rock_stage.is_empty() { f64::INFINITY } else { request.length };
         output[at.start] = times.fold(others, f64::min);
     }
 

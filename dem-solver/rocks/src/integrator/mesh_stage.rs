@@ -3,6 +3,7 @@
 //! Nothing here is state: it can be thrown away at any time without changing a result, but for the length of flights, and the
 //! nodes that are selected. A run that goes on takes it along, and so takes the same windows.
 
+use crate::integrator::schedule::Request;
 use crate::model::Model;
 use dem_contact::contact::broad_phase::mesh_elements::{NearList, NodeBox, Sweep};
 use dem_contact::contact::broad_phase::mesh_pairs::{Instant, MeshPairs};
@@ -23,16 +24,12 @@ const NEAR_SKIN: f64 = 0.15;
 /// A window for the surroundings of one rock.
 #[derive(Clone, Copy)]
 pub struct MeshWindow<'a> {
-    /// What does not change.
-    pub model: &'a Model,
+    /// What it is computed from.
+    pub request: Request<'a>,
     /// The mesh.
     pub contact_mesh: &'a ContactMesh,
     /// Where its motion lies in the input.
     pub fields: &'a MotionFields,
-    /// The input.
-    pub input: &'a [f64],
-    /// Length of the window [s].
-    pub length: f64,
     /// Largest distance that a node that is not sent has moved since the surroundings were listed [m].
     pub travel: f64,
     /// In its first step: displacement of the nodes that are sent at the end of the window before, if a contact remembers
@@ -40,6 +37,13 @@ pub struct MeshWindow<'a> {
     pub predicted: Option<&'a [f64]>,
     /// The net where it is advanced here; else it moves as the input says.
     pub net: Option<&'a LocalNet>,
+}
+
+impl<'a> MeshWindow<'a> {
+    /// With a mesh that moves as the input says, of which all nodes are sent.
+    pub fn new(request: Request<'a>, contact_mesh: &'a ContactMesh, fields: &'a MotionFields) -> Self {
+        Self { request, contact_mesh, fields, travel: 0.0, predicted: None, net: None }
+    }
 }
 
 /// The surroundings of one rock.
@@ -107,14 +111,10 @@ impl MeshStage {
 
     /// A window begins with the rock at `start`, which something may throw `kick` [m] off its flight.
     pub fn begin(&mut self, view: MeshWindow, start: &Motion, kick: f64) -> Result<(), Fault> {
-        let model = view.model;
-        let rock = &model.rocks[self.rock];
-        let segments = view.fields.segments();
-        let sweep = Sweep::new(rock, start, &model.settings.gravity, (view.length, segments), kick);
+        let (sweep, need) = self.sweep(view, start, kick);
         self.sweep = Some(sweep);
         self.start = start.position;
         self.measure(view);
-        let need = sweep.need(rock, view.contact_mesh).max(self.need_of_pairs(view));
         if !self.covers(view, &start.position, 3.0 * self.moved, need) {
             self.rebuild(view, start, 0, need)?;
         }
@@ -125,23 +125,28 @@ impl MeshStage {
 
     /// List the surroundings anew for a window that begins with the rock at `start`; returns the nodes.
     pub fn list(&mut self, view: MeshWindow, start: &Motion, kick: f64) -> Result<&[u32], Fault> {
-        let rock = &view.model.rocks[self.rock];
-        let (gravity, segments) = (&view.model.settings.gravity, view.fields.segments());
-        let sweep = Sweep::new(rock, start, gravity, (view.length, segments), kick);
-        let need = sweep.need(rock, view.contact_mesh).max(self.need_of_pairs(view));
+        let (_, need) = self.sweep(view, start, kick);
         self.rebuild(view, start, 0, need)?;
         Ok(&self.near.nodes)
     }
 
+    /// The space that the rock may sweep, and how far from its start all must be listed [m].
+    fn sweep(&self, view: MeshWindow, start: &Motion, kick: f64) -> (Sweep, f64) {
+        let Request { model, length, .. } = view.request;
+        let (rock, gravity) = (&model.rocks[self.rock], &model.settings.gravity);
+        let sweep = Sweep::new(rock, start, gravity, (length, view.fields.segments()), kick);
+        (sweep, sweep.need(rock, view.contact_mesh).max(self.need_of_pairs(view)))
+    }
+
     /// Time from `now`, the end of a window, on in which the rock touches nothing, were the net to stay as it is [s].
     pub fn free_time(&self, view: MeshWindow, now: &Motion) -> f64 {
-        let rock = &view.model.rocks[self.rock];
+        let rock = &view.request.model.rocks[self.rock];
         let (covered, centre) = self.near.coverage();
         let approach = match view.fields.is_partial() {
             true => self.approach + (now.position - self.start).norm(),
             false => 3.0 * self.moved + (now.position - centre).norm(),
         };
-        let (speed, pull) = (now.velocity.norm(), view.model.settings.gravity.norm());
+        let (speed, pull) = (now.velocity.norm(), view.request.model.settings.gravity.norm());
         let clear = |distance: f64| {
             let gap = distance - self.need_of_pairs(view);
             // gap = speed t + pull t^2 / 2, in the form that does not cancel.
@@ -164,7 +169,7 @@ impl MeshStage {
     }
 
     fn need_of_pairs(&self, view: MeshWindow) -> f64 {
-        view.model.rocks[self.rock].reach + view.contact_mesh.largest_radius + self.pairs.skin
+        view.request.model.rocks[self.rock].reach + view.contact_mesh.largest_radius + self.pairs.skin
     }
 
     /// Bounds on the displacement of any node since the near list was made; and, where not all are sent, on how much nearer the
@@ -172,11 +177,12 @@ impl MeshStage {
     fn measure(&mut self, view: MeshWindow) {
         if view.fields.is_partial() {
             let shift = self.start - self.near.coverage().1;
-            let sent = view.fields.furthest_from(view.input, &self.reference, &shift);
+            let sent = view.fields.furthest_from(view.request.input, &self.reference, &shift);
             self.approach = sent.max(shift.norm() + view.travel);
             return;
         }
-        let largest = view.fields.displacements(view.input).map(|u| largest_difference(u, &self.reference));
+        let largest =
+            view.fields.displacements(view.request.input).map(|u| largest_difference(u, &self.reference));
         self.moved = 3.0_f64.sqrt() * largest.fold(0.0, f64::max);
     }
 
@@ -191,17 +197,17 @@ impl MeshStage {
     /// List what is near `now`, the mesh as at sample `sample`, good for `need` and a skin. It takes all nodes.
     fn rebuild(&mut self, view: MeshWindow, now: &Motion, sample: usize, need: f64) -> Result<(), Fault> {
         if view.fields.is_partial() {
-            let rock = &view.model.rocks[self.rock].name;
+            let rock = &view.request.model.rocks[self.rock].name;
             return Err(Fault::beyond(format!("rock `{rock}` may come upon nodes that are not sent")));
         }
-        let rock = &view.model.rocks[self.rock];
-        if let Some(displacement) = view.fields.displacements(view.input).nth(sample) {
+        let rock = &view.request.model.rocks[self.rock];
+        if let Some(displacement) = view.fields.displacements(view.request.input).nth(sample) {
             self.reference.copy_from_slice(displacement);
         }
         self.measure(view);
         let coverage = need + 3.0 * self.moved + NEAR_SKIN * rock.reach;
         let nodes = &view.contact_mesh.nodes;
-        let at = |n: u32| nodes[n as usize] + view.fields.displacement(view.input, sample, n);
+        let at = |n: u32| nodes[n as usize] + view.fields.displacement(view.request.input, sample, n);
         self.near.build(view.contact_mesh, at, now.position, coverage);
         self.pairs.invalidate();
         self.refreshes += 1;
@@ -209,13 +215,8 @@ impl MeshStage {
     }
 
     fn read(&mut self, view: MeshWindow) -> Result<(), Fault> {
-        let read = self.motion.read(
-            view.fields,
-            view.input,
-            &view.contact_mesh.nodes,
-            &self.near.nodes,
-            view.length,
-        );
+        let (Request { input, length, .. }, nodes) = (view.request, &view.contact_mesh.nodes);
+        let read = self.motion.read(view.fields, input, nodes, &self.near.nodes, length);
         read.map_err(|node| {
             // The list may have been made of such numbers.
             self.near.invalidate();
@@ -227,7 +228,7 @@ impl MeshStage {
 
     /// Make sure that every pair that touches at `now` is listed.
     pub fn update(&mut self, view: MeshWindow, now: &Motion, at: Instant) -> Result<(), Fault> {
-        let rock = &view.model.rocks[self.rock];
+        let rock = &view.request.model.rocks[self.rock];
         if let Some(net) = view.net {
             let place = |node: &u32| view.fields.place(*node).map(|at| net.node(at as usize));
             self.motion.place(self.near.nodes.iter().filter_map(place));
@@ -242,22 +243,21 @@ impl MeshStage {
             self.rebuild(view, now, at.segment, need)?;
             self.read(view)?;
         }
-        let tree = &view.model.trees[self.rock];
+        let tree = &view.request.model.trees[self.rock];
         self.pairs.search(rock, tree, view.contact_mesh, (&self.near, &self.motion), now, at);
         Ok(())
     }
 
     /// Contacts and forces, and what they are evaluated with. The pairs must be good.
     pub fn parts<'a>(&'a mut self, view: MeshWindow<'a>) -> (&'a mut MeshForces, MeshScene<'a>) {
-        let laws = &view.model.laws.as_ref().expect("prepared: a mesh has laws").surfaces;
-        let laws = SurfaceLaws { laws, row: &view.model.rows[self.rock], materials: &[] };
-        let rock = &view.model.rocks[self.rock];
+        let model = view.request.model;
+        let laws = SurfaceLaws { laws: model.surfaces(), row: &model.rows[self.rock], materials: &[] };
         let seam = view.predicted.and_then(|predicted| {
-            let actual = view.fields.displacements(view.input).next()?;
+            let actual = view.fields.displacements(view.request.input).next()?;
             Some(Seam { predicted, actual, fields: view.fields })
         });
         let scene = MeshScene {
-            rock,
+            rock: &model.rocks[self.rock],
             laws,
             contact_mesh: view.contact_mesh,
             list: &self.pairs,
@@ -298,13 +298,8 @@ impl MeshStage {
 
     /// Mark the nodes of every element that the rock may reach in the window that began at `start`.
     pub fn mark_reach(&mut self, view: MeshWindow, start: &Motion, marks: &mut [f64]) {
-        let elements = &view.contact_mesh.elements;
         self.reached(view, start, |number| {
-            for &node in elements[number as usize].own_nodes() {
-                if let Some(place) = view.fields.place(node) {
-                    marks[place as usize] = 1.0;
-                }
-            }
+            mark(view, number, marks);
             true
         });
     }
@@ -312,21 +307,22 @@ impl MeshStage {
     /// Mark the nodes of every element that touches: where a bound was too narrow, what happened is reported all the same.
     pub fn mark_touched(&self, view: MeshWindow, marks: &mut [f64]) {
         for contact in &self.evaluation.touch.contacts {
-            let number = self.pairs.elements[contact.element as usize].number;
-            for &node in view.contact_mesh.elements[number as usize].own_nodes() {
-                if let Some(place) = view.fields.place(node) {
-                    marks[place as usize] = 1.0;
-                }
-            }
+            mark(view, self.pairs.elements[contact.element as usize].number, marks);
         }
     }
 
     fn reached(&mut self, view: MeshWindow, start: &Motion, mut found: impl FnMut(u32) -> bool) {
-        let rock = &view.model.rocks[self.rock];
+        let rock = &view.request.model.rocks[self.rock];
         let sweep = self.sweep.expect("begun");
         let (near, nodes, boxes) = (&self.near, &self.motion, &mut self.boxes);
         sweep.reached(rock, start, view.contact_mesh, (near, nodes), boxes, |element| found(element.number));
     }
+}
+
+/// Mark the nodes of element number `number`.
+fn mark(view: MeshWindow, number: u32, marks: &mut [f64]) {
+    let own = view.contact_mesh.elements[number as usize].own_nodes();
+    own.iter().filter_map(|node| view.fields.place(*node)).for_each(|place| marks[place as usize] = 1.0);
 }
 
 /// Add the forces on the mesh's nodes, times `share`, to the field that begins at `field`.

@@ -1,17 +1,14 @@
 //! How rocks are advanced over a window.
 //!
-//! - [`window`]: the steps of a window, as [`schedule`] cuts it; [`step`]: one step of all rocks, of their [`load`]
-//! - `exchange`: where its request and `answer` hold what, of which nodes
+//! - [`window`]: the steps of a window, as [`schedule`] cuts it; [`step`]: one step of all rocks
+//! - `exchange`: where its request and answer hold what, of which nodes
 //! - contacts in a step, partner by partner: [`mesh_stage`], [`terrain_stage`], [`rock_stage`], [`box_stage`]
-//! - where nothing is touched: [`free_flight`] (for how long), [`closed_form`] (flight without steps)
+//! - where nothing is touched: [`closed_form`] (flight without steps)
 //! - [`sub_stepping`]: the step while a rock touches terrain; [`secondary_impacts`]: how far a rock may be thrown in a window
 
-mod answer;
 pub mod box_stage;
 pub mod closed_form;
 mod exchange;
-pub mod free_flight;
-pub mod load;
 pub mod mesh_stage;
 pub mod rock_stage;
 pub mod schedule;

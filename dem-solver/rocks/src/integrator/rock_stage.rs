@@ -4,19 +4,17 @@
 //! rocks every two make a pair, of many those that are near. What is kept here between windows are lists of candidates, which no
 //! result shows.
 
-use crate::guard::cause::Case;
-use crate::integrator::schedule::Span;
+use crate::guard::LARGEST_STRIDE;
+use crate::guard::cause::{Case, Pair};
 use crate::model::between::Between;
 use crate::model::state::{Against, BetweenRocks, State};
-use crate::model::{Model, name_of};
+use crate::model::{Model, Span};
 use dem_contact::contact::broad_phase::rock_pairs::{NearRocks, Pose, RockPairs, free_time};
+use dem_contact::contact::pipeline::Sums;
 use dem_contact::contact::rocks::{RockForces, RockHistory, RockPair, RockPairSums};
 use dem_contact::rock::{Motion, Rock};
 use interface_defs::Fault;
 use nalgebra::Vector3;
-
-/// Largest displacement of one rock past another in one step, as a share of the smaller of their spheres' radii.
-const LARGEST_STRIDE: f64 = 0.5;
 
 /// Largest overlap, in radii of the smaller sphere: the other's surface has reached its centre.
 const DEEPEST: f64 = 1.0;
@@ -257,39 +255,28 @@ impl NearRocksPair {
 fn watch(
     model: &Model,
     two: &RockPair,
-    [a, b]: [usize; 2],
+    rocks @ [a, b]: [usize; 2],
     law: usize,
     sums: &RockPairSums,
-    Span { start: time, h }: Span,
+    span: Span,
 ) -> Result<(), Fault> {
-    let radius = two.rocks[0].smallest_radius.min(two.rocks[1].smallest_radius);
     let [one, other] = two.motions;
+    let Sums { fastest, penetration, .. } = sums.first;
     // The faster shows where energy has been made.
     let (rock, now) = if one.velocity.norm() > other.velocity.norm() { (a, one) } else { (b, other) };
     let [r, s] = two.rocks.map(|rock| rock.smallest_radius);
     let [m, n] = two.rocks.map(|rock| rock.mass);
-    let pair = Some([radius, r * s / (r + s), m * n / (m + n)]);
-    let case = Case { model, rock, against: Against::Rocks, law: Some(law), pair, impact: None, h, time };
-    let names = || format!("rocks `{}` and `{}`", name_of(model, a), name_of(model, b));
-    let stride = sums.first.fastest * h;
-    if stride > LARGEST_STRIDE * radius {
-        return Err(Fault::window(format!(
-            "{} at {time:.6} s: they move {stride:.3e} m past each other in one step of {h:.3e} s, more than half the \
-             radius {radius:.3e} m of their spheres, and might pass through unseen; {}",
-            names(),
-            case.too_far(now, sums.first.fastest, LARGEST_STRIDE)
-        )));
+    let pair = Pair { rocks, smallest: r.min(s), effective: r * s / (r + s), mass: m * n / (m + n) };
+    let case = Case { law: Some(law), pair: Some(pair), ..Case::new(model, rock, Against::Rocks, span) };
+    case.check_stride(now, fastest, LARGEST_STRIDE, "they move past each other")?;
+    if penetration <= DEEPEST {
+        return Ok(());
     }
-    if sums.first.penetration > DEEPEST {
-        return Err(Fault::window(format!(
-            "{} at {time:.6} s, at {:.4} m/s against each other: they overlap by {:.2} radii of the smaller sphere (radius \
-             {radius:.3e} m{}), past its centre; {}",
-            names(),
-            (one.velocity - other.velocity).norm(),
-            sums.first.penetration,
-            case.young().map_or(String::new(), |e| format!(", E = {e:.3e} Pa")),
-            case.too_deep(now, sums.first.fastest)
-        )));
-    }
-    Ok(())
+    let what = format!(
+        " against each other: they overlap by {penetration:.2} radii of the smaller sphere (radius {:.3e} m{}), past its centre",
+        pair.smallest,
+        case.modulus(", ")
+    );
+    let speed = (one.velocity - other.velocity).norm();
+    Err(case.too_deep(speed, &what, &case.why_too_deep(now, fastest)))
 }

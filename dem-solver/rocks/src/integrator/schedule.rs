@@ -1,5 +1,6 @@
 //! How a window is cut into steps, and where in the mesh's motion they lie.
 
+use crate::model::{Model, Span};
 use dem_contact::contact::broad_phase::mesh_pairs::Instant;
 use dem_contact::interface_mesh::local_net::NetStep;
 use interface_defs::Window;
@@ -57,61 +58,50 @@ impl Cut {
         }
     }
 
-    fn per_segment(&self) -> usize {
-        self.steps / self.segments
-    }
-
     /// The middle of step `step`.
     pub fn middle(&self, step: usize) -> Instant {
-        let per = self.per_segment();
-        let along = ((step % per) as f64 + 0.5) / per as f64;
-        Instant { segment: step / per, along, elapsed: (step as f64 + 0.5) * self.h }
+        self.within(step, 0.5)
     }
 
     /// The end of step `step`.
     pub fn end(&self, step: usize) -> Instant {
-        let per = self.per_segment();
-        let along = ((step % per) as f64 + 1.0) / per as f64;
-        Instant { segment: step / per, along, elapsed: (step as f64 + 1.0) * self.h }
+        self.within(step, 1.0)
+    }
+
+    fn within(&self, step: usize, share: f64) -> Instant {
+        let per = self.steps / self.segments;
+        let along = ((step % per) as f64 + share) / per as f64;
+        Instant { segment: step / per, along, elapsed: (step as f64 + share) * self.h }
     }
 }
 
-/// A window as it is cut, and the motion of the mesh in it.
+/// What a window is computed from, beside the state.
+#[derive(Clone, Copy)]
+pub struct Request<'a> {
+    /// What does not change.
+    pub model: &'a Model,
+    /// Motion of the mesh and what else was agreed.
+    pub input: &'a [f64],
+    /// Length of the window [s].
+    pub length: f64,
+}
+
+/// A window as it is cut.
 #[derive(Clone, Copy)]
 pub struct Task<'a> {
+    /// What it is computed from.
+    pub request: Request<'a>,
     /// The window.
     pub window: &'a Window,
     /// How it is cut.
     pub cut: Cut,
-    /// The request: motion of the mesh and what else was agreed.
-    pub input: &'a [f64],
-}
-
-/// A step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Span {
-    /// When it begins [s].
-    pub start: f64,
-    /// Its length [s].
-    pub h: f64,
-}
-
-/// A step that has been taken.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Passed {
-    /// When it ended [s].
-    pub end: f64,
-    /// Its length [s].
-    pub h: f64,
-    /// Whether there were contacts in its middle.
-    pub touching: bool,
-    /// Whether the height over the terrain is to be looked at.
-    pub look: bool,
 }
 
 /// Part number `part` of `parts` equal ones of the group of `steps` steps that begins with number `step`.
-#[derive(Debug, Clone, Copy)]
-pub struct SubStep {
+#[derive(Clone, Copy)]
+pub struct SubStep<'a> {
+    /// Its window.
+    pub task: Task<'a>,
     /// First step of the group.
     pub step: usize,
     /// Steps in the group.
@@ -122,33 +112,32 @@ pub struct SubStep {
     pub parts: usize,
 }
 
-impl SubStep {
+impl SubStep<'_> {
     /// Its length [s].
-    pub fn length(&self, cut: Cut) -> f64 {
-        if self.parts == self.steps { cut.h } else { cut.h * self.steps as f64 / self.parts as f64 }
+    fn length(&self) -> f64 {
+        let h = self.task.cut.h;
+        if self.parts == self.steps { h } else { h * self.steps as f64 / self.parts as f64 }
     }
 
     /// It as a step of the net, which is cut as the window is.
-    pub fn of_net(&self, cut: Cut) -> NetStep {
-        NetStep { number: self.step, steps: cut.steps, h: cut.h, segments: cut.segments }
+    pub fn of_net(&self) -> NetStep {
+        let Cut { steps, h, segments, .. } = self.task.cut;
+        NetStep { number: self.step, steps, h, segments }
     }
 
-    /// It as a step of the window.
-    pub fn span(&self, task: Task) -> Span {
-        Span { start: self.start(task.window, task.cut), h: self.length(task.cut) }
-    }
-
-    /// Its start [s].
-    fn start(&self, window: &Window, cut: Cut) -> f64 {
-        let first = cut.begins(window, self.step);
-        if self.part == 0 { first } else { first + self.length(cut) * self.part as f64 }
+    /// When it is.
+    pub fn span(&self) -> Span {
+        let (first, h) = (self.task.cut.begins(self.task.window, self.step), self.length());
+        Span { start: if self.part == 0 { first } else { first + h * self.part as f64 }, h }
     }
 
     /// Its end [s], and the step of the window that ends there, if one does, counted from 1.
-    pub fn end(&self, window: &Window, cut: Cut) -> (f64, Option<usize>) {
+    pub fn end(&self) -> (f64, Option<usize>) {
+        let Task { window, cut, .. } = self.task;
         let next = self.part + 1;
         if next < self.parts && self.parts != self.steps {
-            return (self.start(window, cut) + self.length(cut), None);
+            let Span { start, h } = self.span();
+            return (start + h, None);
         }
         let step = self.step + if next == self.parts { self.steps } else { next };
         let end = if step == cut.steps { window.end() } else { cut.begins(window, step) };

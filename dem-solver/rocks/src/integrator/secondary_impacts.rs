@@ -4,7 +4,8 @@
 use crate::integrator::box_stage::is_near;
 use crate::integrator::rock_stage::RockStage;
 use crate::model::Model;
-use crate::model::state::State;
+use crate::model::state::{Body, State};
+use dem_terrain::Terrain;
 
 /// Bounds for all rocks, by their numbers; buffers that are used again and again.
 #[derive(Debug, Clone, Default)]
@@ -84,6 +85,17 @@ impl SecondaryImpacts {
             near = now;
         }
     }
+}
+
+/// How far a forest may take a rock off its flight within `length` [s] [m].
+pub(super) fn bend(model: &Model, body: &Body, length: f64) -> f64 {
+    let drag = model.ground.as_deref().map_or(0.0, Terrain::largest_forest_drag);
+    if drag == 0.0 {
+        return 0.0;
+    }
+    let lightest = model.rocks.iter().map(|rock| rock.mass).fold(f64::INFINITY, f64::min);
+    let fastest = body.motion.velocity.norm() + model.settings.gravity.norm() * length;
+    0.5 * drag / lightest * fastest * length * length
 }
 
 #[cfg(test)]

@@ -12,38 +12,31 @@
 
 use crate::guard::cause::Case;
 use crate::guard::watch;
-use crate::integrator::load::StepLoad;
 use crate::integrator::mesh_stage::{MeshWindow, add_forces};
-use crate::integrator::schedule::{Passed, Span, SubStep, Task};
+use crate::integrator::schedule::{Request, SubStep, Task};
 use crate::integrator::terrain_stage::steps_per_look;
-use crate::integrator::window::RockIntegrator;
-use crate::model::Model;
+use crate::integrator::window::{RockIntegrator, StepLoad};
 use crate::model::impact::Passage;
+use crate::model::runout::Passed;
 use crate::model::state::{Against, State};
+use crate::model::{Model, Span};
 use dem_contact::rock::{Flight, Motion, Rock, rotation};
 use interface_defs::Fault;
 
 impl RockIntegrator {
     /// One part of a group of the window's steps; mostly a step.
-    pub(super) fn step(
-        &mut self,
-        model: &Model,
-        state: &mut State,
-        task: Task,
-        part: SubStep,
-        output: &mut [f64],
-    ) -> Result<(), Fault> {
-        let span = part.span(task);
-        let h = span.h;
+    pub(super) fn step(&mut self, part: SubStep, state: &mut State, output: &mut [f64]) -> Result<(), Fault> {
+        let (Request { model, input, .. }, cut) = (part.task.request, part.task.cut);
+        let span = part.span();
         self.middles.clear();
         self.loads.clear();
         for (rock, body) in model.rocks.iter().zip(&state.bodies) {
-            self.middles.push(middle(rock, &body.motion, h));
+            self.middles.push(middle(rock, &body.motion, span.h));
             self.loads.push(StepLoad::default());
         }
-        self.net_to_middle(task, part);
+        self.net_to_middle(part);
         for rock in 0..model.rocks.len() {
-            self.on_mesh(model, state, rock, task, part, output)?;
+            self.on_mesh(part, state, rock, output)?;
             self.on_terrain(model, state, rock, span)?;
             self.on_box(model, state, rock, span)?;
         }
@@ -55,41 +48,38 @@ impl RockIntegrator {
             self.gauges.spring(rock, load.elastic + body.tangential_energy);
         }
         self.on_other_rocks(model, state, span)?;
-        self.kick_net(state, task, part, output);
+        self.kick_net(part, state, output);
         for rock in 0..model.rocks.len() {
-            self.kick(model, state, rock, task, part)?;
+            self.kick(part, state, rock)?;
         }
-        self.judge_partings(model, state, task.cut.middle(part.step).segment, task.input);
+        self.judge_partings(model, state, cut.middle(part.step).segment, input);
         Ok(())
     }
 
     /// Forces of the mesh.
     fn on_mesh(
         &mut self,
-        model: &Model,
+        part: SubStep,
         state: &mut State,
         rock: usize,
-        task: Task,
-        part: SubStep,
         output: &mut [f64],
     ) -> Result<(), Fault> {
         let Some(contact_mesh) = &self.contact_mesh else { return Ok(()) };
-        let (Task { window, cut, input }, Span { start, h }) = (task, part.span(task));
+        let Task { request, cut, .. } = part.task;
+        let (model, span @ Span { h, .. }) = (request.model, part.span());
         let (now, body, load) = (&self.middles[rock], &mut state.bodies[rock], &mut self.loads[rock]);
         let first = part.step == 0 && part.part == 0 && !state.predicted.is_empty();
         let predicted = first.then_some(state.predicted.as_slice());
         let (net, travel) = (self.live.then_some(&self.net), self.travel);
-        let (fields, length) = (&self.fields, window.length);
-        let view = MeshWindow { model, contact_mesh, fields, input, length, travel, predicted, net };
+        let view =
+            MeshWindow { travel, predicted, net, ..MeshWindow::new(request, contact_mesh, &self.fields) };
         let at = if self.live { cut.middle(part.step).alone() } else { cut.middle(part.step) };
         let stage = &mut self.mesh_stages[rock];
         stage.update(view, now, at)?;
         let (evaluation, scene) = stage.parts(view);
         let sums = evaluation.forces(scene, now, at, h, &body.histories);
         if !scene.list.pairs.is_empty() {
-            let law = model.rows[rock].first().map(|law| *law as usize);
-            let impact = body.track.touch;
-            let case = Case { model, rock, against: Against::Net, law, pair: None, impact, h, time: start };
+            let case = Case { impact: body.track.touch, ..Case::new(model, rock, Against::Net, span) };
             load.behind = watch(&case, now, &sums, |depth| {
                 let contact = evaluation.passed_centre(scene, now, h, depth)?;
                 let number = scene.list.elements[contact.element as usize].number;
@@ -105,7 +95,7 @@ impl RockIntegrator {
             // Its date is asked for once.
             let first = body.track.touch.is_none();
             load.touched = Some(if first { evaluation.touched_ago(scene, now, h) } else { 0.0 });
-            body.deepest.take(Against::Net, sums.penetration, start + 0.5 * h);
+            body.deepest.take(Against::Net, sums.penetration, span.middle());
         }
         std::mem::swap(&mut body.histories, &mut evaluation.histories);
         self.counts.contact_evaluations += contacts as u64;
@@ -131,72 +121,55 @@ impl RockIntegrator {
     }
 
     /// The net's drift to the middle of the step, where it is advanced here.
-    fn net_to_middle(&mut self, task: Task, part: SubStep) {
+    fn net_to_middle(&mut self, part: SubStep) {
         if self.live {
-            let step = part.of_net(task.cut);
+            let step = part.of_net();
             let reference = self.fields.ends_of(step.number / (step.steps / step.segments));
-            self.net.to_middle(step, reference, task.input);
+            self.net.to_middle(step, reference, part.task.request.input);
         }
     }
 
     /// Its kick and the second half of its drift.
-    fn kick_net(&mut self, state: &mut State, task: Task, part: SubStep, output: &mut [f64]) {
+    fn kick_net(&mut self, part: SubStep, state: &mut State, output: &mut [f64]) {
         if self.live {
-            let step = part.of_net(task.cut);
-            state.received -= self.net.kick(step, &self.local, task.input);
+            let step = part.of_net();
+            state.received -= self.net.kick(step, &self.local, part.task.request.input);
             self.net.answer(step, &self.local, output);
         }
     }
 
     /// Forces of the terrain.
-    fn on_terrain(
-        &mut self,
-        model: &Model,
-        state: &mut State,
-        rock: usize,
-        span @ Span { start, h }: Span,
-    ) -> Result<(), Fault> {
-        let (Some(terrain), Some(ground)) = (&mut self.terrain, &model.ground) else { return Ok(()) };
-        let (now, body) = (&self.middles[rock], &mut state.bodies[rock]);
-        let (sums, contacts) = terrain.forces(model, ground, rock, body, now, span)?;
-        self.loads[rock].add(&sums, h);
-        if let Some(force) = terrain.forest(model, ground, now) {
-            self.loads[rock].force += force;
-            self.loads[rock].lost -= force.dot(&now.velocity) * h;
+    fn on_terrain(&mut self, model: &Model, state: &mut State, rock: usize, span: Span) -> Result<(), Fault> {
+        let Some(terrain) = &mut self.terrain else { return Ok(()) };
+        let (now, body, load) = (&self.middles[rock], &mut state.bodies[rock], &mut self.loads[rock]);
+        let (sums, contacts) = terrain.forces(model, rock, body, now, span)?;
+        load.add(&sums, span.h);
+        if let Some(force) = terrain.forest(model, now) {
+            load.force += force;
+            load.lost -= force.dot(&now.velocity) * span.h;
         }
-        self.loads[rock].touching = contacts;
+        load.touching = contacts;
         body.contacts = contacts;
         self.counts.contact_evaluations += contacts as u64;
-        body.deepest.take(Against::Terrain, sums.penetration, start + 0.5 * h);
+        body.deepest.take(Against::Terrain, sums.penetration, span.middle());
         Ok(())
     }
 
     /// Forces of the sides of a box, likewise.
-    fn on_box(
-        &mut self,
-        model: &Model,
-        state: &mut State,
-        rock: usize,
-        span @ Span { start, h }: Span,
-    ) -> Result<(), Fault> {
+    fn on_box(&mut self, model: &Model, state: &mut State, rock: usize, span: Span) -> Result<(), Fault> {
         let Some(sides) = &mut self.sides else { return Ok(()) };
         let (now, body) = (&self.middles[rock], &mut state.bodies[rock]);
         let (sums, contacts) = sides.forces(model, rock, body, now, span)?;
         let others = if model.ground.is_some() { body.contacts } else { 0 };
         body.contacts = others + contacts;
-        body.deepest.take(Against::Sides, sums.penetration, start + 0.5 * h);
-        self.loads[rock].add(&sums, h);
+        body.deepest.take(Against::Sides, sums.penetration, span.middle());
+        self.loads[rock].add(&sums, span.h);
         self.counts.contact_evaluations += contacts as u64;
         Ok(())
     }
 
     /// Forces of the rocks on each other, likewise.
-    fn on_other_rocks(
-        &mut self,
-        model: &Model,
-        state: &mut State,
-        span @ Span { start, h }: Span,
-    ) -> Result<(), Fault> {
+    fn on_other_rocks(&mut self, model: &Model, state: &mut State, span: Span) -> Result<(), Fault> {
         if self.rock_stage.is_empty() {
             return Ok(());
         }
@@ -207,10 +180,10 @@ impl RockIntegrator {
             load.torque += felt.torque;
             load.touching += felt.contacts;
             body.rock_contacts = felt.contacts;
-            body.deepest.take(Against::Rocks, felt.penetration, start + 0.5 * h);
+            body.deepest.take(Against::Rocks, felt.penetration, span.middle());
         }
         let (all, contacts) = (sums.first, sums.contacts);
-        state.dissipated += (all.damping_power + all.friction_power) * h
+        state.dissipated += (all.damping_power + all.friction_power) * span.h
             - (all.tangential_energy - between_rocks.tangential_energy);
         (between_rocks.tangential_energy, between_rocks.contacts) = (all.tangential_energy, contacts);
         self.gauges.spring(model.rocks.len(), all.elastic + all.tangential_energy);
@@ -219,16 +192,9 @@ impl RockIntegrator {
     }
 
     /// The kick, and the second half of the drift.
-    fn kick(
-        &mut self,
-        model: &Model,
-        state: &mut State,
-        rock: usize,
-        task: Task,
-        part: SubStep,
-    ) -> Result<(), Fault> {
-        let (it, load) = (&model.rocks[rock], &self.loads[rock]);
-        let Span { start, h } = part.span(task);
+    fn kick(&mut self, part: SubStep, state: &mut State, rock: usize) -> Result<(), Fault> {
+        let (Task { request: Request { model, .. }, cut, .. }, span) = (part.task, part.span());
+        let (it, load, Span { start, h }) = (&model.rocks[rock], &self.loads[rock], span);
         let body = &mut state.bodies[rock];
         let before = body.motion;
         let after = &mut body.motion;
@@ -247,11 +213,8 @@ impl RockIntegrator {
             after.orientation = rotation::turn(half, &after.angular_momentum, &it.inertia, 0.5 * h);
         }
         if !after.is_finite() {
-            let (rows, impact) = (&model.rows, body.track.touch);
-            let (against, rows) =
-                if rows.is_empty() { (Against::Terrain, &model.ground_rows) } else { (Against::Net, rows) };
-            let law = rows.get(rock).and_then(|row| row.first()).map(|law| *law as usize);
-            let case = Case { model, rock, against, law, pair: None, impact, h, time: start };
+            let against = if model.rows.is_empty() { Against::Terrain } else { Against::Net };
+            let case = Case { impact: body.track.touch, ..Case::new(model, rock, against, span) };
             let overlap = body.deepest.largest().map_or(0.0, |(overlap, _)| overlap);
             return Err(Fault::window(format!(
                 "rock `{}` has left the finite numbers at {start:.6} s, in a step of {h:.3e} s: {}",
@@ -269,11 +232,11 @@ impl RockIntegrator {
             behind: load.behind,
         };
         body.track.follow(it, &model.settings, self.rest.as_ref(), &passage);
-        if let (Some(terrain), Some(ground)) = (&mut self.terrain, &model.ground) {
-            let (end, last) = part.end(task.window, task.cut);
-            let every = steps_per_look(task.cut.h);
-            let look = last.is_some_and(|s| s.is_multiple_of(every) || s == task.cut.steps);
-            terrain.stepped(model, ground, rock, body, Passed { end, h, touching: load.touching > 0, look });
+        if let Some(terrain) = &mut self.terrain {
+            let (end, last) = part.end();
+            let every = steps_per_look(cut.h);
+            let look = last.is_some_and(|s| s.is_multiple_of(every) || s == cut.steps);
+            terrain.stepped(model, rock, body, Passed { end, h, touching: load.touching > 0, look });
         }
         Ok(())
     }

@@ -8,7 +8,7 @@
 //! and no sphere that was not counted can be reached within it.
 
 use crate::model::Model;
-use crate::model::critical::{DEEP, TURN, critical};
+use crate::model::critical::{DEEP, TURN, critical, damping_ratio};
 use crate::model::state::Body;
 use dem_contact::contact::broad_phase::terrain_pairs::TerrainPairs;
 use dem_contact::contact::whole_rock::terrain::WholeRockContacts;
@@ -17,7 +17,7 @@ use dem_contact::law::Law;
 use dem_contact::law::rolling::STIFFNESS;
 use dem_contact::law::table::SurfaceLaws;
 use dem_contact::rock::Rock;
-use dem_contact::settings::{DemSettings, EffectiveMass, RollingName};
+use dem_contact::settings::{DemSettings, RollingName};
 use dem_terrain::Terrain;
 use nalgebra::Vector3;
 
@@ -76,15 +76,17 @@ pub fn next(
     let fastest = now.velocity.norm() + turn * it.arm + model.settings.gravity.norm() * h;
     let steps = ((reach / (fastest * h)) as usize).clamp(1, most.min(MOST));
     let per_contact = model.settings.dem.steps_per_contact.unwrap_or(DemSettings::STEPS_PER_CONTACT);
+    // Never finer than the scene says.
+    let cut = |longest: f64| {
+        let parts = (h * steps as f64 / longest.min(TURN / turn)).ceil() as usize;
+        SubSteps { steps, parts: parts.clamp(1, steps) }
+    };
     if let Some(whole) = whole {
         landed.find(it, whole, ground, around, now, reach);
         if landed.contacts.is_empty() {
             return SubSteps { steps, parts: steps };
         }
-        let longest = of_whole(it, whole, landed, laws, body, [SLOWEST * fastest, per_contact]);
-        let longest = longest.min(TURN / turn);
-        let parts = ((h * steps as f64 / longest).ceil() as usize).clamp(1, steps);
-        return SubSteps { steps, parts };
+        return cut(of_whole(it, whole, landed, laws, body, [SLOWEST * fastest, per_contact]));
     }
     let near = near(it, laws, around, body, reach);
     if near.count == 0.0 || steps == 1 {
@@ -92,13 +94,8 @@ pub fn next(
     }
     let stored = 2.0 * near.energy * near.across / near.count;
     let speed = (near.approach * near.approach + stored).sqrt().max(SLOWEST * fastest);
-    let mut longest = TURN / turn;
-    for number in laws.row {
-        longest = longest.min(step(&laws.laws[*number as usize], it, &near, speed, per_contact));
-    }
-    // Never finer than the scene says.
-    let parts = ((h * steps as f64 / longest).ceil() as usize).clamp(1, steps);
-    SubSteps { steps, parts }
+    let of = |number: &u16| step(&laws.laws[*number as usize], it, &near, speed, per_contact);
+    cut(laws.row.iter().map(of).fold(f64::INFINITY, f64::min))
 }
 
 /// The step [s] that a rock asks for which touches as a whole; `landed` holds the spheres that do, or are about to.
@@ -119,10 +116,8 @@ fn of_whole(
         approach = approach.max((now.velocity + spin.cross(&arm)).dot(&contact.normal).abs());
     }
     let speed = (approach * approach + 2.0 * landed.energy(whole, laws, dent) * mobility).sqrt();
-    let step = |law: u16| {
-        let landing = whole.landing(rock, &laws.laws[law as usize], mobility, speed);
-        resolved(&landing, per_contact)
-    };
+    let of = |at: &Landing| resolved(at.square, at.ratio, at.duration / per_contact);
+    let step = |law: u16| of(&whole.landing(rock, &laws.laws[law as usize], mobility, speed));
     let longest = laws.distinct().map(step).fold(f64::INFINITY, f64::min);
     if dent.deepest == 0.0 {
         return longest;
@@ -130,13 +125,12 @@ fn of_whole(
     // On its way out the rock is slower than what it came in with, and the ground is as stiff as that has made it.
     let law = &laws.laws[dent.law as usize];
     let landing = whole.landing_on_ground(rock, law, mobility, dent.deepest, dent.restitution);
-    longest.min(resolved(&landing, per_contact))
+    longest.min(of(&landing))
 }
 
-/// The step [s] that resolves a landing.
-fn resolved(landing: &Landing, per_contact: f64) -> f64 {
-    let stable = DemSettings::TIME_STEP_SCALE * critical(landing.square.sqrt(), landing.ratio);
-    stable.min(landing.duration / per_contact)
+/// The step [s], at most `most`, that resolves an oscillation of this frequency squared [1/s2] and damping ratio.
+fn resolved(square: f64, ratio: f64, most: f64) -> f64 {
+    (DemSettings::TIME_STEP_SCALE * critical(square.sqrt(), ratio)).min(most)
 }
 
 /// The step [s] that a law asks for.
@@ -151,12 +145,7 @@ fn step(law: &Law, rock: &Rock, near: &NearSpheres, speed: f64, per_contact: f64
         let arm = rolling.friction * radius;
         square = square.max(STIFFNESS * arm * arm * stiffness * near.count / rock.inertia.min());
     }
-    let ratio = law.damping.as_ref().map_or(0.0, |d| match d.mass {
-        EffectiveMass::Local => d.ratio,
-        EffectiveMass::Rock => d.ratio * near.count.sqrt(),
-    });
-    let stable = DemSettings::TIME_STEP_SCALE * critical(square.sqrt(), ratio);
-    stable.min(duration / per_contact)
+    resolved(square, damping_ratio(law, near.count), duration / per_contact)
 }
 
 /// What is within `reach` [m] of a rock's surface.

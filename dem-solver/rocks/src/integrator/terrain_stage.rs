@@ -1,39 +1,42 @@
-//! The contacts of rocks with the terrain in a step, and the rows of their trajectories.
+//! The contacts of rocks with the terrain in a step, for how long they fly freely over it, and the rows of their trajectories.
 
 use crate::guard::cause::Case;
 use crate::guard::{watch, watch_gap, watch_whole};
-use crate::integrator::free_flight::clear_of_all;
-use crate::integrator::schedule::{Passed, Span};
 use crate::integrator::sub_stepping::{self, SubSteps};
-use crate::model::Model;
 use crate::model::critical::DEEP;
-use crate::model::runout::{LOOK, StepOnTerrain, is_out, jump_height};
+use crate::model::runout::{LOOK, Passed, is_out, jump_height};
 use crate::model::state::{Against, Body, State};
+use crate::model::{Model, Span};
 use crate::results::trajectory::Row;
 use dem_contact::contact::broad_phase::terrain_pairs::TerrainPairs;
 use dem_contact::contact::pipeline::Sums;
 use dem_contact::contact::terrain::SurfaceContacts;
-use dem_contact::contact::whole_rock::Whole;
 use dem_contact::contact::whole_rock::terrain::WholeRockContacts;
 use dem_contact::law::Law;
 use dem_contact::law::table::SurfaceLaws;
 use dem_contact::law::yielding::Dent;
-use dem_contact::rock::{Motion, Rock};
+use dem_contact::rock::Motion;
 use dem_terrain::Terrain;
 use dem_terrain::forest::Stands;
+use dem_terrain::queries::Parabola;
 use interface_defs::Fault;
 use interface_defs::verdict::Fate;
 use nalgebra::Vector3;
+use std::sync::Arc;
 
 /// Rows in the shortest contact.
 const ROWS_PER_CONTACT: f64 = 10.0;
 /// Rows per row of `history.csv` in a contact that lasts.
 const ROWS_PER_INTERVAL: f64 = 5.0;
 
+/// How far triangles are looked for, as a share of the rock's reach.
+const FAR: f64 = 0.5;
+/// Share of the reach by which the swept sphere is larger than the rock, for rounding.
+const ROUNDING: f64 = 1e-9;
+
 /// The laws of a rock with the terrain.
-fn laws_on<'a>(model: &'a Model, ground: &'a Terrain, rock: usize) -> Option<SurfaceLaws<'a>> {
-    let laws = &model.laws.as_ref()?.surfaces;
-    Some(SurfaceLaws { laws, row: &model.ground_rows[rock], materials: &ground.zones })
+fn laws_on<'a>(model: &'a Model, ground: &'a Terrain, rock: usize) -> SurfaceLaws<'a> {
+    SurfaceLaws { laws: model.surfaces(), row: &model.ground_rows[rock], materials: &ground.zones }
 }
 
 /// The laws with the friction that has grown over the distance `slip` [m].
@@ -51,6 +54,7 @@ fn grow(laws: &[Law], slip: f64, grown: &mut Vec<Law>) {
 /// What surrounds the rocks, and the rows of their trajectories.
 #[derive(Debug, Clone)]
 pub struct TerrainStage {
+    ground: Arc<Terrain>,
     /// What is near each rock.
     pub around: Vec<TerrainPairs>,
     standing: Vec<SurfaceContacts>,
@@ -64,44 +68,59 @@ pub struct TerrainStage {
 }
 
 impl TerrainStage {
-    /// For the rocks of a model.
-    pub fn new(model: &Model, rows: bool) -> Self {
-        // Ground that gives way lets a rock in until the guard stops it.
-        let share = |at: usize| if model.gives_way(at) { 1.0 } else { DEEP };
-        let deep = |at: usize, whole: &Option<Whole>| whole.as_ref().map_or(0.0, |w| share(at) * w.radius);
-        let rocks = model.rocks.iter().zip(&model.wholes);
-        let of_rock =
-            |(at, (rock, whole)): (usize, (&Rock, &Option<Whole>))| TerrainPairs::new(rock, deep(at, whole));
-        let around = rocks.clone().enumerate().map(of_rock).collect();
-        let of_spheres = |(rock, whole): (&Rock, &Option<Whole>)| match whole {
-            None => SurfaceContacts::new(4 * rock.spheres.len() + 64),
-            Some(_) => SurfaceContacts::default(),
-        };
-        let of_rock = |(rock, whole): (&Rock, &Option<Whole>)| {
-            WholeRockContacts::new(whole.as_ref().map_or(0, |_| rock.spheres.len()))
-        };
-        let forests = |ground: &Terrain| Stands::new(ground, &model.settings.down());
-        Self {
-            stands: model.ground.as_deref().map(forests).unwrap_or_default(),
-            standing: rocks.clone().map(of_spheres).collect(),
-            landed: rocks.clone().map(of_rock).collect(),
-            grown: Vec::with_capacity(model.laws.as_ref().map_or(0, |laws| laws.surfaces.len())),
-            around,
+    /// For the rocks of a model on its `ground`.
+    pub fn new(model: &Model, ground: &Arc<Terrain>, rows: bool) -> Self {
+        let mut it = Self {
+            ground: ground.clone(),
+            around: Vec::new(),
+            standing: Vec::new(),
+            landed: Vec::new(),
+            stands: Stands::new(ground, &model.settings.down()),
+            grown: Vec::with_capacity(model.surfaces().len()),
             rows: rows.then(Vec::new),
+        };
+        for (at, (rock, whole)) in model.rocks.iter().zip(&model.wholes).enumerate() {
+            let spheres = rock.spheres.len();
+            let (deep, standing, landed) = match whole {
+                // Ground that gives way lets a rock in until the guard stops it.
+                Some(whole) => {
+                    let share = if model.gives_way(at) { 1.0 } else { DEEP };
+                    (share * whole.radius, SurfaceContacts::default(), spheres)
+                }
+                None => (0.0, SurfaceContacts::new(4 * spheres + 64), 0),
+            };
+            it.around.push(TerrainPairs::new(rock, deep));
+            it.standing.push(standing);
+            it.landed.push(WholeRockContacts::new(landed));
         }
+        it
     }
 
     /// Force of a forest on a rock in the motion `now` [N].
-    pub fn forest(&self, model: &Model, ground: &Terrain, now: &Motion) -> Option<Vector3<f64>> {
+    pub fn forest(&self, model: &Model, now: &Motion) -> Option<Vector3<f64>> {
         if self.stands.are_none() {
             return None;
         }
-        self.stands.force(ground, &now.position, &now.velocity, &model.settings.down())
+        self.stands.force(&self.ground, &now.position, &now.velocity, &model.settings.down())
     }
 
-    /// Steps of `h` [s], at most `most`, that all rocks fly freely.
+    /// Steps of `h` [s], at most `most`, that all rocks fly freely over the terrain; 0 while one touches.
     pub fn clear_steps(&mut self, model: &Model, state: &State, h: f64, most: usize) -> usize {
-        clear_of_all(model, (&mut self.around, &self.stands), state, h, most)
+        if state.bodies.iter().any(|body| body.contacts > 0) {
+            return 0;
+        }
+        let gravity = model.settings.gravity;
+        let mut clear = most;
+        for motion in state.bodies.iter().map(|body| &body.motion).filter(|_| !self.stands.are_none()) {
+            let flight = Parabola { position: motion.position, velocity: motion.velocity, gravity };
+            clear = self.stands.steps_outside(&flight, h, clear);
+        }
+        for (rock, (body, around)) in state.bodies.iter().zip(&mut self.around).enumerate() {
+            if clear > 0 {
+                clear = clear_steps(model, &self.ground, around, rock, &body.motion, h, clear);
+            }
+        }
+        clear
     }
 
     /// Times that pairs were searched, and that triangles were looked for.
@@ -112,20 +131,13 @@ impl TerrainStage {
 
     /// The steps that the rock takes next together, of at most `most` steps of `h` [s]: several at once, and cut as its
     /// contact asks for, where the scene leaves that open and one rock alone touches.
-    pub fn sub_steps(
-        &mut self,
-        model: &Model,
-        ground: &Terrain,
-        bodies: &[Body],
-        h: f64,
-        most: usize,
-    ) -> SubSteps {
-        let ([body], Some(laws)) = (bodies, laws_on(model, ground, 0)) else { return SubSteps::ONE };
+    pub fn sub_steps(&mut self, model: &Model, bodies: &[Body], h: f64, most: usize) -> SubSteps {
+        let ([body], ground) = (bodies, &self.ground) else { return SubSteps::ONE };
         if body.contacts == 0 || model.settings.dem.time_step.is_some() {
             return SubSteps::ONE;
         }
         let near = (&mut self.around[0], &mut self.landed[0]);
-        sub_stepping::next(model, ground, laws, near, body, h, most)
+        sub_stepping::next(model, ground, laws_on(model, ground, 0), near, body, h, most)
     }
 
     /// Forces on rock number `rock` at `now`, in the middle of a step;
@@ -133,14 +145,13 @@ impl TerrainStage {
     pub fn forces(
         &mut self,
         model: &Model,
-        ground: &Terrain,
         rock: usize,
         body: &mut Body,
         now: &Motion,
-        Span { start: time, h }: Span,
+        span @ Span { start: time, h }: Span,
     ) -> Result<(Sums, usize), Fault> {
-        let Some(mut laws) = laws_on(model, ground, rock) else { return Ok((Sums::default(), 0)) };
-        let it = &model.rocks[rock];
+        let (ground, it) = (&*self.ground, &model.rocks[rock]);
+        let mut laws = laws_on(model, ground, rock);
         let (around, standing) = (&mut self.around[rock], &mut self.standing[rock]);
         around.update(it, &model.trees[rock], ground, now, h, 0.0);
         let speed = now.velocity.norm();
@@ -155,8 +166,9 @@ impl TerrainStage {
                 body.slip.touch(time, h, speed, growing.relaxation);
             }
         };
+        let case = Case::new(model, rock, Against::Terrain, span);
         if around.pairs.is_empty() {
-            watch_gap(model, ground, rock, now, h, time)?;
+            watch_gap(&case, ground, now)?;
             body.terrain_histories.clear();
             body.dent = Dent::default();
             return Ok((Sums::default(), 0));
@@ -166,15 +178,13 @@ impl TerrainStage {
             landed.find(it, whole, ground, around, now, 0.0);
             let memory = (&body.terrain_histories[..], &mut body.dent);
             let sums = landed.forces(it, whole, laws, now, h, memory);
-            watch_whole(model, rock, whole, now, &sums, h, time)?;
+            watch_whole(&case, whole, now, &sums)?;
             std::mem::swap(&mut body.terrain_histories, &mut landed.histories);
             slide(body, landed.contacts.first().map(|c| c.element));
             return Ok((sums, landed.contacts.len()));
         }
         standing.find(it, ground, around, now);
         let sums = standing.forces(it, laws, Some(ground), now, h, &body.terrain_histories);
-        let law = model.ground_rows[rock].first().map(|law| *law as usize);
-        let case = Case { model, rock, against: Against::Terrain, law, pair: None, impact: None, h, time };
         watch(&case, now, &sums, |depth| {
             let sphere = standing.passed_centre(it, now, h, depth)?;
             let [x, y, z] = (now.position + ground.origin).into();
@@ -186,10 +196,9 @@ impl TerrainStage {
     }
 
     /// Elastic energy [J] and number of contacts of rock number `rock`, whose state is `body`.
-    pub fn energy(&mut self, model: &Model, ground: &Terrain, rock: usize, body: &Body) -> (f64, usize) {
-        let now = &body.motion;
-        let Some(laws) = laws_on(model, ground, rock) else { return (0.0, 0) };
-        let it = &model.rocks[rock];
+    pub fn energy(&mut self, model: &Model, rock: usize, body: &Body) -> (f64, usize) {
+        let (ground, it, now) = (&*self.ground, &model.rocks[rock], &body.motion);
+        let laws = laws_on(model, ground, rock);
         let (around, standing) = (&mut self.around[rock], &mut self.standing[rock]);
         around.update(it, &model.trees[rock], ground, now, model.steps.step, 0.0);
         if let Some(whole) = &model.wholes[rock] {
@@ -209,62 +218,47 @@ impl TerrainStage {
     }
 
     /// Follow a rock's trajectory over a step that ends with the motion in `body`.
-    pub fn stepped(&mut self, model: &Model, ground: &Terrain, rock: usize, body: &mut Body, passed: Passed) {
-        let Some(terrain) = &model.settings.terrain else { return };
-        let shortest = model.steps.contact;
+    pub fn stepped(&mut self, model: &Model, rock: usize, body: &mut Body, passed: Passed) {
         let Passed { end, h, touching, look } = passed;
         let touched = body.path.contact_since.is_some();
-        let outside = is_out(ground, &model.settings.down(), &body.motion.position);
+        let outside = is_out(&self.ground, &model.settings.down(), &body.motion.position);
         let had_left = body.path.has_left();
-        let step = StepOnTerrain { after: &body.motion, end, length: h, touching, outside, shortest };
-        body.path.step(&model.rocks[rock], terrain, &step);
-        let height =
-            |body: &Body| jump_height(ground, &model.rocks[rock], &body.motion, &model.settings.down());
+        body.path.step(model, rock, &body.motion, passed, outside);
         if look && !touching && !outside {
-            let height = height(body);
-            body.path.height(height, end);
+            body.path.height(jump_height(model, rock, &body.motion), end);
         }
         let Some(rows) = self.rows.as_mut().filter(|_| rock < model.settings.named()) else { return };
+        let shortest = model.steps.contact;
+        let most = model.settings.interval / ROWS_PER_INTERVAL;
         let every = match body.path.contact_since {
-            Some(since) if end - since <= 2.0 * shortest => shortest / ROWS_PER_CONTACT,
-            _ => model.settings.interval / ROWS_PER_INTERVAL,
+            Some(since) if end - since <= 2.0 * shortest => most.min(shortest / ROWS_PER_CONTACT),
+            _ => most,
         };
         // Half a step less: a row is due at the step that is nearest.
-        let due = touching
-            && end - body.path.row >= every.min(model.settings.interval / ROWS_PER_INTERVAL) - 0.5 * h;
+        let due = touching && end - body.path.row >= every - 0.5 * h;
         if (touching != touched || due || body.path.has_left()) && !had_left {
             body.path.row = end;
-            rows.push(Row::of(model, rock, body, end, height(body), touching));
+            rows.push(Row::of(model, rock, body, end, touching));
         }
     }
 
     /// Follow a rock's trajectory to the instant `end` [s] of a flight. `look`: whether its height is due.
-    pub fn flew(
-        &mut self,
-        model: &Model,
-        ground: &Terrain,
-        rock: usize,
-        body: &mut Body,
-        end: f64,
-        look: bool,
-    ) {
-        let outside = is_out(ground, &model.settings.down(), &body.motion.position);
+    pub fn flew(&mut self, model: &Model, rock: usize, body: &mut Body, end: f64, look: bool) {
+        let outside = is_out(&self.ground, &model.settings.down(), &body.motion.position);
         body.path.flew(&model.rocks[rock], &body.motion, end, outside);
         if look && !outside {
-            let height = jump_height(ground, &model.rocks[rock], &body.motion, &model.settings.down());
-            body.path.height(height, end);
+            body.path.height(jump_height(model, rock, &body.motion), end);
         }
     }
 
     /// A window ends at `state.time`: has a trajectory ended with it?
-    pub fn end(&mut self, model: &Model, ground: &Terrain, state: &mut State) {
-        let (time, down) = (state.time, model.settings.down());
+    pub fn end(&mut self, model: &Model, state: &mut State) {
         for (number, body) in state.bodies.iter_mut().enumerate() {
             let had_left = body.path.has_left();
-            body.path.judge(ground, &model.settings, &model.rocks[number], &body.motion, time);
+            body.path.judge(model, &self.ground, number, &body.motion, state.time);
             // The last row of a rock that has left is that at the border.
             let exit = body.path.ending.filter(|end| end.how == Fate::LeftTerrain);
-            let time = exit.map_or(time, |end| end.time);
+            let time = exit.map_or(state.time, |end| end.time);
             if let Some(rows) = &mut self.rows
                 && number < model.settings.named()
                 && body.path.row < time
@@ -273,8 +267,7 @@ impl TerrainStage {
                 body.path.row = time;
                 let now = body.motion;
                 body.motion = exit.map_or(now, |end| end.motion(&now));
-                let height = jump_height(ground, &model.rocks[number], &body.motion, &down);
-                rows.push(Row::of(model, number, body, time, height, exit.is_none() && body.contacts > 0));
+                rows.push(Row::of(model, number, body, time, exit.is_none() && body.contacts > 0));
                 body.motion = now;
             }
         }
@@ -284,4 +277,33 @@ impl TerrainStage {
 /// Steps of `h` [s] between two looks at the height of a flying rock.
 pub fn steps_per_look(h: f64) -> usize {
     (LOOK / h).round().max(1.0) as usize
+}
+
+/// Steps of `h` [s], at most `most`, that rock number `rock` flies freely from `now`, touching nothing
+/// at their middles and ends.
+///
+/// First the triangles around it are asked when it may touch them; where there are none, the sphere around the whole
+/// rock is swept along its parabola. The answer follows from the state alone, so that equal input gives equal bytes.
+fn clear_steps(
+    model: &Model,
+    ground: &Terrain,
+    around: &mut TerrainPairs,
+    rock: usize,
+    now: &Motion,
+    h: f64,
+    most: usize,
+) -> usize {
+    let (it, tree) = (&model.rocks[rock], &model.trees[rock]);
+    let gravity = model.settings.gravity;
+    let horizon = h * most as f64;
+    let (time, far) = around.free_time(it, tree, ground, (now, &gravity), [FAR * tree.reach, horizon]);
+    if time >= horizon {
+        return most;
+    }
+    let near = (time / h) as usize;
+    if !far {
+        return near;
+    }
+    let flight = Parabola { position: now.position, velocity: now.velocity, gravity };
+    near.max(ground.free_steps(&flight, tree.reach * (1.0 + ROUNDING), h, most))
 }

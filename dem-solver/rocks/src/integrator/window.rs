@@ -1,13 +1,10 @@
 //! A window: cut into steps, which are taken one by one ([`crate::integrator::step`]) or flown through in closed form.
 
-use crate::integrator::answer::Answer;
 use crate::integrator::box_stage::{self, BoxStage};
-use crate::integrator::free_flight::bend;
-use crate::integrator::load::StepLoad;
 use crate::integrator::mesh_stage::{MeshStage, MeshWindow, add_forces};
 use crate::integrator::rock_stage::RockStage;
-use crate::integrator::schedule::{Cut, SubStep, Task};
-use crate::integrator::secondary_impacts::SecondaryImpacts;
+use crate::integrator::schedule::{Cut, Request, SubStep, Task};
+use crate::integrator::secondary_impacts::{SecondaryImpacts, bend};
 use crate::integrator::sub_stepping::SubSteps;
 use crate::integrator::terrain_stage::TerrainStage;
 use crate::model::Counts;
@@ -18,19 +15,85 @@ use crate::results::gauges::{Gauges, Moment};
 use crate::results::outline::Outline;
 use crate::results::trajectory::Row;
 use dem_contact::contact::broad_phase::mesh_pairs::Instant;
+use dem_contact::contact::broad_phase::terrain_pairs::TerrainPairs;
+use dem_contact::contact::pipeline::Sums;
 use dem_contact::interface_mesh::local_net::{LocalFields, LocalNet};
 use dem_contact::interface_mesh::motion::MotionFields;
 use dem_contact::interface_mesh::{AtRest, ContactMesh};
 use dem_contact::rock::Motion;
 use interface_defs::verdict::Fate;
-use interface_defs::{Fault, InterfaceMesh, Items, Layout, Plan, Window};
+use interface_defs::{Fault, FieldSpec, InterfaceMesh, Items, Layout, Plan, Sampling, Window, name};
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-mod kept;
-pub use kept::KeptIntegrator;
+/// Where a window begins.
+const START: Instant = Instant { segment: 0, along: 0.0, elapsed: 0.0 };
 
 /// Fewest steps that are worth a flight in closed form, and steps until the next look for one.
 const FEWEST: usize = 4;
+
+/// Where the answer's fields lie.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Answer {
+    pub(super) means: Vec<usize>,
+    pub(super) ends: Vec<usize>,
+    pub(super) reach: Option<Range<usize>>,
+    pub(super) gauges: usize,
+}
+
+impl Answer {
+    /// Find them in the layout of the answer.
+    pub(super) fn lay_out(&mut self, gives: &Layout) {
+        for (starts, sampling) in [(&mut self.means, Sampling::Means), (&mut self.ends, Sampling::AtEnds)] {
+            let force = |f: &&FieldSpec| f.name == name::FORCE && f.sampling == sampling;
+            let count = gives.fields().find(force).map_or(0, |f| f.samples as usize);
+            starts.clear();
+            starts.extend((0..count).filter_map(|i| Some(gives.sample(name::FORCE, sampling, i)?.start)));
+        }
+        self.reach = gives.sample(name::REACH, Sampling::Once, 0);
+        self.gauges = gives.gauges().start;
+    }
+}
+
+/// What acts on a rock in the middle of a step.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct StepLoad {
+    /// Force of all contacts [N].
+    pub force: Vector3<f64>,
+    /// Torque about the centre of mass [N m].
+    pub torque: Vector3<f64>,
+    /// Energy of the normal springs on mesh and terrain [J].
+    pub elastic: f64,
+    /// Energy of the tangential springs there after the step [J].
+    pub tangential_energy: f64,
+    /// Energy that those on the mesh have taken up between the window before and this one [J].
+    pub jump_energy: f64,
+    /// Energy that dashpots and friction take there in the step [J].
+    pub lost: f64,
+    /// Contacts with terrain and other rocks, not with the sides of a box.
+    pub touching: usize,
+    /// With contacts on the mesh: how long the first has lasted [s].
+    pub touched: Option<f64>,
+    /// Whether the mesh lies behind the centres of the outer spheres.
+    pub behind: bool,
+}
+
+impl StepLoad {
+    /// True if nothing acts.
+    pub fn is_none(&self) -> bool {
+        self.force == Vector3::zeros() && self.torque == Vector3::zeros()
+    }
+
+    /// Take in the contacts with something that stands still, in a step of `h` [s].
+    pub fn add(&mut self, sums: &Sums, h: f64) {
+        self.force += sums.force;
+        self.torque += sums.torque;
+        self.elastic += sums.elastic;
+        self.tangential_energy += sums.tangential_energy;
+        self.lost += (sums.damping_power + sums.friction_power) * h + sums.yielded;
+    }
+}
 
 /// A prepared run.
 #[derive(Default)]
@@ -98,7 +161,7 @@ impl RockIntegrator {
         let empty = InterfaceMesh::default();
         let mesh = plan.partner_mesh.as_ref().unwrap_or(&empty);
         let takes = Layout::new(&plan.takes, mesh, 0);
-        let gives = Layout::new(&plan.gives, mesh, Gauges::count(&model.settings));
+        let gives = Layout::new(&plan.gives, mesh, Gauges::declared(model).len());
         let fields = MotionFields::new(&takes, mesh.node_count());
         let mesh_stages = match &contact_mesh {
             Some(contact_mesh) => {
@@ -106,13 +169,8 @@ impl RockIntegrator {
             }
             None => Vec::new(),
         };
-        let contacts = |r| {
-            if contact_mesh.is_some() || model.ground.is_some() {
-                MeshStage::most_contacts(model, r)
-            } else {
-                0
-            }
-        };
+        let touches = contact_mesh.is_some() || model.ground.is_some();
+        let contacts = |r| if touches { MeshStage::most_contacts(model, r) } else { 0 };
         let mut integrator = Self {
             mesh_stages,
             fields,
@@ -123,7 +181,7 @@ impl RockIntegrator {
             remembered: Vec::with_capacity(3 * mesh.node_count()),
             is_local: LocalFields::are_in(plan),
             gauges: Gauges::new(&model.settings, model.origin),
-            terrain: model.ground.as_ref().map(|_| TerrainStage::new(model, rows)),
+            terrain: model.ground.as_ref().map(|ground| TerrainStage::new(model, ground, rows)),
             rock_stage: RockStage::new(model),
             sides: (!model.planes.is_empty()).then(|| BoxStage::new(model)),
             middles: Vec::with_capacity(model.rocks.len()),
@@ -208,19 +266,20 @@ impl RockIntegrator {
         // A window of no length would have no steps; reach looks as far as the plan's window.
         let length =
             if plan.window > 0.0 && plan.window.is_finite() { plan.window } else { model.steps.step };
-        self.begin(model, state, length, &input, &mut output)?;
-        if let Some(ground) = &model.ground {
-            for (rock, body) in model.rocks.iter().zip(&mut state.bodies) {
-                let height = jump_height(ground, rock, &body.motion, &model.settings.down());
-                body.path.begin(rock, &body.motion, height);
+        let request = Request { model, input: &input, length };
+        self.begin(request, state, &mut output)?;
+        if model.ground.is_some() {
+            for (number, (rock, body)) in model.rocks.iter().zip(&mut state.bodies).enumerate() {
+                body.path.begin(rock, &body.motion, jump_height(model, number, &body.motion));
             }
         }
-        let start = Instant { segment: 0, along: 0.0, elapsed: 0.0 };
-        self.at_end(model, state, &input, length, start, None)?;
+        self.at_end(request, state, START, None)?;
         for sample in self.answer.means.clone().into_iter().chain(self.answer.ends.clone()) {
-            self.at_end(model, state, &input, length, start, Some((&mut output, sample)))?;
+            self.at_end(request, state, START, Some((&mut output, sample)))?;
         }
-        self.gauges.first(model, state, &mut output[self.answer.gauges..]);
+        let gauges = &mut output[self.answer.gauges..];
+        self.gauges.begin(gauges);
+        self.gauges.take(model, state, Moment::End, gauges);
         Ok(output)
     }
 
@@ -240,12 +299,15 @@ impl RockIntegrator {
         self.fields.see(input);
         let torn = self.tear(state, input);
         self.elongate(state, window.start, input);
-        let flies = self.begin(model, state, window.length, input, output)?;
+        let request = Request { model, input, length: window.length };
+        let flies = self.begin(request, state, output)?;
         if torn {
-            self.end_contacts_with_broken(model, state, window.length, input)?;
+            self.end_contacts_with_broken(request, state)?;
         }
-        let cut = self.cut(model, window, state.finer);
-        let task = Task { window, cut, input };
+        let samples = [self.answer.means.len(), self.answer.ends.len(), self.local.own_samples()];
+        let steps = (model.steps.step, self.usual);
+        let cut = Cut::new(window, steps, self.fields.segments(), &samples, state.finer);
+        let task = Task { request, window, cut };
         self.live = self.is_local && self.fields.is_partial() && !(flies && model.shortcuts);
         if self.live {
             self.net.begin(&self.local, input, cut.h, &state.pushed);
@@ -257,11 +319,11 @@ impl RockIntegrator {
         let flies = flies && (model.ground.is_some() || self.free_time(model, state, 0.0) > window.length);
         if flies && model.ground.is_none() {
             self.counts.flight_windows += 1;
-            self.fly(model, state, task, 0..cut.steps, output);
-            self.gauges.take(model, state, Moment::End, &mut output[self.answer.gauges..]);
+            self.fly(task, state, 0..cut.steps, output);
         } else {
-            self.step_through(model, state, task, flies, output)?;
+            self.step_through(task, state, flies, output)?;
         }
+        self.gauges.take(model, state, Moment::End, &mut output[self.answer.gauges..]);
         if self.live {
             if self.net.coarseness > 1.0 {
                 return Ok(Solved::TooCoarse);
@@ -271,10 +333,10 @@ impl RockIntegrator {
             }
         }
         state.time = window.end();
-        self.write_free_time(model, state, input, window.length, output);
+        self.write_free_time(request, state, output);
         self.remember_motion(state, window.length, input);
-        if let (Some(terrain), Some(ground)) = (&mut self.terrain, &model.ground) {
-            terrain.end(model, ground, state);
+        if let Some(terrain) = &mut self.terrain {
+            terrain.end(model, state);
         }
         Ok(Solved::Done)
     }
@@ -294,11 +356,6 @@ impl RockIntegrator {
         }
     }
 
-    fn cut(&self, model: &Model, window: &Window, finer: usize) -> Cut {
-        let samples = [self.answer.means.len(), self.answer.ends.len(), self.local.own_samples()];
-        Cut::new(window, (model.steps.step, self.usual), self.fields.segments(), &samples, finer)
-    }
-
     /// Take broken lines out of the mesh; true if there are more of them than the state knows.
     fn tear(&mut self, state: &mut State, input: &[f64]) -> bool {
         let (Some(at), Some(contact_mesh)) = (&self.broken, &mut self.contact_mesh) else { return false };
@@ -313,37 +370,22 @@ impl RockIntegrator {
 
     /// Contacts with lines that are no more end: what their normal springs held is lost. Where something else is touched
     /// in their place and holds more, that is no negative loss.
-    fn end_contacts_with_broken(
-        &mut self,
-        model: &Model,
-        state: &mut State,
-        length: f64,
-        input: &[f64],
-    ) -> Result<(), Fault> {
+    fn end_contacts_with_broken(&mut self, request: Request, state: &mut State) -> Result<(), Fault> {
         let held = |state: &State| state.bodies.iter().map(|b| b.elastic).sum::<f64>();
         let before = held(state);
-        let start = Instant { segment: 0, along: 0.0, elapsed: 0.0 };
-        self.at_end(model, state, input, length, start, None)?;
+        self.at_end(request, state, START, None)?;
         state.dissipated += (before - held(state)).max(0.0);
         Ok(())
     }
 
     /// Look around; true if no rock can touch the mesh within the window.
-    fn begin(
-        &mut self,
-        model: &Model,
-        state: &State,
-        length: f64,
-        input: &[f64],
-        output: &mut [f64],
-    ) -> Result<bool, Fault> {
+    fn begin(&mut self, request: Request, state: &State, output: &mut [f64]) -> Result<bool, Fault> {
+        let Request { model, input, length } = request;
         if let Some(terrain) = &mut self.terrain {
             terrain.begin();
         }
         let Some(contact_mesh) = &self.contact_mesh else { return Ok(model.shortcuts) };
-        let (fields, travel) = (&self.fields, self.travel);
-        let view =
-            MeshWindow { model, contact_mesh, fields, input, length, travel, predicted: None, net: None };
+        let view = MeshWindow { travel: self.travel, ..MeshWindow::new(request, contact_mesh, &self.fields) };
         self.half_acceleration =
             if self.is_local { self.net.half_acceleration(&self.local, input) } else { 0.0 };
         let drift = self.half_acceleration * length * length;
@@ -369,13 +411,13 @@ impl RockIntegrator {
 
     fn step_through(
         &mut self,
-        model: &Model,
-        state: &mut State,
         task: Task,
+        state: &mut State,
         flies: bool,
         output: &mut [f64],
     ) -> Result<(), Fault> {
-        let Task { window, cut, input } = task;
+        let Task { request, cut, .. } = task;
+        let model = request.model;
         let (mut step, mut next_try) = (0, 0);
         while step < cut.steps {
             if flies && step >= next_try {
@@ -385,7 +427,7 @@ impl RockIntegrator {
                     _ => 0,
                 };
                 if clear >= FEWEST.min(cut.steps - step) {
-                    self.fly(model, state, task, step..step + clear, output);
+                    self.fly(task, state, step..step + clear, output);
                     step += clear;
                     continue;
                 }
@@ -393,7 +435,7 @@ impl RockIntegrator {
             }
             let SubSteps { steps, parts } = self.sub_steps(model, state, cut, step);
             for part in 0..parts {
-                self.step(model, state, task, SubStep { step, steps, part, parts }, output)?;
+                self.step(SubStep { task, step, steps, part, parts }, state, output)?;
             }
             self.counts.sub_steps += (parts * model.rocks.len()) as u64;
             // Longer stretches are taken only where nobody samples.
@@ -401,25 +443,22 @@ impl RockIntegrator {
             let samples = self.answer.ends.len();
             if samples > 0 && (step + 1) % (cut.steps / samples) == 0 {
                 let sample = self.answer.ends[(step + 1) * samples / cut.steps - 1];
-                self.at_end(model, state, input, window.length, cut.end(step), Some((output, sample)))?;
+                self.at_end(request, state, cut.end(step), Some((output, sample)))?;
             } else if step + 1 == cut.steps {
-                self.at_end(model, state, input, window.length, cut.end(step), None)?;
+                self.at_end(request, state, cut.end(step), None)?;
             }
             if self.reads_steps(model) {
                 self.gauges.take(model, state, Moment::Step, &mut output[self.answer.gauges..]);
             }
             step += 1;
         }
-        self.gauges.take(model, state, Moment::End, &mut output[self.answer.gauges..]);
         Ok(())
     }
 
     /// The steps that are taken next, and how they are cut; one where a mesh moves.
     fn sub_steps(&mut self, model: &Model, state: &State, cut: Cut, step: usize) -> SubSteps {
-        match (&self.contact_mesh, &mut self.terrain, &model.ground) {
-            (None, Some(terrain), Some(ground)) if self.sides.is_none() => {
-                terrain.sub_steps(model, ground, &state.bodies, cut.h, cut.steps - step)
-            }
+        match (&self.contact_mesh, &mut self.terrain, &self.sides) {
+            (None, Some(terrain), None) => terrain.sub_steps(model, &state.bodies, cut.h, cut.steps - step),
             _ => SubSteps::ONE,
         }
     }
@@ -439,18 +478,15 @@ impl RockIntegrator {
     /// Contacts and elastic energy at an instant of the state; forces where `field` says.
     fn at_end(
         &mut self,
-        model: &Model,
+        request: Request,
         state: &mut State,
-        input: &[f64],
-        length: f64,
         at: Instant,
         mut field: Option<(&mut [f64], usize)>,
     ) -> Result<(), Fault> {
+        let model = request.model;
         for (rock, body) in state.bodies.iter_mut().enumerate() {
-            let on_terrain = match (&mut self.terrain, &model.ground) {
-                (Some(terrain), Some(ground)) => terrain.energy(model, ground, rock, body),
-                _ => (0.0, 0),
-            };
+            let on_terrain =
+                self.terrain.as_mut().map_or((0.0, 0), |terrain| terrain.energy(model, rock, body));
             let on_box =
                 self.sides.as_mut().map_or((0.0, 0), |sides| sides.energy(model, rock, &body.motion));
             (body.elastic, body.contacts) = (on_terrain.0 + on_box.0, on_terrain.1 + on_box.1);
@@ -463,7 +499,7 @@ impl RockIntegrator {
         let Some(contact_mesh) = &self.contact_mesh else { return Ok(()) };
         let (net, travel) = (self.live.then_some(&self.net), self.travel);
         let (fields, at) = (&self.fields, if self.live { at.alone() } else { at });
-        let view = MeshWindow { model, contact_mesh, fields, input, length, travel, predicted: None, net };
+        let view = MeshWindow { travel, net, ..MeshWindow::new(request, contact_mesh, fields) };
         for (stage, body) in self.mesh_stages.iter_mut().zip(&mut state.bodies) {
             let (on_others, contacts) = (body.elastic, body.contacts);
             stage.update(view, &body.motion, at)?;
@@ -480,5 +516,51 @@ impl RockIntegrator {
             self.counts.contact_evaluations += on_mesh as u64;
         }
         Ok(())
+    }
+}
+
+/// What an integrator takes from one window to the next beside the state, for a run that goes on: lists, and what was counted.
+///
+/// No answer of a window depends on these lists but for its last bits: by them the order of sums, the ends of flights and the
+/// nodes that are selected are the same as in a run that nobody killed.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct KeptIntegrator {
+    mesh: Vec<MeshStage>,
+    terrain: Vec<TerrainPairs>,
+    /// Which elements of the mesh are broken.
+    broken: Vec<bool>,
+    half_acceleration: f64,
+    coarseness: f64,
+    counts: Counts,
+}
+
+impl RockIntegrator {
+    /// What the next window follows from, and `state` as it is with all nodes selected.
+    pub fn kept(&self, state: &State) -> (KeptIntegrator, State) {
+        let kept = KeptIntegrator {
+            mesh: self.mesh_stages.clone(),
+            terrain: self.terrain.as_ref().map_or(Vec::new(), |terrain| terrain.around.clone()),
+            broken: self.contact_mesh.as_ref().map_or(Vec::new(), |mesh| mesh.broken().to_vec()),
+            half_acceleration: self.half_acceleration,
+            coarseness: self.net.coarseness,
+            counts: self.counts,
+        };
+        let mut state = state.clone();
+        let all = 0..self.all.nodes as u32;
+        state.select(|node| self.fields.place(node), all, &mut Vec::new());
+        (kept, state)
+    }
+
+    /// Go on from there.
+    pub fn go_on(&mut self, kept: KeptIntegrator) {
+        self.mesh_stages.iter_mut().zip(kept.mesh).for_each(|(stage, kept)| stage.go_on(kept));
+        if let Some(terrain) = &mut self.terrain {
+            terrain.around.clone_from(&kept.terrain);
+        }
+        if let Some(mesh) = &mut self.contact_mesh {
+            mesh.go_on(kept.broken);
+        }
+        (self.half_acceleration, self.net.coarseness, self.counts) =
+            (kept.half_acceleration, kept.coarseness, kept.counts);
     }
 }

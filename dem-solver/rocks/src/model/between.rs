@@ -8,23 +8,19 @@ use interface_defs::diagnostic::Diagnostic;
 use toolkit::scene::Scene;
 
 /// For each rock the numbers of its laws with `surfaces`. Errs with what is missing, and what to try.
-pub fn rows(
-    laws: &Laws,
-    settings: &Settings,
-    surfaces: &[String],
-) -> Result<Vec<Vec<u16>>, (String, String)> {
+pub fn rows(laws: &Laws, settings: &Settings, surfaces: &[String]) -> Result<Vec<Vec<u16>>, [String; 2]> {
     let row = |rock: &RockSettings| {
-        laws.row(&rock.material, surfaces).map_err(|surface| {
-            let rock = &rock.material;
-            (
-                format!("no table [[contact]] is for `{rock}` and `{surface}`"),
-                format!(
-                    "add one with between = [\"{rock}\", \"{surface}\"], or one without `between` for all others"
-                ),
-            )
-        })
+        laws.row(&rock.material, surfaces).map_err(|surface| no_table(&rock.material, surface))
     };
     settings.rocks.iter().map(row).collect()
+}
+
+/// That no law is between two materials, and what to try.
+pub(crate) fn no_table(one: &str, other: &str) -> [String; 2] {
+    [
+        format!("no table [[contact]] is for `{one}` and `{other}`"),
+        format!("add one with between = [\"{one}\", \"{other}\"], or one without `between` for all others"),
+    ]
 }
 
 /// What the contact as a whole of each rock needs; all laws of a rock with the terrain are of that kind, or none.
@@ -100,12 +96,8 @@ impl Between {
                     (Some(number), _) => table.push(number as u16),
                     (None, (Some(first), Some(second))) => {
                         let [first, second] = [first, second].map(|r| &settings.rocks[r].name);
-                        let what = format!(
-                            "no table [[contact]] is for `{one}` and `{other}`, of which rocks `{first}` and `{second}` are"
-                        );
-                        let advice = format!(
-                            "add one with between = [\"{one}\", \"{other}\"], or one without `between` for all others"
-                        );
+                        let [what, advice] = no_table(one, other);
+                        let what = format!("{what}, of which rocks `{first}` and `{second}` are");
                         return Err(scene.invalid("rock", what).try_instead(advice));
                     }
                     (None, _) => table.push(0),

@@ -12,14 +12,15 @@
 //! `(w h / 2)^2 + 2 z w h = 1`, that is `h = 2/w (sqrt(1 + 4 z^2) - 2 z)`. (With the plain velocity it
 //! would be z instead of 2 z, but of first order in the damping.)
 
+use super::{Model, Steps};
 use dem_contact::contact::whole_rock::Whole;
 use dem_contact::law::Law;
 use dem_contact::law::rolling::STIFFNESS;
-use dem_contact::law::table::Laws;
 use dem_contact::rock::Rock;
-use dem_contact::settings::{DemSettings, EffectiveMass, RockSettings, RollingName, Settings};
+use dem_contact::settings::{DemSettings, EffectiveMass, RollingName};
 use dem_terrain::Terrain;
 use interface_defs::diagnostic::Diagnostic;
+use nalgebra::Vector3;
 use toolkit::scene::Scene;
 
 /// Overlap over radius beyond which contact is no small indentation.
@@ -44,51 +45,27 @@ const STRIDE_OF_WHOLE: f64 = 0.2;
 /// is stopped lest thin parts pass unseen.
 const STRIDE: f64 = 0.4;
 
-/// What limits and what sets the step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Steps {
-    /// The step that is taken [s].
-    pub step: f64,
-    /// Largest stable step [s]; infinite without contact.
-    pub critical: f64,
-    /// Duration of the shortest contact [s]; infinite without contact.
-    pub contact: f64,
-    /// Stiffness of one contact in a flat landing [N/m]; 0 without contact.
-    pub stiffness: f64,
-    /// Speed of the landing that is assumed [m/s].
-    pub speed: f64,
-    /// Longest step that resolves the contact, the rocks' turning and their travel, whatever the scene names [s].
-    pub longest: f64,
-}
-
 impl Steps {
-    /// For these rocks under these laws; a step above the critical one is refused unless allowed.
-    pub fn new(
-        settings: &Settings,
-        rocks: &[Rock],
-        wholes: &[Option<Whole>],
-        laws: Option<&Laws>,
-        ground: Option<&Terrain>,
-        scene: &Scene,
-    ) -> Result<Self, Diagnostic> {
+    /// For the rocks of a model under its laws; a step above the critical one is refused unless allowed.
+    pub fn new(model: &Model, scene: &Scene) -> Result<Self, Diagnostic> {
+        let Model { settings, rocks, wholes, laws, .. } = model;
         let mut steps = Self {
             step: STEP_WITHOUT_CONTACT,
             critical: f64::INFINITY,
             contact: f64::INFINITY,
-            stiffness: 0.0,
-            speed: 0.0,
             longest: STEP_WITHOUT_CONTACT,
+            ..Self::default()
         };
         let mut stride = f64::INFINITY;
         let examples = settings.examples();
-        let speeds = speeds(settings, rocks, ground);
+        let speeds = speeds(model);
         // Of the stiffest contact with a mesh.
         let mut on_mesh = Mode::default();
         for &at in &examples {
             let (rock, table) = (&rocks[at], &settings.rocks[at]);
             let speed = if laws.is_some() { kicked(rocks, &examples, &speeds, at) } else { speeds[at] };
             steps.speed = steps.speed.max(speed);
-            let spin = nalgebra::Vector3::from(table.angular_velocity).norm();
+            let spin = Vector3::from(table.angular_velocity).norm();
             steps.step = steps.step.min(TURN / spin);
             // The fastest that a point of the surface gets when speed turns into spin too.
             let lever = (1.0 + rock.mass * rock.arm * rock.arm / rock.inertia.min()).sqrt();
@@ -108,55 +85,58 @@ impl Steps {
                 }
             }
         }
-        steps.limit_between(settings, rocks, laws, (&examples, &speeds), on_mesh);
+        steps.limit_between(model, &examples, &speeds, on_mesh);
         let coarse = steps.contact / COARSE_STEPS_PER_CONTACT;
         steps.longest = coarse.min(DemSettings::TIME_STEP_SCALE * steps.critical).min(steps.step).min(stride);
-        let dem = &settings.dem;
-        if let Some(step) = dem.time_step {
-            steps.step = step;
-        } else if steps.contact.is_finite() {
-            let per_contact = dem.steps_per_contact.unwrap_or(DemSettings::STEPS_PER_CONTACT);
-            let turning = steps.step;
-            steps.step = steps.contact / per_contact;
-            if let Some(share) = dem.scale() {
-                steps.step = steps.step.min(share * steps.critical).min(turning).min(stride);
-            }
+        if steps.contact.is_finite() || settings.dem.time_step.is_some() {
+            steps.choose(&settings.dem, steps.step.min(stride));
         }
-        if steps.step > steps.critical && !dem.allow_unstable {
-            let key = if dem.time_step.is_some() { "dem.time_step" } else { "dem.steps_per_contact" };
-            return Err(scene
-                .invalid(
-                    key,
-                    format!(
-                        "a step of {:.3e} s is above the critical step of {:.3e} s (landing at {:.2} m/s, {:.3e} N/m \
-                         in each contact)",
-                        steps.step, steps.critical, steps.speed, steps.stiffness
-                    ),
-                )
-                .try_instead(format!("leave {key} out, shorten the step, or write allow_unstable = true")));
-        }
+        let impact =
+            format!("landing at {:.2} m/s, {:.3e} N/m in each contact", steps.speed, steps.stiffness);
+        steps.check(&settings.dem, &impact, scene)?;
         Ok(steps)
     }
 
-    fn limit(&mut self, rock: &Rock, law: &Law, speed: f64) -> Mode {
-        let inertia = rock.inertia.min();
-        // A force with a lever turns the rock too, and so less than its mass resists.
-        let mobility = |lever: fn(&Rock) -> f64| 1.0 / rock.mass + lever(rock) * lever(rock) / inertia;
-        let radius = rock.smallest_radius;
-        let touch = Touch { radius, deepest: DEEP * radius, mass: rock.mass, face: rock.facing };
-        self.touching(&touch, law, speed, mobility, |square| square / inertia)
+    /// Take the step that the scene names or leaves to be found, then `most` [s] at most.
+    pub(crate) fn choose(&mut self, dem: &DemSettings, most: f64) {
+        let resolved = self.contact / dem.steps_per_contact.unwrap_or(DemSettings::STEPS_PER_CONTACT);
+        let stable = dem.scale().map_or(resolved, |share| resolved.min(share * self.critical).min(most));
+        self.step = dem.time_step.unwrap_or(stable);
     }
 
-    /// Spheres that touch flat, or one alone: `mobility` [1/kg] is that of a point with this lever, `turned` what rolling springs
-    /// do to the rocks' inertia.
+    /// Refuse a step above the critical one, that of an `impact`, unless the scene allows it.
+    pub(crate) fn check(&self, dem: &DemSettings, impact: &str, scene: &Scene) -> Result<(), Diagnostic> {
+        let Self { step, critical, .. } = self;
+        if step <= critical || dem.allow_unstable {
+            return Ok(());
+        }
+        let key = if dem.time_step.is_some() { "dem.time_step" } else { "dem.steps_per_contact" };
+        let what =
+            format!("a step of {step:.3e} s is above the critical step of {critical:.3e} s ({impact})");
+        let cure = format!("leave {key} out, shorten the step, or write allow_unstable = true");
+        Err(scene.invalid(key, what).try_instead(cure))
+    }
+
+    fn limit(&mut self, rock: &Rock, law: &Law, speed: f64) -> Mode {
+        let radius = rock.smallest_radius;
+        let touch = Touch { radius, deepest: DEEP * radius, mass: rock.mass, face: rock.facing };
+        self.touching(&touch, &[rock], law, speed, |square| square / rock.inertia.min())
+    }
+
+    /// Spheres of these rocks that touch flat, or one alone: `turned` is what rolling springs do to the rocks' inertia.
     fn touching(
         &mut self,
         touch: &Touch,
+        rocks: &[&Rock],
         law: &Law,
         speed: f64,
-        mobility: impl Fn(fn(&Rock) -> f64) -> f64,
         turned: impl Fn(f64) -> f64,
     ) -> Mode {
+        // A force with a lever turns the rocks too, and so less than their mass resists [1/kg].
+        let mobility = |lever: fn(&Rock) -> f64| {
+            let turned = rocks.iter().map(|rock| lever(rock) * lever(rock) / rock.inertia.min());
+            turned.fold(1.0 / touch.mass, |sum, turned| sum + turned)
+        };
         let &Touch { radius, deepest, mass, face } = touch;
         let stiffness = |mass: f64| {
             let overlap = law.normal.deepest(radius, mass, speed).min(deepest);
@@ -175,10 +155,7 @@ impl Steps {
             let turned = turned(STIFFNESS * arm * arm);
             square = square.max(turned * face * flat).max(turned * single);
         }
-        let ratio = law.damping.map_or(0.0, |d| match d.mass {
-            EffectiveMass::Local => d.ratio,
-            EffectiveMass::Rock => d.ratio * face.sqrt(),
-        });
+        let ratio = damping_ratio(law, face);
         self.critical = self.critical.min(critical(square.sqrt(), ratio));
         self.contact = self.contact.min(law.normal.impact(radius, mass / face, speed).1);
         self.stiffness = self.stiffness.max(flat);
@@ -197,15 +174,8 @@ impl Steps {
 
     /// Contacts between rocks, each of which may be pressed on a mesh, and between two others, at the
     /// same time: the squares of frequencies of stiffnesses that act together add up at most.
-    fn limit_between(
-        &mut self,
-        settings: &Settings,
-        rocks: &[Rock],
-        laws: Option<&Laws>,
-        (examples, speeds): (&[usize], &[f64]),
-        on_mesh: Mode,
-    ) {
-        let Some(laws) = laws else { return };
+    fn limit_between(&mut self, model: &Model, examples: &[usize], speeds: &[f64], on_mesh: Mode) {
+        let Model { settings, rocks, laws: Some(laws), .. } = model else { return };
         let mut between = Mode::default();
         for (k, &b) in examples.iter().enumerate() {
             // Spheres of one table touch each other too.
@@ -234,18 +204,9 @@ impl Steps {
         let mass = 1.0 / (1.0 / a.mass + 1.0 / b.mass);
         let single_spheres = a.spheres.len() == 1 && b.spheres.len() == 1;
         let face = a.facing.min(b.facing) * if single_spheres { 1.0 } else { BETWEEN };
-        let mobility = |lever: fn(&Rock) -> f64| {
-            let turned = |rock: &Rock| lever(rock) * lever(rock) / rock.inertia.min();
-            1.0 / mass + turned(a) + turned(b)
-        };
+        let touch = Touch { radius, deepest: DEEP * 2.0 * radius, mass, face };
         let turned = |square: f64| square * (1.0 / a.inertia.min() + 1.0 / b.inertia.min());
-        self.touching(
-            &Touch { radius, deepest: DEEP * 2.0 * radius, mass, face },
-            law,
-            speed,
-            mobility,
-            turned,
-        )
+        self.touching(&touch, &[a, b], law, speed, turned)
     }
 }
 
@@ -276,22 +237,32 @@ impl Mode {
     }
 }
 
+/// Damping ratio of `face` contacts together that damp by `law`.
+pub fn damping_ratio(law: &Law, face: f64) -> f64 {
+    law.damping.map_or(0.0, |damping| match damping.mass {
+        EffectiveMass::Local => damping.ratio,
+        EffectiveMass::Rock => damping.ratio * face.sqrt(),
+    })
+}
+
 /// Largest speed that each rock may get by itself [m/s]; of a sphere that which any of its table may get.
-fn speeds(settings: &Settings, rocks: &[Rock], ground: Option<&Terrain>) -> Vec<f64> {
-    let down = settings.down();
-    let of = |(rock, table): (&Rock, &RockSettings)| {
-        let velocity = nalgebra::Vector3::from(table.velocity);
-        let mut speed = velocity.norm() + settings.gravity.norm() * settings.end_time;
-        if let Some(ground) = ground {
-            speed = speed.min(fastest_on(ground, settings, rock, table));
+fn speeds(model: &Model) -> Vec<f64> {
+    let settings = &model.settings;
+    let (down, gravity) = (settings.down(), settings.gravity.norm());
+    let of = |at: usize| {
+        let start = model.start(at);
+        let energy = model.rocks[at].kinetic_energy(&start) / model.rocks[at].mass;
+        let mut speed = start.velocity.norm() + gravity * settings.end_time;
+        if let Some(ground) = &model.ground {
+            let energy = most_energy(ground, &settings.gravity, &start.position, energy);
+            speed = speed.min((2.0 * energy).sqrt());
         }
         if let Some(sides) = &settings.sides {
-            let energy = rock.kinetic_energy(&rock.start(table, settings.gravity)) / rock.mass;
-            speed = speed.min((2.0 * (energy + settings.gravity.norm() * sides.height(&down))).sqrt());
+            speed = speed.min((2.0 * (energy + gravity * sides.height(&down))).sqrt());
         }
         speed
     };
-    let mut speeds: Vec<f64> = rocks.iter().zip(&settings.rocks).map(of).collect();
+    let mut speeds: Vec<f64> = (0..model.rocks.len()).map(of).collect();
     let (_, loose) = speeds.split_at_mut(settings.named());
     for number in 0..settings.spheres.len() {
         let own = || settings.group.iter().map(move |group| usize::from(*group) == number);
@@ -313,16 +284,14 @@ fn kicked(rocks: &[Rock], examples: &[usize], speeds: &[f64], at: usize) -> f64 
     examples.iter().map(after).fold(own, f64::max)
 }
 
-/// Speed that a rock cannot exceed above the lowest corner of the box around a terrain: all its energy in
-/// translation [m/s].
-fn fastest_on(ground: &Terrain, settings: &Settings, rock: &Rock, table: &RockSettings) -> f64 {
-    let motion = rock.start(table, settings.gravity);
-    let start = motion.position - ground.origin;
+/// Energy over its mass that a rock with `energy` at `start` cannot exceed above the lowest corner of the box around a
+/// terrain [J/kg].
+fn most_energy(ground: &Terrain, gravity: &Vector3<f64>, start: &Vector3<f64>, energy: f64) -> f64 {
     let drop = |axis: usize| {
-        let g = settings.gravity[axis];
+        let g = gravity[axis];
         (g * (ground.lowest[axis] - start[axis])).max(g * (ground.highest[axis] - start[axis])).max(0.0)
     };
-    (2.0 * (rock.kinetic_energy(&motion) / rock.mass + drop(0) + drop(1) + drop(2))).sqrt()
+    energy + drop(0) + drop(1) + drop(2)
 }
 
 /// Largest stable step of an oscillator of `frequency` [rad/s] and damping ratio `ratio` [s].

@@ -12,11 +12,11 @@ pub mod runout;
 pub mod state;
 
 use between::Between;
-use critical::Steps;
 use dem_contact::contact::broad_phase::cell_grid::Plane;
 use dem_contact::contact::whole_rock::Whole;
+use dem_contact::law::Law;
 use dem_contact::law::table::Laws;
-use dem_contact::rock::Rock;
+use dem_contact::rock::{Motion, Rock};
 use dem_contact::settings::Settings;
 use dem_solid::geometry::sphere_tree::SphereTree;
 use dem_terrain::Terrain;
@@ -70,16 +70,75 @@ pub struct Model {
 }
 
 impl Model {
+    /// Of rocks that touch nothing yet; positions of a state count from `origin` [m].
+    pub fn new(settings: Settings, rocks: Vec<Rock>, trees: Vec<SphereTree>, origin: Vector3<f64>) -> Self {
+        Self {
+            laws: Laws::new(&settings.contacts),
+            wholes: vec![None; rocks.len()],
+            settings,
+            rocks,
+            trees,
+            ground: None,
+            origin,
+            rows: Vec::new(),
+            ground_rows: Vec::new(),
+            between: None,
+            planes: Vec::new(),
+            side_rows: Vec::new(),
+            steps: Steps::default(),
+            shortcuts: false,
+        }
+    }
+
+    /// The laws of contact with all but other rocks.
+    pub fn surfaces(&self) -> &[Law] {
+        self.laws.as_ref().map_or(&[], |laws| &laws.surfaces)
+    }
+
     /// Whether the terrain gives way below rock number `rock`.
     pub fn gives_way(&self, rock: usize) -> bool {
-        let laws = self.laws.as_ref().map_or(&[][..], |laws| &laws.surfaces);
-        self.ground_rows.get(rock).into_iter().flatten().any(|law| laws[*law as usize].yielding.is_some())
+        let row = self.ground_rows.get(rock).into_iter().flatten();
+        row.into_iter().any(|law| self.surfaces()[*law as usize].yielding.is_some())
+    }
+
+    /// How rock number `rock` starts, its position counted from the origin.
+    pub fn start(&self, rock: usize) -> Motion {
+        let motion = self.rocks[rock].start(&self.settings.rocks[rock], self.settings.gravity);
+        Motion { position: motion.position - self.origin, ..motion }
     }
 }
 
-/// What the names of a rock's measures begin with: its name where there are several.
-pub fn prefix(model: &Model, rock: usize) -> String {
-    if model.settings.named() > 1 { format!("{}_", model.rocks[rock].name) } else { String::new() }
+/// What limits and what sets the step ([`critical`]).
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Steps {
+    /// The step that is taken [s].
+    pub step: f64,
+    /// Largest stable step [s]; infinite without contact.
+    pub critical: f64,
+    /// Duration of the shortest contact [s]; infinite without contact.
+    pub contact: f64,
+    /// Stiffness of one contact in a flat landing [N/m]; 0 without contact.
+    pub stiffness: f64,
+    /// Speed of the landing that is assumed [m/s].
+    pub speed: f64,
+    /// Longest step that resolves the contact, the rocks' turning and their travel, whatever the scene names [s].
+    pub longest: f64,
+}
+
+/// A step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Span {
+    /// When it begins [s].
+    pub start: f64,
+    /// Its length [s].
+    pub h: f64,
+}
+
+impl Span {
+    /// Its middle [s].
+    pub fn middle(&self) -> f64 {
+        self.start + 0.5 * self.h
+    }
 }
 
 /// Name of a rock.

@@ -6,8 +6,9 @@
 //! `rest_speed` for `rest_time` while it touched the ground; it is out when its centre has left the
 //! terrain sideways, or has fallen below all of it.
 
+use crate::model::Model;
 use dem_contact::rock::{Motion, Rock};
-use dem_contact::settings::{Settings, TerrainSettings};
+use dem_contact::settings::Settings;
 use dem_terrain::Terrain;
 use interface_defs::verdict::Fate;
 use nalgebra::Vector3;
@@ -63,21 +64,17 @@ impl End {
     }
 }
 
-/// A step of a rock over terrain.
-#[derive(Debug, Clone, Copy)]
-pub struct StepOnTerrain<'a> {
-    /// Motion at its end.
-    pub after: &'a Motion,
-    /// When it ends [s].
+/// A step of a rock over terrain that has been taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Passed {
+    /// When it ended [s].
     pub end: f64,
     /// Its length [s].
-    pub length: f64,
+    pub h: f64,
     /// Whether there were contacts in its middle.
     pub touching: bool,
-    /// Whether the centre is beside or below the terrain at its end ([`is_out`]).
-    pub outside: bool,
-    /// Duration of the shortest contact [s]: a touch after a longer flight is an impact.
-    pub shortest: f64,
+    /// Whether the height over the terrain is to be looked at.
+    pub look: bool,
 }
 
 impl RunOut {
@@ -92,9 +89,10 @@ impl RunOut {
         self.ending.is_some_and(|end| end.how == Fate::LeftTerrain)
     }
 
-    /// Take in a step of a rock over terrain.
-    pub fn step(&mut self, rock: &Rock, terrain: &TerrainSettings, step: &StepOnTerrain) {
-        let StepOnTerrain { after, end, length, touching, outside, shortest } = *step;
+    /// Take in a step of rock number `rock` that ends with the motion `after`, `outside` of the terrain or not ([`is_out`]).
+    pub fn step(&mut self, model: &Model, rock: usize, after: &Motion, passed: Passed, outside: bool) {
+        let (Some(terrain), rock) = (&model.settings.terrain, &model.rocks[rock]) else { return };
+        let Passed { end, h, touching, .. } = passed;
         let speed = after.velocity.norm();
         if self.has_left() {
             return;
@@ -115,11 +113,11 @@ impl RunOut {
         }
         if self.contact_since.is_none() {
             self.contact_since = Some(end);
-            self.impacts += u64::from(self.impacts == 0 || end - self.touched > shortest);
+            self.impacts += u64::from(self.impacts == 0 || end - self.touched > model.steps.contact);
         }
         self.touched = end;
         // What lies at rest while others move is not counted, unless they set it in motion again.
-        self.in_contact += if self.ending.is_some() { 0.0 } else { length };
+        self.in_contact += if self.ending.is_some() { 0.0 } else { h };
         let fastest =
             speed + after.angular_momentum.norm() / rock.inertia.min() * (rock.arm + rock.smallest_radius);
         if fastest > terrain.rest_speed {
@@ -168,24 +166,26 @@ impl RunOut {
     }
 
     /// Whether the trajectory has ended by `time` [s].
-    pub fn judge(&mut self, ground: &Terrain, settings: &Settings, rock: &Rock, motion: &Motion, time: f64) {
+    pub fn judge(&mut self, model: &Model, ground: &Terrain, rock: usize, motion: &Motion, time: f64) {
         let since = std::mem::replace(&mut self.judged, time).max(self.touched);
+        let settings = &model.settings;
         let Some(terrain) = settings.terrain.as_ref().filter(|_| self.ending.is_none()) else { return };
         let (position, velocity) = (motion.position, motion.velocity);
         if self.slow_since.is_some_and(|since| time - since >= terrain.rest_time) {
             self.ending = Some(End { how: Fate::AtRest, time, position, velocity });
         } else if is_out(ground, &settings.down(), &position) {
             let end = exit(ground, settings, motion, time, time - since);
-            self.see(rock, &end.motion(motion), end.time);
+            self.see(&model.rocks[rock], &end.motion(motion), end.time);
             self.ending = Some(end);
         }
     }
 }
 
-/// Height of a rock's lowest point above the ground under its centre [m].
-pub fn jump_height(ground: &Terrain, rock: &Rock, motion: &Motion, down: &Vector3<f64>) -> Option<f64> {
-    let below = rock.depth(motion, down) - motion.position.dot(down);
-    ground.height(&motion.position, down).map(|height| height - below)
+/// Height of the lowest point of rock number `rock` above the ground under its centre [m].
+pub fn jump_height(model: &Model, rock: usize, motion: &Motion) -> Option<f64> {
+    let down = model.settings.down();
+    let below = model.rocks[rock].depth(motion, &down) - motion.position.dot(&down);
+    model.ground.as_ref()?.height(&motion.position, &down).map(|height| height - below)
 }
 
 /// When and where a rock crossed the border of the terrain that is beside it at `time` [s], in flight for the last `flight` [s].

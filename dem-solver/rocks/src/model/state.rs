@@ -1,14 +1,13 @@
 //! What a window starts from and ends with, all at one instant.
 
+use crate::model::Model;
 use crate::model::impact::ImpactRecord;
 use crate::model::runout::RunOut;
 use dem_contact::contact::history::SurfaceHistory;
 use dem_contact::contact::rocks::RockHistory;
 use dem_contact::law::growing::Slip;
 use dem_contact::law::yielding::Dent;
-use dem_contact::rock::{Flight, Motion, Rock};
-use dem_contact::settings::Settings;
-use nalgebra::Vector3;
+use dem_contact::rock::{Flight, Motion};
 use serde::{Deserialize, Serialize};
 
 /// State of all rocks at one instant.
@@ -178,37 +177,58 @@ impl Body {
 }
 
 impl State {
-    /// At t = 0; positions count from `origin` [m].
-    pub fn start(settings: &Settings, rocks: &[Rock], origin: &Vector3<f64>) -> Self {
-        let at = |rock: &Rock, table| {
-            let motion = rock.start(table, settings.gravity);
-            Motion { position: motion.position - origin, ..motion }
-        };
-        let bodies = rocks.iter().zip(&settings.rocks).map(|(rock, table)| Body::new(at(rock, table)));
+    /// At t = 0.
+    pub fn start(model: &Model) -> Self {
+        let bodies = (0..model.rocks.len()).map(|rock| Body::new(model.start(rock)));
         Self { bodies: bodies.collect(), finer: 1, ..Self::default() }
+    }
+
+    /// Remember these nodes from now on, whose places among those before `place` says; `room` is used again and again.
+    pub fn select(
+        &mut self,
+        place: impl Fn(u32) -> Option<u32>,
+        nodes: impl Iterator<Item = u32> + Clone,
+        room: &mut Vec<f64>,
+    ) {
+        for (vector, unknown) in [(&mut self.predicted, f64::NAN), (&mut self.pushed, 0.0)] {
+            if vector.is_empty() {
+                continue;
+            }
+            room.clone_from(vector);
+            vector.clear();
+            for node in nodes.clone() {
+                let known = place(node).and_then(|at| room.get(3 * at as usize..3 * at as usize + 3));
+                vector.extend_from_slice(known.unwrap_or(&[unknown; 3]));
+            }
+        }
     }
 
     /// Become `other`, without allocating while its histories fit.
     pub fn copy(&mut self, other: &Self) {
-        (self.time, self.dissipated, self.received) = (other.time, other.dissipated, other.received);
-        (self.broken, self.finer) = (other.broken, other.finer);
-        self.predicted.clone_from(&other.predicted);
-        self.pushed.clone_from(&other.pushed);
-        for (mine, theirs) in self.bodies.iter_mut().zip(&other.bodies) {
-            (mine.motion, mine.flight) = (theirs.motion, theirs.flight);
-            (mine.dent, mine.slip) = (theirs.dent, theirs.slip);
-            mine.histories.clone_from(&theirs.histories);
-            mine.terrain_histories.clone_from(&theirs.terrain_histories);
-            mine.box_histories.clone_from(&theirs.box_histories);
-            (mine.tangential_energy, mine.elastic) = (theirs.tangential_energy, theirs.elastic);
-            (mine.contacts, mine.rock_contacts) = (theirs.contacts, theirs.rock_contacts);
-            (mine.track, mine.path, mine.deepest) = (theirs.track, theirs.path, theirs.deepest);
+        let mut bodies = std::mem::take(&mut self.bodies);
+        for (mine, theirs) in bodies.iter_mut().zip(&other.bodies) {
+            *mine = Body {
+                histories: refilled(&mut mine.histories, &theirs.histories),
+                terrain_histories: refilled(&mut mine.terrain_histories, &theirs.terrain_histories),
+                box_histories: refilled(&mut mine.box_histories, &theirs.box_histories),
+                ..*theirs
+            };
         }
-        let (mine, theirs) = (&mut self.between_rocks, &other.between_rocks);
-        mine.histories.clone_from(&theirs.histories);
-        (mine.tangential_energy, mine.elastic) = (theirs.tangential_energy, theirs.elastic);
-        mine.contacts = theirs.contacts;
+        let histories = refilled(&mut self.between_rocks.histories, &other.between_rocks.histories);
+        *self = Self {
+            bodies,
+            between_rocks: BetweenRocks { histories, ..other.between_rocks },
+            predicted: refilled(&mut self.predicted, &other.predicted),
+            pushed: refilled(&mut self.pushed, &other.pushed),
+            ..*other
+        };
     }
+}
+
+/// What a list holds in the room of another.
+pub(crate) fn refilled<T: Clone>(room: &mut Vec<T>, from: &Vec<T>) -> Vec<T> {
+    room.clone_from(from);
+    std::mem::take(room)
 }
 
 impl Body {

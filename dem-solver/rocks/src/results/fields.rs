@@ -114,12 +114,10 @@ impl FieldFiles {
 
     /// Write `state` if its time has reached the next multiple of the interval.
     pub fn write_if_due(&mut self, model: &Model, state: &State) -> Result<(), Fault> {
-        // A time that is a multiple but for rounding counts as that multiple.
-        if state.time < self.written as f64 * self.interval - 1e-9 * self.interval {
-            return Ok(());
+        if due(&mut self.written, self.interval, state.time) {
+            self.write(model, state).map_err(unwritable)?;
         }
-        self.written = (state.time / self.interval + 1e-9).floor() as u64 + 1;
-        self.write(model, state).map_err(unwritable)
+        Ok(())
     }
 
     fn write(&mut self, model: &Model, state: &State) -> io::Result<()> {
@@ -163,6 +161,16 @@ fn terrain(ground: &Terrain) -> Vec<u8> {
     let cell_data = if zones.is_empty() { vec![] } else { vec![("zone", 1, &zones[..])] };
     Vtu { points: &points, cells: Cells::Triangles(&ground.triangles), point_data: vec![], cell_data }
         .to_bytes()
+}
+
+/// Whether `time` [s] has reached the next multiple of an interval [s] of which so many are `written`: then it counts as written, too.
+pub(crate) fn due(written: &mut u64, interval: f64, time: f64) -> bool {
+    // A time that is a multiple but for rounding counts as that multiple.
+    let due = time >= *written as f64 * interval - 1e-9 * interval;
+    if due {
+        *written = (time / interval + 1e-9).floor() as u64 + 1;
+    }
+    due
 }
 
 /// The fault of a field file that cannot be written.

@@ -6,14 +6,8 @@ use dem_contact::settings::{RockSettings, Settings};
 use interface_defs::message::{Gauge, Role};
 use nalgebra::Vector3;
 
-/// Numbers per rock: position, velocity, lowest point, angular velocity, orientation.
-const PER_ROCK: usize = 14;
-/// Numbers of all rocks together: five energies and the contacts.
-const TOGETHER: usize = 6;
-/// Place of the stored energy among those.
+/// Place of the stored energy among the numbers of all rocks together.
 const STORED: usize = 2;
-/// Numbers of each table of separate spheres: the speed of the fastest, the centre of mass of all.
-const PER_GROUP: usize = 4;
 
 /// When the gauges are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,6 +28,8 @@ pub struct Gauges {
     /// Energy of all springs in the middle of the present step [J].
     springs: f64,
     values: Vec<f64>,
+    /// Place of the numbers of all rocks together.
+    together: usize,
 }
 
 /// The energies that every run of rocks has.
@@ -55,20 +51,14 @@ impl Gauges {
             origin,
             origins: settings.rocks.iter().map(start).collect(),
             down: settings.down(),
-            springs: 0.0,
-            values: Vec::with_capacity(Self::count(settings)),
+            ..Self::default()
         }
-    }
-
-    /// Their number.
-    pub fn count(settings: &Settings) -> usize {
-        PER_ROCK * settings.named() + TOGETHER + PER_GROUP * settings.spheres.len()
     }
 
     /// Their names, in order.
     pub fn declared(model: &Model) -> Vec<Gauge> {
         let settings = &model.settings;
-        let mut gauges = Vec::with_capacity(Self::count(settings));
+        let mut gauges = Vec::new();
         for rock in model.rocks.iter().take(settings.named()) {
             for (names, unit) in [
                 (&["x", "y", "z"][..], "m"),
@@ -112,20 +102,12 @@ impl Gauges {
     pub fn take(&mut self, model: &Model, state: &State, moment: Moment, output: &mut [f64]) {
         self.read(model, state);
         if moment == Moment::Step {
-            self.values[PER_ROCK * model.settings.named() + STORED] = self.springs;
+            self.values[self.together + STORED] = self.springs;
         }
         for (gauge, &value) in output.chunks_exact_mut(3).zip(&self.values) {
             gauge[0] = value;
             gauge[1] = if value < gauge[1] { value } else { gauge[1] };
             gauge[2] = if value > gauge[2] { value } else { gauge[2] };
-        }
-    }
-
-    /// All gauges at t = 0.
-    pub fn first(&mut self, model: &Model, state: &State, output: &mut [f64]) {
-        self.read(model, state);
-        for (gauge, &value) in output.chunks_exact_mut(3).zip(&self.values) {
-            gauge.fill(value);
         }
     }
 
@@ -151,6 +133,7 @@ impl Gauges {
         let rock_contacts = &state.between_rocks;
         stored += rock_contacts.elastic + rock_contacts.tangential_energy;
         contacts += rock_contacts.contacts;
+        self.together = self.values.len();
         self.values.extend([kinetic, potential, stored, state.dissipated, state.received, contacts as f64]);
         for number in 0..model.settings.spheres.len() {
             self.read_group(model, state, number);

@@ -1,28 +1,23 @@
-//! Measures of impacts on the net, and of how deep spheres were pressed in. What they count from: [`crate::model::impact`].
+//! Measures of impacts on the net, of trajectories over terrain, and of how deep spheres were pressed in. What they count from: [`crate::model::impact`].
 
 use crate::model::critical::DEEP;
 use crate::model::impact::ImpactRecord;
-use crate::model::state::{Against, State};
-use crate::model::{Model, prefix};
+use crate::model::state::{Against, Body, State};
+use crate::model::{Model, name_of};
 use dem_contact::settings::Settings;
+use dem_terrain::Terrain;
 use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::message::{Measure, Worse};
+use interface_defs::message::{Measure, Statistics, Worse};
+use interface_defs::verdict::Fate;
 use nalgebra::Vector3;
 
 /// Largest angle between impact direction and gravity at which a depth measures the impact [degrees].
 const STEEP: f64 = 30.0;
 
 /// Measures of the committed state, and warnings: a reason for each that is absent.
-pub fn results(
-    model: &Model,
-    state: &State,
-    net: bool,
-    out: &mut Vec<Measure>,
-    warnings: &mut Vec<Diagnostic>,
-) {
-    for (number, rock) in model.rocks.iter().enumerate().take(model.settings.named()) {
-        let (body, prefix) = (&state.bodies[number], prefix(model, number));
-        let mut report = Reporter { prefix: &prefix, rock: &rock.name, out, warnings };
+pub fn results(model: &Model, state: &State, net: bool, out: &mut Statistics) {
+    for (number, body) in state.bodies.iter().enumerate().take(model.settings.named()) {
+        let mut report = Reporter::of(model, number, out);
         if net {
             // With nothing to hit an impact is not missed.
             one_impact(&body.track, &model.settings, state.broken > 0, &mut report);
@@ -41,37 +36,70 @@ pub fn results(
                 Against::Rocks => "of the smaller sphere; raise contact.young",
                 Against::Sides => "raise contact.young",
             };
-            report.warnings.push(too_deep(&format!("rock `{}`", rock.name), partner, depth, time, cure));
+            let name = format!("rock `{}`", report.rock);
+            report.out.warnings.push(too_deep(&name, partner, depth, time, cure));
         }
     }
+    // Of each table of spheres the deepest of any.
+    let loose = || state.bodies[model.settings.named()..].iter().zip(&model.settings.group);
     for (number, group) in model.settings.spheres.iter().enumerate() {
-        of_group(model, state, number, &group.name, out, warnings);
+        let own = loose().filter(|(_, group)| usize::from(**group) == number);
+        let all = own.flat_map(|(body, _)| body.deepest.each());
+        let Some((partner, depth, time)) = all.reduce(|a, b| if b.1 > a.1 { b } else { a }) else { continue };
+        out.measures.push(penetration(format!("{}_max_penetration", group.name), depth, time));
+        if depth > DEEP {
+            let name = format!("spheres `{}`", group.name);
+            out.warnings.push(too_deep(&name, partner, depth, time, "raise contact.young"));
+        }
     }
     // The same of all rocks together.
     let of_rocks = state.bodies.iter().map(|body| body.deepest.of(Against::Rocks));
     if let Some((depth, time)) = of_rocks.filter(|d| d.0 > 0.0).reduce(|a, b| if b.0 > a.0 { b } else { a }) {
-        out.push(
-            penetration("max_penetration_of_rocks", depth, time).ranked(Measure::ORDINARY, Worse::Larger),
-        );
+        let deepest = penetration("max_penetration_of_rocks", depth, time);
+        out.measures.push(deepest.ranked(Measure::ORDINARY, Worse::Larger));
     }
 }
 
-/// The deepest overlap of any sphere of table number `number`, which is named `name`.
-fn of_group(
-    model: &Model,
-    state: &State,
-    number: usize,
-    name: &str,
-    out: &mut Vec<Measure>,
-    warnings: &mut Vec<Diagnostic>,
-) {
-    let (named, group) = (model.settings.named(), &model.settings.group);
-    let own = state.bodies[named..].iter().zip(group).filter(|(_, g)| usize::from(**g) == number);
-    let all = own.flat_map(|(body, _)| body.deepest.each());
-    let Some((partner, depth, time)) = all.reduce(|a, b| if b.1 > a.1 { b } else { a }) else { return };
-    out.push(penetration(format!("{name}_max_penetration"), depth, time));
-    if depth > DEEP {
-        warnings.push(too_deep(&format!("spheres `{name}`"), partner, depth, time, "raise contact.young"));
+/// Measures of the trajectory of rock number `at`; where it has not ended, a warning says so.
+pub fn of_trajectory(model: &Model, ground: &Terrain, at: usize, state: &State, out: &mut Statistics) {
+    const OF_REST: &str = "runout_distance, rest_x, rest_y, rest_z";
+    let mut report = Reporter::of(model, at, out);
+    let Body { motion, path, .. } = &state.bodies[at];
+    let down = model.settings.down();
+    // A rock that has ended may have gone on while others had not.
+    let (end, last) = path.ending.map_or((state.time, motion.position), |end| (end.time, end.position));
+    let moved = last - (Vector3::from(model.settings.rocks[at].position) - model.origin);
+    let level = (moved - down * moved.dot(&down)).norm();
+    let place = last + ground.origin;
+    match path.ending.map(|end| end.how) {
+        Some(Fate::AtRest) => {
+            report.add(Measure::new("runout_distance", level, "m").at(end).ranked(140, Worse::Larger));
+            for (rank, (name, value)) in
+                (220..).zip(["rest_x", "rest_y", "rest_z"].into_iter().zip(place.iter()))
+            {
+                report.add(Measure::new(name, *value, "m").at(end).ranked(rank, Worse::Neither));
+            }
+        }
+        Some(_) => {
+            report.add(Measure::new("exit_distance", level, "m").at(end).ranked(150, Worse::Larger));
+            let near = format!("({:.2}, {:.2}, {:.2})", place.x, place.y, place.z);
+            report.absent(OF_REST, &format!("it left the terrain at {end:.3} s near {near}"));
+        }
+        None => {
+            let why = format!("it still moved at {:.3} m/s when the time was over", motion.velocity.norm());
+            report.absent_with_cure(OF_REST, &why, Some("raise end_time"));
+        }
+    }
+    for (name, (value, time), unit, rank) in [
+        ("max_jump_height", path.highest, "m", 190),
+        ("max_speed", path.fastest, "m/s", 180),
+        ("max_kinetic_energy", path.most_energy, "J", 200),
+    ] {
+        report.add(Measure::new(name, value, unit).at(time).ranked(rank, Worse::Larger));
+    }
+    report.add(Measure::new("impacts", path.impacts as f64, "1").ranked(210, Worse::Neither));
+    if end > 0.0 {
+        report.add(Measure::new("contact_time_fraction", path.in_contact / end, "1"));
     }
 }
 
@@ -89,15 +117,21 @@ fn too_deep(name: &str, partner: Against, depth: f64, time: f64, cure: &str) -> 
 
 /// Where measures of one rock go.
 struct Reporter<'a> {
-    prefix: &'a str,
+    /// What their names begin with: its name where there are several rocks.
+    prefix: String,
     rock: &'a str,
-    out: &'a mut Vec<Measure>,
-    warnings: &'a mut Vec<Diagnostic>,
+    out: &'a mut Statistics,
 }
 
-impl Reporter<'_> {
+impl<'a> Reporter<'a> {
+    fn of(model: &'a Model, rock: usize, out: &'a mut Statistics) -> Self {
+        let name = name_of(model, rock);
+        let prefix = if model.settings.named() > 1 { format!("{name}_") } else { String::new() };
+        Self { prefix, rock: name, out }
+    }
+
     fn add(&mut self, measure: Measure) {
-        self.out.push(Measure { name: format!("{}{}", self.prefix, measure.name), ..measure });
+        self.out.measures.push(Measure { name: format!("{}{}", self.prefix, measure.name), ..measure });
     }
 
     fn vector(&mut self, name: &str, value: &Vector3<f64>, unit: &str, time: f64) {
@@ -107,8 +141,14 @@ impl Reporter<'_> {
     }
 
     fn absent(&mut self, names: &str, why: &str) {
+        self.absent_with_cure(names, why, None);
+    }
+
+    /// The same, and what to try.
+    fn absent_with_cure(&mut self, names: &str, why: &str, cure: Option<&str>) {
         let what = format!("{names} of rock `{}` absent: {why}", self.rock);
-        self.warnings.push(Diagnostic::warning(code::ABSENT_MEASURE, what));
+        let absent = Diagnostic::warning(code::ABSENT_MEASURE, what);
+        self.out.warnings.push(absent.try_if(cure.map(str::to_owned)));
     }
 }
 
@@ -142,7 +182,7 @@ fn one_impact(track: &ImpactRecord, settings: &Settings, torn: bool, report: &mu
                     "max_elongation of rock `{}` is that before something of the structure tore: loose parts fly farther",
                     report.rock
                 );
-                report.warnings.push(Diagnostic::warning(code::TRUST, what));
+                report.out.warnings.push(Diagnostic::warning(code::TRUST, what));
             }
         }
         None if torn => {
@@ -174,7 +214,7 @@ fn one_impact(track: &ImpactRecord, settings: &Settings, torn: bool, report: &mu
              them, where the contact is weaker than its law; forces are less sure than deflections",
             report.rock
         );
-        report.warnings.push(Diagnostic::warning(code::TRUST, what).try_instead("raise contact.young"));
+        report.out.warnings.push(Diagnostic::warning(code::TRUST, what).try_instead("raise contact.young"));
     }
 }
 

@@ -1,7 +1,7 @@
 //! What is reported of a run: rows, measures, sentences, files. Nothing here changes a state.
 //!
 //! - [`gauges`]: the columns of `history.csv` that a scene asks for
-//! - [`measures`], [`runout`]: the numbers of the summary, of an impact on the net and of a trajectory over terrain
+//! - [`measures`]: the numbers of the summary, of an impact on the net and of a trajectory over terrain
 //! - [`verdict`], with [`outline`]: what became of each rock, in a sentence
 //! - [`trajectory`], [`fields`], [`map`]: files and the picture of the trajectories
 
@@ -13,7 +13,6 @@ pub mod gauges;
 pub mod map;
 pub mod measures;
 pub mod outline;
-pub mod runout;
 pub mod trajectory;
 pub mod verdict;
 

@@ -7,6 +7,7 @@
 //!
 //! Nothing here is asked in a step: a rock that has lost contact is judged once each time it has moved on by its own size.
 
+use dem_contact::contact::broad_phase::mesh_elements::inverse_square;
 use dem_contact::interface_mesh::{ContactMesh, Kind};
 use dem_contact::rock::{Motion, Rock};
 use dem_solid::geometry::closest::{on_face, on_line};
@@ -43,11 +44,7 @@ impl<F: Fn(u32) -> Vector3<f64>> Outline<'_, F> {
             let edge = b - a;
             let to_point = match element.kind {
                 Kind::Face => on_face(centre, [&a, &b, &c]).to_point,
-                Kind::Line | Kind::Point => {
-                    let square = edge.norm_squared();
-                    let inverse = if square > 0.0 { 1.0 / square } else { 0.0 };
-                    on_line(centre, &a, &edge, inverse).to_point
-                }
+                Kind::Line | Kind::Point => on_line(centre, &a, &edge, inverse_square(&edge)).to_point,
             };
             let distance = to_point.norm() - element.radius;
             if best.is_none_or(|(least, _)| distance < least) {

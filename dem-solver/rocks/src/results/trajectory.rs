@@ -4,6 +4,7 @@
 //! after it began, and five times per row of `history.csv` in one that lasts.
 
 use crate::model::Model;
+use crate::model::runout::jump_height;
 use crate::model::state::{Body, State};
 use dem_terrain::Terrain;
 use interface_defs::Fault;
@@ -15,25 +16,16 @@ use toolkit::history::{History, Mark};
 
 pub use toolkit::run_dir::TRAJECTORY;
 
-const COLUMNS: [&str; 17] = [
-    "time_s",
-    "rock",
-    "x_m",
-    "y_m",
-    "z_m",
-    "vx_m_per_s",
-    "vy_m_per_s",
-    "vz_m_per_s",
-    "wx_rad_per_s",
-    "wy_rad_per_s",
-    "wz_rad_per_s",
-    "energy_translation_J",
-    "energy_rotation_J",
-    "energy_potential_J",
-    "jump_height_m",
-    "contact",
-    "impacts",
-];
+/// Numbers of a row.
+const WIDTH: usize = 17;
+
+/// What they are.
+fn columns() -> [String; WIDTH] {
+    let names = "time_s rock x_m y_m z_m vx_m_per_s vy_m_per_s vz_m_per_s wx_rad_per_s wy_rad_per_s wz_rad_per_s \
+                 energy_translation_J energy_rotation_J energy_potential_J jump_height_m contact impacts";
+    let mut names = names.split_whitespace().map(String::from);
+    std::array::from_fn(|_| names.next().unwrap_or_default())
+}
 
 /// Places of the energies in a row.
 const TRANSLATION: usize = 11;
@@ -43,41 +35,24 @@ const POTENTIAL: usize = 13;
 /// One row, in the order of the columns: rocks are numbered from 0, potential energy counts from the
 /// rock's start, the jump height is empty where there is no ground, contact is 1 or 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Row(pub [f64; COLUMNS.len()]);
+pub struct Row(pub [f64; WIDTH]);
 
 impl Row {
     /// Of rock number `rock` at `time` [s].
-    pub fn of(
-        model: &Model,
-        rock: usize,
-        body: &Body,
-        time: f64,
-        height: Option<f64>,
-        contact: bool,
-    ) -> Self {
+    pub fn of(model: &Model, rock: usize, body: &Body, time: f64, contact: bool) -> Self {
         let (it, motion) = (&model.rocks[rock], &body.motion);
-        let place = motion.position + model.origin;
-        let spin = it.spin(motion);
-        let translation = 0.5 * it.mass * motion.velocity.norm_squared();
+        let [x, y, z] = (motion.position + model.origin).into();
+        let [vx, vy, vz] = motion.velocity.into();
+        let [wx, wy, wz] = it.spin(motion).into();
+        let moving = 0.5 * it.mass * motion.velocity.norm_squared();
+        let turning = it.kinetic_energy(motion) - moving;
         let start = Vector3::from(model.settings.rocks[rock].position) - model.origin;
+        let potential = -it.mass * model.settings.gravity.dot(&(motion.position - start));
+        let height = jump_height(model, rock, motion).unwrap_or(f64::NAN);
+        let (touches, impacts) = (f64::from(u8::from(contact)), body.path.impacts as f64);
+        let rock = rock as f64;
         Self([
-            time,
-            rock as f64,
-            place.x,
-            place.y,
-            place.z,
-            motion.velocity.x,
-            motion.velocity.y,
-            motion.velocity.z,
-            spin.x,
-            spin.y,
-            spin.z,
-            translation,
-            it.kinetic_energy(motion) - translation,
-            -it.mass * model.settings.gravity.dot(&(motion.position - start)),
-            height.unwrap_or(f64::NAN),
-            f64::from(u8::from(contact)),
-            body.path.impacts as f64,
+            time, rock, x, y, z, vx, vy, vz, wx, wy, wz, moving, turning, potential, height, touches, impacts,
         ])
     }
 
@@ -195,27 +170,18 @@ pub struct Trajectory {
 impl Trajectory {
     /// A new file in `dir`, with the rows at t = 0.
     pub fn create(dir: &Path, model: &Model, state: &State) -> Result<Self, Fault> {
-        let columns = COLUMNS.map(String::from);
-        let file = History::create(&dir.join(TRAJECTORY), &columns).map_err(unwritable)?;
+        let file = History::create(&dir.join(TRAJECTORY), &columns()).map_err(unwritable)?;
         let mut it = Self { file, rows: Vec::new() };
-        let Some(ground) = &model.ground else { return Ok(it) };
-        let first: Vec<Row> = (0..model.settings.named())
-            .map(|rock| {
-                let body = &state.bodies[rock];
-                let down = model.settings.down();
-                let height =
-                    crate::model::runout::jump_height(ground, &model.rocks[rock], &body.motion, &down);
-                Row::of(model, rock, body, state.time, height, body.contacts > 0)
-            })
-            .collect();
-        it.add(&first)?;
+        let bodies = state.bodies.iter().take(model.settings.named()).enumerate();
+        let row = |(rock, body): (usize, &Body)| Row::of(model, rock, body, state.time, body.contacts > 0);
+        it.add(&bodies.map(row).collect::<Vec<_>>())?;
         Ok(it)
     }
 
     /// Go on with the file in `dir` as it was at `mark`: its rows are read again, as they were written.
     pub fn go_on(dir: &Path, mark: &Mark) -> Result<Self, Fault> {
         let path = dir.join(TRAJECTORY);
-        let file = History::go_on(&path, &COLUMNS.map(String::from), mark).map_err(unwritable)?;
+        let file = History::go_on(&path, &columns(), mark).map_err(unwritable)?;
         let text = files::read_text(&path).map_err(unwritable)?;
         let rows = text.lines().skip(1).map(read).collect::<Option<Vec<Row>>>();
         let rows =
@@ -238,7 +204,7 @@ impl Trajectory {
 
 /// A row as it was written; what was not finite is empty.
 fn read(line: &str) -> Option<Row> {
-    let mut row = [f64::NAN; COLUMNS.len()];
+    let mut row = [f64::NAN; WIDTH];
     let mut words = line.split(',');
     for (number, word) in row.iter_mut().zip(&mut words) {
         if !word.is_empty() {
@@ -259,7 +225,7 @@ mod tests {
     #[test]
     fn a_free_flight_between_two_rows_is_its_parabola() {
         let at = |t: f64| {
-            let mut row = [0.0; COLUMNS.len()];
+            let mut row = [0.0; WIDTH];
             row[0] = 3.0 + t;
             let height = 5.0 * t - 4.905 * t * t;
             row[2..5].copy_from_slice(&[2.0 * t, -t, height]);

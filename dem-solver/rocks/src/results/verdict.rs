@@ -12,12 +12,12 @@
 //!
 //! Then how it ended: *came to rest* on the terrain, *left the terrain* ([`crate::model::runout`]), *still moved*.
 
-use crate::model::Model;
-use crate::model::impact::{Impact, ImpactRecord};
+use crate::model::impact::Impact;
 use crate::model::state::{Body, State};
+use crate::model::{Model, name_of};
 use crate::results::outline::{Outline, clearance, side};
 use dem_contact::interface_mesh::{AtRest, ContactMesh};
-use dem_contact::rock::{Motion, Rock};
+use dem_contact::rock::Motion;
 use dem_terrain::queries::Parabola;
 use interface_defs::verdict::{Ending, Fate, Touch, Verdict};
 use nalgebra::Vector3;
@@ -30,24 +30,16 @@ const TRANSVERSE: f64 = 0.1;
 
 /// The verdict on each rock.
 pub fn verdicts(model: &Model, state: &State, net: Option<(&ContactMesh, &AtRest)>) -> Vec<Verdict> {
-    let bodies = model.rocks.iter().zip(&state.bodies);
-    bodies.take(model.settings.named()).map(|(rock, body)| verdict(model, rock, body, state, net)).collect()
+    (0..model.settings.named()).map(|at| verdict(model, at, state, net)).collect()
 }
 
-fn verdict(
-    model: &Model,
-    rock: &Rock,
-    body: &Body,
-    state: &State,
-    net: Option<(&ContactMesh, &AtRest)>,
-) -> Verdict {
+fn verdict(model: &Model, at: usize, state: &State, net: Option<(&ContactMesh, &AtRest)>) -> Verdict {
+    let body = &state.bodies[at];
     let end = ending(model, body, state.time);
-    let free = Verdict::of(&rock.name, end);
+    let free = Verdict::of(name_of(model, at), end);
     let at_net = match (&body.track.touch, net) {
         (Some(impact), _) => Some(after_touch(model, body, impact, state, free.clone())),
-        (None, Some((contact_mesh, rest))) => {
-            without_touch(model, rock, &body.track, state.time, contact_mesh, rest, free.clone())
-        }
+        (None, Some(net)) => without_touch(model, at, state, net, free.clone()),
         (None, None) => None,
     };
     let held = body.track.touching && body.track.stopped.is_some();
@@ -92,14 +84,12 @@ fn after_touch(model: &Model, body: &Body, impact: &Impact, state: &State, free:
 /// Where a rock got past the net that it never touched; `None`: nowhere.
 fn without_touch(
     model: &Model,
-    rock: &Rock,
-    track: &ImpactRecord,
-    time: f64,
-    contact_mesh: &ContactMesh,
-    rest: &AtRest,
+    rock: usize,
+    state: &State,
+    (contact_mesh, rest): (&ContactMesh, &AtRest),
     free: Verdict,
 ) -> Option<Verdict> {
-    let (since, motion) = track.beside?;
+    let (since, motion) = state.bodies[rock].track.beside?;
     let speed = motion.velocity.norm();
     let gravity = model.settings.gravity;
     // Where it rolls, gravity does not bend its trajectory.
@@ -113,7 +103,7 @@ fn without_touch(
     let outline = Outline { contact_mesh, at: |n: u32| contact_mesh.nodes[n as usize] };
     let (after, at, near) = outline.approach(&flight, horizon)?;
     let when = since + after;
-    if when > time {
+    if when > state.time {
         return None;
     }
     let direction = (motion.velocity + flight.gravity * after).try_normalize(0.0)?;
@@ -123,7 +113,7 @@ fn without_touch(
         return Some(free.at_net(Fate::WentThrough, when, speed, position));
     }
     let across = near.to_point - direction * near.to_point.dot(&direction);
-    let distance = clearance(rock, &Motion { position: at, ..motion }, &near);
+    let distance = clearance(&model.rocks[rock], &Motion { position: at, ..motion }, &near);
     let passed = free.at_net(side(&-across, &up), when, speed, position);
     Some(Verdict { clearance: Some(distance.max(0.0)), ..passed })
 }
@@ -131,14 +121,9 @@ fn without_touch(
 /// How it ended.
 fn ending(model: &Model, body: &Body, time: f64) -> Ending {
     if let Some(end) = &body.path.ending {
-        let (position, speed) = (place(model, &end.position), end.velocity.norm());
-        return Ending {
-            fate: end.how,
-            time: end.time,
-            position,
-            speed,
-            on_terrain: end.how == Fate::AtRest,
-        };
+        let (position, speed, on_terrain) =
+            (place(model, &end.position), end.velocity.norm(), end.how == Fate::AtRest);
+        return Ending { fate: end.how, time: end.time, position, speed, on_terrain };
     }
     let speed = body.motion.velocity.norm();
     let fate = if speed < REST { Fate::AtRest } else { Fate::StillMoving };

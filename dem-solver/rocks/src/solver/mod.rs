@@ -4,47 +4,56 @@
 //! [`crate::results`] reports.
 
 use crate::gate;
-use crate::integrator::window::{RockIntegrator, Solved};
-use crate::model::Model;
+use crate::integrator::window::{KeptIntegrator, RockIntegrator, Solved};
 use crate::model::between::{Between, rows};
-use crate::model::critical::Steps;
 use crate::model::state::{Body, State};
-use crate::results::fields::{self, FieldFiles};
+use crate::model::{Model, Steps};
+use crate::results::fields::{self, FieldFiles, KeptFields};
 use crate::results::gauges::Gauges;
 use crate::results::trajectory::{self, Row, Trajectory};
 use crate::results::{self, map, measures, verdict};
 use dem_contact::interface_mesh::ContactMesh;
 use dem_contact::interface_mesh::crossings::Crossings;
 use dem_contact::law::settings::of_presets;
-use dem_contact::law::table::Laws;
 use dem_contact::rock::{Motion, Rock};
 use dem_contact::settings::{ContactSelection, STRUCTURE, Settings, limits};
 use dem_solid::geometry::sphere_tree::SphereTree;
 use dem_terrain::Terrain;
 use interface_defs::diagnostic::{Diagnostic, code};
+use interface_defs::message::Hello;
 use interface_defs::message::capability;
-use interface_defs::message::{Hello, Measure};
 use interface_defs::solver::OnProgress;
 use interface_defs::{
     Fault, FieldSpec, InterfaceMesh, Place, Plan, Progress, Ready, Sampling, Selection, Solver, Statistics,
     Window, name,
 };
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::sync::Arc;
+use toolkit::checkpoint::{pack, unpack};
+use toolkit::history::Mark;
 use toolkit::program::Options;
 use toolkit::scene::Scene;
 
-mod kept;
 mod partners;
-use kept::Kept;
-use partners::{OnTerrain, are_apart, planes, rows_with_box};
+use partners::{are_apart, enclose, lay_on_terrain};
 
 /// Most times that steps are made finer where a contact asks for it.
 const FINEST: usize = 64;
 
 /// Most samples per window of any field.
 const MOST_SAMPLES: u32 = 64;
+
+/// What the solver writes down of itself at the end of a committed window: all that the next ones follow from.
+#[derive(Debug, Serialize, Deserialize)]
+struct Kept {
+    state: State,
+    integrator: KeptIntegrator,
+    fields: Option<KeptFields>,
+    /// `trajectory.csv` as it was.
+    trajectory: Option<Mark>,
+}
 
 /// Rocks as rigid sphere clusters, in contact with a mesh that the structure moves.
 pub struct DemSolver {
@@ -55,7 +64,7 @@ pub struct DemSolver {
     scene: Scene,
     /// Whether a rock that starts inside the net is refused.
     guarded: bool,
-    choices: Vec<String>,
+    choice: Option<String>,
     options: Options,
     run: Option<RockIntegrator>,
     committed: State,
@@ -86,45 +95,30 @@ impl DemSolver {
         notices.extend(limits::of_contacts(&settings.contacts));
         notices.extend(of_presets(&settings.contacts));
         notices.extend(settings.notices.iter().cloned());
-        let laws = Laws::new(&settings.contacts);
         let mut ground = settings.terrain.as_ref().map(|terrain| Terrain::of(scene, terrain)).transpose()?;
-        let OnTerrain { rows: ground_rows, wholes, choices } = match &mut ground {
-            Some(ground) => OnTerrain::new(&settings, laws.as_ref(), &rocks, ground, scene)?,
-            None => OnTerrain { rows: Vec::new(), wholes: vec![None; rocks.len()], choices: Vec::new() },
+        let origin = ground.as_ref().map_or_else(Vector3::zeros, |g| g.origin);
+        let trees = rocks.iter().map(|r| SphereTree::new(&r.spheres)).collect();
+        let mut model = Model::new(settings, rocks, trees, origin);
+        model.shortcuts = options.shortcuts;
+        let choice = match &mut ground {
+            Some(ground) => lay_on_terrain(&mut model, ground, scene)?,
+            None => None,
         };
         notices.extend(ground.iter().flat_map(|ground| ground.notices.iter().cloned()));
-        let mut cautions = gate::of_scene(&settings, &rocks, scene)?;
-        let between = Between::new(laws.as_ref(), &settings, scene)?;
-        let side_rows = rows_with_box(laws.as_ref(), &settings, scene)?;
-        gate::ground::check(&settings, laws.as_ref(), between.as_ref(), &side_rows, scene)?;
-        if settings.rocks.len() > 1 && between.is_none() {
+        model.ground = ground.map(Arc::new);
+        let mut cautions = gate::of_scene(&model.settings, &model.rocks, scene)?;
+        model.between = Between::new(model.laws.as_ref(), &model.settings, scene)?;
+        enclose(&mut model, scene)?;
+        gate::ground::check(&model, scene)?;
+        if model.rocks.len() > 1 && model.between.is_none() {
             let what = "there is no table [[contact]]: the rocks fall through each other";
             let noticed = Diagnostic::warning(code::MISSING_KEY, what).about("rock");
             notices.push(noticed.try_instead("add one"));
         }
-        let origin = ground.as_ref().map_or_else(Vector3::zeros, |g| g.origin);
-        let steps = Steps::new(&settings, &rocks, &wholes, laws.as_ref(), ground.as_ref(), scene)?;
-        let trees = rocks.iter().map(|r| SphereTree::new(&r.spheres)).collect();
-        let planes = planes(&settings, &origin);
-        let model = Model {
-            settings,
-            rocks,
-            trees,
-            ground: ground.map(Arc::new),
-            origin,
-            laws,
-            rows: Vec::new(),
-            ground_rows,
-            wholes,
-            between,
-            planes,
-            side_rows,
-            steps,
-            shortcuts: options.shortcuts,
-        };
+        model.steps = Steps::new(&model, scene)?;
         cautions.extend(gate::of_model(&model, scene)?);
         let options = options.clone();
-        let mut it = Self { notices, cautions, choices, options, ..Self::of_model(model, scene, false) };
+        let mut it = Self { notices, cautions, choice, options, ..Self::of_model(model, scene, false) };
         are_apart(&it.model, &mut it.committed, scene)?;
         it.trial = it.committed.clone();
         Ok(it)
@@ -133,7 +127,7 @@ impl DemSolver {
     /// The solver of a model that has been prepared and checked. It writes no files, and keeps the rows of the trajectories where
     /// `keeps_rows` asks for them.
     pub fn of_model(model: Model, scene: &Scene, keeps_rows: bool) -> Self {
-        let state = State::start(&model.settings, &model.rocks, &model.origin);
+        let state = State::start(&model);
         Self {
             options: Options { out: None, shortcuts: model.shortcuts },
             model,
@@ -141,7 +135,7 @@ impl DemSolver {
             cautions: Vec::new(),
             scene: scene.clone(),
             guarded: false,
-            choices: Vec::new(),
+            choice: None,
             run: None,
             committed: state.clone(),
             trial: state,
@@ -200,8 +194,8 @@ impl DemSolver {
     }
 
     /// What was chosen where the scene leaves it open, and why.
-    pub fn choices(&self) -> &[String] {
-        &self.choices
+    pub fn choice(&self) -> Option<&str> {
+        self.choice.as_deref()
     }
 
     /// The committed state.
@@ -255,7 +249,7 @@ impl DemSolver {
         }
         let materials = [STRUCTURE.to_owned()];
         self.model.rows = rows(laws, &self.model.settings, &materials)
-            .map_err(|(what, advice)| Fault::input(format!("{what}; {advice}")))?;
+            .map_err(|[what, advice]| Fault::input(format!("{what}; {advice}")))?;
         let yields = |n: &u16| laws.surfaces[*n as usize].yielding.is_some();
         if self.model.rows.iter().flatten().any(yields) {
             return Err(Fault::input(
@@ -320,7 +314,7 @@ impl Solver for DemSolver {
             })?;
         }
         let contact_mesh = self.contact_mesh(plan, &mut warnings)?;
-        self.committed = State::start(&self.model.settings, &self.model.rocks, &self.model.origin);
+        self.committed = State::start(&self.model);
         let rows = self.keeps_rows || self.options.out.is_some();
         let mut run = RockIntegrator::new(&self.model, contact_mesh, plan, rows);
         run.reserve(&mut self.committed);
@@ -375,11 +369,15 @@ impl Solver for DemSolver {
     }
 
     fn save(&mut self) -> Result<Vec<u8>, Fault> {
-        self.keep()
+        let run = prepared(self.run.as_ref(), "for its state")?;
+        let (integrator, state) = run.kept(&self.committed);
+        let fields = self.fields.as_mut().map(FieldFiles::kept).transpose()?;
+        let trajectory = self.trajectory.as_ref().map(Trajectory::kept).transpose()?;
+        Ok(pack(&Kept { state, integrator, fields, trajectory }))
     }
 
     fn resume(&mut self, state: &[u8]) -> Result<(), Fault> {
-        self.resume = Some(Kept::read(state)?);
+        self.resume = Some(Box::new(unpack(state)?));
         Ok(())
     }
 
@@ -391,26 +389,63 @@ impl Solver for DemSolver {
         let counts = self.run.as_ref().map(RockIntegrator::counts).unwrap_or_default();
         let net = self.run.as_ref().and_then(RockIntegrator::net);
         let verdicts = verdict::verdicts(&self.model, &self.committed, net);
-        let (mut measures, mut warnings) = (Vec::new(), Vec::new());
-        measures::results(&self.model, &self.committed, net.is_some(), &mut measures, &mut warnings);
-        self.trajectories(&mut measures, &mut warnings);
+        let mut out = Statistics { verdicts, counts, ..Statistics::default() };
+        measures::results(&self.model, &self.committed, net.is_some(), &mut out);
+        self.trajectories(&mut out);
         let unwritten = self.fields.as_mut().and_then(|fields| fields.finish().err());
-        warnings.extend(unwritten.map(results::not_written));
-        Ok(Statistics { measures, verdicts, counts, warnings, ..Statistics::default() })
+        out.warnings.extend(unwritten.map(results::not_written));
+        Ok(out)
     }
 }
 
 impl DemSolver {
+    /// Open the files of results: new ones, or those of a run that goes on from `kept`.
+    fn open_files(&mut self, kept: Option<&mut Kept>) -> Result<(), Fault> {
+        (self.fields, self.trajectory) = (None, None);
+        let Some(out) = self.options.out.clone() else { return Ok(()) };
+        let (fields, trajectory) = match kept {
+            Some(kept) => (kept.fields.take(), kept.trajectory.take()),
+            None => (None, None),
+        };
+        if let Some(interval) = self.model.settings.fields {
+            let dir = out.join("fields");
+            match fields {
+                Some(kept) => self.fields = Some(FieldFiles::go_on(&dir, interval, &self.model, kept)?),
+                None => {
+                    self.fields = Some(FieldFiles::create(&dir, interval, &self.model)?);
+                    self.write_fields()?;
+                }
+            }
+        }
+        if self.model.ground.is_some() && self.model.settings.named() > 0 {
+            self.trajectory = Some(match trajectory {
+                Some(mark) => Trajectory::go_on(&out, &mark)?,
+                None => Trajectory::create(&out, &self.model, &self.committed)?,
+            });
+        }
+        Ok(())
+    }
+
+    /// Stand where `kept` was.
+    fn go_on(&mut self, kept: Kept) {
+        let Some(run) = &mut self.run else { return };
+        run.go_on(kept.integrator);
+        self.committed = kept.state;
+        run.reserve(&mut self.committed);
+        self.trial = self.committed.clone();
+        run.reserve(&mut self.trial);
+    }
+
     /// Measures of the trajectories over the terrain, and their picture.
-    fn trajectories(&mut self, measures: &mut Vec<Measure>, warnings: &mut Vec<Diagnostic>) {
+    fn trajectories(&self, out: &mut Statistics) {
         let Some(ground) = &self.model.ground else { return };
         for at in 0..self.model.settings.named() {
-            results::runout::results(&self.model, ground, at, &self.committed, measures, warnings);
+            measures::of_trajectory(&self.model, ground, at, &self.committed, out);
         }
-        let (Some(trajectory), Some(out)) = (&self.trajectory, &self.options.out) else { return };
+        let (Some(trajectory), Some(dir)) = (&self.trajectory, &self.options.out) else { return };
         let trajectories = trajectory::trajectories(&self.model, ground, &trajectory.rows);
         let fields = self.fields.as_ref().map_or(Ok(()), |fields| fields.write_trajectories(&trajectories));
-        let (path, bodies) = (out.join(map::PICTURE), &self.committed.bodies);
+        let (path, bodies) = (dir.join(map::PICTURE), &self.committed.bodies);
         let mesh = self.run.as_ref().and_then(|run| Some(run.net()?.0));
         for (name, written) in [
             (map::PICTURE, map::write(&path, &self.model, ground, &trajectories, bodies, mesh)),
@@ -418,7 +453,7 @@ impl DemSolver {
         ] {
             if let Err(e) = written {
                 let what = format!("{name} cannot be written: {e}");
-                warnings.push(Diagnostic::warning(code::NOT_WRITTEN, what));
+                out.warnings.push(Diagnostic::warning(code::NOT_WRITTEN, what));
             }
         }
     }

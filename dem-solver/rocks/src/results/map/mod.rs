@@ -17,9 +17,10 @@ use dem_terrain::Terrain;
 use nalgebra::Vector3;
 use net::Net;
 use page::{
-    Area, Drawn, FEW, FINE, HeightMap, INK, LEFT, LEGEND, Line, NAMES, Peaks, TrajectoryPoint, WIDTH, colour,
-    font, number, px,
+    Area, Drawn, FEW, FINE, HeightMap, INK, LEFT, LEGEND, Line, NAMES, TrajectoryPoint, WIDTH, colour, font,
+    number, px,
 };
+use panels::{CURVES, PANEL, Panels};
 use plotters::prelude::*;
 use std::io;
 use std::path::Path;
@@ -40,29 +41,17 @@ pub fn write(
     let point = |row: &Row| {
         let place = row.position();
         let height = ground.height(&(Vector3::from(place) - model.origin), &down);
-        TrajectoryPoint {
-            place,
-            ground: height.map(|h| place[2] - h),
-            jump: row.height(),
-            speed: row.speed(),
-            energy: row.kinetic_energy(),
-            touches: row.touches(),
-        }
+        TrajectoryPoint { row: *row, ground: height.map(|h| place[2] - h) }
     };
     let lines: Vec<Line> = (model.rocks.iter().zip(trajectories).zip(bodies))
         .map(|((rock, rows), body)| {
             let most = &body.path;
-            let peaks = Peaks { jump: most.highest.0, speed: most.fastest.0, energy: most.most_energy.0 };
+            let peaks = [most.highest.0, most.fastest.0, most.most_energy.0 / 1000.0];
             Line { peaks, ..Line::new(rock.name.clone(), rows.iter().map(point).collect()) }
         })
         .collect();
-    let top = ground.highest.z + 1.0;
-    let height = |x: f64, y: f64| {
-        let above = Vector3::new(x - model.origin.x, y - model.origin.y, top);
-        ground.height(&above, &-Vector3::z()).map(|h| top - h + model.origin.z)
-    };
-    let corner = |v: &Vector3<f64>| [v.x + model.origin.x, v.y + model.origin.y];
-    let terrain = HeightMap { extent: [corner(&ground.lowest), corner(&ground.highest)], height: &height };
+    let extent = ground.extent().map(|corner| [corner.x, corner.y]);
+    let terrain = HeightMap { extent, height: &|x, y| ground.highest_at(x, y) };
     let net = mesh.map_or(Net::default(), |mesh| Net::of(mesh, &model.origin));
     files::write(path, draw(&lines, &terrain, &net).map_err(io::Error::other)?.as_bytes())
 }
@@ -74,40 +63,32 @@ fn draw(lines: &[Line], terrain: &HeightMap, net: &Net) -> Result<String, String
         return Err("there is no trajectory to draw".into());
     }
     let plan = plan::Plan::new(&lines, terrain, net);
-    let panels = panels::Panels::new(&lines, net);
-    let heights = [plan.height(), panels.section_height(), panels::PANEL, panels::PANEL, panels::PANEL];
-    let total = heights.iter().sum::<i32>() + LEGEND;
+    let panels = Panels::new(&lines, net);
+    let total = LEGEND + plan.height() + panels.section_height() + CURVES.len() as i32 * PANEL;
     let mut text = String::new();
     {
         let root = SVGBackend::with_string(&mut text, ((WIDTH * FINE) as u32, (total * FINE) as u32))
             .into_drawing_area();
-        let drawn = draw_page(&root, &lines, &plan, &panels, heights).and_then(|()| root.present());
+        let drawn = draw_page(&root, &lines, &plan, &panels).and_then(|()| root.present());
         drawn.map_err(|e| e.to_string())?;
     }
     Ok(finish(text, total, &plan))
 }
 
-fn draw_page(
-    root: &Area,
-    lines: &[&Line],
-    plan: &plan::Plan,
-    panels: &panels::Panels,
-    heights: [i32; 5],
-) -> Drawn {
+fn draw_page(root: &Area, lines: &[&Line], plan: &plan::Plan, panels: &Panels) -> Drawn {
     root.fill(&WHITE)?;
-    let (legend, mut rest) = root.split_vertically(LEGEND * FINE);
+    let (legend, rest) = root.split_vertically(LEGEND * FINE);
     draw_legend(&legend, lines, plan.has_net(), plan.interval())?;
-    let mut areas = Vec::with_capacity(heights.len());
-    for height in heights {
-        let (own, below) = rest.split_vertically(height * FINE);
-        areas.push(own);
+    let (own, rest) = rest.split_vertically(plan.height() * FINE);
+    plan.draw(&own, lines)?;
+    let (own, mut rest) = rest.split_vertically(panels.section_height() * FINE);
+    panels.section(&own)?;
+    for number in 0..CURVES.len() {
+        let (own, below) = rest.split_vertically(PANEL * FINE);
+        panels.curve(&own, number)?;
         rest = below;
     }
-    plan.draw(&areas[0], lines)?;
-    panels.section(&areas[1])?;
-    panels.jumps(&areas[2])?;
-    panels.speeds(&areas[3])?;
-    panels.energies(&areas[4])
+    Ok(())
 }
 
 fn draw_legend(area: &Area, lines: &[&Line], has_net: bool, interval: Option<f64>) -> Drawn {
@@ -173,14 +154,11 @@ mod tests {
             let (x, phase) = (k as f64 * 0.1, (k % 50) as f64 / 50.0);
             let jump = 8.0 * phase * (1.0 - phase);
             let ground = 1500.0 - 0.5 * x;
-            TrajectoryPoint {
-                place: [2_600_000.0 + x, 1_200_000.0 + y, ground + jump + 0.4],
-                ground: Some(ground),
-                jump: Some(jump),
-                speed: 10.0 + phase,
-                energy: 1e5 * (1.0 + phase),
-                touches: k.is_multiple_of(50),
-            }
+            let mut row = Row([0.0; 17]);
+            row.0[2..5].copy_from_slice(&[2_600_000.0 + x, 1_200_000.0 + y, ground + jump + 0.4]);
+            (row.0[5], row.0[11], row.0[14]) = (10.0 + phase, 1e5 * (1.0 + phase), jump);
+            row.0[15] = f64::from(u8::from(k.is_multiple_of(50)));
+            TrajectoryPoint { row, ground: Some(ground) }
         };
         Line::new(name.into(), (0..501).map(point).collect())
     }
@@ -284,7 +262,7 @@ mod tests {
 
     #[test]
     fn the_headings_give_the_largest_values_of_every_step_not_of_the_rows_alone() {
-        let peaks = Peaks { jump: 2.0, speed: 12.34, energy: 250e3 };
+        let peaks = [2.0, 12.34, 250.0];
         let text = drawn(&[Line { peaks, ..bounces("block", 10.0) }]);
         for word in ["largest 2.00 m", "largest 12.3 m/s", "largest 250 kJ"] {
             assert!(text.contains(word), "no `{word}`");

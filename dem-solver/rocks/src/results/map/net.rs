@@ -53,7 +53,8 @@ impl Net {
     pub fn section(&self, line: &Line) -> Vec<[(f64, f64); 2]> {
         let mut path: Vec<([f64; 2], f64)> = Vec::new();
         for (point, along) in line.points.iter().zip(&line.along) {
-            let place = [point.place[0], point.place[1]];
+            let [x, y, _] = point.row.position();
+            let place = [x, y];
             if path.last().is_none_or(|(last, _)| (place[0] - last[0]).hypot(place[1] - last[1]) > CLOSE) {
                 path.push((place, *along));
             }

@@ -1,23 +1,16 @@
 //! What the parts of the picture share: what is drawn, sizes, colours, numbers at axes.
 
+use crate::results::trajectory::Row;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
 /// One moment of a trajectory.
 #[derive(Debug, Clone, Copy)]
 pub struct TrajectoryPoint {
-    /// Place of the centre, in the user's coordinates [m].
-    pub place: [f64; 3],
+    /// What the rock does.
+    pub row: Row,
     /// Height of the terrain under it [m].
     pub ground: Option<f64>,
-    /// Height of the rock's lowest point above the terrain [m].
-    pub jump: Option<f64>,
-    /// Speed [m/s].
-    pub speed: f64,
-    /// Kinetic energy, rotation included [J].
-    pub energy: f64,
-    /// Whether the rock touches the terrain.
-    pub touches: bool,
 }
 
 /// The trajectory of one rock.
@@ -29,19 +22,8 @@ pub struct Line {
     pub points: Vec<TrajectoryPoint>,
     /// Horizontal distance along it at each point [m].
     pub along: Vec<f64>,
-    /// Largest values at any step; zero where only the points are known.
-    pub peaks: Peaks,
-}
-
-/// Largest values of one trajectory, as the summary has them.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Peaks {
-    /// Jump height [m].
-    pub jump: f64,
-    /// Speed [m/s].
-    pub speed: f64,
-    /// Kinetic energy, rotation included [J].
-    pub energy: f64,
+    /// Largest jump height [m], speed [m/s] and kinetic energy, rotation included [kJ], at any step; zero where only the points are known.
+    pub peaks: [f64; 3],
 }
 
 impl Line {
@@ -52,12 +34,19 @@ impl Line {
         let along = points
             .iter()
             .map(|p| {
-                far += before.map_or(0.0, |b| (p.place[0] - b[0]).hypot(p.place[1] - b[1]));
-                before = Some(p.place);
+                let place = p.row.position();
+                far += before.map_or(0.0, |b| (place[0] - b[0]).hypot(place[1] - b[1]));
+                before = Some(place);
                 far
             })
             .collect();
-        Self { name, points, along, peaks: Peaks::default() }
+        Self { name, points, along, peaks: [0.0; 3] }
+    }
+
+    /// Point number `k` as seen from above [m].
+    pub fn seen(&self, k: usize) -> (f64, f64) {
+        let [x, y, _] = self.points[k].row.position();
+        (x, y)
     }
 
     /// Length of its projection on the plan [m].
@@ -67,7 +56,8 @@ impl Line {
 
     /// Points at which the rock lands.
     pub fn landings(&self) -> impl Iterator<Item = usize> {
-        (1..self.points.len()).filter(|k| self.points[*k].touches && !self.points[k - 1].touches)
+        let touches = |k: usize| self.points[k].row.touches();
+        (1..self.points.len()).filter(move |k| touches(*k) && !touches(k - 1))
     }
 }
 

@@ -18,6 +18,16 @@ const SECTION: [f64; 2] = [150.0, 440.0];
 const TERRAIN: RGBColor = RGBColor(222, 209, 188);
 const SURFACE: RGBColor = RGBColor(101, 67, 33);
 
+/// A curve over the distance: what it is, its unit, its value at a point.
+type Curve = (&'static str, &'static str, fn(&TrajectoryPoint) -> Option<f64>);
+
+/// One below the other, in the order of [`Line::peaks`].
+pub const CURVES: [Curve; 3] = [
+    ("Jump height of the rock's lowest point", "m", |p| p.row.height().map(|jump| jump.max(0.0))),
+    ("Speed", "m/s", |p| Some(p.row.speed())),
+    ("Kinetic energy, rotation included", "kJ", |p| Some(p.row.kinetic_energy() / 1000.0)),
+];
+
 /// What is drawn over the distance along the trajectories.
 pub struct Panels<'a> {
     lines: &'a [&'a Line],
@@ -45,7 +55,7 @@ impl<'a> Panels<'a> {
         let heights = || {
             let points = sections.iter().flat_map(|n| &lines[*n].points);
             let of_nets = nets.iter().flatten().flatten().map(|(_, z)| *z);
-            points.flat_map(|p| [Some(p.place[2]), p.ground]).flatten().chain(of_nets)
+            points.flat_map(|p| [Some(p.row.position()[2]), p.ground]).flatten().chain(of_nets)
         };
         let (low, high) =
             (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max));
@@ -100,48 +110,27 @@ impl<'a> Panels<'a> {
         }
         for number in &self.sections {
             let line = self.lines[*number];
-            let heights = line.points.iter().zip(&line.along).map(|(p, x)| (*x, p.place[2]));
+            let heights = line.points.iter().zip(&line.along).map(|(p, x)| (*x, p.row.position()[2]));
             let style = colour(*number).stroke_width(px(1.6) as u32);
             chart.plotting_area().draw(&PathElement::new(thinned(heights, per_pixel, 0.5), style))?;
             for k in line.landings() {
-                let at = (line.along[k], line.points[k].place[2]);
+                let at = (line.along[k], line.points[k].row.position()[2]);
                 chart.plotting_area().draw(&Circle::new(at, px(2.4), colour(*number).filled()))?;
             }
         }
         Ok(())
     }
 
-    /// Jump height.
-    pub fn jumps(&self, area: &Area) -> Drawn {
-        let heading = "Jump height of the rock's lowest point";
-        self.panel(area, (heading, "[m]"), BELOW, |l| l.peaks.jump, |p| p.jump.map(|j| j.max(0.0)))
-    }
-
-    /// Speed.
-    pub fn speeds(&self, area: &Area) -> Drawn {
-        self.panel(area, ("Speed", "[m/s]"), BELOW, |l| l.peaks.speed, |p| Some(p.speed))
-    }
-
-    /// Kinetic energy.
-    pub fn energies(&self, area: &Area) -> Drawn {
-        let heading = ("Kinetic energy, rotation included", "[kJ]");
-        self.panel(area, heading, BELOW_LAST, |l| l.peaks.energy / 1000.0, |p| Some(p.energy / 1000.0))
-    }
-
-    fn panel(
-        &self,
-        area: &Area,
-        (heading, unit): (&str, &str),
-        below: i32,
-        peak: impl Fn(&Line) -> f64,
-        value: impl Fn(&TrajectoryPoint) -> Option<f64>,
-    ) -> Drawn {
+    /// Draw curve number `number` of [`CURVES`].
+    pub fn curve(&self, area: &Area, number: usize) -> Drawn {
+        let (heading, unit, value) = CURVES[number];
+        let below = if number + 1 == CURVES.len() { BELOW_LAST } else { BELOW };
         // A peak may lie between two points; the heading gives the number of the summary.
-        let points = self.lines.iter().flat_map(|l| &l.points).filter_map(&value);
-        let highest = points.chain(self.lines.iter().map(|l| peak(l))).fold(1e-6, f64::max);
-        let heading = format!("{heading} (largest {} {})", significant(highest), &unit[1..unit.len() - 1]);
+        let points = self.lines.iter().flat_map(|l| &l.points).filter_map(value);
+        let highest = points.chain(self.lines.iter().map(|l| l.peaks[number])).fold(1e-6, f64::max);
+        let heading = format!("{heading} (largest {} {unit})", significant(highest));
         let levels = [0.0, 1.08 * highest];
-        let mut chart = self.chart(area, &heading, unit, levels, below)?;
+        let mut chart = self.chart(area, &heading, &format!("[{unit}]"), levels, below)?;
         let plot = f64::from(PANEL - ABOVE - below);
         let per_pixel = [self.metres_per_pixel(), levels[1] / plot];
         let width = if self.lines.len() > FEW { 0.8 } else { 1.5 };

@@ -38,7 +38,8 @@ pub struct Plan<'a> {
 impl<'a> Plan<'a> {
     /// The part of the terrain around the trajectories and the structure, at one scale along both axes.
     pub fn new(lines: &[&Line], terrain: &HeightMap, net: &'a Net) -> Self {
-        let places = || lines.iter().flat_map(|l| &l.points).map(|p| &p.place).chain(net.points());
+        let of_lines = || lines.iter().flat_map(|l| &l.points).map(|p| p.row.position());
+        let places = || of_lines().chain(net.points().copied());
         let [least, most] = terrain.extent;
         let mut lowest = [0, 1].map(|a| places().fold(f64::INFINITY, |l, p| l.min(p[a])));
         let mut highest = [0, 1].map(|a| places().fold(f64::NEG_INFINITY, |h, p| h.max(p[a])));
@@ -115,8 +116,7 @@ impl<'a> Plan<'a> {
         let few = lines.len() <= FEW;
         let stroke = if few { 2.0 } else { 1.0 };
         for (number, line) in lines.iter().enumerate() {
-            let places = line.points.iter().map(|p| (p.place[0], p.place[1]));
-            let path = thinned(places, per_pixel, spacing(lines.len()));
+            let path = thinned((0..line.points.len()).map(|k| line.seen(k)), per_pixel, spacing(lines.len()));
             if few {
                 let halo = WHITE.mix(0.75).stroke_width(px(2.0 * stroke) as u32);
                 chart.plotting_area().draw(&PathElement::new(path.clone(), halo))?;
@@ -133,7 +133,7 @@ impl<'a> Plan<'a> {
     }
 
     fn marks(&self, chart: &Chart, line: &Line, colour: RGBColor, few: bool) -> Drawn {
-        let at = |k: usize| (line.points[k].place[0], line.points[k].place[1]);
+        let at = |k: usize| line.seen(k);
         let plot = chart.plotting_area();
         for k in line.landings().filter(|_| few) {
             plot.draw(&Circle::new(at(k), px(2.6), colour.filled()))?;
