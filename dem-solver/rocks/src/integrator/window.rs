@@ -295,7 +295,7 @@ impl RockIntegrator {
     }
 
     fn cut(&self, model: &Model, window: &Window, finer: usize) -> Cut {
-        let samples = [self.answer.means.len(), self.answer.ends.len(), self.local.own_samples()];
+        let samples = [self.answer.means.len(), self.answer.ends.len(), self.local.own.len()];
         Cut::new(window, (model.steps.step, self.usual), self.fields.segments(), &samples, finer)
     }
 
