@@ -6,10 +6,10 @@
 use crate::model::Model;
 use dem_contact::contact::broad_phase::mesh_elements::{NearList, NodeBox, Sweep};
 use dem_contact::contact::broad_phase::mesh_pairs::{Instant, MeshPairs};
-use dem_contact::contact::mesh::{MeshForces, MeshScene, Seam};
+use dem_contact::contact::mesh::{MeshForces, MeshScene};
 use dem_contact::interface_mesh::ContactMesh;
 use dem_contact::interface_mesh::local_net::LocalNet;
-use dem_contact::interface_mesh::motion::{MotionFields, NodeMotion, largest_difference};
+use dem_contact::interface_mesh::motion::{MotionFields, NodeMotion, Seam, largest_difference};
 use dem_contact::law::table::SurfaceLaws;
 use dem_contact::rock::Motion;
 use interface_defs::Fault;
