@@ -130,7 +130,7 @@ fn add_rock(
         "rock `{}`: {}, {:.6} kg, moments of inertia {:.4} {:.4} {:.4} kg m2, {} spheres ({}) of \
          radius {:.6} m{}",
         rock.name,
-        rock.solid.describe(),
+        rock.solid.shape.describe(),
         rock.mass,
         rock.inertia.x,
         rock.inertia.y,

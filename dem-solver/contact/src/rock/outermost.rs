@@ -1,7 +1,7 @@
 //! The spheres that may be the furthest in a direction, and those that touch a plane together.
 
 use dem_solid::geometry::sphere::Sphere;
-use dem_solid::shape::builtin;
+use dem_solid::shape::{Surface, builtin};
 use nalgebra::Vector3;
 
 /// Times that a patch of directions is cut in four: at last patches of 0.5 degrees.
@@ -61,24 +61,20 @@ fn narrow(
 }
 
 /// How many spheres of the smallest radius would be as stiff together, at equal overlap, as those that
-/// touch a plane at once, the plane lying along a triangle of `surface` (points, triangles).
+/// touch a plane at once, the plane lying along a triangle of `surface`.
 ///
 /// By Hertz the stiffness at an overlap goes with the root of the radius.
-pub fn facing(spheres: &[Sphere], surface: &(Vec<Vector3<f64>>, Vec<[u32; 3]>)) -> f64 {
+pub fn facing(spheres: &[Sphere], surface: &Surface) -> f64 {
     let smallest = spheres.iter().map(|s| s.radius).fold(f64::INFINITY, f64::min);
-    let normal = |t: &[u32; 3]| {
-        let [a, b, c] = t.map(|p| surface.0[p as usize]);
-        (b - a).cross(&(c - a)).normalize()
-    };
     // Of a surface of many triangles some, evenly: faces of a rock have many each.
-    let step = (surface.1.len() / 2000).max(1);
+    let step = (surface.triangles.len() / 2000).max(1);
     let along = |direction: Vector3<f64>| {
         let end = |s: &Sphere| s.centre.dot(&direction) + s.radius;
         let furthest = spheres.iter().map(end).fold(f64::NEG_INFINITY, f64::max);
         let touching = spheres.iter().filter(|s| end(s) >= furthest - TOGETHER * smallest);
         touching.map(|s| (s.radius / smallest).sqrt()).sum::<f64>()
     };
-    surface.1.iter().step_by(step).map(|t| along(normal(t))).fold(1.0, f64::max)
+    (0..surface.triangles.len()).step_by(step).map(|t| along(surface.normal(t))).fold(1.0, f64::max)
 }
 
 #[cfg(test)]
@@ -110,6 +106,6 @@ mod tests {
         let lattice = Lattice::within([0.2, 0.4, 0.6], 500).expect("fits");
         let [_, y, z] = lattice.counts.map(f64::from);
         let surface = builtin::cuboid(Vector3::new(0.2, 0.4, 0.6));
-        assert_eq!(facing(&lattice.spheres(), &(surface.points, surface.triangles)), y * z);
+        assert_eq!(facing(&lattice.spheres(), &surface), y * z);
     }
 }

@@ -30,8 +30,8 @@ pub fn check_smallest(
 pub struct PlacedSpheres {
     pub spheres: Vec<Sphere>,
     pub origin: String,
-    pub outermost: Option<Vec<u32>>,
-    pub facing: Option<f64>,
+    /// [`Rock::outermost`](super::Rock::outermost) and [`Rock::facing`](super::Rock::facing), where they are known.
+    pub outer: Option<(Vec<u32>, f64)>,
     pub notice: Option<String>,
     pub accuracy: Option<Accuracy>,
     pub made: Option<String>,
@@ -64,8 +64,7 @@ impl PlacedSpheres {
         Self {
             spheres: vec![Sphere { centre: Vector3::zeros(), radius }],
             origin: "itself".into(),
-            outermost: Some(vec![0]),
-            facing: Some(1.0),
+            outer: Some((vec![0], 1.0)),
             ..Self::default()
         }
     }
@@ -82,8 +81,7 @@ impl PlacedSpheres {
         Ok(Self {
             spheres: lattice.spheres(),
             origin: format!("{nx} x {ny} x {nz}"),
-            outermost: Some(lattice::outermost(lattice.counts)),
-            facing: Some((x * y).max(y * z).max(x * z)),
+            outer: Some((lattice::outermost(lattice.counts), (x * y).max(y * z).max(x * z))),
             notice,
             ..Self::default()
         })

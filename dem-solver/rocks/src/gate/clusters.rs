@@ -5,7 +5,6 @@ use dem_contact::rock::Rock;
 use dem_contact::settings::RockSettings;
 use dem_solid::cluster::volume::excess;
 use dem_solid::geometry::sphere::extent;
-use dem_solid::shape::Surface;
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::Vector3;
 use toolkit::scene::Scene;
@@ -27,10 +26,10 @@ pub fn check(
     scene: &Scene,
 ) -> Result<Vec<Diagnostic>, Diagnostic> {
     let Some(file) = table.cluster.as_ref().and_then(|c| c.file.as_ref()) else { return Ok(Vec::new()) };
-    let (points, triangles) = rock.solid.surface();
+    let points = &rock.solid.drawn.points;
     let spheres = || rock.spheres.iter().map(|s| (s.centre, s.radius));
     let (ours, theirs) = (extent(points.iter().map(|p| (*p, 0.0))), extent(spheres()));
-    let middle = middle(&points);
+    let middle = middle(points);
     let off = rock.lowest_corner * 0.5 + rock.highest_corner * 0.5 - middle;
     let name =
         file.file_name().map_or_else(|| file.display().to_string(), |n| n.to_string_lossy().into_owned());
@@ -73,7 +72,7 @@ pub fn check(
     if shift > MIDDLES[0] {
         warnings.push(doubt(shifted));
     }
-    let volume = 1.0 + excess(&Surface { points, triangles }, &rock.spheres, COLUMNS);
+    let volume = 1.0 + excess(&rock.solid.drawn, &rock.spheres, COLUMNS);
     if !(VOLUME[0]..=VOLUME[1]).contains(&volume) {
         let what = format!(
             "rock `{}`: the spheres of {name} fill {} of the volume of the shape, {} m3",

@@ -103,8 +103,7 @@ pub fn of_rock(
 
 /// All that is found of a rock, wherever its numbers are written.
 pub fn all_of_rock(rock: &Rock, table: &RockSettings) -> Vec<Found> {
-    let (points, _) = rock.solid.surface();
-    let size = extent(points.iter().map(|p| (*p, 0.0)));
+    let size = extent(rock.solid.drawn.points.iter().map(|p| (*p, 0.0)));
     let longest = size.iter().copied().fold(0.0, f64::max);
     let edges = format!("{} m x {} m x {} m", short(size[0]), short(size[1]), short(size[2]));
     let it = Measured { rock, table, edges, longest };
