@@ -4,7 +4,7 @@ use super::PartnerKind;
 use super::elastic::Elastic;
 use super::normal::{LawName, names};
 use super::presets;
-use crate::keys::Keys;
+use crate::keys::{Checked, Keys, refused};
 use interface_defs::diagnostic::{Diagnostic, code};
 use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Serialize};
@@ -185,7 +185,7 @@ impl ContactSettings {
     }
 
     /// Refuse what makes no sense; this is table number `number`.
-    fn check(&self, scene: &Scene, number: usize) -> Result<(), Diagnostic> {
+    fn check(&self, scene: &Scene, number: usize) -> Checked {
         let keys = Keys::of(scene, format!("contact.{number}"));
         let name = self.law.name();
         if let Some(preset) = &self.preset {
@@ -243,7 +243,7 @@ impl ContactSettings {
     }
 
     /// What only the law knows.
-    fn check_law(&self, keys: &Keys) -> Result<(), Diagnostic> {
+    fn check_law(&self, keys: &Keys) -> Checked {
         let (name, own) = (self.law.name(), self.law.own_keys());
         if let Some(key) = self.own.keys().find(|key| !own.contains(*key)) {
             let owner = owner(key).expect("others are refused when read").name();
@@ -274,7 +274,7 @@ impl ContactSettings {
         self.young.map(|young| ("young", young)).or_else(own)
     }
 
-    fn check_numbers(&self, keys: &Keys) -> Result<(), Diagnostic> {
+    fn check_numbers(&self, keys: &Keys) -> Checked {
         let poissons = [
             ("poisson", self.poisson, "rock has 0.2 to 0.3; 25 % is poisson = 0.25"),
             ("partner_poisson", self.partner_poisson, ""),
@@ -316,7 +316,7 @@ impl ContactSettings {
     }
 
     /// Keys that go together, and those of parts that are not built.
-    fn check_parts(&self, keys: &Keys) -> Result<(), Diagnostic> {
+    fn check_parts(&self, keys: &Keys) -> Checked {
         let partner = (self.partner_young.is_some(), self.partner_poisson.is_some());
         let what = "partner_young is the partner of `young`, which is missing";
         keys.refuse(partner.0 && self.young.is_none(), "partner_young", what, "")?;
@@ -368,9 +368,10 @@ impl ContactSettings {
 }
 
 /// Check all tables: each for itself, no pair twice, and no material that is not among `known`.
-pub fn check_all(contacts: &[ContactSettings], known: &[String], scene: &Scene) -> Result<(), Diagnostic> {
+pub fn check_all(contacts: &[ContactSettings], known: &[String], scene: &Scene) -> Checked {
     for (number, contact) in contacts.iter().enumerate() {
         contact.check(scene, number)?;
+        let key = format!("contact.{number}.between");
         let twice = contacts[..number].iter().position(|other| match (&contact.between, &other.between) {
             (Some([a, b]), Some(_)) => other.names(a, b),
             (None, None) => true,
@@ -381,17 +382,12 @@ pub fn check_all(contacts: &[ContactSettings], known: &[String], scene: &Scene) 
                 Some([a, b]) => format!("the pair `{a}`, `{b}` has a table already, number {first}"),
                 None => format!("two tables [[contact]] without `between`, the first is number {first}"),
             };
-            return Err(scene
-                .invalid(&format!("contact.{number}.between"), what)
-                .try_instead("keep one of them, or name another pair: between = [\"rock\", \"structure\"]"));
+            let cure = "keep one of them, or name another pair: between = [\"rock\", \"structure\"]";
+            return refused(scene, &key, what, cure);
         }
         if let Some(unknown) = contact.between.iter().flatten().find(|name| !known.contains(name)) {
-            return Err(scene
-                .invalid(
-                    &format!("contact.{number}.between"),
-                    format!("nothing is of the material `{unknown}`"),
-                )
-                .try_instead(format!("the scene has {}", known.join(", "))));
+            let what = format!("nothing is of the material `{unknown}`");
+            return refused(scene, &key, what, format!("the scene has {}", known.join(", ")));
         }
     }
     Ok(())

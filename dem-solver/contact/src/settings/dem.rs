@@ -1,8 +1,7 @@
 //! `[dem]`: the solver's own step.
 
-use crate::keys::Keys;
+use crate::keys::{Checked, Keys};
 use dem_solid::geometry::shared_nodes::Unshared;
-use interface_defs::diagnostic::Diagnostic;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toolkit::scene::Scene;
@@ -98,7 +97,7 @@ impl DemSettings {
     }
 
     /// Refuse what makes no sense.
-    pub(super) fn check(&self, scene: &Scene) -> Result<(), Diagnostic> {
+    pub(super) fn check(&self, scene: &Scene) -> Checked {
         let keys = Keys::of(scene, "dem");
         let given = self.time_step.is_some();
         keys.twice(["time_step", "steps_per_contact"], given && self.steps_per_contact.is_some())?;

@@ -1,11 +1,10 @@
 //! `[[rock]]`: a rigid body and the spheres that stand for it in contact.
 
-use crate::keys::Keys;
+use crate::keys::{Checked, Keys};
 use dem_solid::cluster::lattice::Lattice;
 use dem_solid::cluster::{Fit, MOST_SPHERES};
 use dem_solid::input::LENGTHS;
 pub use dem_solid::shape::Shape;
-use interface_defs::diagnostic::Diagnostic;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -100,7 +99,7 @@ fn no_turn() -> [f64; 4] {
 }
 
 /// Fill in names and numbers of spheres; refuse what makes no sense.
-pub(super) fn complete(rocks: &mut [RockSettings], scene: &Scene) -> Result<(), Diagnostic> {
+pub(super) fn complete(rocks: &mut [RockSettings], scene: &Scene) -> Checked {
     for at in 0..rocks.len() {
         let keys = Keys::of(scene, format!("rock.{at}"));
         let rock = &mut rocks[at];
@@ -133,7 +132,7 @@ pub(super) fn complete(rocks: &mut [RockSettings], scene: &Scene) -> Result<(), 
 }
 
 /// Shape, scale and cluster.
-fn check_shape(rock: &mut RockSettings, keys: &Keys, scene: &Scene) -> Result<(), Diagnostic> {
+fn check_shape(rock: &mut RockSettings, keys: &Keys, scene: &Scene) -> Checked {
     rock.shape.check().map_err(|(name, what)| keys.invalid(&format!("shape.{name}"), what))?;
     let scale = rock.scale.unwrap_or(1.0);
     keys.refuse(
@@ -193,7 +192,7 @@ fn check_shape(rock: &mut RockSettings, keys: &Keys, scene: &Scene) -> Result<()
 }
 
 /// A path of the scene that means the same from anywhere.
-fn absolute(file: &Path, scene: &Scene) -> PathBuf {
+pub(super) fn absolute(file: &Path, scene: &Scene) -> PathBuf {
     let path = scene.resolve(file);
     std::path::absolute(&path).unwrap_or(path)
 }
