@@ -23,11 +23,6 @@ impl Rows {
         self.blocks.resize(blocks, Block::default());
     }
 
-    /// Begin anew.
-    pub fn clear(&mut self) {
-        self.used = 0;
-    }
-
     /// Add a contact under law number `law` of `laws`.
     #[inline(always)]
     pub fn push(&mut self, point: &ContactPoint, history: &History, law: u16, laws: &[Law]) {
@@ -141,7 +136,7 @@ pub fn forces<P: Partner>(
     rows: &mut Rows,
     h: f64,
 ) -> Sums {
-    rows.clear();
+    rows.used = 0;
     for (number, contact) in contacts.iter().enumerate() {
         let of = partner.law(contact);
         let law = &laws[of as usize];

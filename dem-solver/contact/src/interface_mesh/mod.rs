@@ -40,7 +40,7 @@ pub struct ContactMesh {
     /// Where wires cross, if their contacts are to be continuous there.
     pub crossings: Option<Crossings>,
     /// Which elements are broken and touch nothing any more; empty while none is.
-    broken: Vec<bool>,
+    pub broken: Vec<bool>,
 }
 
 impl ContactMesh {
@@ -95,27 +95,12 @@ impl ContactMesh {
         }
     }
 
-    /// Which elements are broken; empty while none is.
-    pub fn broken(&self) -> &[bool] {
-        &self.broken
-    }
-
     /// Go on with these broken.
     pub fn go_on(&mut self, broken: Vec<bool>) {
         self.broken = broken;
         if !self.broken.is_empty() {
             self.cross_again();
         }
-    }
-
-    /// How many elements are broken.
-    pub fn broken_count(&self) -> usize {
-        self.broken.iter().filter(|broken| **broken).count()
-    }
-
-    /// Whether an element is broken.
-    pub fn is_broken(&self, element: usize) -> bool {
-        self.broken.get(element).is_some_and(|broken| *broken)
     }
 
     /// The same, seen from `origin` [m].

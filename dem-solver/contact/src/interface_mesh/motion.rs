@@ -231,15 +231,6 @@ impl NodeMotion {
         self.transmitted.reserve(nodes * segments);
     }
 
-    /// Nodes that stand still at these positions, for whatever window.
-    pub fn hold(&mut self, positions: impl Iterator<Item = Vector3<f64>>) {
-        self.origin.clear();
-        self.origin.extend(positions);
-        self.transmitted.clear();
-        self.stand();
-        (self.segment, self.rate) = (0.0, 0.0);
-    }
-
     /// Nodes that a step's middle finds at these positions [m] with these velocities [m/s].
     pub fn place(&mut self, nodes: impl Iterator<Item = (Vector3<f64>, Vector3<f64>)>) {
         self.origin.clear();
@@ -248,14 +239,10 @@ impl NodeMotion {
             self.origin.push(position);
             self.transmitted.push([velocity; 2]);
         }
-        self.stand();
-        self.instant = true;
-    }
-
-    fn stand(&mut self) {
         self.count = self.origin.len();
         self.increment.clear();
         self.increment.resize(self.count, Vector3::zeros());
+        self.instant = true;
     }
 
     /// Whether it is known where the nodes will be.

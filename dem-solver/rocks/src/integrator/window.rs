@@ -307,7 +307,7 @@ impl RockIntegrator {
         if contact_mesh.tear(flags, lines) {
             self.mesh_stages.iter_mut().for_each(MeshStage::forget);
         }
-        let count = contact_mesh.broken_count();
+        let count = contact_mesh.broken.iter().filter(|broken| **broken).count();
         std::mem::replace(&mut state.broken, count) != count
     }
 

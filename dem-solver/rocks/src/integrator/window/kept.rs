@@ -28,7 +28,7 @@ impl RockIntegrator {
         let kept = KeptIntegrator {
             mesh: self.mesh_stages.clone(),
             terrain: self.terrain.as_ref().map_or(Vec::new(), |terrain| terrain.around.clone()),
-            broken: self.contact_mesh.as_ref().map_or(Vec::new(), |mesh| mesh.broken().to_vec()),
+            broken: self.contact_mesh.as_ref().map_or(Vec::new(), |mesh| mesh.broken.clone()),
             half_acceleration: self.half_acceleration,
             coarseness: self.net.coarseness,
             counts: self.counts,
