@@ -7,12 +7,7 @@ use toolkit::scene::Scene;
 pub(crate) type Checked<T = ()> = Result<T, Diagnostic>;
 
 /// Refuse what the scene has at `key`: what is wrong, and what to try.
-pub(crate) fn refused<T>(
-    scene: &Scene,
-    key: &str,
-    what: impl Into<String>,
-    cure: impl Into<String>,
-) -> Checked<T> {
+pub fn refused<T>(scene: &Scene, key: &str, what: impl Into<String>, cure: impl Into<String>) -> Checked<T> {
     Err(scene.invalid(key, what).try_instead(cure))
 }
 
@@ -39,16 +34,10 @@ impl<'a> Keys<'a> {
         self.scene.placed(error.about(format!("{}.{}", self.table, own.as_deref().unwrap_or(key))))
     }
 
-    /// Refuse `key` if it is `wrong`: what is wrong with it, and what to try, if anything.
-    pub fn refuse(
-        &self,
-        wrong: bool,
-        key: &str,
-        what: impl Into<String>,
-        cure: impl Into<String>,
-    ) -> Checked {
+    /// Refuse `key` if it is `bad`: what is wrong with it, and what to try, if anything.
+    pub fn refuse(&self, bad: bool, key: &str, what: impl Into<String>, cure: impl Into<String>) -> Checked {
         let cure = Some(cure.into()).filter(|cure| !cure.is_empty());
-        if wrong { Err(self.invalid(key, what).try_if(cure)) } else { Ok(()) }
+        if bad { Err(self.invalid(key, what).try_if(cure)) } else { Ok(()) }
     }
 
     /// Refuse the second of two keys if `both` are there.

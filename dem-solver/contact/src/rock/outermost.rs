@@ -25,13 +25,7 @@ pub fn of(spheres: &[Sphere]) -> Vec<u32> {
     (0..spheres.len() as u32).filter(|k| outer[*k as usize]).collect()
 }
 
-fn narrow(
-    spheres: &[Sphere],
-    patch: &[Vector3<f64>; 3],
-    candidates: &[u32],
-    cuts: usize,
-    outer: &mut [bool],
-) {
+fn narrow(spheres: &[Sphere], patch: &[Vector3<f64>; 3], some: &[u32], cuts: usize, outer: &mut [bool]) {
     let middle = patch.iter().sum::<Vector3<f64>>().normalize();
     // The chord of half the angle is a bound for the change of a unit vector.
     let change = patch.iter().map(|p| (p - middle).norm()).fold(0.0, f64::max);
@@ -39,10 +33,10 @@ fn narrow(
         let s = &spheres[k as usize];
         s.centre.dot(&middle) + s.radius
     };
-    let first = candidates.iter().copied().max_by(|a, b| end(*a).total_cmp(&end(*b)).then(b.cmp(a)));
+    let first = some.iter().copied().max_by(|a, b| end(*a).total_cmp(&end(*b)).then(b.cmp(a)));
     let Some(first) = first else { return };
     let (furthest, place) = (end(first), spheres[first as usize].centre);
-    let left: Vec<u32> = candidates
+    let left: Vec<u32> = some
         .iter()
         .copied()
         .filter(|k| {

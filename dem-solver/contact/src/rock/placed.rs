@@ -1,6 +1,6 @@
 //! The spheres that stand for a rock in contact: read, a lattice, or made, as the scene asks for.
 
-use crate::keys::Keys;
+use crate::keys::{Checked, Keys};
 use crate::settings::Cluster;
 use dem_solid::cluster::{Accuracy, Bound, MOST_SPHERES, Wish, files, kept, lattice};
 use dem_solid::geometry::sphere::{Sphere, extent};
@@ -11,12 +11,7 @@ use std::path::{Path, PathBuf};
 use toolkit::scene::Scene;
 
 /// Refuse a least radius with which no sphere fits into the rock.
-pub fn check_smallest(
-    at: usize,
-    surface: &Surface,
-    cluster: &Cluster,
-    scene: &Scene,
-) -> Result<(), Diagnostic> {
+pub fn check_smallest(at: usize, surface: &Surface, cluster: &Cluster, scene: &Scene) -> Checked {
     let edges = extent(surface.points.iter().map(|p| (*p, 0.0)));
     let half = 0.5 * edges.into_iter().fold(f64::INFINITY, f64::min);
     let radius = cluster.smallest_radius.unwrap_or_default();

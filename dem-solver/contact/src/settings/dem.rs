@@ -101,12 +101,9 @@ impl DemSettings {
         let keys = Keys::of(scene, "dem");
         let given = self.time_step.is_some();
         keys.twice(["time_step", "steps_per_contact"], given && self.steps_per_contact.is_some())?;
-        keys.refuse(
-            given && self.time_step_scale.is_some(),
-            "time_step_scale",
-            "a given time_step is not shortened to a fraction of the critical one",
-            "keep one of time_step and time_step_scale",
-        )?;
+        let what = "a given time_step is not shortened to a fraction of the critical one";
+        let cure = "keep one of time_step and time_step_scale";
+        keys.refuse(given && self.time_step_scale.is_some(), "time_step_scale", what, cure)?;
         let scale = self.time_step_scale.unwrap_or(1.0);
         let what = format!("a fraction of {scale} of the critical step: it must be above 0 and at most 1");
         keys.refuse(!(scale > 0.0 && scale <= 1.0), "time_step_scale", what, "")?;

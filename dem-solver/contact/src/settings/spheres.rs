@@ -141,12 +141,9 @@ impl BoxSettings {
             let what = format!("the side `{side}` is named twice");
             keys.refuse(self.open[..at].contains(side), "open", what, "name each side once")?;
         }
-        keys.refuse(
-            self.open.len() == SIDES.len(),
-            "open",
-            "all six sides are open: there is no box",
-            "leave [box] out, and give [[spheres]] a region with lowest and highest",
-        )
+        let what = "all six sides are open: there is no box";
+        let cure = "leave [box] out, and give [[spheres]] a region with lowest and highest";
+        keys.refuse(self.open.len() == SIDES.len(), "open", what, cure)
     }
 }
 
@@ -167,13 +164,9 @@ impl SpheresSettings {
 }
 
 /// Fill in names and regions, read files; refuse what makes no sense.
-pub(super) fn complete(
-    groups: &mut [SpheresSettings],
-    sides: Option<&BoxSettings>,
-    scene: &Scene,
-) -> Checked {
+pub(super) fn complete(all: &mut [SpheresSettings], sides: Option<&BoxSettings>, scene: &Scene) -> Checked {
     let mut total = 0_usize;
-    for (at, group) in groups.iter_mut().enumerate() {
+    for (at, group) in all.iter_mut().enumerate() {
         let keys = Keys::of(scene, format!("spheres.{at}"));
         if group.name.is_empty() {
             group.name = if at == 0 { "spheres".into() } else { format!("spheres_{}", at + 1) };
