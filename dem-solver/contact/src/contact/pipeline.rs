@@ -117,13 +117,7 @@ pub trait Partner {
     fn keep(&mut self, contact: &Self::Contact, site: &Site, history: History);
 
     /// Take the opposite of force [N] and moment [N m] on the rock. Default: nothing that feels them.
-    fn react(
-        &mut self,
-        _contact: &Self::Contact,
-        _site: &Site,
-        _force: &Vector3<f64>,
-        _moment: &Vector3<f64>,
-    ) {
+    fn react(&mut self, _touch: &Self::Contact, _site: &Site, _force: &Vector3<f64>, _moment: &Vector3<f64>) {
     }
 }
 

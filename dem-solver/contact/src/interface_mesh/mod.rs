@@ -144,13 +144,9 @@ impl ContactMesh {
     /// In words, with numbers.
     pub fn describe(&self) -> String {
         let count = |kind| self.elements.iter().filter(|e| e.kind == kind).count();
-        format!(
-            "interface mesh of {} nodes, {} lines, {} faces, {} points",
-            self.nodes.len(),
-            count(Kind::Line),
-            count(Kind::Face),
-            count(Kind::Point)
-        )
+        let [lines, faces, points] = [Kind::Line, Kind::Face, Kind::Point].map(count);
+        let nodes = self.nodes.len();
+        format!("interface mesh of {nodes} nodes, {lines} lines, {faces} faces, {points} points")
     }
 }
 

@@ -111,16 +111,13 @@ impl Accuracy {
 
 impl fmt::Display for Accuracy {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Spread { mean, max } = self.surface_to_spheres;
+        let Spread { mean: mean_back, max: max_back } = self.spheres_to_surface;
+        let (outside, volume) = (self.outside, 100.0 * self.volume);
         write!(
             f,
-            "surface to spheres {:.3e} m (mean) {:.3e} m (largest), spheres to surface {:.3e} m and {:.3e} m, \
-             {:.3e} m outside at most, volume {:+.3} %",
-            self.surface_to_spheres.mean,
-            self.surface_to_spheres.max,
-            self.spheres_to_surface.mean,
-            self.spheres_to_surface.max,
-            self.outside,
-            100.0 * self.volume
+            "surface to spheres {mean:.3e} m (mean) {max:.3e} m (largest), spheres to surface {mean_back:.3e} m and \
+             {max_back:.3e} m, {outside:.3e} m outside at most, volume {volume:+.3} %"
         )
     }
 }

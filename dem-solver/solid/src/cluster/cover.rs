@@ -135,13 +135,7 @@ pub fn link(
 
 /// Put balls that overlap no other (the last ones in pointed corners) further inside, until they do: between
 /// spheres that only touch a thin wire falls through. How many were moved.
-fn connect(
-    balls: &Balls,
-    samples: &[Sample],
-    chosen: &mut [Sphere],
-    made_for: &[usize],
-    least: f64,
-) -> usize {
+fn connect(balls: &Balls, samples: &[Sample], chosen: &mut [Sphere], origin: &[usize], least: f64) -> usize {
     let within = |a: &Sphere, b: &Sphere, share: f64| {
         let sum = share * (a.radius + b.radius);
         (a.centre - b.centre).norm_squared() < sum * sum
@@ -149,7 +143,7 @@ fn connect(
     let overlap = |a: &Sphere, b: &Sphere| within(a, b, OVERLAP);
     link(chosen, overlap, |chosen, apart, linked| {
         let k = apart[0];
-        let Sample { point: at, inward, .. } = &samples[made_for[k]];
+        let Sample { point: at, inward, .. } = &samples[origin[k]];
         let away = |other: &usize| (chosen[*other].centre - at).norm() - chosen[*other].radius;
         let next_to = linked.iter().copied().min_by(|a, b| away(a).total_cmp(&away(b)));
         let next_to = next_to.expect("the first is linked");

@@ -38,12 +38,10 @@ impl Bounds {
     /// Around both.
     #[inline]
     pub fn with(&self, other: &Self) -> Self {
-        let mut both = *self;
-        for axis in 0..3 {
-            both.lowest[axis] = both.lowest[axis].min(other.lowest[axis]);
-            both.highest[axis] = both.highest[axis].max(other.highest[axis]);
+        Self {
+            lowest: std::array::from_fn(|axis| self.lowest[axis].min(other.lowest[axis])),
+            highest: std::array::from_fn(|axis| self.highest[axis].max(other.highest[axis])),
         }
-        both
     }
 
     /// True if both have a point in common.

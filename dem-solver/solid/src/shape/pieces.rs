@@ -123,15 +123,11 @@ pub fn describe(surface: &Surface, numbers: &[usize], names: &[(usize, String)])
         let p = (low + high) / 2.0;
         // Negative where it is inside out, as the mesh of a hollow is.
         let volume = SolidIntegrals::of(&alone).volume;
+        let hollow = if volume < 0.0 { " (a hollow: it faces inwards)" } else { "" };
+        let name = name_at(names, first).map_or(String::new(), |name| format!(" `{name}`"));
+        let (number, count, [x, y, z]): (usize, usize, [f64; 3]) = (piece + 1, own.len(), p.into());
         format!(
-            " Piece {}{}: {} triangles from number {first}, {volume:.3e} m3{} around ({:.3}, {:.3}, {:.3});",
-            piece + 1,
-            name_at(names, first).map_or(String::new(), |name| format!(" `{name}`")),
-            own.len(),
-            if volume < 0.0 { " (a hollow: it faces inwards)" } else { "" },
-            p.x,
-            p.y,
-            p.z
+            " Piece {number}{name}: {count} triangles from number {first}, {volume:.3e} m3{hollow} around ({x:.3}, {y:.3}, {z:.3});"
         )
     };
     let mut all: String = (0..count.min(NAMED)).map(piece).collect();
