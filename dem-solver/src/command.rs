@@ -153,7 +153,7 @@ fn header(
     arguments: &ClusterArguments,
 ) -> Vec<String> {
     let inertia = solid.inertia(solid.volume());
-    let centre = solid.centre();
+    let centre = solid.body.centre;
     let (least, most) =
         spheres.iter().fold((f64::INFINITY, 0.0_f64), |(l, m), s| (l.min(s.radius), m.max(s.radius)));
     vec![

@@ -3,6 +3,14 @@
 use interface_defs::diagnostic::Diagnostic;
 use toolkit::scene::Scene;
 
+/// Whether a table passes.
+pub(crate) type Checked<T = ()> = Result<T, Diagnostic>;
+
+/// Refuse what the scene has at `key`: what is wrong, and what to try.
+pub fn refused<T>(scene: &Scene, key: &str, what: impl Into<String>, cure: impl Into<String>) -> Checked<T> {
+    Err(scene.invalid(key, what).try_instead(cure))
+}
+
 /// The keys of one table of a scene.
 pub(crate) struct Keys<'a> {
     scene: &'a Scene,
@@ -26,59 +34,45 @@ impl<'a> Keys<'a> {
         self.scene.placed(error.about(format!("{}.{}", self.table, own.as_deref().unwrap_or(key))))
     }
 
-    /// Refuse `key` if it is `wrong`: what is wrong with it, and what to try, if anything.
-    pub fn refuse(
-        &self,
-        wrong: bool,
-        key: &str,
-        what: impl Into<String>,
-        cure: impl Into<String>,
-    ) -> Result<(), Diagnostic> {
+    /// Refuse `key` if it is `bad`: what is wrong with it, and what to try, if anything.
+    pub fn refuse(&self, bad: bool, key: &str, what: impl Into<String>, cure: impl Into<String>) -> Checked {
         let cure = Some(cure.into()).filter(|cure| !cure.is_empty());
-        if wrong { Err(self.invalid(key, what).try_if(cure)) } else { Ok(()) }
+        if bad { Err(self.invalid(key, what).try_if(cure)) } else { Ok(()) }
     }
 
     /// Refuse the second of two keys if `both` are there.
-    pub fn twice(&self, [one, other]: [&str; 2], both: bool) -> Result<(), Diagnostic> {
+    pub fn twice(&self, [one, other]: [&str; 2], both: bool) -> Checked {
         self.refuse(both, other, format!("{one} and {other} define one thing twice"), "keep one of them")
     }
 
     /// Refuse the first of these numbers, each with its unit, that is 0 or less.
-    pub fn above_zero(&self, numbers: &[(&str, Option<f64>, &str)]) -> Result<(), Diagnostic> {
+    pub fn above_zero(&self, numbers: &[(&str, Option<f64>, &str)]) -> Checked {
         numbers.iter().try_for_each(|(key, value, unit)| {
             let value = value.unwrap_or(1.0);
-            self.refuse(
-                value.is_nan() || value <= 0.0,
-                key,
-                format!("{key} = {value}{unit}: it must lie above 0"),
-                "",
-            )
+            let what = format!("{key} = {value}{unit}: it must lie above 0");
+            self.refuse(value.is_nan() || value <= 0.0, key, what, "")
         })
     }
 
     /// Refuse the first of these numbers, each with its unit, that is below 0.
-    pub fn not_negative(&self, numbers: &[(&str, Option<f64>, &str)]) -> Result<(), Diagnostic> {
+    pub fn not_negative(&self, numbers: &[(&str, Option<f64>, &str)]) -> Checked {
         numbers.iter().try_for_each(|(key, value, unit)| {
             let value = value.unwrap_or_default();
             let what = format!("{key} = {value}{unit}: it must be 0 or more");
-            self.refuse(
-                value.is_nan() || value < 0.0,
-                key,
-                what,
-                format!("turn its sign round: {key} = {}", -value),
-            )
+            let cure = format!("turn its sign round: {key} = {}", -value);
+            self.refuse(value.is_nan() || value < 0.0, key, what, cure)
         })
     }
 
     /// Refuse the first of these keys that does nothing, and say why.
-    pub fn idle(&self, keys: &[(&str, bool, &str)]) -> Result<(), Diagnostic> {
+    pub fn idle(&self, keys: &[(&str, bool, &str)]) -> Checked {
         keys.iter().try_for_each(|(key, idle, why)| {
             self.refuse(*idle, key, format!("`{key}` {why} does nothing"), "leave it out")
         })
     }
 
     /// Refuse the first of these keys that is there beside a `file`, which has `what` as it is.
-    pub fn beside_file(&self, what: &str, keys: &[(&str, bool)]) -> Result<(), Diagnostic> {
+    pub fn beside_file(&self, what: &str, keys: &[(&str, bool)]) -> Checked {
         keys.iter().try_for_each(|(key, there)| {
             let own = key.rsplit_once('.').map_or(*key, |(_, own)| own);
             let cure = format!("keep one of `file` and `{own}`");

@@ -106,7 +106,7 @@ fn add_rock(model: &Model, at: usize, report: &mut CheckReport) -> Result<(), Di
         "rock `{}`: {}, {:.6} kg, moments of inertia {:.4} {:.4} {:.4} kg m2, {} spheres ({}) of \
          radius {:.6} m{}",
         rock.name,
-        rock.solid.describe(),
+        rock.solid.shape.describe(),
         rock.mass,
         rock.inertia.x,
         rock.inertia.y,

@@ -62,16 +62,15 @@ impl Transfer {
             (contact.sphere, contact.key) == (old.sphere, old.element)
         };
         self.places.clear();
-        if before.is_empty() {
-            self.places.resize(contacts.len(), NONE);
-        } else if before.len() == contacts.len() && contacts.iter().zip(before).all(stays) {
+        if before.len() == contacts.len() && contacts.iter().zip(before).all(stays) {
             // As in most steps, each keeps its own.
             self.places.extend(0..before.len() as u32);
-        } else {
-            inherit(contacts, &frame, before, neighbours, &mut self.places);
-            if beside {
-                inherit_beside(contacts, &frame, before, &mut self.places);
-            }
+            return;
+        }
+        self.places.resize(contacts.len(), NONE);
+        inherit(contacts, &frame, before, neighbours, &mut self.places);
+        if beside {
+            inherit_beside(contacts, &frame, before, &mut self.places);
         }
     }
 
@@ -90,15 +89,11 @@ fn inherit(
     frame: &Frame<impl Fn(&Vector3<f64>) -> Vector3<f64>>,
     histories: &[SurfaceHistory],
     neighbours: impl Fn(u32, u32) -> bool,
-    found: &mut Vec<u32>,
+    found: &mut [u32],
 ) {
-    found.clear();
-    found.resize(contacts.len(), NONE);
     let (mut old, mut first) = (0, 0);
     for own in contacts.chunk_by(|a, b| a.sphere == b.sphere) {
-        while old < histories.len() && histories[old].sphere < own[0].sphere {
-            old += 1;
-        }
+        old += histories[old..].iter().take_while(|m| m.sphere < own[0].sphere).count();
         let end = old + histories[old..].iter().take_while(|m| m.sphere == own[0].sphere).count();
         let last = first + own.len();
         if end > old {
@@ -150,17 +145,11 @@ fn one_sphere(
         // How far the normal may have turned in the step: twice the slip, for the spin that the nodes do not show; and rounding.
         let turn = 2.0 * frame.slip / contact.distance.abs() + 1e-9;
         // Of those that nobody has taken, the one whose normal is closest; the first of equals.
-        let mut best: Option<(usize, f64)> = None;
-        for (k, history) in histories.iter().enumerate() {
-            let place = (offset + k) as u32;
-            let apart = (history.normal - normal).norm();
-            let eligible = apart <= turn || neighbours(contact.key, history.element);
-            if !found.contains(&place) && eligible && best.is_none_or(|(_, least)| apart < least) {
-                best = Some((k, apart));
-            }
-        }
-        if let Some((k, _)) = best {
-            found[i] = (offset + k) as u32;
+        let free = (offset as u32..).zip(histories).filter(|(place, _)| !found.contains(place));
+        let apart = free.map(|(place, old)| ((old.normal - normal).norm(), place, old.element));
+        let eligible = apart.filter(|(apart, _, old)| *apart <= turn || neighbours(contact.key, *old));
+        if let Some((_, place, _)) = eligible.min_by(|a, b| a.0.total_cmp(&b.0)) {
+            found[i] = place;
         }
     }
 }
@@ -185,7 +174,7 @@ mod tests {
         histories: &[SurfaceHistory],
         neighbours: impl Fn(u32, u32) -> bool,
     ) -> Vec<u32> {
-        let mut found = Vec::new();
+        let mut found = vec![NONE; contacts.len()];
         let frame = Frame { to_space: |v: &Vector3<f64>| *v, slip: 5e-4 };
         inherit(contacts, &frame, histories, neighbours, &mut found);
         found

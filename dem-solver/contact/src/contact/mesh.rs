@@ -8,59 +8,17 @@
 //!
 //! Source: handbook 1.1 to 1.3, 1.8, 1.9.
 
-use super::broad_phase::mesh_pairs::{Instant, MeshPairs, PairElement};
+use super::broad_phase::mesh_pairs::{Instant, PairElement};
 use super::history::{Frame, SurfaceHistory, Transfer};
 use super::narrow_phase::sphere_mesh::MeshContacts;
+pub use super::narrow_phase::sphere_mesh::MeshScene;
 use super::narrow_phase::{Touch, count};
 use super::pipeline::{Mover, Partner, Rows, Site, Sums, forces};
-use crate::interface_mesh::ContactMesh;
-use crate::interface_mesh::motion::{MotionFields, NodeMotion};
 use crate::law::Law;
 use crate::law::contact_point::History;
-use crate::law::table::SurfaceLaws;
 use crate::rock::{Motion, Rock};
 use nalgebra::Vector3;
-
-/// What a rock and its mesh are at an instant.
-#[derive(Clone, Copy)]
-pub struct MeshScene<'a> {
-    /// The rock.
-    pub rock: &'a Rock,
-    /// The laws of its contacts.
-    pub laws: SurfaceLaws<'a>,
-    /// What it touches.
-    pub contact_mesh: &'a ContactMesh,
-    /// Pairs that may touch.
-    pub list: &'a MeshPairs,
-    /// Motion of the near nodes in the window.
-    pub motion: &'a NodeMotion,
-    /// Whether the net is advanced here, so that its own masses limit the step.
-    pub moves_net: bool,
-    /// In the first step of a window: how its start differs from the end of the window before.
-    pub seam: Option<Seam<'a>>,
-}
-
-/// Where two windows join. The motion of a window is a prediction; the next one begins where the structure really is.
-#[derive(Debug, Clone, Copy)]
-pub struct Seam<'a> {
-    /// Displacement of the nodes that are sent at the end of the window before, as it was predicted [m]; not a number
-    /// where nothing is known.
-    pub predicted: &'a [f64],
-    /// Their displacement at the start of this one [m].
-    pub actual: &'a [f64],
-    /// Where a node's numbers are.
-    pub fields: &'a MotionFields,
-}
-
-impl Seam<'_> {
-    /// What a node has moved from the one to the other [m].
-    fn of_node(&self, node: u32) -> Vector3<f64> {
-        let Some(place) = self.fields.place(node) else { return Vector3::zeros() };
-        let at = 3 * place as usize;
-        let jump = Vector3::from_fn(|i, _| self.actual[at + i] - self.predicted[at + i]);
-        if jump.sum().is_nan() { Vector3::zeros() } else { jump }
-    }
-}
+use std::mem::take;
 
 /// What evaluates contacts: buffers that are used again and again.
 #[derive(Debug, Clone, Default)]
@@ -92,7 +50,7 @@ impl MeshForces {
 
     /// Find the contacts at `now` and their elastic energy; no forces.
     pub fn energy(&mut self, scene: MeshScene, now: &Motion, at: Instant) -> f64 {
-        self.touch.find(scene.rock, scene.list, scene.motion, now, at, scene.contact_mesh.crossings.as_ref());
+        self.touch.find(&scene, now, at);
         let of = |c: &Touch| {
             let law = scene.laws.of(scene.list.elements[c.element as usize].number);
             c.share * law.normal.load(c.radius, c.overlap).energy
@@ -113,7 +71,7 @@ impl MeshForces {
         h: f64,
         before: &[SurfaceHistory],
     ) -> Sums {
-        self.touch.find(scene.rock, scene.list, scene.motion, now, at, scene.contact_mesh.crossings.as_ref());
+        self.touch.find(&scene, now, at);
         self.histories.clear();
         self.node_forces.clear();
         self.node_stiffness.clear();
@@ -125,29 +83,26 @@ impl MeshForces {
         self.node_forces.resize(scene.list.nodes.len(), Vector3::zeros());
         self.node_stiffness.resize(scene.list.nodes.len(), [0.0; 2]);
         if scene.laws.any(|law| law.remembers()) {
-            self.transfer_histories(scene, fastest * h, before);
+            let rotation = self.touch.rotation;
+            // A node slips past the rock by at most so much in the step.
+            let frame = Frame { to_space: |v: &Vector3<f64>| rotation * v, slip: fastest * h };
+            // A node of several wires is nobody's neighbour: it ends as it began, beside a wire.
+            let neighbours = |a: u32, b: u32| scene.contact_mesh.share_a_node(a, b);
+            let beside = scene.contact_mesh.crossings.is_some();
+            self.transfer.find(&self.touch.contacts, frame, before, neighbours, beside);
         }
         let [velocity, spin] = self.own_motion(scene.rock, now);
         let count = count(&self.touch.contacts);
         let inertia = scene.rock.inertia.min() / count as f64;
         let mover = Mover { velocity, spin, relative_spin: spin, inertia };
-        let Self { touch, node_forces, node_stiffness, node_velocities, transfer, rows, histories } = self;
-        let mut partner = OnMesh {
-            scene,
-            touch,
-            count,
-            node_velocities,
-            node_forces,
-            node_stiffness,
-            transfer,
-            before,
-            histories,
-        };
-        let mut sums = forces(&mut partner, &touch.contacts, &mover, scene.laws.laws, rows, h);
-        sums.turn(&touch.rotation);
+        let (contacts, mut rows) = (take(&mut self.touch.contacts), take(&mut self.rows));
+        let mut partner = OnMesh { scene, count, before, own: self };
+        let mut sums = forces(&mut partner, &contacts, &mover, scene.laws.laws, &mut rows, h);
+        (self.touch.contacts, self.rows) = (contacts, rows);
+        sums.turn(&self.touch.rotation);
         sums.fastest = fastest;
-        for force in node_forces {
-            *force = touch.rotation * *force;
+        for force in &mut self.node_forces {
+            *force = self.touch.rotation * *force;
         }
         sums
     }
@@ -217,30 +172,15 @@ impl MeshForces {
         }
         fastest.sqrt()
     }
-
-    /// Find the histories of the contacts; a node slips past the rock by at most `slip` [m] in the step.
-    fn transfer_histories(&mut self, scene: MeshScene, slip: f64, before: &[SurfaceHistory]) {
-        let touch = &self.touch;
-        // A node of several wires is nobody's neighbour: it ends as it began, beside a wire.
-        let neighbours = |a: u32, b: u32| scene.contact_mesh.share_a_node(a, b);
-        let frame = Frame { to_space: |v: &Vector3<f64>| touch.rotation * v, slip };
-        let beside = scene.contact_mesh.crossings.is_some();
-        self.transfer.find(&touch.contacts, frame, before, neighbours, beside);
-    }
 }
 
 /// The interface mesh as partner, in the rock's own frame.
 struct OnMesh<'a> {
     scene: MeshScene<'a>,
-    touch: &'a MeshContacts,
     /// Contacts among which the rock is shared.
     count: usize,
-    node_velocities: &'a [Vector3<f64>],
-    node_forces: &'a mut [Vector3<f64>],
-    node_stiffness: &'a mut [[f64; 2]],
-    transfer: &'a Transfer,
     before: &'a [SurfaceHistory],
-    histories: &'a mut Vec<SurfaceHistory>,
+    own: &'a mut MeshForces,
 }
 
 impl OnMesh<'_> {
@@ -265,7 +205,7 @@ impl Partner for OnMesh<'_> {
 
     #[inline(always)]
     fn velocity(&self, contact: &Touch, _: &Site) -> Vector3<f64> {
-        point_velocity(self.node_velocities, contact, self.element(contact))
+        point_velocity(&self.own.node_velocities, contact, self.element(contact))
     }
 
     #[inline(always)]
@@ -273,12 +213,13 @@ impl Partner for OnMesh<'_> {
         let mass = self.scene.rock.mass;
         let Some(damping) = &law.damping else { return 0.0 };
         let element = *self.element(contact);
-        let coefficient =
-            damping.coefficient(mass, self.count, inverse_mass(self.scene, &element, contact.weights));
+        let numbers = element.nodes.map(|n| self.scene.list.numbers[n as usize]);
+        let partner = self.scene.contact_mesh.inverse_mass(numbers, contact.weights);
+        let coefficient = damping.coefficient(mass, self.count, partner);
         if self.scene.moves_net {
             let dashpot = coefficient * law.normal.load(contact.radius, contact.overlap).stiffness.sqrt();
             for (node, weight) in element.nodes.into_iter().zip(contact.weights) {
-                self.node_stiffness[node as usize][1] += contact.share * dashpot * weight * weight;
+                self.own.node_stiffness[node as usize][1] += contact.share * dashpot * weight * weight;
             }
         }
         coefficient
@@ -286,26 +227,25 @@ impl Partner for OnMesh<'_> {
 
     #[inline(always)]
     fn history(&mut self, number: usize, _: &Touch) -> History {
-        let rotation = &self.touch.rotation;
-        let own = |history: History| history.turned(|v| rotation.tr_mul(v));
-        self.transfer.of(number, self.before).map_or(History::default(), own)
+        let own = |history: History| history.turned(|v| self.own.touch.rotation.tr_mul(v));
+        self.own.transfer.of(number, self.before).map_or(History::default(), own)
     }
 
     #[inline(always)]
     fn jump(&self, contact: &Touch) -> Vector3<f64> {
         let Some(seam) = &self.scene.seam else { return Vector3::zeros() };
-        self.touch.rotation.tr_mul(&jump(seam, self.scene, self.element(contact), contact.weights))
+        let number = |n: u32| self.scene.list.numbers[n as usize];
+        let [a, b, c] = self.element(contact).nodes.map(|n| seam.of_node(number(n)));
+        let [na, nb, nc] = contact.weights;
+        self.own.touch.rotation.tr_mul(&(a * na + b * nb + c * nc))
     }
 
     #[inline(always)]
     fn keep(&mut self, contact: &Touch, site: &Site, history: History) {
-        let rotation = &self.touch.rotation;
-        self.histories.push(SurfaceHistory {
-            sphere: contact.sphere,
-            element: contact.key,
-            normal: rotation * site.normal,
-            history: history.turned(|v| rotation * v),
-        });
+        let rotation = self.own.touch.rotation;
+        let (normal, history) = (rotation * site.normal, history.turned(|v| rotation * v));
+        let (sphere, element) = (contact.sphere, contact.key);
+        self.own.histories.push(SurfaceHistory { sphere, element, normal, history });
     }
 
     #[inline(always)]
@@ -315,8 +255,8 @@ impl Partner for OnMesh<'_> {
         // Of a Hertzian spring; one without a power is softer.
         let stiffness = 1.5 * force.norm() / site.overlap;
         for (node, weight) in nodes.into_iter().zip(contact.weights) {
-            self.node_forces[node as usize] -= force * weight;
-            self.node_stiffness[node as usize][0] += stiffness * weight * weight;
+            self.own.node_forces[node as usize] -= force * weight;
+            self.own.node_stiffness[node as usize][0] += stiffness * weight * weight;
         }
     }
 }
@@ -327,16 +267,4 @@ fn point_velocity(nodes: &[Vector3<f64>], contact: &Touch, element: &PairElement
     let [a, b, c] = element.nodes.map(|n| &nodes[n as usize]);
     let [na, nb, nc] = contact.weights;
     a * na + b * nb + c * nc
-}
-
-/// `sum N_a^2 / m_a` of the mesh's point [1/kg]; 0 where the mesh does not tell its masses.
-#[inline]
-fn inverse_mass(scene: MeshScene, element: &PairElement, weights: [f64; 3]) -> f64 {
-    scene.contact_mesh.inverse_mass(element.nodes.map(|n| scene.list.numbers[n as usize]), weights)
-}
-
-/// What the mesh's point has moved between two windows [m].
-fn jump(seam: &Seam, scene: MeshScene, element: &PairElement, weights: [f64; 3]) -> Vector3<f64> {
-    let [a, b, c] = element.nodes.map(|n| seam.of_node(scene.list.numbers[n as usize]));
-    a * weights[0] + b * weights[1] + c * weights[2]
 }

@@ -23,11 +23,6 @@ impl Rows {
         self.blocks.resize(blocks, Block::default());
     }
 
-    /// Begin anew.
-    pub fn clear(&mut self) {
-        self.used = 0;
-    }
-
     /// Add a contact under law number `law` of `laws`.
     #[inline(always)]
     pub fn push(&mut self, point: &ContactPoint, history: &History, law: u16, laws: &[Law]) {
@@ -122,13 +117,7 @@ pub trait Partner {
     fn keep(&mut self, contact: &Self::Contact, site: &Site, history: History);
 
     /// Take the opposite of force [N] and moment [N m] on the rock. Default: nothing that feels them.
-    fn react(
-        &mut self,
-        _contact: &Self::Contact,
-        _site: &Site,
-        _force: &Vector3<f64>,
-        _moment: &Vector3<f64>,
-    ) {
+    fn react(&mut self, _touch: &Self::Contact, _site: &Site, _force: &Vector3<f64>, _moment: &Vector3<f64>) {
     }
 }
 
@@ -141,7 +130,7 @@ pub fn forces<P: Partner>(
     rows: &mut Rows,
     h: f64,
 ) -> Sums {
-    rows.clear();
+    rows.used = 0;
     for (number, contact) in contacts.iter().enumerate() {
         let of = partner.law(contact);
         let law = &laws[of as usize];

@@ -40,7 +40,7 @@ pub struct ContactMesh {
     /// Where wires cross, if their contacts are to be continuous there.
     pub crossings: Option<Crossings>,
     /// Which elements are broken and touch nothing any more; empty while none is.
-    broken: Vec<bool>,
+    pub broken: Vec<bool>,
 }
 
 impl ContactMesh {
@@ -95,27 +95,12 @@ impl ContactMesh {
         }
     }
 
-    /// Which elements are broken; empty while none is.
-    pub fn broken(&self) -> &[bool] {
-        &self.broken
-    }
-
     /// Go on with these broken.
     pub fn go_on(&mut self, broken: Vec<bool>) {
         self.broken = broken;
         if !self.broken.is_empty() {
             self.cross_again();
         }
-    }
-
-    /// How many elements are broken.
-    pub fn broken_count(&self) -> usize {
-        self.broken.iter().filter(|broken| **broken).count()
-    }
-
-    /// Whether an element is broken.
-    pub fn is_broken(&self, element: usize) -> bool {
-        self.broken.get(element).is_some_and(|broken| *broken)
     }
 
     /// The same, seen from `origin` [m].
@@ -159,13 +144,9 @@ impl ContactMesh {
     /// In words, with numbers.
     pub fn describe(&self) -> String {
         let count = |kind| self.elements.iter().filter(|e| e.kind == kind).count();
-        format!(
-            "interface mesh of {} nodes, {} lines, {} faces, {} points",
-            self.nodes.len(),
-            count(Kind::Line),
-            count(Kind::Face),
-            count(Kind::Point)
-        )
+        let [lines, faces, points] = [Kind::Line, Kind::Face, Kind::Point].map(count);
+        let nodes = self.nodes.len();
+        format!("interface mesh of {nodes} nodes, {lines} lines, {faces} faces, {points} points")
     }
 }
 

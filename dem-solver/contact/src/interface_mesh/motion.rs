@@ -171,6 +171,27 @@ impl MotionFields {
     }
 }
 
+/// Where two windows join. The motion of a window is a prediction; the next one begins where the structure really is.
+#[derive(Debug, Clone, Copy)]
+pub struct Seam<'a> {
+    /// Displacement of the nodes that are sent at the end of the window before, as it was predicted [m]; not a number
+    /// where nothing is known.
+    pub predicted: &'a [f64],
+    /// Their displacement at the start of this one [m].
+    pub actual: &'a [f64],
+    /// Where a node's numbers are.
+    pub fields: &'a MotionFields,
+}
+
+impl Seam<'_> {
+    /// What a node has moved from the one to the other [m].
+    pub fn of_node(&self, node: u32) -> Vector3<f64> {
+        let Some(place) = self.fields.place(node) else { return Vector3::zeros() };
+        let jump = of_node(self.actual, place) - of_node(self.predicted, place);
+        if jump.sum().is_nan() { Vector3::zeros() } else { jump }
+    }
+}
+
 /// Sample `number` of a field, if there are so many.
 pub(super) fn sample(layout: &Layout, name: &str, sampling: Sampling, number: usize) -> Option<Range<usize>> {
     let spec = layout.fields().find(|f| f.name == name && f.sampling == sampling)?;
@@ -210,15 +231,6 @@ impl NodeMotion {
         self.transmitted.reserve(nodes * segments);
     }
 
-    /// Nodes that stand still at these positions, for whatever window.
-    pub fn hold(&mut self, positions: impl Iterator<Item = Vector3<f64>>) {
-        self.origin.clear();
-        self.origin.extend(positions);
-        self.transmitted.clear();
-        self.stand();
-        (self.segment, self.rate) = (0.0, 0.0);
-    }
-
     /// Nodes that a step's middle finds at these positions [m] with these velocities [m/s].
     pub fn place(&mut self, nodes: impl Iterator<Item = (Vector3<f64>, Vector3<f64>)>) {
         self.origin.clear();
@@ -227,14 +239,10 @@ impl NodeMotion {
             self.origin.push(position);
             self.transmitted.push([velocity; 2]);
         }
-        self.stand();
-        self.instant = true;
-    }
-
-    fn stand(&mut self) {
         self.count = self.origin.len();
         self.increment.clear();
         self.increment.resize(self.count, Vector3::zeros());
+        self.instant = true;
     }
 
     /// Whether it is known where the nodes will be.

@@ -15,7 +15,6 @@ pub mod contact_point;
 pub mod damping;
 pub mod elastic;
 pub mod growing;
-pub mod load;
 pub mod normal;
 pub mod presets;
 pub mod restitution;

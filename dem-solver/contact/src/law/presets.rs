@@ -24,48 +24,27 @@ const FRICTION_MAX: f64 = 2.0;
 /// Tangential over normal stiffness: of Poisson's ratio 0.33.
 const STIFFNESS_RATIO: f64 = 0.8;
 
-const fn ground(
-    name: &'static str,
-    modulus: f64,
-    restitution: f64,
-    friction: [f64; 3],
-    source: &'static str,
-) -> Preset {
+type Text = &'static str;
+
+const fn ground(name: Text, modulus: f64, restitution: f64, friction: [f64; 3], source: Text) -> Preset {
     Preset { name, modulus, restitution, friction, source }
 }
+
+const MEADOW: Text = "Rockyfor3D class 2, RAMMS medium soft, modulus of Lu et al. (2019)";
+const SOIL: Text = "Rockyfor3D class 1, RAMMS soft, modulus of Lu et al. (2019)";
+const WETLAND: Text =
+    "Rockyfor3D class 0 (0, and 0.05 is the least that is computed), RAMMS extra soft, modulus assumed";
+const FOREST: Text =
+    "the ground of a forest: Rockyfor3D class 2, RAMMS medium soft, modulus assumed as of meadow";
 
 /// All of them.
 pub const ALL: [Preset; 6] = [
     ground("bedrock", 1e10, 0.53, [0.8, 4.0, 200.0], "Rockyfor3D class 6, RAMMS extra hard, modulus assumed"),
     ground("scree", 1e8, 0.33, [0.35, 2.0, 150.0], "Rockyfor3D class 3, RAMMS medium, modulus assumed"),
-    ground(
-        "meadow",
-        15e6,
-        0.28,
-        [0.3, 1.5, 125.0],
-        "Rockyfor3D class 2, RAMMS medium soft, modulus of Lu et al. (2019)",
-    ),
-    ground(
-        "soil",
-        10e6,
-        0.23,
-        [0.25, 1.25, 100.0],
-        "Rockyfor3D class 1, RAMMS soft, modulus of Lu et al. (2019)",
-    ),
-    ground(
-        "wetland",
-        3e6,
-        0.05,
-        [0.2, 1.0, 50.0],
-        "Rockyfor3D class 0 (0, and 0.05 is the least that is computed), RAMMS extra soft, modulus assumed",
-    ),
-    ground(
-        "forest",
-        15e6,
-        0.28,
-        [0.3, 1.5, 125.0],
-        "the ground of a forest: Rockyfor3D class 2, RAMMS medium soft, modulus assumed as of meadow",
-    ),
+    ground("meadow", 15e6, 0.28, [0.3, 1.5, 125.0], MEADOW),
+    ground("soil", 10e6, 0.23, [0.25, 1.25, 100.0], SOIL),
+    ground("wetland", 3e6, 0.05, [0.2, 1.0, 50.0], WETLAND),
+    ground("forest", 15e6, 0.28, [0.3, 1.5, 125.0], FOREST),
 ];
 
 /// The preset of that name.

@@ -4,7 +4,7 @@ use super::PartnerKind;
 use super::elastic::Elastic;
 use super::normal::{LawName, names};
 use super::presets;
-use crate::keys::Keys;
+use crate::keys::{Checked, Keys, refused};
 use interface_defs::diagnostic::{Diagnostic, code};
 use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Serialize};
@@ -64,12 +64,12 @@ pub struct ContactSettings {
     pub ground_density: Option<f64>,
     /// How the tangential spring follows the overlap. Default `unloading_scaled`, the one of the three
     /// that never creates energy.
-    #[serde(default, skip_serializing_if = "TangentialName::is_default")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub tangential: TangentialName,
     /// Tangential over normal stiffness. Default: Mindlin's, from the Poisson's ratios.
     pub stiffness_ratio: Option<f64>,
     /// Rolling resistance: limit of its moment over radius and normal force. Default 0: none is built.
-    #[serde(default, skip_serializing_if = "is_zero")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub rolling_friction: f64,
     /// Kind of rolling resistance. Default `constant`.
     pub rolling: Option<RollingName>,
@@ -106,8 +106,8 @@ fn owner(key: &str) -> Option<LawName> {
 /// Least restitution that is computed.
 const LEAST_RESTITUTION: f64 = 1e-6;
 
-fn is_zero(value: &f64) -> bool {
-    *value == 0.0
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }
 
 /// How the tangential spring follows the overlap.
@@ -121,12 +121,6 @@ pub enum TangentialName {
     UnloadingScaled,
     /// The force is the present stiffness times the slip since the touch.
     Secant,
-}
-
-impl TangentialName {
-    fn is_default(&self) -> bool {
-        *self == Self::default()
-    }
 }
 
 /// Kind of rolling resistance.
@@ -185,7 +179,7 @@ impl ContactSettings {
     }
 
     /// Refuse what makes no sense; this is table number `number`.
-    fn check(&self, scene: &Scene, number: usize) -> Result<(), Diagnostic> {
+    fn check(&self, scene: &Scene, number: usize) -> Checked {
         let keys = Keys::of(scene, format!("contact.{number}"));
         let name = self.law.name();
         if let Some(preset) = &self.preset {
@@ -198,12 +192,10 @@ impl ContactSettings {
         let rocks_mass = self.is_of_rock() && self.effective_mass == EffectiveMass::Rock;
         let what = format!("`{name}` knows the mass that its force acts on");
         keys.refuse(rocks_mass, "effective_mass", what, "leave it out")?;
-        keys.refuse(
-            self.law == LawName::Ground && self.damping_ratio.is_some(),
-            "damping_ratio",
-            "`ground` has no dashpot that this could be the ratio of",
-            "write restitution, that of a slow impact: 0.25 on soft soil, 0.5 on bedrock",
-        )?;
+        let what = "`ground` has no dashpot that this could be the ratio of";
+        let cure = "write restitution, that of a slow impact: 0.25 on soft soil, 0.5 on bedrock";
+        let has_ratio = self.law == LawName::Ground && self.damping_ratio.is_some();
+        keys.refuse(has_ratio, "damping_ratio", what, cure)?;
         keys.above_zero(&[
             ("young", self.young, ""),
             ("partner_young", self.partner_young, ""),
@@ -243,7 +235,7 @@ impl ContactSettings {
     }
 
     /// What only the law knows.
-    fn check_law(&self, keys: &Keys) -> Result<(), Diagnostic> {
+    fn check_law(&self, keys: &Keys) -> Checked {
         let (name, own) = (self.law.name(), self.law.own_keys());
         if let Some(key) = self.own.keys().find(|key| !own.contains(*key)) {
             let owner = owner(key).expect("others are refused when read").name();
@@ -274,7 +266,7 @@ impl ContactSettings {
         self.young.map(|young| ("young", young)).or_else(own)
     }
 
-    fn check_numbers(&self, keys: &Keys) -> Result<(), Diagnostic> {
+    fn check_numbers(&self, keys: &Keys) -> Checked {
         let poissons = [
             ("poisson", self.poisson, "rock has 0.2 to 0.3; 25 % is poisson = 0.25"),
             ("partner_poisson", self.partner_poisson, ""),
@@ -285,29 +277,18 @@ impl ContactSettings {
             keys.refuse(!(0.0..=0.5).contains(&nu), key, what, cure)?;
         }
         let shears = self.friction > 0.0 && self.stiffness_ratio.is_none();
-        keys.refuse(
-            self.poisson.is_none() && (self.young.is_some() || shears),
-            "poisson",
-            "Poisson's ratio is needed with `young` and with friction",
-            "write poisson = 0.2 for rock",
-        )?;
-        keys.twice(
-            ["restitution", "damping_ratio"],
-            self.restitution.is_some() && self.damping_ratio.is_some(),
-        )?;
-        keys.refuse(
-            self.restitution.is_none() && self.damping_ratio.is_none(),
-            "restitution",
-            "the contact has neither restitution nor damping_ratio",
-            "restitution = 1 is a contact without a dashpot",
-        )?;
+        let what = "Poisson's ratio is needed with `young` and with friction";
+        let cure = "write poisson = 0.2 for rock";
+        keys.refuse(self.poisson.is_none() && (self.young.is_some() || shears), "poisson", what, cure)?;
+        let both = self.restitution.is_some() && self.damping_ratio.is_some();
+        keys.twice(["restitution", "damping_ratio"], both)?;
+        let what = "the contact has neither restitution nor damping_ratio";
+        let cure = "restitution = 1 is a contact without a dashpot";
+        keys.refuse(self.restitution.is_none() && self.damping_ratio.is_none(), "restitution", what, cure)?;
         let e = self.restitution.unwrap_or(1.0);
-        keys.refuse(
-            e > 0.0 && e < LEAST_RESTITUTION,
-            "restitution",
-            format!("a restitution of {e:e}: its dashpot would ask for steps of no length"),
-            format!("{LEAST_RESTITUTION:e} and more can be computed"),
-        )?;
+        let what = format!("a restitution of {e:e}: its dashpot would ask for steps of no length");
+        let cure = format!("{LEAST_RESTITUTION:e} and more can be computed");
+        keys.refuse(e > 0.0 && e < LEAST_RESTITUTION, "restitution", what, cure)?;
         let percent = (e > 1.0 && e <= 100.0).then(|| format!("; {e} % is restitution = {}", e / 100.0));
         let cure = "it is the speed after an impact over that before it".to_owned();
         let what = format!("a restitution of {e}: above 0 up to 1 is possible");
@@ -316,7 +297,7 @@ impl ContactSettings {
     }
 
     /// Keys that go together, and those of parts that are not built.
-    fn check_parts(&self, keys: &Keys) -> Result<(), Diagnostic> {
+    fn check_parts(&self, keys: &Keys) -> Checked {
         let partner = (self.partner_young.is_some(), self.partner_poisson.is_some());
         let what = "partner_young is the partner of `young`, which is missing";
         keys.refuse(partner.0 && self.young.is_none(), "partner_young", what, "")?;
@@ -335,12 +316,9 @@ impl ContactSettings {
             keys.refuse(grows && !there, "friction_max", format!("`friction_max` needs `{key}`"), cure)?;
         }
         let rut = self.rolling == Some(RollingName::Rut);
-        keys.refuse(
-            rut && self.ground_pressure().is_none(),
-            "rolling",
-            "the rut is that of ground which resists with a pressure",
-            "law = \"ground\" with ground_pressure; or rolling = \"constant\" with rolling_friction",
-        )?;
+        let what = "the rut is that of ground which resists with a pressure";
+        let cure = "law = \"ground\" with ground_pressure; or rolling = \"constant\" with rolling_friction";
+        keys.refuse(rut && self.ground_pressure().is_none(), "rolling", what, cure)?;
         let (slides, rolls) = (self.friction > 0.0, self.rolling_friction > 0.0);
         let springs = self.rolling == Some(RollingName::Spring);
         let (dynamic, decays) = (self.friction_dynamic.is_some(), self.friction_decay.is_some());
@@ -368,9 +346,10 @@ impl ContactSettings {
 }
 
 /// Check all tables: each for itself, no pair twice, and no material that is not among `known`.
-pub fn check_all(contacts: &[ContactSettings], known: &[String], scene: &Scene) -> Result<(), Diagnostic> {
+pub fn check_all(contacts: &[ContactSettings], known: &[String], scene: &Scene) -> Checked {
     for (number, contact) in contacts.iter().enumerate() {
         contact.check(scene, number)?;
+        let key = format!("contact.{number}.between");
         let twice = contacts[..number].iter().position(|other| match (&contact.between, &other.between) {
             (Some([a, b]), Some(_)) => other.names(a, b),
             (None, None) => true,
@@ -381,17 +360,12 @@ pub fn check_all(contacts: &[ContactSettings], known: &[String], scene: &Scene) 
                 Some([a, b]) => format!("the pair `{a}`, `{b}` has a table already, number {first}"),
                 None => format!("two tables [[contact]] without `between`, the first is number {first}"),
             };
-            return Err(scene
-                .invalid(&format!("contact.{number}.between"), what)
-                .try_instead("keep one of them, or name another pair: between = [\"rock\", \"structure\"]"));
+            let cure = "keep one of them, or name another pair: between = [\"rock\", \"structure\"]";
+            return refused(scene, &key, what, cure);
         }
         if let Some(unknown) = contact.between.iter().flatten().find(|name| !known.contains(name)) {
-            return Err(scene
-                .invalid(
-                    &format!("contact.{number}.between"),
-                    format!("nothing is of the material `{unknown}`"),
-                )
-                .try_instead(format!("the scene has {}", known.join(", "))));
+            let what = format!("nothing is of the material `{unknown}`");
+            return refused(scene, &key, what, format!("the scene has {}", known.join(", ")));
         }
     }
     Ok(())

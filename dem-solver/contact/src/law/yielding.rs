@@ -17,77 +17,13 @@
 //! Source: Walton and Braun (1986), J. Rheol. 30, 949, for the two branches; e(v) as prescribed, docs/ground.md.
 
 use super::Law;
-use super::load::Load;
-use interface_defs::diagnostic::Diagnostic;
-use schemars::JsonSchema;
+use super::normal::Load;
+use super::normal::ground::Rule;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 /// Least restitution that is computed: below it a quarter of a per cent of the energy comes back, and steps get short.
 pub const LEAST: f64 = 0.05;
-
-/// How restitution depends on the impact, by its name in a scene.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum RuleName {
-    /// It does not.
-    #[default]
-    Constant,
-    /// `e / (1 + (v / K)^2)`.
-    PfeifferBowen,
-    /// `e vh / (vh + v)`.
-    Bourrier,
-    /// `e / sqrt(1 + S Y)` with the depth Y.
-    Walton,
-}
-
-/// The same with its parameter.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Rule {
-    /// It does not.
-    Constant,
-    /// K [m/s].
-    PfeifferBowen(f64),
-    /// vh [m/s].
-    Bourrier(f64),
-    /// S [1/m].
-    Walton(f64),
-}
-
-impl Rule {
-    /// From the keys of a scene.
-    pub fn new(
-        name: Option<RuleName>,
-        speed: Option<f64>,
-        softening: Option<f64>,
-    ) -> Result<Self, Diagnostic> {
-        let wrong = |key: &str, what: String| Diagnostic::new(what).about(key);
-        for (key, value) in [("restitution_speed", speed), ("restitution_softening", softening)] {
-            if let Some(v) = value.filter(|v| *v <= 0.0) {
-                return Err(wrong(key, format!("{key} = {v}: it must lie above 0")));
-            }
-        }
-        let name = name.unwrap_or_default();
-        let (fast, walton) =
-            (matches!(name, RuleName::PfeifferBowen | RuleName::Bourrier), name == RuleName::Walton);
-        for (key, idle, owner) in [
-            ("restitution_speed", speed.is_some() && !fast, "\"pfeiffer_bowen\" or \"bourrier\""),
-            ("restitution_softening", softening.is_some() && !walton, "\"walton\""),
-        ] {
-            if idle {
-                let what = format!("`{key}` does nothing without restitution_law = {owner}");
-                return Err(wrong(key, what).try_instead("leave it out"));
-            }
-        }
-        let needed = || wrong("restitution_law", "\"walton\" needs `restitution_softening` [1/m]".into());
-        Ok(match name {
-            RuleName::Constant => Self::Constant,
-            RuleName::PfeifferBowen => Self::PfeifferBowen(speed.unwrap_or(9.144)),
-            RuleName::Bourrier => Self::Bourrier(speed.unwrap_or(10.0)),
-            RuleName::Walton => Self::Walton(softening.ok_or_else(needed)?),
-        })
-    }
-}
 
 /// What comes back of an impact on ground that gives way.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -169,8 +105,6 @@ pub struct Pressing {
 pub struct Felt {
     /// Stiffness of the first loading there [N/m], force [N] and energy that may come back [J].
     pub load: Load,
-    /// Depth below the level [m].
-    pub depth: f64,
     /// Energy lost since the step before [J].
     pub lost: f64,
     /// `2 g sqrt(k2)` of the dashpot about the seat [N^(1/2) m^(-1/2)].
@@ -233,7 +167,7 @@ impl Dent {
                 ..*self
             };
             let load = Load { energy: kept, ..first };
-            return Felt { load, depth, lost: first.energy - kept - before, ..Felt::default() };
+            return Felt { load, lost: first.energy - kept - before, ..Felt::default() };
         }
         let (stiffness, free) = self.unloading(law, radius);
         if depth <= free {
@@ -248,7 +182,7 @@ impl Dent {
         let force = stiffness * (depth - free);
         let load = Load { stiffness: first.stiffness, force, energy: 0.5 * force * (depth - free) };
         let ratio = if self.seated { seat_damping(self.restitution) } else { 0.0 };
-        Felt { load, depth, lost: 0.0, dashpot: 2.0 * ratio * stiffness.sqrt(), ratio }
+        Felt { load, lost: 0.0, dashpot: 2.0 * ratio * stiffness.sqrt(), ratio }
     }
 
     /// Become the dent in other ground, of law number `number`: it is pressed by the same force at `overlap` [m], and holds no

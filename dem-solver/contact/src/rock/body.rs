@@ -7,6 +7,7 @@ use super::{outermost, rotation};
 use crate::settings::rock::Method;
 use crate::settings::{RockSettings, Shape};
 use dem_solid::cluster::{Accuracy, kept};
+use dem_solid::geometry::bounds;
 use dem_solid::geometry::sphere::Sphere;
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
@@ -73,7 +74,7 @@ impl Rock {
             .mass
             .unwrap_or_else(|| settings.density.expect("mass or density, checked") * solid.volume());
         let cluster = settings.cluster.clone().unwrap_or_default();
-        let PlacedSpheres { mut spheres, origin, outermost, facing, notice, accuracy, made } =
+        let PlacedSpheres { mut spheres, origin, outer, notice, accuracy, made } =
             match (&settings.shape, &cluster.file) {
                 (_, Some(file)) => PlacedSpheres::read(file).map_err(|e| refuse("cluster.file", e))?,
                 (Shape::Sphere { radius }, None) => PlacedSpheres::single(*radius),
@@ -92,37 +93,30 @@ impl Rock {
         for sphere in &mut spheres {
             sphere.centre = solid.own(&sphere.centre);
         }
+        let corners = spheres.iter().flat_map(|s| [-s.radius, s.radius].map(|r| s.centre.add_scalar(r)));
+        let [lowest_corner, highest_corner] = bounds(corners);
+        let radii = || spheres.iter().map(|s| s.radius);
+        let (outermost, facing) =
+            outer.unwrap_or_else(|| (outermost::of(&spheres), outermost::facing(&spheres, &solid.drawn)));
         let mut rock = Self {
             name: settings.name.clone(),
             mass,
             inertia: solid.inertia(mass),
-            outermost: outermost.unwrap_or_default(),
+            outermost,
             origin,
-            facing: facing.unwrap_or(1.0),
-            lowest_corner: Vector3::repeat(f64::INFINITY),
-            highest_corner: Vector3::repeat(f64::NEG_INFINITY),
-            reach: 0.0,
-            arm: 0.0,
-            smallest_radius: f64::INFINITY,
-            largest_radius: 0.0,
+            facing,
+            lowest_corner,
+            highest_corner,
+            reach: lowest_corner.abs().sup(&highest_corner.abs()).norm(),
+            arm: spheres.iter().map(|s| s.centre.norm()).fold(0.0, f64::max),
+            smallest_radius: radii().fold(f64::INFINITY, f64::min),
+            largest_radius: radii().fold(0.0, f64::max),
             solid,
             accuracy,
             made,
             spheres,
             unscaled: None,
         };
-        for sphere in &rock.spheres {
-            rock.lowest_corner = rock.lowest_corner.inf(&sphere.centre.add_scalar(-sphere.radius));
-            rock.highest_corner = rock.highest_corner.sup(&sphere.centre.add_scalar(sphere.radius));
-            rock.arm = rock.arm.max(sphere.centre.norm());
-            rock.smallest_radius = rock.smallest_radius.min(sphere.radius);
-            rock.largest_radius = rock.largest_radius.max(sphere.radius);
-        }
-        rock.reach = rock.lowest_corner.abs().sup(&rock.highest_corner.abs()).norm();
-        if facing.is_none() {
-            rock.outermost = outermost::of(&rock.spheres);
-            rock.facing = outermost::facing(&rock.spheres, &rock.solid.surface());
-        }
         if let Some(scale) = settings.scale {
             rock = rock.sized(scale, settings);
         }
@@ -177,7 +171,7 @@ impl Rock {
 
     /// Whether its spheres are a lattice in a box: then the outer ones end at its faces.
     pub fn fills_a_box(&self) -> bool {
-        self.solid.is_box() && self.has_equal_spheres()
+        matches!(self.solid.shape, Shape::Box { .. }) && self.has_equal_spheres()
     }
 
     /// Whether all its spheres have one radius.
@@ -192,8 +186,7 @@ impl Rock {
         }
         let (mut surface, _) = settings.shape.surface(false)?;
         let scale = settings.scale.unwrap_or(1.0);
-        surface.points.iter_mut().for_each(|p| *p *= scale);
-        surface.points.iter_mut().for_each(|p| *p = self.solid.own(p));
+        surface.points.iter_mut().for_each(|p| *p = self.solid.own(&(*p * scale)));
         Ok(Accuracy::of(&surface, &self.spheres))
     }
 
@@ -234,6 +227,12 @@ impl Rock {
                 point[axis] > self.lowest_corner[axis] + radius
                     && point[axis] < self.highest_corner[axis] - radius
             })
+    }
+
+    /// How far a sphere's centre has moved at most by the turn since `before` [m]: at distance r by 2 r sin(angle / 2).
+    #[inline]
+    pub fn turned(&self, before: &UnitQuaternion<f64>, now: &Motion) -> f64 {
+        2.0 * (before.inverse() * now.orientation).imag().norm() * self.arm
     }
 
     /// Angular velocity along the axes of space [rad/s].

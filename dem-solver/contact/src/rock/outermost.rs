@@ -1,7 +1,7 @@
 //! The spheres that may be the furthest in a direction, and those that touch a plane together.
 
 use dem_solid::geometry::sphere::Sphere;
-use dem_solid::shape::builtin;
+use dem_solid::shape::{Surface, builtin};
 use nalgebra::Vector3;
 
 /// Times that a patch of directions is cut in four: at last patches of 0.5 degrees.
@@ -25,13 +25,7 @@ pub fn of(spheres: &[Sphere]) -> Vec<u32> {
     (0..spheres.len() as u32).filter(|k| outer[*k as usize]).collect()
 }
 
-fn narrow(
-    spheres: &[Sphere],
-    patch: &[Vector3<f64>; 3],
-    candidates: &[u32],
-    cuts: usize,
-    outer: &mut [bool],
-) {
+fn narrow(spheres: &[Sphere], patch: &[Vector3<f64>; 3], some: &[u32], cuts: usize, outer: &mut [bool]) {
     let middle = patch.iter().sum::<Vector3<f64>>().normalize();
     // The chord of half the angle is a bound for the change of a unit vector.
     let change = patch.iter().map(|p| (p - middle).norm()).fold(0.0, f64::max);
@@ -39,10 +33,10 @@ fn narrow(
         let s = &spheres[k as usize];
         s.centre.dot(&middle) + s.radius
     };
-    let first = candidates.iter().copied().max_by(|a, b| end(*a).total_cmp(&end(*b)).then(b.cmp(a)));
+    let first = some.iter().copied().max_by(|a, b| end(*a).total_cmp(&end(*b)).then(b.cmp(a)));
     let Some(first) = first else { return };
     let (furthest, place) = (end(first), spheres[first as usize].centre);
-    let left: Vec<u32> = candidates
+    let left: Vec<u32> = some
         .iter()
         .copied()
         .filter(|k| {
@@ -61,24 +55,20 @@ fn narrow(
 }
 
 /// How many spheres of the smallest radius would be as stiff together, at equal overlap, as those that
-/// touch a plane at once, the plane lying along a triangle of `surface` (points, triangles).
+/// touch a plane at once, the plane lying along a triangle of `surface`.
 ///
 /// By Hertz the stiffness at an overlap goes with the root of the radius.
-pub fn facing(spheres: &[Sphere], surface: &(Vec<Vector3<f64>>, Vec<[u32; 3]>)) -> f64 {
+pub fn facing(spheres: &[Sphere], surface: &Surface) -> f64 {
     let smallest = spheres.iter().map(|s| s.radius).fold(f64::INFINITY, f64::min);
-    let normal = |t: &[u32; 3]| {
-        let [a, b, c] = t.map(|p| surface.0[p as usize]);
-        (b - a).cross(&(c - a)).normalize()
-    };
     // Of a surface of many triangles some, evenly: faces of a rock have many each.
-    let step = (surface.1.len() / 2000).max(1);
+    let step = (surface.triangles.len() / 2000).max(1);
     let along = |direction: Vector3<f64>| {
         let end = |s: &Sphere| s.centre.dot(&direction) + s.radius;
         let furthest = spheres.iter().map(end).fold(f64::NEG_INFINITY, f64::max);
         let touching = spheres.iter().filter(|s| end(s) >= furthest - TOGETHER * smallest);
         touching.map(|s| (s.radius / smallest).sqrt()).sum::<f64>()
     };
-    surface.1.iter().step_by(step).map(|t| along(normal(t))).fold(1.0, f64::max)
+    (0..surface.triangles.len()).step_by(step).map(|t| along(surface.normal(t))).fold(1.0, f64::max)
 }
 
 #[cfg(test)]
@@ -110,6 +100,6 @@ mod tests {
         let lattice = Lattice::within([0.2, 0.4, 0.6], 500).expect("fits");
         let [_, y, z] = lattice.counts.map(f64::from);
         let surface = builtin::cuboid(Vector3::new(0.2, 0.4, 0.6));
-        assert_eq!(facing(&lattice.spheres(), &(surface.points, surface.triangles)), y * z);
+        assert_eq!(facing(&lattice.spheres(), &surface), y * z);
     }
 }

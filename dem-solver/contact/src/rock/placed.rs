@@ -1,6 +1,6 @@
 //! The spheres that stand for a rock in contact: read, a lattice, or made, as the scene asks for.
 
-use crate::keys::Keys;
+use crate::keys::{Checked, Keys};
 use crate::settings::Cluster;
 use dem_solid::cluster::{Accuracy, Bound, MOST_SPHERES, Wish, files, kept, lattice};
 use dem_solid::geometry::sphere::{Sphere, extent};
@@ -11,12 +11,7 @@ use std::path::{Path, PathBuf};
 use toolkit::scene::Scene;
 
 /// Refuse a least radius with which no sphere fits into the rock.
-pub fn check_smallest(
-    at: usize,
-    surface: &Surface,
-    cluster: &Cluster,
-    scene: &Scene,
-) -> Result<(), Diagnostic> {
+pub fn check_smallest(at: usize, surface: &Surface, cluster: &Cluster, scene: &Scene) -> Checked {
     let edges = extent(surface.points.iter().map(|p| (*p, 0.0)));
     let half = 0.5 * edges.into_iter().fold(f64::INFINITY, f64::min);
     let radius = cluster.smallest_radius.unwrap_or_default();
@@ -30,8 +25,8 @@ pub fn check_smallest(
 pub struct PlacedSpheres {
     pub spheres: Vec<Sphere>,
     pub origin: String,
-    pub outermost: Option<Vec<u32>>,
-    pub facing: Option<f64>,
+    /// [`Rock::outermost`](super::Rock::outermost) and [`Rock::facing`](super::Rock::facing), where they are known.
+    pub outer: Option<(Vec<u32>, f64)>,
     pub notice: Option<String>,
     pub accuracy: Option<Accuracy>,
     pub made: Option<String>,
@@ -64,8 +59,7 @@ impl PlacedSpheres {
         Self {
             spheres: vec![Sphere { centre: Vector3::zeros(), radius }],
             origin: "itself".into(),
-            outermost: Some(vec![0]),
-            facing: Some(1.0),
+            outer: Some((vec![0], 1.0)),
             ..Self::default()
         }
     }
@@ -82,8 +76,7 @@ impl PlacedSpheres {
         Ok(Self {
             spheres: lattice.spheres(),
             origin: format!("{nx} x {ny} x {nz}"),
-            outermost: Some(lattice::outermost(lattice.counts)),
-            facing: Some((x * y).max(y * z).max(x * z)),
+            outer: Some((lattice::outermost(lattice.counts), (x * y).max(y * z).max(x * z))),
             notice,
             ..Self::default()
         })

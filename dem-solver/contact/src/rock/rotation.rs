@@ -17,6 +17,9 @@
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
+type Turn = UnitQuaternion<f64>;
+type Vector = Vector3<f64>;
+
 /// Most pieces: a tenth of a second of work.
 const MOST: f64 = 1e5;
 /// Half a turn [rad] of which four terms of sine and cosine are exact: the fifth is 0.01^8 / 40320 = 2e-21.
@@ -32,17 +35,14 @@ const TERMS: usize = 25;
 
 /// Orientation after `h` [s] without torque, from `q`, angular momentum [kg m2/s] along the axes of
 /// space and principal moments of inertia [kg m2].
-pub fn turn(
-    q: &UnitQuaternion<f64>,
-    angular_momentum: &Vector3<f64>,
-    inertia: &Vector3<f64>,
-    h: f64,
-) -> UnitQuaternion<f64> {
-    if *angular_momentum == Vector3::zeros() {
+pub fn turn(q: &Turn, angular_momentum: &Vector, inertia: &Vector, h: f64) -> Turn {
+    if *angular_momentum == Vector::zeros() {
         return *q;
     }
     if is_spherical(inertia) {
-        return about_axis(q, angular_momentum, inertia, h);
+        // The axis of the turn stands still: exact.
+        let turn = turn_by(&(angular_momentum * (h / inertia.x)));
+        return Turn::new_normalize((turn * q).into_inner());
     }
     if angular_momentum.norm_squared() * h * h <= SHORT * SHORT * inertia.min().powi(2) {
         return short(q, angular_momentum, inertia, h);
@@ -53,25 +53,20 @@ pub fn turn(
 }
 
 /// One series over `h` [s].
-fn series(
-    q: &UnitQuaternion<f64>,
-    angular_momentum: &Vector3<f64>,
-    inertia: &Vector3<f64>,
-    h: f64,
-) -> UnitQuaternion<f64> {
+fn series(q: &Turn, angular_momentum: &Vector, inertia: &Vector, h: f64) -> Turn {
     let [a, b, c] = (*inertia).into();
-    let pull = Vector3::new((b - c) / a, (c - a) / b, (a - b) / c);
+    let pull = Vector::new((b - c) / a, (c - a) / b, (a - b) / c);
     // Coefficients of the powers of the share of `h` that has passed; the rates are angles per `h`.
-    let mut w = [Vector3::zeros(); TERMS];
+    let mut w = [Vector::zeros(); TERMS];
     let mut turned = [Quaternion::identity(); TERMS];
     w[0] = q.inverse_transform_vector(angular_momentum).component_div(inertia) * h;
     let mut sum = turned[0];
     for k in 0..TERMS - 1 {
         let next = 1.0 / (k + 1) as f64;
-        let (mut bent, mut real, mut imaginary) = (Vector3::zeros(), 0.0, Vector3::zeros());
+        let (mut bent, mut real, mut imaginary) = (Vector::zeros(), 0.0, Vector::zeros());
         for j in 0..=k {
             let (u, v, r) = (w[j], w[k - j], turned[j]);
-            bent += Vector3::new(u.y * v.z, u.z * v.x, u.x * v.y);
+            bent += Vector::new(u.y * v.z, u.z * v.x, u.x * v.y);
             let axis = r.imag();
             real -= axis.dot(&v);
             imaginary += v * r.w + axis.cross(&v);
@@ -84,19 +79,14 @@ fn series(
             break;
         }
     }
-    UnitQuaternion::new_normalize(q.into_inner() * sum)
+    Turn::new_normalize(q.into_inner() * sum)
 }
 
 /// One step of the classical Runge-Kutta scheme on the quaternion: `q' = q w / 2` with `w = I^-1 R(q)^T L`.
 ///
 /// Source: Munjiza, Latham, John (2003), Int. J. Numer. Methods Eng. 56, 35-55; handbook 1.8, scheme C.
 #[inline]
-fn short(
-    q: &UnitQuaternion<f64>,
-    angular_momentum: &Vector3<f64>,
-    inertia: &Vector3<f64>,
-    h: f64,
-) -> UnitQuaternion<f64> {
+fn short(q: &Turn, angular_momentum: &Vector, inertia: &Vector, h: f64) -> Turn {
     let start = q.into_inner();
     let inverse = inertia.map(|i| 1.0 / i);
     let rate = |q: &Quaternion<f64>| {
@@ -107,42 +97,31 @@ fn short(
     let b = rate(&(start + a * (0.5 * h)));
     let c = rate(&(start + b * (0.5 * h)));
     let d = rate(&(start + c * h));
-    UnitQuaternion::new_normalize(start + (a + (b + c) * 2.0 + d) * (h / 6.0))
+    Turn::new_normalize(start + (a + (b + c) * 2.0 + d) * (h / 6.0))
 }
 
 /// `v` along the axes of a body that is turned by `q`, whose length need not be 1: a stage leaves it.
 #[inline]
-fn own(q: &Quaternion<f64>, v: &Vector3<f64>) -> Vector3<f64> {
+fn own(q: &Quaternion<f64>, v: &Vector) -> Vector {
     let (w, u) = (q.w, q.imag());
     let (real, axis) = (w * w, u.norm_squared());
     (v * (real - axis) + u * (2.0 * u.dot(v)) - u.cross(v) * (2.0 * w)) / (real + axis)
 }
 
 /// True if every axis is a principal axis.
-pub fn is_spherical(inertia: &Vector3<f64>) -> bool {
+pub fn is_spherical(inertia: &Vector) -> bool {
     inertia.x == inertia.y && inertia.y == inertia.z
 }
 
-/// Where every axis is a principal one the axis of the turn stands still: exact.
-fn about_axis(
-    q: &UnitQuaternion<f64>,
-    angular_momentum: &Vector3<f64>,
-    inertia: &Vector3<f64>,
-    h: f64,
-) -> UnitQuaternion<f64> {
-    let turn = turn_by(&(angular_momentum * (h / inertia.x)));
-    UnitQuaternion::new_normalize((turn * q).into_inner())
-}
-
 /// The turn by `angle` [rad]. Of a small one the sine and cosine of half of it follow from four terms, to rounding.
-fn turn_by(angle: &Vector3<f64>) -> UnitQuaternion<f64> {
+fn turn_by(angle: &Vector) -> Turn {
     let square = 0.25 * angle.norm_squared();
     if square > SMALL_ANGLE * SMALL_ANGLE {
-        return UnitQuaternion::from_scaled_axis(*angle);
+        return Turn::from_scaled_axis(*angle);
     }
     let cos = 1.0 - square / 2.0 * (1.0 - square / 12.0 * (1.0 - square / 30.0));
     let sin = 1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0));
-    UnitQuaternion::new_unchecked(Quaternion::from_parts(cos, angle * (0.5 * sin)))
+    Turn::new_unchecked(Quaternion::from_parts(cos, angle * (0.5 * sin)))
 }
 
 #[cfg(test)]

@@ -9,26 +9,25 @@ use std::f64::consts::PI;
 /// centre of mass.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solid {
-    shape: Shape,
-    body: SolidIntegrals,
-    /// For pictures.
-    drawn: Surface,
+    /// What it is made of.
+    pub shape: Shape,
+    /// Of the shape in its own axes; volume and inertia are exact where there is a formula ([`Solid::volume`], [`Solid::inertia`]).
+    pub body: SolidIntegrals,
+    /// Closed surface with outward normals, for pictures.
+    pub drawn: Surface,
 }
 
 impl Solid {
     /// The solid of a shape, and what was mended in its file.
     pub fn new(shape: &Shape) -> Result<(Self, Vec<String>), Diagnostic> {
-        let (mut drawn, notes) = shape.surface(true)?;
-        let body = SolidIntegrals::of(&drawn);
-        let mut solid =
-            Self { shape: shape.clone(), body, drawn: Surface { points: vec![], triangles: vec![] } };
+        let (drawn, notes) = shape.surface(true)?;
+        let mut solid = Self { shape: shape.clone(), body: SolidIntegrals::of(&drawn), drawn };
         if solid.is_symmetric() {
             // Exactly, where the integrals leave a trace of rounding.
             solid.body.centre = Vector3::zeros();
         } else {
-            drawn.points.iter_mut().for_each(|p| *p = solid.own(p));
+            solid.drawn.points = solid.drawn.points.iter().map(|p| solid.own(p)).collect();
         }
-        solid.drawn = drawn;
         Ok((solid, notes))
     }
 
@@ -49,11 +48,6 @@ impl Solid {
     /// Whether the shape's own axes are principal and its origin is the centre of mass, by symmetry.
     fn is_symmetric(&self) -> bool {
         !matches!(self.shape, Shape::RandomConvex { .. } | Shape::ConvexHull { .. } | Shape::Mesh { .. })
-    }
-
-    /// Whether it is a box.
-    pub fn is_box(&self) -> bool {
-        matches!(self.shape, Shape::Box { .. })
     }
 
     /// Volume [m3].
@@ -80,11 +74,6 @@ impl Solid {
         }
     }
 
-    /// Centre of mass in the shape's own axes [m].
-    pub fn centre(&self) -> Vector3<f64> {
-        self.body.centre
-    }
-
     /// From the principal axes to the shape's own; `None` where they are the same.
     pub fn turn(&self) -> Option<UnitQuaternion<f64>> {
         (!self.is_symmetric()).then(|| UnitQuaternion::from_rotation_matrix(&self.body.axes))
@@ -93,16 +82,6 @@ impl Solid {
     /// A point of the shape's own axes in the principal axes, from the centre of mass [m].
     pub fn own(&self, point: &Vector3<f64>) -> Vector3<f64> {
         self.turn().map_or(*point, |turn| turn.inverse_transform_vector(&(point - self.body.centre)))
-    }
-
-    /// Closed surface with outward normals, for pictures: points [m] and triangles.
-    pub fn surface(&self) -> (Vec<Vector3<f64>>, Vec<[u32; 3]>) {
-        (self.drawn.points.clone(), self.drawn.triangles.clone())
-    }
-
-    /// In words, with numbers.
-    pub fn describe(&self) -> String {
-        self.shape.describe()
     }
 }
 
@@ -160,6 +139,6 @@ mod tests {
         }
         let turn = solid.turn().expect("turned");
         let corner = Vector3::new(0.1, 0.2, 0.3);
-        assert!((turn * solid.own(&corner) + solid.centre() - corner).norm() < 1e-15);
+        assert!((turn * solid.own(&corner) + solid.body.centre - corner).norm() < 1e-15);
     }
 }

@@ -1,8 +1,7 @@
 //! `[dem]`: the solver's own step.
 
-use crate::keys::Keys;
+use crate::keys::{Checked, Keys};
 use dem_solid::geometry::shared_nodes::Unshared;
-use interface_defs::diagnostic::Diagnostic;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toolkit::scene::Scene;
@@ -98,16 +97,13 @@ impl DemSettings {
     }
 
     /// Refuse what makes no sense.
-    pub(super) fn check(&self, scene: &Scene) -> Result<(), Diagnostic> {
+    pub(super) fn check(&self, scene: &Scene) -> Checked {
         let keys = Keys::of(scene, "dem");
         let given = self.time_step.is_some();
         keys.twice(["time_step", "steps_per_contact"], given && self.steps_per_contact.is_some())?;
-        keys.refuse(
-            given && self.time_step_scale.is_some(),
-            "time_step_scale",
-            "a given time_step is not shortened to a fraction of the critical one",
-            "keep one of time_step and time_step_scale",
-        )?;
+        let what = "a given time_step is not shortened to a fraction of the critical one";
+        let cure = "keep one of time_step and time_step_scale";
+        keys.refuse(given && self.time_step_scale.is_some(), "time_step_scale", what, cure)?;
         let scale = self.time_step_scale.unwrap_or(1.0);
         let what = format!("a fraction of {scale} of the critical step: it must be above 0 and at most 1");
         keys.refuse(!(scale > 0.0 && scale <= 1.0), "time_step_scale", what, "")?;

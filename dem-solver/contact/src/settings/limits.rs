@@ -19,25 +19,19 @@ pub const FRICTION: f64 = 10.0;
 /// Largest coordinate [m]: doubles are 2e-9 m apart there.
 pub const COORDINATE: f64 = 1e7;
 
-/// What is said of a value of `key` outside `[lowest, highest]`.
-fn outside(
-    key: String,
-    what: &str,
-    value: f64,
-    unit: &str,
-    [lowest, highest]: [f64; 2],
-) -> Option<Diagnostic> {
-    let (code, mega) = match unit == "Pa" && value < lowest {
+/// What is said of a value of `key` outside `[low, high]`.
+fn outside(key: String, what: &str, value: f64, unit: &str, [low, high]: [f64; 2]) -> Option<Diagnostic> {
+    let (code, mega) = match unit == "Pa" && value < low {
         true => (code::LIKELY_UNIT, format!("; were it in MPa, it would be {:e} Pa", 1e6 * value)),
         false => (code::UNUSUAL_VALUE, String::new()),
     };
     let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-    let range = match (lowest == f64::NEG_INFINITY, highest == f64::INFINITY) {
-        (true, _) => format!("up to {highest:e}{unit}"),
-        (_, true) => format!("from {lowest:e}{unit} on"),
-        _ => format!("from {lowest:e} to {highest:e}{unit}"),
+    let range = match (low == f64::NEG_INFINITY, high == f64::INFINITY) {
+        (true, _) => format!("up to {high:e}{unit}"),
+        (_, true) => format!("from {low:e}{unit} on"),
+        _ => format!("from {low:e} to {high:e}{unit}"),
     };
-    (!(lowest..=highest).contains(&value)).then(|| {
+    (!(low..=high).contains(&value)).then(|| {
         let what = format!("{what} of {value:e}{unit}: this solver is tested {range}");
         Diagnostic::warning(code, what).about(key).try_instead(format!("check its result{mega}"))
     })

@@ -16,6 +16,7 @@ pub use dem_terrain::settings::{NoData, TerrainSettings, ZoneSettings};
 pub use rock::{Cluster, RockSettings, Shape};
 pub use spheres::{BoxSettings, SpheresSettings};
 
+use crate::keys::{Checked, refused};
 use crate::law::settings::check_all;
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::Vector3;
@@ -56,20 +57,15 @@ impl Settings {
     pub fn of(scene: &Scene) -> Result<Self, Diagnostic> {
         let mut rocks: Vec<RockSettings> = scene.read("rock")?.unwrap_or_default();
         if rocks.is_empty() && !scene.has("spheres") {
-            return Err(scene
-                .invalid("rock", "the scene has no rock")
-                .try_instead("add a table [[rock]] with position, mass and shape"));
+            let cure = "add a table [[rock]] with position, mass and shape";
+            return refused(scene, "rock", "the scene has no rock", cure);
         }
         rock::complete(&mut rocks, scene)?;
         let common = Self::without_rocks(scene)?;
         let group = placement::as_rocks(&common.spheres, &mut rocks, scene)?;
         if common.dem.threads.is_some() {
-            return Err(scene
-                .invalid(
-                    "dem.threads",
-                    "`threads` beside [[rock]], [terrain] or [structure]: they share the work of [[spheres]] alone",
-                )
-                .try_instead("leave it out"));
+            let what = "`threads` beside [[rock]], [terrain] or [structure]: they share the work of [[spheres]] alone";
+            return refused(scene, "dem.threads", what, "leave it out");
         }
         let mut terrain = TerrainSettings::of(scene)?;
         let notices = terrain.as_mut().map_or(Ok(Vec::new()), |terrain| terrain.plant(scene))?;
@@ -85,9 +81,8 @@ impl Settings {
         let materials = it.spheres.iter().map(|g| &g.material).chain(it.sides.iter().map(|b| &b.material));
         check_all(&it.contacts, &materials.cloned().collect::<Vec<_>>(), scene)?;
         if it.contacts.is_empty() {
-            return Err(scene
-                .invalid("spheres", "there are spheres and no contact law")
-                .try_instead("add a table [[contact]]"));
+            let what = "there are spheres and no contact law";
+            return refused(scene, "spheres", what, "add a table [[contact]]");
         }
         Ok(it)
     }
@@ -197,26 +192,24 @@ pub const OF_ROCKS_IN_DEM: [(&str, &str); 2] = [
 ];
 
 /// Refuse what rocks alone have.
-fn refuse_of_rocks(scene: &Scene) -> Result<(), Diagnostic> {
+fn refuse_of_rocks(scene: &Scene) -> Checked {
     let contacts: Vec<toml::Table> = scene.read("contact")?.unwrap_or_default();
     let dem: toml::Table = scene.read("dem")?.unwrap_or_default();
-    let mut tables = vec![("dem".into(), &dem, &OF_ROCKS_IN_DEM[..])];
-    for (number, table) in contacts.iter().enumerate().rev() {
-        tables.insert(0, (format!("contact.{number}"), table, &OF_ROCKS_IN_CONTACT[..]));
-    }
+    let of = |(number, table)| (format!("contact.{number}"), table, &OF_ROCKS_IN_CONTACT[..]);
+    let mut tables: Vec<_> = contacts.into_iter().enumerate().map(of).collect();
+    tables.push(("dem".into(), dem, &OF_ROCKS_IN_DEM));
     for (place, table, _) in &tables {
         let name = table.get("law").and_then(|law| law.as_str()).unwrap_or_default();
         if ["hertz_rock", "ground"].contains(&name) {
             let what = format!("`{name}` is a contact of rocks with terrain");
-            return Err(scene
-                .invalid(&format!("{place}.law"), what)
-                .try_instead("separate spheres take hertz_mindlin: each is a rock of its own"));
+            let cure = "separate spheres take hertz_mindlin: each is a rock of its own";
+            return refused(scene, &format!("{place}.law"), what, cure);
         }
     }
     for (place, table, keys) in tables {
         if let Some((key, why)) = keys.iter().find(|(key, _)| table.contains_key(*key)) {
             let what = format!("`{key}` beside [[spheres]]: {why}");
-            return Err(scene.invalid(&format!("{place}.{key}"), what).try_instead("leave it out"));
+            return refused(scene, &format!("{place}.{key}"), what, "leave it out");
         }
     }
     Ok(())

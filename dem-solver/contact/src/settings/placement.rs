@@ -3,6 +3,7 @@
 
 use super::rock::{RockSettings, Shape};
 use super::spheres::SpheresSettings;
+use crate::keys::refused;
 use dem_solid::cluster::index::SphereIndex;
 use dem_solid::geometry::sphere::Sphere;
 use dem_solid::random::SplitMix;
@@ -57,9 +58,8 @@ impl Start {
                 let (count, most) = (group.total(), group.radii()[1]);
                 let what =
                     format!("{count} spheres of up to {most} m radius: the region has room for {room}");
-                scene
-                    .invalid(&format!("spheres.{number}.count"), what)
-                    .try_instead("fewer spheres, smaller ones or a larger region")
+                let key = format!("spheres.{number}.count");
+                scene.invalid(&key, what).try_instead("fewer spheres, smaller ones or a larger region")
             })?;
         }
         Ok(start)
@@ -132,9 +132,7 @@ pub(super) fn as_rocks(
             rocks.iter().map(|rock| &rock.name).chain(groups[..number].iter().map(|other| &other.name));
         if known.into_iter().any(|name| *name == group.name) {
             let what = format!("`{}` is the name of a rock or of other spheres", group.name);
-            return Err(scene
-                .invalid(&format!("spheres.{number}.name"), what)
-                .try_instead("give each a name of its own"));
+            return refused(scene, &format!("spheres.{number}.name"), what, "give each a name of its own");
         }
     }
     let start = Start::of(groups, scene)?;

@@ -1,11 +1,10 @@
 //! `[[rock]]`: a rigid body and the spheres that stand for it in contact.
 
-use crate::keys::Keys;
+use crate::keys::{Checked, Keys};
 use dem_solid::cluster::lattice::Lattice;
 use dem_solid::cluster::{Fit, MOST_SPHERES};
 use dem_solid::input::LENGTHS;
 pub use dem_solid::shape::Shape;
-use interface_defs::diagnostic::Diagnostic;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -100,7 +99,7 @@ fn no_turn() -> [f64; 4] {
 }
 
 /// Fill in names and numbers of spheres; refuse what makes no sense.
-pub(super) fn complete(rocks: &mut [RockSettings], scene: &Scene) -> Result<(), Diagnostic> {
+pub(super) fn complete(rocks: &mut [RockSettings], scene: &Scene) -> Checked {
     for at in 0..rocks.len() {
         let keys = Keys::of(scene, format!("rock.{at}"));
         let rock = &mut rocks[at];
@@ -110,12 +109,8 @@ pub(super) fn complete(rocks: &mut [RockSettings], scene: &Scene) -> Result<(), 
         let letters = rock.name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-');
         let what = format!("`{}` cannot begin a column: letters, digits, `_` and `-` can", rock.name);
         keys.refuse(!letters, "name", what, "")?;
-        keys.refuse(
-            rock.orientation == [0.0; 4],
-            "orientation",
-            "a quaternion of zeros is no orientation",
-            "no turn is [1, 0, 0, 0]",
-        )?;
+        let what = "a quaternion of zeros is no orientation";
+        keys.refuse(rock.orientation == [0.0; 4], "orientation", what, "no turn is [1, 0, 0, 0]")?;
         keys.twice(["mass", "density"], rock.mass.is_some() && rock.density.is_some())?;
         let what = format!("rock `{}` has neither mass nor density", rock.name);
         let cure = "write one of them: mass [kg], density [kg/m3]";
@@ -133,27 +128,22 @@ pub(super) fn complete(rocks: &mut [RockSettings], scene: &Scene) -> Result<(), 
 }
 
 /// Shape, scale and cluster.
-fn check_shape(rock: &mut RockSettings, keys: &Keys, scene: &Scene) -> Result<(), Diagnostic> {
+fn check_shape(rock: &mut RockSettings, keys: &Keys, scene: &Scene) -> Checked {
     rock.shape.check().map_err(|(name, what)| keys.invalid(&format!("shape.{name}"), what))?;
     let scale = rock.scale.unwrap_or(1.0);
-    keys.refuse(
-        !LENGTHS.contains(&scale),
-        "scale",
-        format!("scale = {scale}: it must lie above 0, from {:e} to {:e}", LENGTHS.start(), LENGTHS.end()),
-        "1 leaves the rock as it is, 2 doubles its edges",
-    )?;
+    let what =
+        format!("scale = {scale}: it must lie above 0, from {:e} to {:e}", LENGTHS.start(), LENGTHS.end());
+    let cure = "1 leaves the rock as it is, 2 doubles its edges";
+    keys.refuse(!LENGTHS.contains(&scale), "scale", what, cure)?;
     if let Shape::Mesh { file, .. } = &mut rock.shape {
         *file = absolute(file, scene);
     }
     let cluster = rock.cluster.get_or_insert_default();
     let is_box = matches!(rock.shape, Shape::Box { .. });
     let medial = !is_box || cluster.method == Some(Method::Medial);
-    keys.refuse(
-        !is_box && cluster.method == Some(Method::Lattice),
-        "cluster.method",
-        "a lattice fills a box, not this shape",
-        "leave `method` out",
-    )?;
+    let what = "a lattice fills a box, not this shape";
+    let cure = "leave `method` out";
+    keys.refuse(!is_box && cluster.method == Some(Method::Lattice), "cluster.method", what, cure)?;
     let (fit, smallest) = (cluster.fit.is_some(), cluster.smallest_radius.is_some());
     if let Some(file) = &mut cluster.file {
         *file = absolute(file, scene);
@@ -193,7 +183,7 @@ fn check_shape(rock: &mut RockSettings, keys: &Keys, scene: &Scene) -> Result<()
 }
 
 /// A path of the scene that means the same from anywhere.
-fn absolute(file: &Path, scene: &Scene) -> PathBuf {
+pub(super) fn absolute(file: &Path, scene: &Scene) -> PathBuf {
     let path = scene.resolve(file);
     std::path::absolute(&path).unwrap_or(path)
 }

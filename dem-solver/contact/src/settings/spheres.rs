@@ -1,10 +1,10 @@
 //! `[[spheres]]` and `[box]`: many separate spheres, and the sides around them and around rocks.
 
-use crate::keys::Keys;
+use super::rock::absolute;
+use crate::keys::{Checked, Keys};
 use dem_solid::cluster::files;
 use dem_solid::geometry::sphere::Sphere;
 use dem_solid::input::{LARGEST, read_bytes};
-use interface_defs::diagnostic::Diagnostic;
 use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -127,7 +127,7 @@ impl BoxSettings {
     }
 
     /// Refuse what makes no sense.
-    pub(super) fn check(&self, scene: &Scene) -> Result<(), Diagnostic> {
+    pub(super) fn check(&self, scene: &Scene) -> Checked {
         let keys = Keys::of(scene, "box");
         if let Some(axis) = (0..3).find(|a| self.highest[*a] <= self.lowest[*a]) {
             let what = format!("the box reaches from {} to {} m", self.lowest[axis], self.highest[axis]);
@@ -141,12 +141,9 @@ impl BoxSettings {
             let what = format!("the side `{side}` is named twice");
             keys.refuse(self.open[..at].contains(side), "open", what, "name each side once")?;
         }
-        keys.refuse(
-            self.open.len() == SIDES.len(),
-            "open",
-            "all six sides are open: there is no box",
-            "leave [box] out, and give [[spheres]] a region with lowest and highest",
-        )
+        let what = "all six sides are open: there is no box";
+        let cure = "leave [box] out, and give [[spheres]] a region with lowest and highest";
+        keys.refuse(self.open.len() == SIDES.len(), "open", what, cure)
     }
 }
 
@@ -167,13 +164,9 @@ impl SpheresSettings {
 }
 
 /// Fill in names and regions, read files; refuse what makes no sense.
-pub(super) fn complete(
-    groups: &mut [SpheresSettings],
-    sides: Option<&BoxSettings>,
-    scene: &Scene,
-) -> Result<(), Diagnostic> {
+pub(super) fn complete(all: &mut [SpheresSettings], sides: Option<&BoxSettings>, scene: &Scene) -> Checked {
     let mut total = 0_usize;
-    for (at, group) in groups.iter_mut().enumerate() {
+    for (at, group) in all.iter_mut().enumerate() {
         let keys = Keys::of(scene, format!("spheres.{at}"));
         if group.name.is_empty() {
             group.name = if at == 0 { "spheres".into() } else { format!("spheres_{}", at + 1) };
@@ -197,7 +190,7 @@ fn read(
     sides: Option<&BoxSettings>,
     scene: &Scene,
     keys: &Keys,
-) -> Result<(), Diagnostic> {
+) -> Checked {
     keys.beside_file(
         &format!("the spheres of `{}` are", group.name),
         &[
@@ -208,13 +201,12 @@ fn read(
         ],
     )?;
     let Some(file) = &mut group.file else { return Ok(()) };
-    let path = scene.resolve(file);
-    *file = std::path::absolute(&path).unwrap_or(path);
+    *file = absolute(file, scene);
     let spheres = read_bytes(file, LARGEST)
         .and_then(|bytes| files::read_at_most(&bytes, most).map_err(|e| e.in_file(file)))
         .map_err(|e| keys.invalid("file", format!("`{}`: {e}", group.name)))?;
-    for (k, sphere) in spheres.iter().enumerate() {
-        let Some((side, by)) = sides.and_then(|sides| sides.left_by(sphere)) else { continue };
+    let left = |(k, sphere)| Some((k, sphere, sides?.left_by(sphere)?));
+    if let Some((k, sphere, (side, by))) = spheres.iter().enumerate().find_map(left) {
         let ([x, y, z], radius): ([f64; 3], f64) = (sphere.centre.into(), sphere.radius);
         let what = format!(
             "sphere {} of {} ({x} {y} {z}, radius {radius} m) reaches {by:.3e} m beyond the side `{side}` of the box",
@@ -228,12 +220,7 @@ fn read(
 }
 
 /// Check number, radii and region of a table, before which there are `before` spheres, and fill in the region.
-fn place(
-    group: &mut SpheresSettings,
-    before: usize,
-    sides: Option<&BoxSettings>,
-    keys: &Keys,
-) -> Result<(), Diagnostic> {
+fn place(group: &mut SpheresSettings, before: usize, sides: Option<&BoxSettings>, keys: &Keys) -> Checked {
     let absent = |key: &str, example: &str| {
         keys.invalid(key, format!("`{}` has no `{key}`", group.name))
             .try_instead(format!("add {example}, or read spheres with file = \"spheres.xyzr\""))

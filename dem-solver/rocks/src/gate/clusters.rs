@@ -6,7 +6,6 @@ use dem_contact::settings::RockSettings;
 use dem_solid::cluster::volume::excess;
 use dem_solid::geometry::bounds;
 use dem_solid::geometry::sphere::extent;
-use dem_solid::shape::Surface;
 use interface_defs::diagnostic::{Diagnostic, code};
 use toolkit::scene::Scene;
 
@@ -22,7 +21,7 @@ const COLUMNS: usize = 64;
 /// Compare the spheres of rock number `at` with its shape, if they come from a file.
 pub fn check(at: usize, rock: &Rock, table: &RockSettings, scene: &Scene) -> Judged {
     let Some(file) = table.cluster.as_ref().and_then(|c| c.file.as_ref()) else { return Ok(Vec::new()) };
-    let (points, triangles) = rock.solid.surface();
+    let points = &rock.solid.drawn.points;
     let spheres = || rock.spheres.iter().map(|s| (s.centre, s.radius));
     let (ours, theirs) = (extent(points.iter().map(|p| (*p, 0.0))), extent(spheres()));
     let [low, high] = bounds(points.iter().copied());
@@ -71,7 +70,7 @@ pub fn check(at: usize, rock: &Rock, table: &RockSettings, scene: &Scene) -> Jud
     if shift > MIDDLES[0] {
         warnings.push(doubt(shifted));
     }
-    let volume = 1.0 + excess(&Surface { points, triangles }, &rock.spheres, COLUMNS);
+    let volume = 1.0 + excess(&rock.solid.drawn, &rock.spheres, COLUMNS);
     if !(VOLUME[0]..=VOLUME[1]).contains(&volume) {
         let what = format!(
             "rock `{}`: the spheres of {name} fill {} of the volume of the shape, {} m3",

@@ -79,8 +79,7 @@ pub fn of_rock(at: usize, rock: &Rock, table: &RockSettings, scene: &Scene) -> J
 
 /// All that is found of a rock, wherever its numbers are written, about keys of its table.
 pub fn all_of_rock(rock: &Rock, table: &RockSettings) -> Vec<Diagnostic> {
-    let (points, _) = rock.solid.surface();
-    let size = extent(points.iter().map(|p| (*p, 0.0)));
+    let size = extent(rock.solid.drawn.points.iter().map(|p| (*p, 0.0)));
     let longest = size.iter().copied().fold(0.0, f64::max);
     let edges = extents(size);
     let it = Measured { rock, table, edges, longest };

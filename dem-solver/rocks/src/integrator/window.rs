@@ -304,7 +304,7 @@ impl RockIntegrator {
         if torn {
             self.end_contacts_with_broken(request, state)?;
         }
-        let samples = [self.answer.means.len(), self.answer.ends.len(), self.local.own_samples()];
+        let samples = [self.answer.means.len(), self.answer.ends.len(), self.local.own.len()];
         let steps = (model.steps.step, self.usual);
         let cut = Cut::new(window, steps, self.fields.segments(), &samples, state.finer);
         let task = Task { request, window, cut };
@@ -364,7 +364,7 @@ impl RockIntegrator {
         if contact_mesh.tear(flags, lines) {
             self.mesh_stages.iter_mut().for_each(MeshStage::forget);
         }
-        let count = contact_mesh.broken_count();
+        let count = contact_mesh.broken.iter().filter(|broken| **broken).count();
         std::mem::replace(&mut state.broken, count) != count
     }
 
@@ -540,7 +540,7 @@ impl RockIntegrator {
         let kept = KeptIntegrator {
             mesh: self.mesh_stages.clone(),
             terrain: self.terrain.as_ref().map_or(Vec::new(), |terrain| terrain.around.clone()),
-            broken: self.contact_mesh.as_ref().map_or(Vec::new(), |mesh| mesh.broken().to_vec()),
+            broken: self.contact_mesh.as_ref().map_or(Vec::new(), |mesh| mesh.broken.clone()),
             half_acceleration: self.half_acceleration,
             coarseness: self.net.coarseness,
             counts: self.counts,

@@ -60,9 +60,9 @@ impl FieldFiles {
             if number >= model.settings.named() {
                 continue;
             }
-            let (nodes, triangles) = rock.solid.surface();
-            fields.triangles.extend(triangles.iter().map(|t| t.map(|n| n + points)));
-            points += nodes.len() as u32;
+            let surface = &rock.solid.drawn;
+            fields.triangles.extend(surface.triangles.iter().map(|t| t.map(|n| n + points)));
+            points += surface.points.len() as u32;
         }
         if let Some(ground) = &model.ground {
             files::write(&dir.join(TERRAIN), terrain(ground).as_ref()).map_err(unwritable)?;
@@ -134,7 +134,7 @@ impl FieldFiles {
             if number >= model.settings.named() {
                 continue;
             }
-            for corner in rock.solid.surface().0 {
+            for corner in &rock.solid.drawn.points {
                 corners.extend_from_slice((place + motion.orientation * corner).as_slice());
             }
         }

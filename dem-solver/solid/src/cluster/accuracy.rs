@@ -16,7 +16,7 @@
 //! Clusters of one solid compared: by samples that are made once, in a fraction of the time that measuring takes.
 
 use super::probe::{Effort, Largest, Probe};
-use super::samples::{self, Samples, Sizes};
+use super::samples::{self, Sample, Sizes};
 use crate::geometry::sphere::Sphere;
 use crate::shape::Surface;
 use crate::shape::tree::SurfaceTree;
@@ -59,39 +59,34 @@ pub struct Accuracy {
 impl Accuracy {
     /// Of `spheres` (at least one) that approximate the solid inside `surface`.
     pub fn of(surface: &Surface, spheres: &[Sphere]) -> Self {
-        Self::with(surface, &mut Sizes::new(surface, &SurfaceTree::new(surface)), spheres)
+        Self::with(&mut Sizes::new(&SurfaceTree::new(surface)), spheres)
     }
 
     /// The same where sizes of balls in the solid are known already.
-    pub fn with(surface: &Surface, sizes: &mut Sizes, spheres: &[Sphere]) -> Self {
+    pub fn with(sizes: &mut Sizes, spheres: &[Sphere]) -> Self {
+        let tree = sizes.balls.tree;
+        let (surface, size) = (tree.surface, tree.size);
         let most = SAMPLES.max(SAMPLES_EACH * spheres.len());
         // Of very many spheres many are nearly as far off as the worst.
         let starts = FULL.starts.max(spheres.len() / SPHERES_PER_START);
-        let effort = Effort { starts, ..FULL };
-        let tree = sizes.balls.tree;
-        let size = surface.size();
-        let scene = Probe::new(tree, spheres, size, effort);
-        let mut corners = |error| samples::corners(surface, sizes, error, 0.9, most + surface.points.len());
+        let scene = Probe::new(tree, spheres, Effort { starts, ..FULL });
+        let mut corners = |error| samples::corners(sizes, error, 0.9, most + surface.points.len());
         let mut error = 0.1 * size;
         let mut points = corners(error);
         // Samples as dense as the error found with coarser ones asks for.
         for _ in 0..3 {
             let Some(coarse) = &points else { break };
-            let found = coarse.points.iter().map(|p| scene.index.nearest(p).0.abs()).fold(0.0, f64::max);
+            let found = coarse.iter().map(|s| scene.index.nearest(&s.point).0.abs()).fold(0.0, f64::max);
             let finer = found.max(1e-6 * size);
             if finer >= error {
                 break;
             }
-            match corners(finer) {
-                Some(fine) => points = Some(fine),
-                None => break,
-            }
-            error = finer;
+            let Some(fine) = corners(finer) else { break };
+            (points, error) = (Some(fine), finer);
         }
         let points = points.unwrap_or_default();
         let most = most + surface.triangles.len();
-        let (middles, areas) =
-            samples::no_finer(error, |error| samples::middles(surface, sizes, error, 0.9, most));
+        let (middles, areas) = samples::no_finer(error, |error| samples::middles(sizes, error, 0.9, most));
         let (mut there, mut back) = (Spread::default(), Spread::default());
         let total: f64 = areas.iter().sum();
         let mut measured = scene.measured(&middles);
@@ -116,16 +111,13 @@ impl Accuracy {
 
 impl fmt::Display for Accuracy {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Spread { mean, max } = self.surface_to_spheres;
+        let Spread { mean: mean_back, max: max_back } = self.spheres_to_surface;
+        let (outside, volume) = (self.outside, 100.0 * self.volume);
         write!(
             f,
-            "surface to spheres {:.3e} m (mean) {:.3e} m (largest), spheres to surface {:.3e} m and {:.3e} m, \
-             {:.3e} m outside at most, volume {:+.3} %",
-            self.surface_to_spheres.mean,
-            self.surface_to_spheres.max,
-            self.spheres_to_surface.mean,
-            self.spheres_to_surface.max,
-            self.outside,
-            100.0 * self.volume
+            "surface to spheres {mean:.3e} m (mean) {max:.3e} m (largest), spheres to surface {mean_back:.3e} m and \
+             {max_back:.3e} m, {outside:.3e} m outside at most, volume {volume:+.3} %"
         )
     }
 }
@@ -141,24 +133,23 @@ const ROUGH_COLUMNS: usize = 96;
 
 /// What clusters of a solid are compared with.
 pub struct Comparison<'a> {
-    surface: &'a Surface,
-    tree: &'a SurfaceTree,
-    samples: Samples,
+    tree: &'a SurfaceTree<'a>,
+    samples: Vec<Sample>,
     /// Distance of the samples [m].
     step: f64,
 }
 
 impl<'a> Comparison<'a> {
     /// With these samples of the surface.
-    pub fn new(surface: &'a Surface, tree: &'a SurfaceTree, samples: Samples) -> Self {
-        let area: f64 = (0..surface.triangles.len()).map(|t| surface.area(t)).sum();
-        let step = (area / samples.points.len() as f64).sqrt();
-        Self { surface, tree, samples, step }
+    pub fn new(tree: &'a SurfaceTree, samples: Vec<Sample>) -> Self {
+        let area: f64 = (0..tree.surface.triangles.len()).map(|t| tree.surface.area(t)).sum();
+        let step = (area / samples.len() as f64).sqrt();
+        Self { tree, samples, step }
     }
 
     /// About the largest distances of the two surfaces; found by a longer search where they are less than `least` [m].
     pub fn of(&self, spheres: &[Sphere], least: f64) -> Largest {
-        let mut scene = Probe::new(self.tree, spheres, self.surface.size(), ROUGH);
+        let mut scene = Probe::new(self.tree, spheres, ROUGH);
         let measured = scene.measured(&self.samples);
         let found = scene.largest(measured.clone(), self.step);
         if found.there.max(found.back) >= least {
@@ -170,6 +161,6 @@ impl<'a> Comparison<'a> {
 
     /// The error of the volume as a share of it.
     pub fn volume(&self, spheres: &[Sphere]) -> f64 {
-        super::volume::excess(self.surface, spheres, ROUGH_COLUMNS)
+        super::volume::excess(self.tree.surface, spheres, ROUGH_COLUMNS)
     }
 }

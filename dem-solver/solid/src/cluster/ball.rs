@@ -13,34 +13,35 @@ use nalgebra::Vector3;
 /// Shrinkings until a ball is made safe by a last test of the distance and taken as it is.
 const MOST_SHRINKINGS: usize = 20;
 
-/// Share of the size below which a gap is none. 50 000 balls leave 9e-4 in a cube; one leaves up to 1.8e-4 in a sphere
+/// Share of the size below which a gap is none: so small a one is only reached on round surfaces, and there it
+/// is the chords of their triangles; from the middle very many of these are nearest, and balls are dear. 50 000 balls leave 9e-4 in a cube; one leaves up to 1.8e-4 in a sphere
 /// of 20 480 triangles.
-const FINEST: f64 = 2e-4;
+pub const FINEST: f64 = 2e-4;
 
 /// Share of the size above which a depth is more than rounding.
 const SURE: f64 = 1e-7;
 
-/// A surface and its size, in which balls are grown.
+/// Balls that are grown in the solid inside a surface.
+#[derive(Clone, Copy)]
 pub struct Balls<'a> {
     /// The surface.
-    pub tree: &'a SurfaceTree,
-    /// Size of the surface [m].
-    size: f64,
+    pub tree: &'a SurfaceTree<'a>,
     /// How much smaller than the largest a ball may be [m].
     tolerance: f64,
     /// The same as a share of its radius.
     share: f64,
-    /// Whether every ball is known to lie in the solid, not beyond a thin part of it.
-    careful: bool,
+    /// Whether every ball is known to lie in the solid. Others may lie beyond it where it is thinner than the tolerance; clusters of
+    /// thick solids have always been made of these, and stay as they are.
+    pub careful: bool,
 }
 
 impl<'a> Balls<'a> {
-    /// Balls in the solid inside the surface of `tree`, whose box has the diagonal `size` [m], to a `tolerance` [m].
+    /// Balls in the solid inside the surface of `tree`, to a `tolerance` [m].
     ///
     /// In the middle of a round solid very many triangles are nearest but for a small difference: a
     /// tolerance of a small share of the error that a cover leaves spares looking at all of them.
-    pub fn new(tree: &'a SurfaceTree, size: f64, tolerance: f64) -> Self {
-        Self { tree, size, tolerance, share: 0.0, careful: true }
+    pub fn new(tree: &'a SurfaceTree, tolerance: f64) -> Self {
+        Self { tree, tolerance, share: 0.0, careful: true }
     }
 
     /// The same balls to a tenth of their radius, where only their size matters.
@@ -48,15 +49,9 @@ impl<'a> Balls<'a> {
         Self { share: 0.1, ..*self }
     }
 
-    /// The same balls, but where the solid is thinner than the tolerance they may lie beyond it. Clusters of thick
-    /// solids have always been made of these, and stay as they are.
-    pub fn trusting(self) -> Self {
-        Self { careful: false, ..self }
-    }
-
     /// The largest ball that touches at the surface point `at` (unit `inward` points inwards), smaller by the tolerance.
     pub fn touching(&self, at: &Vector3<f64>, inward: &Vector3<f64>) -> Sphere {
-        self.shrunk(at, inward, 0.5 * self.size).0
+        self.shrunk(at, inward, 0.5 * self.tree.size).0
     }
 
     /// The same ball, and whether one beyond a thin part of the solid was left out for it: if not, a trusting search finds
@@ -90,7 +85,7 @@ impl<'a> Balls<'a> {
 
     /// Radii [m] of the ball that touches at `at`: known to lie in the solid, and trusted to. Both are sought below `most`.
     pub fn radii(&self, at: &Vector3<f64>, inward: &Vector3<f64>, most: f64) -> [f64; 2] {
-        let from = most.min(0.5 * self.size);
+        let from = most.min(0.5 * self.tree.size);
         let (ball, left) = Self { careful: true, ..*self }.shrunk(at, inward, from);
         let trusted = if left { Self { careful: false, ..*self }.touching(at, inward) } else { ball };
         [ball.radius, trusted.radius]
@@ -99,7 +94,9 @@ impl<'a> Balls<'a> {
     /// Whether the solid is thinner at `at` than `tolerance` [m]. A ball beyond it, outside of the solid, contains
     /// none of its surface but for the tolerance either.
     fn leaves(&self, at: &Vector3<f64>, inward: &Vector3<f64>, tolerance: f64) -> bool {
-        self.careful && tolerance > SURE * self.size && self.tree.signed(&(at + inward * tolerance)).0 >= 0.0
+        self.careful
+            && tolerance > SURE * self.tree.size
+            && self.tree.signed(&(at + inward * tolerance)).0 >= 0.0
     }
 
     /// Radius of the ball that touches at `at` and at the plane in which `near` lies, if it touches that
@@ -111,20 +108,14 @@ impl<'a> Balls<'a> {
         let normal = self.tree.normal(near);
         let radius = normal.dot(&(near.point - at)) / (1.0 + normal.dot(inward));
         let touch = at + (inward + normal) * radius;
-        (radius > 0.0 && self.tree.nearest(&touch, 1e-9 * self.size).is_some()).then_some(radius)
-    }
-
-    /// Gap [m] below which nothing is left to cover: so small a one is only reached on round surfaces, and there it
-    /// is the chords of their triangles; from the middle very many of these are nearest, and balls are dear.
-    pub fn finest(&self) -> f64 {
-        FINEST * self.size
+        (radius > 0.0 && self.tree.nearest(&touch, 1e-9 * self.tree.size).is_some()).then_some(radius)
     }
 
     /// The largest ball that contains the point `inside` and touches where the surface is nearest to
     /// it; `None` if the point lies outside or on the surface.
     pub fn around(&self, inside: &Vector3<f64>) -> Option<Sphere> {
         let (distance, near) = self.tree.signed(inside);
-        if distance >= -1e-12 * self.size {
+        if distance >= -1e-12 * self.tree.size {
             return None;
         }
         Some(self.touching(&near.point, &((inside - near.point) / -distance)))
@@ -137,9 +128,9 @@ impl<'a> Balls<'a> {
         let fits = |ball: &Sphere| (ball.centre - at).norm() - ball.radius <= gap;
         let mut best: Option<Sphere> = None;
         let mut largest = None;
-        let first = gap.min(0.01 * self.size);
+        let first = gap.min(0.01 * self.tree.size);
         let (mut depth, mut fitted, mut failed) = (first, 0.5 * first, f64::INFINITY);
-        while depth < self.size {
+        while depth < self.tree.size {
             let Some(ball) = self.around(&(at + inward * depth)) else { break };
             let tried = depth;
             depth *= 2.0;
@@ -165,10 +156,8 @@ impl<'a> Balls<'a> {
         }
         // Between the last depth that fits and the first that does not.
         let (mut low, mut high) = (fitted, failed);
-        for _ in 0..4 {
-            if !high.is_finite() {
-                break;
-            }
+        let steps = if high.is_finite() { 4 } else { 0 };
+        for _ in 0..steps {
             let middle = 0.5 * (low + high);
             let Some(ball) = self.around(&(at + inward * middle)) else { break };
             if fits(&ball) {
@@ -200,8 +189,9 @@ mod tests {
 
     #[test]
     fn a_ball_in_a_cube_touches_the_nearest_face_and_another() {
-        let tree = SurfaceTree::new(&builtin::cuboid(Vector3::repeat(2.0)));
-        let balls = Balls::new(&tree, 12.0_f64.sqrt(), 1e-14);
+        let surface = builtin::cuboid(Vector3::repeat(2.0));
+        let tree = SurfaceTree::new(&surface);
+        let balls = Balls::new(&tree, 1e-14);
         let at = |x: f64, y: f64| balls.touching(&Vector3::new(x, y, 1.0), &-Vector3::z());
         assert!((at(0.0, 0.0).radius - 1.0).abs() < 1e-12, "up to the opposite face");
         assert!((at(0.7, 0.1).radius - 0.3).abs() < 1e-12, "as far from the edge");
@@ -212,19 +202,21 @@ mod tests {
     #[test]
     fn a_ball_in_a_plate_is_no_larger_than_it_is_thick() {
         let size = Vector3::new(2.0, 1.0, 0.01);
-        let tree = SurfaceTree::new(&builtin::cuboid(size));
+        let surface = builtin::cuboid(size);
+        let tree = SurfaceTree::new(&surface);
         let at = Vector3::new(0.3, 0.1, 0.005);
-        let none = Balls::new(&tree, size.norm(), 0.1).touching(&at, &-Vector3::z());
+        let none = Balls::new(&tree, 0.1).touching(&at, &-Vector3::z());
         assert!(none.radius <= 0.0, "the tolerance is larger than the plate is thick: {none:?}");
-        let ball = Balls::new(&tree, size.norm(), 1e-6).roughly().touching(&at, &-Vector3::z());
+        let ball = Balls::new(&tree, 1e-6).roughly().touching(&at, &-Vector3::z());
         assert!((0.004..=0.005).contains(&ball.radius) && tree.signed(&ball.centre).0 < -0.004, "{ball:?}");
     }
 
     /// At a right-angled edge a ball of radius r leaves r (sqrt 2 - 1), at a corner r (sqrt 3 - 1).
     #[test]
     fn at_edges_and_corners_the_largest_ball_leaves_the_gap_that_was_allowed() {
-        let tree = SurfaceTree::new(&builtin::cuboid(Vector3::repeat(2.0)));
-        let balls = Balls::new(&tree, 12.0_f64.sqrt(), 1e-14);
+        let surface = builtin::cuboid(Vector3::repeat(2.0));
+        let tree = SurfaceTree::new(&surface);
+        let balls = Balls::new(&tree, 1e-14);
         for gap in [0.1, 1e-3] {
             let edge =
                 balls.near(&Vector3::new(1.0, 1.0, 0.2), &-Vector3::new(1.0, 1.0, 0.0).normalize(), gap, 0.0);
@@ -240,8 +232,9 @@ mod tests {
 
     #[test]
     fn a_least_radius_is_kept_where_the_gap_would_ask_for_less() {
-        let tree = SurfaceTree::new(&builtin::cuboid(Vector3::repeat(2.0)));
-        let balls = Balls::new(&tree, 12.0_f64.sqrt(), 1e-14);
+        let surface = builtin::cuboid(Vector3::repeat(2.0));
+        let tree = SurfaceTree::new(&surface);
+        let balls = Balls::new(&tree, 1e-14);
         let ball = balls.near(&Vector3::repeat(1.0), &-Vector3::repeat(1.0).normalize(), 1e-3, 0.05);
         let radius = ball.expect("a ball").radius;
         assert!((0.05..0.1).contains(&radius), "{radius}");

@@ -51,7 +51,7 @@ impl Bound {
             return Self { largest, source: BoundSource::Asked };
         }
         let size = SHARE * surface.size();
-        let thickness = THICKNESS * largest(surface, &SurfaceTree::new(surface)).radius;
+        let thickness = THICKNESS * largest(&SurfaceTree::new(surface)).radius;
         if thickness < size {
             Self { largest: thickness, source: BoundSource::Thickness }
         } else {

@@ -26,24 +26,57 @@ pub fn read_text(bytes: &[u8]) -> Result<Vec<Sphere>, ReadError> {
 
 /// The same with at most so many spheres.
 pub fn read_at_most(bytes: &[u8], most: usize) -> Result<Vec<Sphere>, ReadError> {
-    let mut list = List::new(most);
+    let mut first = true;
+    let spheres = read_list(bytes, most, |line| {
+        if std::mem::take(&mut first) {
+            named(line)?;
+        }
+        let what = "numbers are separated by blanks or commas, not by semicolons";
+        if line.contains(';') { Err(format!("`{}`: {what}", shown(line))) } else { Ok(true) }
+    })?;
+    not_none(spheres)
+}
+
+/// The spheres in those lines of which `holds` says that they hold one, or what is wrong with the line.
+fn read_list(
+    bytes: &[u8],
+    most: usize,
+    mut holds: impl FnMut(&str) -> Result<bool, String>,
+) -> Result<Vec<Sphere>, ReadError> {
+    let (mut spheres, mut known) = (Vec::new(), HashMap::new());
     for line in lines(bytes) {
         let (at, line) = line?;
-        let line = without_comment(line);
-        if line.is_empty() {
+        let end = line.find('#').into_iter().chain(line.find("//")).min().unwrap_or(line.len());
+        let line = line[..end].trim();
+        let fault = |what: String| ReadError::at(at, what);
+        if line.is_empty() || !holds(line).map_err(fault)? {
             continue;
         }
-        if list.spheres.is_empty() {
-            named(line).map_err(|what| ReadError::at(at, what))?;
+        let mut words = line.split(|c: char| c.is_ascii_whitespace() || c == ',').filter(|w| !w.is_empty());
+        let centre = point(&mut words, at)?;
+        let missing = "a number is missing at the end of the line: each holds x y z r [m]";
+        let radius = number(Some(words.next().ok_or_else(|| fault(missing.into()))?), at)?;
+        if let Some(more) = words.next() {
+            return Err(fault(format!("`{}` after x y z r: there must be four numbers", shown(more))));
         }
-        if line.contains(';') {
-            let what =
-                format!("`{}`: numbers are separated by blanks or commas, not by semicolons", shown(line));
-            return Err(ReadError::at(at, what));
+        if radius <= 0.0 {
+            return Err(fault(format!("a radius of {radius} m: it must lie above 0")));
         }
-        list.add(line, at)?;
+        let key = [centre.x, centre.y, centre.z, radius].map(|v| (v + 0.0).to_bits());
+        if let Some(first) = known.insert(key, at) {
+            return Err(fault(format!("the same sphere as in line {first}: it would count twice")));
+        }
+        spheres.push(Sphere { centre, radius });
+        if spheres.len() > most {
+            return Err(fault(format!("more than {most} spheres")));
+        }
     }
-    list.finish()
+    Ok(spheres)
+}
+
+fn not_none(spheres: Vec<Sphere>) -> Result<Vec<Sphere>, ReadError> {
+    let what = "the file has no spheres: write one per line, as x y z r";
+    if spheres.is_empty() { Err(what.into()) } else { Ok(spheres) }
 }
 
 /// A first line of words: an error that says what the file may be.
@@ -73,79 +106,19 @@ fn named(line: &str) -> Result<(), String> {
 
 /// The spheres of a Kratos cluster.
 pub fn read_clu(bytes: &[u8]) -> Result<Vec<Sphere>, ReadError> {
-    let mut list = List::new(MOST_SPHERES as usize);
     let (mut inside, mut ended) = (false, false);
-    for line in lines(bytes) {
-        let (at, line) = line?;
-        match without_comment(line) {
-            "" => {}
-            "Begin centers_and_radii" if inside || ended => {
-                return Err(ReadError::at(at, "a second list of spheres"));
-            }
+    let spheres = read_list(bytes, MOST_SPHERES as usize, |line| {
+        match line {
+            "Begin centers_and_radii" if inside || ended => return Err("a second list of spheres".into()),
             "Begin centers_and_radii" => inside = true,
-            "End centers_and_radii" if !inside => {
-                return Err(ReadError::at(at, "the list of spheres has no begin"));
-            }
+            "End centers_and_radii" if !inside => return Err("the list of spheres has no begin".into()),
             "End centers_and_radii" => (inside, ended) = (false, true),
-            line if inside => list.add(line, at)?,
-            _ => {}
+            _ => return Ok(inside),
         }
-    }
-    if !ended {
-        return Err(
-            "there is no list from `Begin centers_and_radii` to `End centers_and_radii`: cut off?".into()
-        );
-    }
-    list.finish()
-}
-
-fn without_comment(line: &str) -> &str {
-    let end = line.find('#').into_iter().chain(line.find("//")).min().unwrap_or(line.len());
-    line[..end].trim()
-}
-
-struct List {
-    spheres: Vec<Sphere>,
-    known: HashMap<[u64; 4], usize>,
-    most: usize,
-}
-
-impl List {
-    fn new(most: usize) -> Self {
-        Self { spheres: Vec::new(), known: HashMap::new(), most }
-    }
-
-    fn add(&mut self, line: &str, at: usize) -> Result<(), ReadError> {
-        let mut words = line.split(|c: char| c.is_ascii_whitespace() || c == ',').filter(|w| !w.is_empty());
-        let centre = point(&mut words, at)?;
-        let fault = |what: String| Err(ReadError::at(at, what));
-        let Some(fourth) = words.next() else {
-            return fault("a number is missing at the end of the line: each holds x y z r [m]".into());
-        };
-        let radius = number(Some(fourth), at)?;
-        if let Some(more) = words.next() {
-            return fault(format!("`{}` after x y z r: there must be four numbers", shown(more)));
-        }
-        if radius <= 0.0 {
-            return fault(format!("a radius of {radius} m: it must lie above 0"));
-        }
-        let key = [centre.x, centre.y, centre.z, radius].map(|v| (v + 0.0).to_bits());
-        if let Some(first) = self.known.insert(key, at) {
-            return fault(format!("the same sphere as in line {first}: it would count twice"));
-        }
-        self.spheres.push(Sphere { centre, radius });
-        if self.spheres.len() > self.most {
-            return fault(format!("more than {} spheres", self.most));
-        }
-        Ok(())
-    }
-
-    fn finish(self) -> Result<Vec<Sphere>, ReadError> {
-        if self.spheres.is_empty() {
-            return Err("the file has no spheres: write one per line, as x y z r".into());
-        }
-        Ok(self.spheres)
-    }
+        Ok(false)
+    })?;
+    let what = "there is no list from `Begin centers_and_radii` to `End centers_and_radii`: cut off?";
+    if ended { not_none(spheres) } else { Err(what.into()) }
 }
 
 /// The text of a file of spheres; every line of `header` becomes a comment.

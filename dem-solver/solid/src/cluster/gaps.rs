@@ -7,7 +7,7 @@
 //! A tree of boxes over the samples; each node knows the largest gap below it. A new ball visits only
 //! the nodes in which it could make a gap smaller.
 
-use super::samples::Samples;
+use super::samples::Sample;
 use crate::geometry::bounds;
 use crate::geometry::median_tree::{MedianNode, MedianTree, Split};
 use crate::geometry::sphere::Sphere;
@@ -18,22 +18,8 @@ const LEAF: usize = 8;
 /// What a ball that a sample's ray misses counts more than one that it enters.
 const MISSED: f64 = 4.0;
 
-/// A sample: place, direction into the solid, depth per length along that.
-#[derive(Clone, Copy)]
-struct SamplePlace {
-    point: Vector3<f64>,
-    inward: Vector3<f64>,
-    slope: f64,
-}
-
-impl SamplePlace {
-    fn of(samples: &Samples, at: usize) -> Self {
-        Self { point: samples.points[at], inward: samples.inward[at], slope: samples.slope[at] }
-    }
-}
-
-/// The gap that `ball` leaves at a sample [m].
-fn gap(place: &SamplePlace, ball: &Sphere) -> f64 {
+/// The gap at a sample that `ball` leaves [m].
+pub fn left_by(place: &Sample, ball: &Sphere) -> f64 {
     let arm = ball.centre - place.point;
     let square = arm.norm_squared();
     let near = square.sqrt() - ball.radius;
@@ -49,30 +35,25 @@ fn gap(place: &SamplePlace, ball: &Sphere) -> f64 {
     }
 }
 
-/// The gap that `ball` leaves at sample `at` [m].
-pub fn leaves(samples: &Samples, at: usize, ball: &Sphere) -> f64 {
-    gap(&SamplePlace::of(samples, at), ball)
-}
-
 /// The gaps of samples.
 pub struct Gaps {
     /// Of a node the largest gap below it [m].
     tree: MedianTree<f64>,
-    samples: Vec<SamplePlace>,
+    samples: Vec<Sample>,
     gaps: Vec<f64>,
 }
 
 impl Gaps {
     /// No ball yet: all gaps are infinite.
-    pub fn new(samples: &Samples) -> Self {
-        let points = &samples.points;
+    pub fn new(samples: &[Sample]) -> Self {
+        let point = |i: u32| samples[i as usize].point;
         let describe = |some: &[u32]| {
-            let [low, high] = bounds(some.iter().map(|i| points[*i as usize]));
+            let [low, high] = bounds(some.iter().map(|i| point(*i)));
             ([low, high], f64::INFINITY, Split::Axis((high - low).iamax()))
         };
-        let tree = MedianTree::new(points.len(), LEAF, describe, |i| points[i as usize], |_| 0.0);
-        let sorted = tree.order.iter().map(|i| SamplePlace::of(samples, *i as usize)).collect();
-        Self { tree, samples: sorted, gaps: vec![f64::INFINITY; points.len()] }
+        let tree = MedianTree::new(samples.len(), LEAF, describe, point, |_| 0.0);
+        let sorted = tree.order.iter().map(|i| samples[*i as usize]).collect();
+        Self { tree, samples: sorted, gaps: vec![f64::INFINITY; samples.len()] }
     }
 
     /// The largest gap [m], negative if all lie inside, and its sample.
@@ -96,13 +77,13 @@ impl Gaps {
             let reach = ball.radius + node.more;
             reach > 0.0 && node.square_to(&ball.centre) < reach * reach
         };
-        self.renew(0, &enter, &|_, place, before| before.min(gap(place, ball)));
+        self.renew(0, &enter, &|_, place, before| before.min(left_by(place, ball)));
     }
 
-    /// This sample, which lies at `point`, cannot be helped: it counts no more.
-    pub fn give_up(&mut self, sample: usize, point: &Vector3<f64>) {
+    /// The sample with this number, which lies at `point`, cannot be helped: it counts no more.
+    pub fn give_up(&mut self, number: usize, point: &Vector3<f64>) {
         let enter = |node: &MedianNode<f64>| node.square_to(point) <= 0.0;
-        let new = |number, _: &SamplePlace, before| if number == sample { f64::NEG_INFINITY } else { before };
+        let new = |at, _: &Sample, before| if at == number { f64::NEG_INFINITY } else { before };
         self.renew(0, &enter, &new);
     }
 
@@ -112,7 +93,7 @@ impl Gaps {
         &mut self,
         at: u32,
         enter: &impl Fn(&MedianNode<f64>) -> bool,
-        new: &impl Fn(usize, &SamplePlace, f64) -> f64,
+        new: &impl Fn(usize, &Sample, f64) -> f64,
     ) -> f64 {
         let node = self.tree.node(at);
         if !enter(node) {
@@ -144,8 +125,12 @@ mod tests {
         let points: Vec<_> = (0..700).map(|i| Vector3::new(at(i, 1.3), at(i, 2.7), at(i, 3.1))).collect();
         let inward: Vec<_> =
             (0..700).map(|i| Vector3::new(at(i, 0.3), at(i, 1.7), at(i, 2.1)).normalize()).collect();
-        let slope = (0..700).map(|i| at(i, 0.77).abs()).collect();
-        let samples = Samples { points, inward, slope };
+        let sample = |i: u32| Sample {
+            point: points[i as usize],
+            inward: inward[i as usize],
+            slope: at(i, 0.77).abs(),
+        };
+        let samples: Vec<Sample> = (0..700).map(sample).collect();
         let mut gaps = Gaps::new(&samples);
         let mut balls: Vec<Sphere> = Vec::new();
         for i in 0..80 {
@@ -153,14 +138,14 @@ mod tests {
             let ball = Sphere { centre, radius: 0.3 * at(i, 0.9).abs() };
             gaps.add(&ball);
             balls.push(ball);
-            let gap = |k: usize| balls.iter().map(|b| leaves(&samples, k, b)).fold(f64::INFINITY, f64::min);
+            let gap = |k: usize| balls.iter().map(|b| left_by(&samples[k], b)).fold(f64::INFINITY, f64::min);
             let every = (0..700).map(gap).fold(f64::NEG_INFINITY, f64::max);
             let (largest, sample) = gaps.largest();
             assert_eq!(largest, every);
             assert_eq!(gap(sample), every);
         }
         let (before, sample) = gaps.largest();
-        gaps.give_up(sample, &samples.points[sample]);
+        gaps.give_up(sample, &samples[sample].point);
         assert!(gaps.largest().0 < before);
     }
 }

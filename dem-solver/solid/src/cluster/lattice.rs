@@ -100,10 +100,9 @@ pub fn lattice(
         Some(most) if found.largest_error() > most => {
             let radius = most / (3.0_f64.sqrt() - 1.0);
             let required = Lattice::with(size, radius).total();
+            let (total, error) = (found.total(), found.largest_error());
             Err(Diagnostic::new(format!(
-                "a lattice of {} spheres lies up to {:.3e} m from the corners of the box, beyond {bound} {most:e} m",
-                found.total(),
-                found.largest_error()
+                "a lattice of {total} spheres lies up to {error:.3e} m from the corners of the box, beyond {bound} {most:e} m"
             ))
             .try_instead(format!("{required} spheres keep it (`{spheres} {required}`; {MOST_SPHERES} are possible)")))
         }

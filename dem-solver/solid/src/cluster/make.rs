@@ -11,10 +11,10 @@
 //! by one. There are as many as asked for where edges are left to cover.
 
 use super::accuracy::Accuracy;
-use super::ball::Balls;
+use super::ball::{Balls, FINEST};
 use super::cover::{self, Cover, Wanted, cover};
 use super::index::SphereIndex;
-use super::samples::{Samples, Sizes, no_finer};
+use super::samples::{Sample, Sizes, no_finer};
 use super::wish::{Fit, Wish};
 use super::{samples, volume};
 use crate::geometry::sphere::Sphere;
@@ -43,12 +43,6 @@ pub fn make(surface: &Surface, wish: &Wish, progress: impl FnMut(f64)) -> Vec<Sp
     measured(surface, wish, progress).0
 }
 
-/// The same, with their error.
-pub fn measured(surface: &Surface, wish: &Wish, progress: impl FnMut(f64)) -> (Vec<Sphere>, Accuracy) {
-    let (spheres, accuracy) = with_repeats(surface, wish, progress);
-    (without_repeats(spheres), accuracy)
-}
-
 /// Each sphere once, in their order: symmetric bodies may send two to one place.
 fn without_repeats(mut spheres: Vec<Sphere>) -> Vec<Sphere> {
     let mut seen = std::collections::HashSet::with_capacity(spheres.len());
@@ -57,29 +51,30 @@ fn without_repeats(mut spheres: Vec<Sphere>) -> Vec<Sphere> {
     spheres
 }
 
-fn with_repeats(surface: &Surface, wish: &Wish, mut progress: impl FnMut(f64)) -> (Vec<Sphere>, Accuracy) {
+/// The same, with their error.
+pub fn measured(surface: &Surface, wish: &Wish, mut progress: impl FnMut(f64)) -> (Vec<Sphere>, Accuracy) {
     let tree = SurfaceTree::new(surface);
     let count = wish.spheres.max(1) as usize;
-    let middle = largest(surface, &tree);
+    let middle = largest(&tree);
     let thick = middle.radius;
-    let mut sizes = Sizes::new(surface, &tree);
-    sizes.trust(true);
-    let mut maker = Maker { surface, tree: &tree, sizes, middle, count, wish };
+    let mut sizes = Sizes::new(&tree);
+    sizes.careful = false;
+    let mut maker = Maker { tree: &tree, sizes, middle, count, wish };
     let covers = maker.by_guesses(&mut progress);
     let tried = tried(&covers);
-    let found = maker.best(covers);
+    let found: Vec<Cover> = maker.best(covers).into_iter().collect();
     progress(1.0);
     // Samples that see thin parts too.
-    maker.sizes.trust(false);
-    if let Some((cover, gap)) = &found
-        && maker.is_settled(cover)
-    {
-        let seen = furthest(&cover.balls, &maker.samples(*gap));
-        if seen <= COARSE * thick && seen <= 2.0 * gap {
-            return maker.settle(found.into_iter().collect(), Vec::new());
+    maker.sizes.careful = true;
+    let is_good = |cover: &Cover| {
+        maker.is_settled(cover) && {
+            let seen = furthest(&cover.balls, &maker.samples(cover.seen));
+            seen <= COARSE * thick && seen <= 2.0 * cover.seen
         }
-    }
-    maker.search_further(found, tried)
+    };
+    let others = if found.iter().any(is_good) { Vec::new() } else { maker.search_further(tried) };
+    let (spheres, accuracy) = maker.settle(found, others);
+    (without_repeats(spheres), accuracy)
 }
 
 /// The largest error for which balls were too few, and the smallest for which they were enough [m].
@@ -89,21 +84,18 @@ fn tried(covers: &[Cover]) -> (f64, f64) {
     (few.fold(0.0, f64::max), enough)
 }
 
-/// About the largest ball in the solid inside `surface`, with the tree `tree`.
-pub fn largest(surface: &Surface, tree: &SurfaceTree) -> Sphere {
-    let size = surface.size();
-    let mut sizes = Sizes::new(surface, tree);
-    let balls = Balls::new(tree, size, 1e-6 * size);
-    let most = most_samples(surface, 1);
-    let found = no_finer(0.05 * size, |error| samples::corners(surface, &mut sizes, error, 0.9, most));
-    let nothing = Sphere { centre: found.points[0], radius: 0.0 };
-    cover::largest(&balls, &found).unwrap_or(nothing)
+/// About the largest ball in the solid inside the surface of `tree`.
+pub fn largest(tree: &SurfaceTree) -> Sphere {
+    let mut sizes = Sizes::new(tree);
+    let balls = Balls::new(tree, 1e-6 * tree.size);
+    let most = most_samples(tree.surface, 1);
+    let found = no_finer(0.05 * tree.size, |error| samples::corners(&mut sizes, error, 0.9, most));
+    cover::largest(&balls, &found).unwrap_or(Sphere { centre: found[0].point, radius: 0.0 })
 }
 
 /// What a cluster is made of.
 pub(super) struct Maker<'a> {
-    pub(super) surface: &'a Surface,
-    pub(super) tree: &'a SurfaceTree,
+    pub(super) tree: &'a SurfaceTree<'a>,
     pub(super) sizes: Sizes<'a>,
     /// About the largest ball.
     pub(super) middle: Sphere,
@@ -114,8 +106,8 @@ pub(super) struct Maker<'a> {
 impl Maker<'_> {
     /// Covers with errors that follow from those of fewer balls.
     fn by_guesses(&mut self, progress: &mut impl FnMut(f64)) -> Vec<Cover> {
-        let size = self.surface.size();
-        let finest = Balls::new(self.tree, size, 0.0).finest();
+        let size = self.tree.size;
+        let finest = FINEST * size;
         let mut steps = vec![self.count];
         while let Some(last) = steps.last().filter(|n| **n > 30) {
             steps.push(last / 6);
@@ -158,9 +150,8 @@ impl Maker<'_> {
     /// With `joined` balls that overlap no other are moved.
     pub(super) fn attempt(&mut self, error: f64, count: usize, joined: bool) -> Cover {
         let thin = if joined { f64::INFINITY } else { THIN * self.middle.radius };
-        let tolerance = (TOLERANCE * error).min(thin);
-        let balls = Balls::new(self.tree, self.surface.size(), tolerance);
-        let balls = if joined { balls.trusting() } else { balls };
+        let mut balls = Balls::new(self.tree, (TOLERANCE * error).min(thin));
+        balls.careful = !joined;
         let samples = self.samples(error);
         let wanted = Wanted { error, count, least: self.wish.smallest_radius };
         cover(&balls, &samples, (!joined).then_some(&self.middle), &wanted)
@@ -169,33 +160,32 @@ impl Maker<'_> {
     /// Whether a cover is about the best that guesses find: nearly all balls were required, and joining them has
     /// left no gap.
     fn is_settled(&self, cover: &Cover) -> bool {
-        let finest = Balls::new(self.tree, self.surface.size(), 0.0).finest();
         let used = cover.enough.map_or(0.0, |m| m as f64 / self.count as f64);
-        cover.error <= finest || (used > SETTLED && cover.gap <= LEFT * cover.error)
+        cover.error <= FINEST * self.tree.size || (used > SETTLED && cover.gap <= LEFT * cover.error)
     }
 
     /// The cover that leaves the surface nearest to its balls, as samples see it that are fine enough for all of them:
-    /// those made for a larger error do not see all of what is left. With the gap that they see [m].
-    pub(super) fn best(&mut self, covers: Vec<Cover>) -> Option<(Cover, f64)> {
+    /// those made for a larger error do not see all of what is left.
+    pub(super) fn best(&mut self, covers: Vec<Cover>) -> Option<Cover> {
         let least = covers.iter().map(|c| c.gap).fold(f64::INFINITY, f64::min);
         let samples = self.samples(0.5 * least);
         let inside = |b: &Sphere| b.radius > 0.0 && self.tree.signed(&b.centre).0 < -0.5 * b.radius;
         let sound = |c: &Cover| !c.balls.is_empty() && c.balls.iter().all(inside);
-        let seen = covers.into_iter().filter(sound).map(|c| (furthest(&c.balls, &samples), c));
-        let best = seen.reduce(|a, b| if b.0 < a.0 { b } else { a });
-        best.map(|(gap, cover)| (cover, gap))
+        let seen = covers.into_iter().filter(sound);
+        let seen = seen.map(|c| Cover { seen: furthest(&c.balls, &samples), ..c });
+        seen.reduce(|a, b| if b.seen < a.seen { b } else { a })
     }
 
     /// Samples that fit `error` [m], or coarser ones where those would be too many.
-    pub(super) fn samples(&mut self, error: f64) -> Samples {
-        self.at_most(error, DENSITY, most_samples(self.surface, self.count))
+    pub(super) fn samples(&mut self, error: f64) -> Vec<Sample> {
+        self.at_most(error, DENSITY, most_samples(self.tree.surface, self.count))
     }
 
     /// Samples closer than a share of what a ball covers up to `error` [m], or coarser ones where those would be more
     /// than `most`.
-    pub(super) fn at_most(&mut self, error: f64, share: f64, most: usize) -> Samples {
-        let error = error.max(1e-6 * self.surface.size());
-        no_finer(error, |error| samples::corners(self.surface, &mut self.sizes, error, share, most))
+    pub(super) fn at_most(&mut self, error: f64, share: f64, most: usize) -> Vec<Sample> {
+        let error = error.max(1e-6 * self.tree.size);
+        no_finer(error, |error| samples::corners(&mut self.sizes, error, share, most))
     }
 
     /// How far all balls grow [m].
@@ -204,14 +194,14 @@ impl Maker<'_> {
             Fit::Inside => 0.0,
             Fit::Largest => 0.5 * gap,
             Fit::Volume if balls.is_empty() => 0.0,
-            Fit::Volume => to_volume(self.surface, balls, gap),
+            Fit::Volume => to_volume(self.tree.surface, balls, gap),
         }
     }
 }
 
 /// The largest distance of samples outside of all balls from them [m].
-pub(super) fn furthest(balls: &[Sphere], samples: &Samples) -> f64 {
-    SphereIndex::new(balls).furthest(samples.points.iter())
+pub(super) fn furthest(balls: &[Sphere], samples: &[Sample]) -> f64 {
+    SphereIndex::new(balls).furthest(samples.iter().map(|s| &s.point))
 }
 
 /// All balls grown by a length [m].

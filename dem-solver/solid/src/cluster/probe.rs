@@ -6,7 +6,7 @@
 //! the circle of both until a third one does. Points sampled on spheres find about where; the corner itself is computed.
 
 use super::index::{SphereIndex, holds};
-use super::samples::Samples;
+use super::samples::Sample;
 use crate::geometry::sphere::{Sphere, around};
 use crate::shape::tree::SurfaceTree;
 use nalgebra::Vector3;
@@ -52,17 +52,17 @@ pub struct Largest {
     pub places: Vec<Place>,
 }
 
-/// Distances both ways [m], place [m] and direction into the solid of a sample.
-pub type Measured = (f64, f64, Vector3<f64>, Vector3<f64>);
+/// A sample with the distances from there to the spheres and back [m].
+pub type Measured = (f64, f64, Sample);
 
 /// A solid's surface, the spheres that approximate it, and how much is sampled.
 pub struct Probe<'a> {
     /// The solid's surface.
-    pub tree: &'a SurfaceTree,
+    tree: &'a SurfaceTree<'a>,
     /// The spheres.
     pub index: SphereIndex,
-    /// Size of the solid [m].
-    size: f64,
+    /// Lengths below this one are rounding [m].
+    tight: f64,
     /// How far a sphere reaches out of it [m].
     pub outside: f64,
     /// How much is sampled.
@@ -70,25 +70,24 @@ pub struct Probe<'a> {
 }
 
 impl<'a> Probe<'a> {
-    /// Of a solid of this size [m].
-    pub fn new(tree: &'a SurfaceTree, spheres: &[Sphere], size: f64, effort: Effort) -> Self {
+    /// Of a solid.
+    pub fn new(tree: &'a SurfaceTree, spheres: &[Sphere], effort: Effort) -> Self {
         let outside = spheres.iter().map(|s| s.radius + tree.signed(&s.centre).0).fold(0.0, f64::max);
-        Self { tree, index: SphereIndex::new(spheres), size, outside, effort }
+        Self { tree, index: SphereIndex::new(spheres), tight: 1e-9 * tree.size, outside, effort }
     }
 
     /// What is measured at samples.
-    pub fn measured(&self, samples: &Samples) -> Vec<Measured> {
-        let measure = |(p, inward)| {
-            let (there, back) = self.at(p, inward);
-            (there, back, *p, *inward)
+    pub fn measured(&self, samples: &[Sample]) -> Vec<Measured> {
+        let measure = |sample: &Sample| {
+            let (there, back) = self.at(&sample.point, &sample.inward);
+            (there, back, *sample)
         };
-        samples.points.iter().zip(&samples.inward).map(measure).collect()
+        samples.iter().map(measure).collect()
     }
 
     /// Distance of the sample to the cluster's surface, and of that to the true surface where the ray ends.
     fn at(&self, sample: &Vector3<f64>, inward: &Vector3<f64>) -> (f64, f64) {
         let (gap, sphere) = self.index.nearest(sample);
-        let tight = 1e-9 * self.size;
         // A place on a ray of length t lies no further than t from the surface where the ray begins.
         let depth = |t: f64, along: &Vector3<f64>| {
             let near = self.tree.nearest(&(sample + along * t), t * (1.0 + 1e-9));
@@ -96,19 +95,18 @@ impl<'a> Probe<'a> {
         };
         if gap > 0.0 {
             // A ray that no sphere stops leaves the solid at last: it says nothing.
-            let end = self.index.entry(sample, inward, self.size);
+            let end = self.index.entry(sample, inward, self.tree.size);
             return (gap, end.map_or(gap, |t| depth(t, inward)));
         }
         let out = -inward;
         let t = self.exit(sample, &out, sphere);
         let arm = sample - self.index.sphere(sphere).centre;
-        let short = arm.try_normalize(tight).map_or(t, |along| self.exit(sample, &along, sphere));
+        let short = arm.try_normalize(self.tight).map_or(t, |along| self.exit(sample, &along, sphere));
         (t.min(short), depth(t, &out))
     }
 
     /// Length of the ray from `from`, which lies in `sphere`, along `along` until it leaves all spheres [m].
     fn exit(&self, from: &Vector3<f64>, along: &Vector3<f64>, mut sphere: u32) -> f64 {
-        let tight = 1e-9 * self.size;
         let mut t = 0.0;
         for _ in 0..80 {
             let s = self.index.sphere(sphere);
@@ -116,7 +114,7 @@ impl<'a> Probe<'a> {
             let away = arm.dot(along);
             t += -away + (away * away - arm.norm_squared() + s.radius * s.radius).max(0.0).sqrt();
             let (distance, next) = self.index.nearest(&(from + along * t));
-            if distance >= -tight {
+            if distance >= -self.tight {
                 break;
             }
             sphere = next;
@@ -135,7 +133,7 @@ impl<'a> Probe<'a> {
         let mut best = (self.exit(sample, &-inward, sphere), -inward);
         let arm = sample - self.index.sphere(sphere).centre;
         let starts = (0..6).map(|k| Vector3::ith(k / 2, if k % 2 == 0 { 1.0 } else { -1.0 }));
-        for along in arm.try_normalize(1e-9 * self.size).into_iter().chain(starts) {
+        for along in arm.try_normalize(self.tight).into_iter().chain(starts) {
             if best.0 <= least {
                 return best.0;
             }
@@ -161,10 +159,9 @@ impl<'a> Probe<'a> {
         let mut places = self.furthest(&measured, step);
         let there = most(&places, 0.0);
         measured.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let back = |point: &Vector3<f64>, inward: &Vector3<f64>, _: f64| self.at(point, inward).1;
         let starts = spread(&measured, self.effort.starts, step).into_iter();
-        let rays = starts
-            .map(|m| self.uphill(m.2, m.3, step, |point, inward, _| self.at(point, inward).1))
-            .collect();
+        let rays = starts.map(|m| self.uphill(m.2, step, back)).collect();
         let found = [rays, self.deepest(&measured, step)].concat();
         let back = most(&found, self.outside);
         places.extend(found);
@@ -181,23 +178,23 @@ impl<'a> Probe<'a> {
             if m.0 <= largest {
                 break;
             }
-            let distance = self.shortest(&m.2, &m.3, largest);
+            let distance = self.shortest(&m.2.point, &m.2.inward, largest);
             largest = largest.max(distance);
-            found.push((distance, m.1, m.2, m.3));
+            found.push((distance, m.1, m.2));
         }
         // Besides those that could be the largest: between samples it may be elsewhere.
         let near = &measured[found.len()..];
         let near = &near[..near.partition_point(|m| m.0 > NEARLY * largest)];
         for m in spread(near, self.effort.starts, step) {
-            found.push((self.shortest(&m.2, &m.3, 0.0), m.1, m.2, m.3));
+            found.push((self.shortest(&m.2.point, &m.2.inward, 0.0), m.1, m.2));
         }
         found.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let place = |m: &Measured| Place { point: m.2, inward: m.3, depth: m.0 };
+        let place = |m: &Measured| Place { point: m.2.point, inward: m.2.inward, depth: m.0 };
         let mut places: Vec<Place> = found.first().map(place).into_iter().collect();
         for m in spread(&found, self.effort.starts, step) {
             // A distance grows no faster than the sample moves.
             if m.0 + self.effort.steps as f64 * 1.5 * step > largest {
-                let climbed = self.uphill(m.2, m.3, step, |p, inward, least| self.shortest(p, inward, least));
+                let climbed = self.uphill(m.2, step, |p, inward, least| self.shortest(p, inward, least));
                 largest = largest.max(climbed.depth);
                 places.push(climbed);
             }
@@ -208,7 +205,6 @@ impl<'a> Probe<'a> {
     /// Where points of spheres, which lie in no other and are seen from the nearest point of the true surface, are furthest
     /// from that. `measured` begins with the deepest ends of rays.
     fn deepest(&self, measured: &[Measured], step: f64) -> Vec<Place> {
-        let pits = Pits { tree: self.tree, index: &self.index, tight: 1e-9 * self.size };
         let most = self.effort.pits;
         let mut found: Vec<Pit> = Vec::new();
         let count = self.index.spheres.len();
@@ -219,7 +215,7 @@ impl<'a> Probe<'a> {
             let mut best = None;
             for k in 0..many {
                 let point = sphere.centre + spiral(k, many) * sphere.radius;
-                if let Some(depth) = pits.depth(&point, deepest) {
+                if let Some(depth) = self.depth(&point, deepest) {
                     deepest = depth;
                     best = Some(Pit { point, depth, sphere: number });
                 }
@@ -231,26 +227,26 @@ impl<'a> Probe<'a> {
             }
         }
         let rays = spread(measured, most, step).into_iter().filter_map(|m| {
-            let point = m.2 + m.3 * self.index.entry(&m.2, &m.3, self.size)?;
-            let depth = pits.depth(&point, 0.0)?;
+            let Sample { point, inward, .. } = m.2;
+            let point = point + inward * self.index.entry(&point, &inward, self.tree.size)?;
+            let depth = self.depth(&point, 0.0)?;
             Some(Pit { point, depth, sphere: self.index.nearest(&point).1 })
         });
         found.extend(rays.collect::<Vec<_>>());
         found.sort_by(|a, b| b.depth.total_cmp(&a.depth));
         let mut known = Vec::new();
         let place = |pit: Pit| {
-            let point = self.tree.nearest(&pit.point, f64::INFINITY)?.point;
-            let inward = (pit.point - point).try_normalize(pits.tight)?;
+            let point = self.tree.closest(&pit.point).point;
+            let inward = (pit.point - point).try_normalize(self.tight)?;
             Some(Place { point, inward, depth: pit.depth })
         };
-        found.into_iter().filter_map(|pit| place(pits.deepest(pit, &mut known))).collect()
+        found.into_iter().filter_map(|pit| place(self.bottom_of(pit, &mut known))).collect()
     }
 
     /// Where the largest value is that small steps along the surface find from a sample.
     fn uphill(
         &self,
-        mut point: Vector3<f64>,
-        mut inward: Vector3<f64>,
+        Sample { mut point, mut inward, .. }: Sample,
         mut step: f64,
         value: impl Fn(&Vector3<f64>, &Vector3<f64>, f64) -> f64,
     ) -> Place {
@@ -262,9 +258,7 @@ impl<'a> Probe<'a> {
             for direction in
                 [side, -side, other, -other, side + other, -side - other, side - other, other - side]
             {
-                let Some(near) = self.tree.nearest(&(point + direction * step), f64::INFINITY) else {
-                    continue;
-                };
+                let near = self.tree.closest(&(point + direction * step));
                 let normal = -self.tree.normal(&near).normalize();
                 let found = value(&near.point, &normal, best);
                 if found > best {
@@ -273,7 +267,7 @@ impl<'a> Probe<'a> {
             }
             if !moved {
                 step *= 0.5;
-                if step < 1e-7 * self.size {
+                if step < 1e-7 * self.tree.size {
                     break;
                 }
             }
@@ -282,32 +276,33 @@ impl<'a> Probe<'a> {
     }
 }
 
-/// The worst ones of places that begin with them, at most about `many`, none within its own depth of a worse one.
-pub fn apart<'a>(places: impl IntoIterator<Item = &'a Place>, many: f64) -> Vec<Place> {
-    let mut chosen: Vec<Place> = Vec::new();
-    for place in places {
-        if chosen.len() as f64 >= many {
+/// The first ones of a list, at most `many`, each further from all before than the square root of a number that it has.
+fn apart<T>(
+    list: impl Iterator<Item = T>,
+    many: usize,
+    point: impl Fn(&T) -> Vector3<f64>,
+    square: impl Fn(&T) -> f64,
+) -> Vec<T> {
+    let mut chosen: Vec<T> = Vec::new();
+    for next in list {
+        if chosen.len() == many {
             break;
         }
-        if chosen.iter().all(|c| (c.point - place.point).norm_squared() > place.depth * place.depth) {
-            chosen.push(*place);
+        if chosen.iter().all(|c| (point(c) - point(&next)).norm_squared() > square(&next)) {
+            chosen.push(next);
         }
     }
     chosen
 }
 
+/// The worst ones of places that begin with them, at most `many`, none within its own depth of a worse one.
+pub fn worst(places: impl Iterator<Item = Place>, many: usize) -> Vec<Place> {
+    apart(places, many, |p| p.point, |p| p.depth * p.depth)
+}
+
 /// The first ones of a list that do not lie next to each other.
 fn spread(list: &[Measured], many: usize, step: f64) -> Vec<&Measured> {
-    let mut chosen: Vec<&Measured> = Vec::new();
-    for m in list {
-        if chosen.len() == many {
-            break;
-        }
-        if chosen.iter().all(|c| (c.2 - m.2).norm_squared() > 4.0 * step * step) {
-            chosen.push(m);
-        }
-    }
-    chosen
+    apart(list.iter(), many, |m| m.2.point, |_| 4.0 * step * step)
 }
 
 /// Direction number `k` of `many` that are spread evenly over the sphere: a spiral with the golden angle.
@@ -341,17 +336,7 @@ struct Pit {
     sphere: u32,
 }
 
-/// A solid's surface and the spheres that approximate it.
-struct Pits<'a> {
-    /// The solid's surface.
-    tree: &'a SurfaceTree,
-    /// The spheres.
-    index: &'a SphereIndex,
-    /// Lengths below this one are rounding [m].
-    tight: f64,
-}
-
-impl Pits<'_> {
+impl Probe<'_> {
     /// The distance of `point` to the solid's surface [m], if it is more than `least`, no sphere contains the point, and
     /// none lies between it and the nearest point of that surface: what is closed in between spheres touches nothing.
     fn depth(&self, point: &Vector3<f64>, least: f64) -> Option<f64> {
@@ -359,7 +344,7 @@ impl Pits<'_> {
         if self.index.holds(point, self.tight) || self.tree.nearest(point, least).is_some() {
             return None;
         }
-        let near = self.tree.nearest(point, f64::INFINITY)?;
+        let near = self.tree.closest(point);
         let (out, length) = (near.point - point, near.square.sqrt());
         // From a little above the spheres that the point lies on.
         let above = point + out * ABOVE;
@@ -373,7 +358,7 @@ impl Pits<'_> {
 
     /// The deepest place that is reached from `pit` by corners of three spheres, each deeper than the last. At one of the
     /// places `known`, from which another search went on, this one ends; it adds its own.
-    fn deepest(&self, mut pit: Pit, known: &mut Vec<Vector3<f64>>) -> Pit {
+    fn bottom_of(&self, mut pit: Pit, known: &mut Vec<Vector3<f64>>) -> Pit {
         for _ in 0..MOST_STEPS {
             let near = |k: &Vector3<f64>| (k - pit.point).norm_squared() <= (10.0 * self.tight).powi(2);
             if known.iter().any(near) {
@@ -453,8 +438,7 @@ impl Pits<'_> {
     fn bottom(&self, circle: &Circle, at: &Vector3<f64>) -> Vector3<f64> {
         let mut point = circle.towards(&(at - circle.centre));
         for _ in 0..TURNS {
-            let Some(near) = self.tree.nearest(&point, f64::INFINITY) else { break };
-            point = circle.towards(&(point - near.point));
+            point = circle.towards(&(point - self.tree.closest(&point).point));
         }
         point
     }
@@ -513,19 +497,20 @@ mod tests {
     /// Three balls of a plate, in a triangle of side s: the corner of all three lies `sqrt(r^2 - s^2 / 3)` above their middle.
     #[test]
     fn the_deepest_place_between_three_balls_is_their_corner() {
-        let tree = SurfaceTree::new(&builtin::cuboid(Vector3::new(2.0, 2.0, 0.2)));
+        let surface = builtin::cuboid(Vector3::new(2.0, 2.0, 0.2));
+        let tree = SurfaceTree::new(&surface);
         let (r, s) = (0.1_f64, 0.15_f64);
         let centre = |k: u32| {
             let angle = f64::from(k) * std::f64::consts::TAU / 3.0;
             Vector3::new(angle.cos(), angle.sin(), 0.0) * (s / 3.0_f64.sqrt())
         };
         let spheres: Vec<Sphere> = (0..3).map(|k| Sphere { centre: centre(k), radius: r }).collect();
-        let index = SphereIndex::new(&spheres);
-        let pits = Pits { tree: &tree, index: &index, tight: 1e-12 };
+        let effort = Effort { points: 0, starts: 0, steps: 0, pits: 0 };
+        let probe = Probe { tight: 1e-12, ..Probe::new(&tree, &spheres, effort) };
         let start = spheres[0].centre + Vector3::new(-0.5, 0.0, 0.75_f64.sqrt()) * r;
-        let depth = pits.depth(&start, 0.0).expect("nothing lies above it");
-        let start = Pit { point: start, depth, sphere: index.nearest(&start).1 };
-        let found = pits.deepest(start, &mut Vec::new());
+        let depth = probe.depth(&start, 0.0).expect("nothing lies above it");
+        let start = Pit { point: start, depth, sphere: probe.index.nearest(&start).1 };
+        let found = probe.bottom_of(start, &mut Vec::new());
         let exact = 0.1 - (r * r - s * s / 3.0).sqrt();
         assert!(depth < 0.5 * exact && (found.depth - exact).abs() < 1e-12, "{found:?}, {exact}");
     }

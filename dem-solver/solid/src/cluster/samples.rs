@@ -6,21 +6,20 @@
 
 use super::ball::Balls;
 use crate::geometry::double_area;
-use crate::shape::Surface;
 use crate::shape::tree::{SurfaceFeature, SurfaceTree};
 use nalgebra::Vector3;
 use rustc_hash::FxHashSet;
 
-/// Points of a surface.
-#[derive(Debug, Clone, Default)]
-pub struct Samples {
-    /// The points [m].
-    pub points: Vec<Vector3<f64>>,
-    /// Unit vector into the solid at each: against the normal of the face; at edges and corners
+/// A point of a surface.
+#[derive(Debug, Clone, Copy)]
+pub struct Sample {
+    /// The point [m].
+    pub point: Vector3<f64>,
+    /// Unit vector into the solid there: against the normal of the face; at edges and corners
     /// against that of all faces there.
-    pub inward: Vec<Vector3<f64>>,
+    pub inward: Vector3<f64>,
     /// Depth per length along that direction: 1 on a face, less at edges and corners.
-    pub slope: Vec<f64>,
+    pub slope: f64,
 }
 
 /// The sizes of the balls that touch in the middles of parts of the triangles, kept for the next time that they are asked
@@ -28,7 +27,8 @@ pub struct Samples {
 pub struct Sizes<'a> {
     /// The balls.
     pub balls: Balls<'a>,
-    careful: bool,
+    /// Whether balls beyond thin parts of the solid are left out ([`Balls::careful`]).
+    pub careful: bool,
     /// First one for each triangle, then the two halves of a part next to each other.
     parts: Vec<SamplePart>,
 }
@@ -45,16 +45,10 @@ struct SamplePart {
 const UNKNOWN: SamplePart = SamplePart { radii: [f64::NAN; 2], halves: 0 };
 
 impl<'a> Sizes<'a> {
-    /// Sizes in the solid inside `surface` with the tree `tree`.
-    pub fn new(surface: &Surface, tree: &'a SurfaceTree) -> Self {
-        let size = surface.size();
-        let balls = Balls::new(tree, size, 1e-7 * size).roughly();
-        Self { balls, careful: true, parts: vec![UNKNOWN; surface.triangles.len()] }
-    }
-
-    /// From now on the same sizes, but beyond thin parts of the solid too ([`Balls::trusting`]), or no longer.
-    pub fn trust(&mut self, trusting: bool) {
-        self.careful = !trusting;
+    /// Sizes in the solid inside the surface of `tree`.
+    pub fn new(tree: &'a SurfaceTree) -> Self {
+        let balls = Balls::new(tree, 1e-7 * tree.size).roughly();
+        Self { balls, careful: true, parts: vec![UNKNOWN; tree.surface.triangles.len()] }
     }
 
     fn radius(&mut self, part: u32, at: &Vector3<f64>, inward: &Vector3<f64>, most: f64) -> f64 {
@@ -73,10 +67,6 @@ impl<'a> Sizes<'a> {
         }
         self.parts[part as usize].halves
     }
-}
-
-fn key(p: &Vector3<f64>) -> [u64; 3] {
-    [p.x, p.y, p.z].map(f64::to_bits)
 }
 
 /// A piece of a triangle: corners, and for each the edges of the whole triangle on which it lies (bits).
@@ -112,12 +102,12 @@ fn feature(edges: u8) -> SurfaceFeature {
 /// Cut every triangle until its longest edge is below `share (sqrt(2 R e) + e / 2)` and call `piece` with each
 /// part (corners, their edges, triangle); ends early when it says `false`.
 fn cut(
-    surface: &Surface,
     sizes: &mut Sizes,
     error: f64,
     share: f64,
     mut piece: impl FnMut(&[(Vector3<f64>, u8); 3], usize) -> bool,
 ) {
+    let surface = sizes.balls.tree.surface;
     let mut stack = Vec::new();
     for triangle in 0..surface.triangles.len() {
         let [a, b, c] = surface.corners(triangle);
@@ -165,38 +155,30 @@ pub fn no_finer<T>(mut error: f64, mut find: impl FnMut(f64) -> Option<T>) -> T 
 }
 
 /// The corners of all parts, each once; `None` if they are more than `most`.
-pub fn corners(surface: &Surface, sizes: &mut Sizes, error: f64, share: f64, most: usize) -> Option<Samples> {
+pub fn corners(sizes: &mut Sizes, error: f64, share: f64, most: usize) -> Option<Vec<Sample>> {
     let tree = sizes.balls.tree;
-    let mut samples = Samples::default();
+    let mut samples = Vec::new();
     let mut known: FxHashSet<[u64; 3]> = FxHashSet::default();
-    cut(surface, sizes, error, share, |part, triangle| {
-        for (p, edges) in part {
-            if known.insert(key(p)) {
-                samples.points.push(*p);
-                let inward = -tree.normal_at(triangle, feature(*edges)).normalize();
-                samples.slope.push(-inward.dot(&surface.normal(triangle)));
-                samples.inward.push(inward);
+    cut(sizes, error, share, |part, triangle| {
+        for &(point, edges) in part {
+            if known.insert([point.x, point.y, point.z].map(f64::to_bits)) {
+                let inward = -tree.normal_at(triangle, feature(edges)).normalize();
+                samples.push(Sample { point, inward, slope: -inward.dot(&tree.surface.normal(triangle)) });
             }
         }
-        samples.points.len() <= most
+        samples.len() <= most
     });
-    (samples.points.len() <= most).then_some(samples)
+    (samples.len() <= most).then_some(samples)
 }
 
 /// The middles of all parts with the area [m2] of each, faces only; `None` if they are more than `most`.
-pub fn middles(
-    surface: &Surface,
-    sizes: &mut Sizes,
-    error: f64,
-    share: f64,
-    most: usize,
-) -> Option<(Samples, Vec<f64>)> {
-    let (mut samples, mut areas) = (Samples::default(), Vec::new());
-    cut(surface, sizes, error, share, |part, triangle| {
+pub fn middles(sizes: &mut Sizes, error: f64, share: f64, most: usize) -> Option<(Vec<Sample>, Vec<f64>)> {
+    let surface = sizes.balls.tree.surface;
+    let (mut samples, mut areas) = (Vec::new(), Vec::new());
+    cut(sizes, error, share, |part, triangle| {
         let corners = part.map(|corner| corner.0);
-        samples.points.push((corners[0] + corners[1] + corners[2]) / 3.0);
-        samples.inward.push(-surface.normal(triangle));
-        samples.slope.push(1.0);
+        let point = (corners[0] + corners[1] + corners[2]) / 3.0;
+        samples.push(Sample { point, inward: -surface.normal(triangle), slope: 1.0 });
         areas.push(0.5 * double_area(corners).norm());
         areas.len() <= most
     });
@@ -212,10 +194,10 @@ mod tests {
     fn samples_stand_on_the_surface_and_are_denser_at_edges() {
         let surface = builtin::cuboid(Vector3::repeat(1.0));
         let tree = SurfaceTree::new(&surface);
-        let mut sizes = Sizes::new(&surface, &tree);
-        let samples = corners(&surface, &mut sizes, 0.01, 0.5, 1_000_000).expect("fewer");
+        let mut sizes = Sizes::new(&tree);
+        let samples = corners(&mut sizes, 0.01, 0.5, 1_000_000).expect("fewer");
         let (mut at_edges, mut inside) = (0, 0);
-        for (p, inward) in samples.points.iter().zip(&samples.inward) {
+        for Sample { point: p, inward, .. } in &samples {
             let on = p.iter().filter(|c| (c.abs() - 0.5).abs() < 1e-15).count();
             assert!(on > 0, "{p}");
             // At an edge the direction halves the angle, at a corner it is the diagonal.
@@ -227,8 +209,8 @@ mod tests {
         }
         // 36 % of the area lies within 0.1 of an edge.
         assert!(at_edges > inside, "{at_edges} {inside}");
-        let (_, areas) = middles(&surface, &mut sizes, 0.01, 0.5, 1_000_000).expect("fewer");
+        let (_, areas) = middles(&mut sizes, 0.01, 0.5, 1_000_000).expect("fewer");
         assert!((areas.iter().sum::<f64>() - 6.0).abs() < 1e-12);
-        assert!(middles(&surface, &mut sizes, 0.01, 0.5, 100).is_none());
+        assert!(middles(&mut sizes, 0.01, 0.5, 100).is_none());
     }
 }

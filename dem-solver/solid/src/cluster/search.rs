@@ -12,12 +12,12 @@
 use super::accuracy::{Accuracy, Comparison, MOST_COMPARED};
 use super::ball::Balls;
 use super::bound::VOLUME;
-use super::cover::Cover;
+use super::cover::{Cover, link};
 use super::files;
 use super::index::{SphereIndex, entry};
 use super::make::{Maker, furthest, larger};
-use super::probe::{Place, apart};
-use super::samples::Samples;
+use super::probe::{self, Place};
+use super::samples::Sample;
 use super::wish::Fit;
 use crate::geometry::sphere::Sphere;
 use crate::shape::tree::SurfaceTree;
@@ -35,55 +35,45 @@ const MOST_STEPS: u32 = 60;
 const BETTER: f64 = 0.95;
 
 impl Maker<'_> {
-    /// The best of covers found by guesses, of evenly spread ones, and of these moved to the middle of what they cover,
-    /// as measured when they are grown. `tried` are errors for which balls were too few and enough [m].
-    pub fn search_further(
-        &mut self,
-        guessed: Option<(Cover, f64)>,
-        tried: (f64, f64),
-    ) -> (Vec<Sphere>, Accuracy) {
+    /// The best of evenly spread covers, and the same moved to the middle of what it covers. `tried` are errors for which balls
+    /// were too few and enough [m].
+    pub fn search_further(&mut self, tried: (f64, f64)) -> Vec<Cover> {
         let covers = self.evenly(tried);
         let even = self.best(covers);
-        let relaxed = even.clone().filter(|_| self.count <= MANY).map(|mut found| {
-            self.relax(&mut found);
-            found
-        });
-        self.settle(guessed.into_iter().collect(), [even, relaxed].into_iter().flatten().collect())
+        let relaxed = even.clone().filter(|_| self.count <= MANY).map(|cover| self.relaxed(cover));
+        even.into_iter().chain(relaxed).collect()
     }
 
-    /// The best of covers, each with the gap that it leaves [m], with some spheres moved where that makes it better. Others
+    /// The best of covers as measured when they are grown, with some spheres moved where that makes it better. Others
     /// must be better than the `preferred` ones by a share.
-    pub fn settle(
-        &mut self,
-        preferred: Vec<(Cover, f64)>,
-        others: Vec<(Cover, f64)>,
-    ) -> (Vec<Sphere>, Accuracy) {
-        // Very many spheres are not moved: nothing to compare with.
-        if let ([(cover, gap)], [], 0) = (preferred.as_slice(), others.as_slice(), rounds(self.count)) {
-            let cluster = larger(&cover.balls, self.growth(&cover.balls, *gap));
-            let accuracy = Accuracy::with(self.surface, &mut self.sizes, &cluster);
-            return (cluster, accuracy);
-        }
-        let gap = preferred.iter().chain(&others).map(|f| f.1).fold(f64::INFINITY, f64::min);
-        let gap = if gap.is_finite() { gap } else { 2.0 * self.surface.size() };
+    pub fn settle(&mut self, preferred: Vec<Cover>, others: Vec<Cover>) -> (Vec<Sphere>, Accuracy) {
+        let cluster = match (preferred.as_slice(), others.as_slice(), rounds(self.count)) {
+            // Very many spheres are not moved: nothing to compare with.
+            ([cover], [], 0) => larger(&cover.balls, self.growth(&cover.balls, cover.seen)),
+            _ => self.compared(&preferred, &others),
+        };
+        let accuracy = Accuracy::with(&mut self.sizes, &cluster);
+        (cluster, accuracy)
+    }
+
+    fn compared(&mut self, preferred: &[Cover], others: &[Cover]) -> Vec<Sphere> {
+        let gap = preferred.iter().chain(others).map(|c| c.seen).fold(f64::INFINITY, f64::min);
+        let gap = if gap.is_finite() { gap } else { 2.0 * self.tree.size };
         let samples = self.samples(0.5 * gap);
-        let few = self.at_most(gap, 0.9, MOST_COMPARED + self.surface.points.len());
-        let maker = &*self;
-        let comparison = Comparison::new(maker.surface, maker.tree, few);
-        let mut best =
-            Best { maker, comparison, best: None, balls: Vec::new(), grown: 0.0, places: Vec::new() };
+        let few = self.at_most(gap, 0.9, MOST_COMPARED + self.tree.surface.points.len());
+        let comparison = Comparison::new(self.tree, few);
+        let (balls, places) = (Vec::new(), Vec::new());
+        let mut best = Best { maker: self, comparison, best: None, balls, grown: 0.0, places };
         for (weight, covers) in [(BETTER, preferred), (1.0, others)] {
-            for (cover, gap) in covers {
-                best.add_grown(&cover.balls, gap, weight);
+            for cover in covers {
+                best.add_grown(&cover.balls, cover.seen, weight);
             }
         }
         let balls = best.balls.clone();
         if balls.len() > 2 {
-            maker.refine(&samples, &mut best, balls);
+            self.refine(&samples, &mut best, balls);
         }
-        let cluster = best.best.map_or_else(|| vec![maker.middle], |(_, cluster)| cluster);
-        let accuracy = Accuracy::with(self.surface, &mut self.sizes, &cluster);
-        (cluster, accuracy)
+        best.best.map_or_else(|| vec![self.middle], |(_, cluster)| cluster)
     }
 
     /// Covers with errors between one for which balls are enough and one for which all are too few, until these two
@@ -94,7 +84,7 @@ impl Maker<'_> {
         let mut error = match tried {
             (few, enough) if few > 0.0 && enough.is_finite() => (few * enough).sqrt(),
             (_, enough) if enough.is_finite() => enough,
-            _ => 0.5 * self.surface.size(),
+            _ => 0.5 * self.tree.size,
         };
         let mut covers: Vec<Cover> = Vec::new();
         while covers.len() < most && enough > NEAR * few {
@@ -121,25 +111,25 @@ impl Maker<'_> {
     }
 
     /// Move every ball to the middle of the samples that are nearest to it, where that brings them nearer.
-    fn relax(&mut self, (cover, largest): &mut (Cover, f64)) {
-        let samples = self.samples(0.5 * *largest);
-        let balls = Balls::new(self.tree, self.surface.size(), FINE * self.middle.radius);
+    fn relaxed(&mut self, mut cover: Cover) -> Cover {
+        let samples = self.samples(0.5 * cover.seen);
+        let balls = self.fine_balls();
         let least = self.wish.smallest_radius;
         let nearest = |balls: &[Sphere]| -> Vec<(f64, usize)> {
             let index = SphereIndex::new(balls);
-            let near = |p| {
-                let (distance, near) = index.nearest(p);
+            let near = |sample: &Sample| {
+                let (distance, near) = index.nearest(&sample.point);
                 (distance, index.place(near))
             };
-            samples.points.iter().map(near).collect()
+            samples.iter().map(near).collect()
         };
         let furthest = |near: &[(f64, usize)]| near.iter().map(|n| n.0).fold(0.0, f64::max);
         let mut near = nearest(&cover.balls);
-        *largest = furthest(&near);
+        cover.seen = furthest(&near);
         for _ in 0..MOST_ROUNDS {
             let mut own: Vec<Vec<Vector3<f64>>> = vec![Vec::new(); cover.balls.len()];
-            for (p, (_, ball)) in samples.points.iter().zip(&near) {
-                own[*ball].push(*p);
+            for (sample, (_, ball)) in samples.iter().zip(&near) {
+                own[*ball].push(sample.point);
             }
             let mut moved = cover.balls.clone();
             for (ball, own) in moved.iter_mut().zip(&own) {
@@ -153,11 +143,17 @@ impl Maker<'_> {
             }
             let after = nearest(&moved);
             let gap = furthest(&after);
-            if gap >= *largest {
+            if gap >= cover.seen {
                 break;
             }
-            (cover.balls, near, *largest) = (moved, after, gap);
+            (cover.balls, near, cover.seen) = (moved, after, gap);
         }
+        cover
+    }
+
+    /// Balls that are nearly the largest.
+    fn fine_balls(&self) -> Balls<'_> {
+        Balls::new(self.tree, FINE * self.middle.radius)
     }
 }
 
@@ -236,11 +232,38 @@ impl Maker<'_> {
     /// Balls that overlap no other when all have grown by `grown` [m] are moved towards others, and all grown as the
     /// fit asks for then.
     fn joined_by_moving(&self, balls: &[Sphere], gap: f64, grown: f64) -> Vec<Sphere> {
-        let all = Balls::new(self.tree, self.surface.size(), FINE * self.middle.radius);
         let mut moved = balls.to_vec();
-        join(&all, &mut moved, grown, self.wish.smallest_radius);
+        self.join(&mut moved, grown);
         let grown = self.growth(&moved, gap);
         larger(&moved, grown)
+    }
+
+    /// Move balls that overlap no other when all have grown by `grown` [m] towards the nearest one that is joined to the first,
+    /// inside the solid, until they do.
+    fn join(&self, chosen: &mut [Sphere], grown: f64) {
+        let overlap = |a: &Sphere, b: &Sphere| {
+            let sum = BARELY * (a.radius + b.radius + 2.0 * grown);
+            (a.centre - b.centre).norm_squared() < sum * sum
+        };
+        let balls = self.fine_balls();
+        link(chosen, overlap, |chosen, apart, linked| {
+            let away = |(k, other): &(usize, usize)| {
+                let (a, b) = (&chosen[*k], &chosen[*other]);
+                (a.centre - b.centre).norm() - a.radius - b.radius
+            };
+            let pairs = apart.iter().flat_map(|k| linked.iter().map(|other| (*k, *other)));
+            let nearest = pairs.min_by(|a, b| away(a).total_cmp(&away(b)));
+            let (k, host) = nearest.expect("some are apart, and the first is linked");
+            let (from, to) = (chosen[k].centre, chosen[host].centre);
+            let shares = (1..JOINING_STEPS).map(|step| f64::from(step) / f64::from(JOINING_STEPS));
+            let mut tried = shares.filter_map(|share| balls.around(&(from + (to - from) * share)));
+            let fits =
+                |ball: &Sphere| ball.radius > self.wish.smallest_radius && overlap(ball, &chosen[host]);
+            if let Some(ball) = tried.find(fits) {
+                chosen[k] = ball;
+            }
+            k
+        });
     }
 
     /// Balls grown by more than `grown` [m], up to the gap, until they are joined; none where that does not help.
@@ -255,45 +278,6 @@ impl Maker<'_> {
             if apart(half) { few = half } else { enough = half }
         }
         larger(balls, enough)
-    }
-}
-
-/// Move balls that overlap no other when all have grown by `grown` [m] towards the nearest one that is joined to the first,
-/// inside the solid, until they do. How many were moved.
-fn join(balls: &Balls, chosen: &mut [Sphere], grown: f64, least: f64) -> usize {
-    let overlap = |a: &Sphere, b: &Sphere| {
-        let sum = BARELY * (a.radius + b.radius + 2.0 * grown);
-        (a.centre - b.centre).norm_squared() < sum * sum
-    };
-    let mut apart: Vec<usize> = (1..chosen.len()).collect();
-    let mut linked: Vec<usize> = chosen.first().map_or(vec![], |_| vec![0]);
-    let (mut next, mut moved) = (0, 0);
-    loop {
-        while next < linked.len() {
-            let here = chosen[linked[next]];
-            next += 1;
-            linked.extend(apart.extract_if(.., |other| overlap(&here, &chosen[*other])));
-        }
-        let away = |k: usize, other: usize| {
-            let (a, b): (&Sphere, &Sphere) = (&chosen[k], &chosen[other]);
-            (a.centre - b.centre).norm() - a.radius - b.radius
-        };
-        let pairs = apart.iter().flat_map(|k| linked.iter().map(|other| (*k, *other)));
-        let Some((k, host)) = pairs.min_by(|a, b| away(a.0, a.1).total_cmp(&away(b.0, b.1))) else {
-            return moved;
-        };
-        let (from, to) = (chosen[k].centre, chosen[host].centre);
-        for step in 1..JOINING_STEPS {
-            let share = f64::from(step) / f64::from(JOINING_STEPS);
-            let Some(ball) = balls.around(&(from + (to - from) * share)) else { continue };
-            if ball.radius > least && overlap(&ball, &chosen[host]) {
-                chosen[k] = ball;
-                moved += 1;
-                break;
-            }
-        }
-        apart.retain(|other| *other != k);
-        linked.push(k);
     }
 }
 
@@ -317,7 +301,7 @@ fn rounds(count: usize) -> usize {
 
 impl Maker<'_> {
     /// Move spheres of the best cluster to where its error is largest, as long as that makes it better.
-    fn refine(&self, samples: &Samples, best: &mut Best, mut balls: Vec<Sphere>) {
+    fn refine(&self, samples: &[Sample], best: &mut Best, mut balls: Vec<Sphere>) {
         let (mut share, mut vain) = (MOVED, 0);
         for _ in 0..rounds(self.count) {
             let tried = self.moved(samples, &balls, share, best, vain == 0);
@@ -339,7 +323,7 @@ impl Maker<'_> {
     /// The balls with a share of them moved; whether they are the `known` best ones, of which it is known where they are worst.
     fn moved(
         &self,
-        samples: &Samples,
+        samples: &[Sample],
         balls: &[Sphere],
         share: f64,
         best: &Best,
@@ -347,10 +331,11 @@ impl Maker<'_> {
     ) -> Vec<Sphere> {
         let many = ((share * balls.len() as f64).ceil() as usize).min(balls.len() / 2);
         let mut kept = without(balls, samples, many);
-        let all = Balls::new(self.tree, self.surface.size(), FINE * self.middle.radius);
+        let all = self.fine_balls();
         let mut view = ViewOfSurface::new(self.tree, samples, &larger(&kept, best.grown));
         // First where it is known to be worst, which between samples none of them sees.
-        let mut places = apart(&best.places, if known { KNOWN * many as f64 } else { 0.0 });
+        let worst = if known { (KNOWN * many as f64).ceil() as usize } else { 0 };
+        let mut places = probe::worst(best.places.iter().copied(), worst);
         for batch in 0..=BATCHES {
             let before = kept.len();
             let missing = self.count.saturating_sub(before);
@@ -368,12 +353,12 @@ impl Maker<'_> {
 }
 
 /// The balls without those `many` whose places others come nearest to.
-fn without(balls: &[Sphere], samples: &Samples, many: usize) -> Vec<Sphere> {
+fn without(balls: &[Sphere], samples: &[Sample], many: usize) -> Vec<Sphere> {
     let index = SphereIndex::new(balls);
     // How far samples would lie from all others, for each ball the most of those that are nearest to it.
     let mut required = vec![f64::NEG_INFINITY; balls.len()];
-    for p in &samples.points {
-        let [(_, near), (other, _)] = index.nearest_two(p);
+    for sample in samples {
+        let [(_, near), (other, _)] = index.nearest_two(&sample.point);
         let place = index.place(near);
         required[place] = required[place].max(other);
     }
@@ -411,21 +396,21 @@ struct SeenPlace {
 
 /// The samples outside of all spheres so far.
 struct ViewOfSurface<'a> {
-    tree: &'a SurfaceTree,
+    tree: &'a SurfaceTree<'a>,
     seen: Vec<SeenPlace>,
 }
 
 impl<'a> ViewOfSurface<'a> {
     /// What `samples` of the surface of `tree` see of `spheres`.
-    fn new(tree: &'a SurfaceTree, samples: &Samples, spheres: &[Sphere]) -> Self {
+    fn new(tree: &'a SurfaceTree, samples: &[Sample], spheres: &[Sphere]) -> Self {
         let index = SphereIndex::new(spheres);
         let mut view = Self { tree, seen: Vec::new() };
-        let step = (samples.points.len() / ENOUGH).max(1);
-        for (point, inward) in samples.points.iter().zip(&samples.inward).step_by(step) {
-            let gap = index.nearest(point).0;
+        let step = (samples.len() / ENOUGH).max(1);
+        for Sample { point, inward, .. } in samples.iter().copied().step_by(step) {
+            let gap = index.nearest(&point).0;
             if gap > 0.0 {
-                let ray = index.entry(point, inward, f64::INFINITY).unwrap_or(f64::INFINITY);
-                let place = Place { point: *point, inward: *inward, depth: 0.0 };
+                let ray = index.entry(&point, &inward, f64::INFINITY).unwrap_or(f64::INFINITY);
+                let place = Place { point, inward, depth: 0.0 };
                 view.seen.push(SeenPlace { place, gap, ray });
             }
         }
@@ -456,7 +441,7 @@ impl<'a> ViewOfSurface<'a> {
     /// The places, at most `many`, where the spheres leave the surface furthest; none within its own depth of a worse one.
     fn worst(&mut self, many: usize) -> Vec<Place> {
         self.seen.sort_by(|a, b| b.place.depth.total_cmp(&a.place.depth));
-        apart(self.seen.iter().map(|s| &s.place), many as f64)
+        probe::worst(self.seen.iter().map(|s| s.place), many)
     }
 }
 
@@ -486,7 +471,7 @@ mod tests {
     fn what_is_seen_of_added_spheres_is_what_is_seen_of_all() {
         let surface = builtin::cuboid(Vector3::new(1.0, 0.8, 0.6));
         let tree = SurfaceTree::new(&surface);
-        let samples = corners(&surface, &mut Sizes::new(&surface, &tree), 0.05, 0.4, 100_000).expect("fewer");
+        let samples = corners(&mut Sizes::new(&tree), 0.05, 0.4, 100_000).expect("fewer");
         let at = |i: u32, f: f64| 0.4 * (f64::from(i) * f).sin();
         let spheres: Vec<Sphere> = (0..12)
             .map(|i| {

@@ -38,12 +38,10 @@ impl Bounds {
     /// Around both.
     #[inline]
     pub fn with(&self, other: &Self) -> Self {
-        let mut both = *self;
-        for axis in 0..3 {
-            both.lowest[axis] = both.lowest[axis].min(other.lowest[axis]);
-            both.highest[axis] = both.highest[axis].max(other.highest[axis]);
+        Self {
+            lowest: std::array::from_fn(|axis| self.lowest[axis].min(other.lowest[axis])),
+            highest: std::array::from_fn(|axis| self.highest[axis].max(other.highest[axis])),
         }
-        both
     }
 
     /// True if both have a point in common.
@@ -82,15 +80,13 @@ pub fn morton_order(count: usize, middle: impl Fn(usize) -> Vector3<f64>) -> Vec
     let [lowest, highest] = super::bounds((0..count).map(&middle));
     let extent = (highest - lowest).max();
     let scale = if extent > 0.0 { CODE_STEPS / extent } else { 0.0 };
-    let mut coded: Vec<(u64, u32)> = (0..count)
-        .map(|i| {
-            let at = (middle(i) - lowest) * scale;
-            let code = spread(at.x as u64) | spread(at.y as u64) << 1 | spread(at.z as u64) << 2;
-            (code, i as u32)
-        })
-        .collect();
-    coded.sort_unstable();
-    coded.into_iter().map(|(_, i)| i).collect()
+    let code = |i: &u32| {
+        let at = (middle(*i as usize) - lowest) * scale;
+        (spread(at.x as u64) | spread(at.y as u64) << 1 | spread(at.z as u64) << 2, *i)
+    };
+    let mut order: Vec<u32> = (0..count as u32).collect();
+    order.sort_by_cached_key(code);
+    order
 }
 
 /// The lowest 21 bits, each followed by two zeros.
@@ -114,28 +110,21 @@ pub struct BoxTree {
 impl BoxTree {
     /// Over `count` items that stand in Morton order.
     pub fn new(count: usize, bounds: impl Fn(usize) -> Bounds) -> Self {
-        let mut levels = Vec::new();
-        if count > 0 {
-            let of = |i: usize| {
-                let items = FOUR * i..count.min(FOUR * (i + 1));
-                items.map(&bounds).fold(Bounds::EMPTY, |a, b| a.with(&b))
-            };
-            let mut level: Vec<Bounds> = (0..count.div_ceil(FOUR)).map(of).collect();
-            while level.len() > 1 {
-                let above = level
-                    .chunks(FOUR)
-                    .map(|four| four.iter().fold(Bounds::EMPTY, |a, b| a.with(b)))
-                    .collect();
-                levels.push(std::mem::replace(&mut level, above));
-            }
-            levels.push(level);
+        let of = |i: usize| {
+            let items = FOUR * i..count.min(FOUR * (i + 1));
+            items.map(&bounds).fold(Bounds::EMPTY, |a, b| a.with(&b))
+        };
+        let mut levels: Vec<Vec<Bounds>> = vec![(0..count.div_ceil(FOUR)).map(of).collect()];
+        while let Some(level) = levels.last().filter(|level| level.len() > 1) {
+            let around = |four: &[Bounds]| four.iter().fold(Bounds::EMPTY, |a, b| a.with(b));
+            levels.push(level.chunks(FOUR).map(around).collect());
         }
         Self { count, levels }
     }
 
     /// Around everything.
     pub fn bounds(&self) -> Bounds {
-        self.levels.last().map_or(Bounds::EMPTY, |top| top[0])
+        self.levels.last().and_then(|top| top.first()).copied().unwrap_or(Bounds::EMPTY)
     }
 
     /// Call `item` with the number of every item of the lowest boxes into which `enter` leads, in

@@ -31,17 +31,12 @@ pub struct Closest {
     pub feature: Feature,
 }
 
-/// Closest point of the line from `start` along `edge` to `centre`; `inverse_square` is
+/// Closest point of the line from `start` along `edge` to `centre`; `inverse` is
 /// `1 / |edge|^2`, 0 for a line without length.
 #[inline]
-pub fn on_line(
-    centre: &Vector3<f64>,
-    start: &Vector3<f64>,
-    edge: &Vector3<f64>,
-    inverse_square: f64,
-) -> Closest {
+pub fn on_line(centre: &Vector3<f64>, start: &Vector3<f64>, edge: &Vector3<f64>, inverse: f64) -> Closest {
     let from_centre = start - centre;
-    let foot = -from_centre.dot(edge) * inverse_square;
+    let foot = -from_centre.dot(edge) * inverse;
     // Without a branch that would be guessed wrong half of the time.
     let foot = if foot > 0.0 { foot } else { 0.0 };
     let eta = if foot < 1.0 { foot } else { 1.0 };

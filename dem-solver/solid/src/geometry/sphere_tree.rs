@@ -32,13 +32,19 @@ impl Slab {
         Self { bounds: [a.inf(&b).inf(&c), a.sup(&b).sup(&c)], start: a, normal: face.normal }
     }
 
+    /// Of a box from its middle and half edges [m]: how high its middle lies over the plane, how far it reaches from there along the normal,
+    /// and how far it lies beside the box around the triangle.
+    #[inline(always)]
+    pub fn clearance(&self, (middle, half): (Vector3<f64>, Vector3<f64>)) -> [f64; 3] {
+        let [lowest, highest] = &self.bounds;
+        let beside = (lowest - middle - half).sup(&(middle - half - highest)).max();
+        [self.normal.dot(&(middle - self.start)), self.normal.abs().dot(&half), beside]
+    }
+
     /// Whether a point of the box may be nearer than `limit` [m], or up to `deep` [m] behind the face.
     #[inline]
     fn may_hold(&self, bounds: &Bounds, limit: f64, deep: f64) -> bool {
-        let (middle, half) = bounds.middle_and_half();
-        let (over, wide) = (self.normal.dot(&(middle - self.start)), self.normal.abs().dot(&half));
-        let [lowest, highest] = &self.bounds;
-        let beside = (lowest - middle - half).sup(&(middle - half - highest)).max();
+        let [over, wide, beside] = self.clearance(bounds.middle_and_half());
         over - wide <= limit && over + wide >= -limit.max(deep) && beside <= limit.max(deep)
     }
 }

@@ -102,12 +102,10 @@ impl Surface {
             ));
         }
         match crossing::find(&loose) {
-            Some((a, b, at)) => Err(format!(
-                "the surface runs through itself: triangles {} and {} cross near {}",
-                numbers[a],
-                numbers[b],
-                place(&at)
-            )),
+            Some((a, b, at)) => {
+                let (a, b, at) = (numbers[a], numbers[b], place(&at));
+                Err(format!("the surface runs through itself: triangles {a} and {b} cross near {at}"))
+            }
             None => Ok((loose, notes)),
         }
     }
@@ -164,11 +162,10 @@ impl Surface {
                     Entry::Occupied(mut taken) if taken.get()[1] == NONE => taken.get_mut()[1] = t as u32,
                     Entry::Occupied(_) => {
                         let at = |t: &&[u32; 3]| t.contains(&edge.0) && t.contains(&edge.1);
+                        let (count, ends, one) =
+                            (self.triangles.iter().filter(at).count(), ends(edge), numbers[t]);
                         return Err(format!(
-                            "{} triangles share the edge {}, one of them triangle {}: there must be two",
-                            self.triangles.iter().filter(at).count(),
-                            ends(edge),
-                            numbers[t]
+                            "{count} triangles share the edge {ends}, one of them triangle {one}: there must be two"
                         ));
                     }
                 }

@@ -29,13 +29,11 @@ pub fn close(surface: &mut Surface) -> Result<Option<String>, String> {
         let corners: Vec<Vector3<f64>> = rim.iter().map(|p| surface.points[*p as usize]).collect();
         let widest = corners.iter().map(|p| (p - corners[0]).norm()).fold(0.0, f64::max);
         if widest > WIDEST_HOLE * size || rim.len() > MOST_EDGES {
+            let (edges, at) = (rim.len(), place(&corners[0]));
+            let (most, percent) = (WIDEST_HOLE * size, 100.0 * WIDEST_HOLE);
             return Err(format!(
-                "the hole with {} edges near {} is {widest:.3e} m wide: holes of up to {:.3e} m, {:.0} % of the size, are \
-                 closed; close it where the file comes from",
-                rim.len(),
-                place(&corners[0]),
-                WIDEST_HOLE * size,
-                100.0 * WIDEST_HOLE
+                "the hole with {edges} edges near {at} is {widest:.3e} m wide: holes of up to {most:.3e} m, {percent:.0} % of \
+                 the size, are closed; close it where the file comes from"
             ));
         }
         let triangles = fill(&corners);

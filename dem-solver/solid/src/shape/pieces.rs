@@ -87,35 +87,35 @@ pub fn chosen(
             let same: Vec<usize> = (0..count).filter(|k| name(*k) == Some(asked)).map(|k| k + 1).collect();
             let mut all: Vec<&str> = (0..count).filter_map(name).map(String::as_str).collect();
             all.dedup();
-            match same.len() {
-                1 => same[0],
-                0 if all.is_empty() => {
-                    return Err(format!(
-                        "no piece is called `{asked}`: the file has no names; take one by its number, from 1"
-                    ));
-                }
-                0 => {
-                    return Err(format!("no piece is called `{asked}`: the file has `{}`", all.join("`, `")));
-                }
+            let why = match same.len() {
+                1 => return Ok(of_piece(&of, same[0])),
+                0 if all.is_empty() => "the file has no names; take one by its number, from 1".into(),
+                0 => format!("the file has `{}`", all.join("`, `")),
                 n => {
                     return Err(format!(
                         "{n} pieces are called `{asked}`, numbers {same:?}: take one by its number"
                     ));
                 }
-            }
+            };
+            return Err(format!("no piece is called `{asked}`: {why}"));
         }
     };
     if !(1..=count).contains(&number) {
         return Err(format!("there is no piece {number}: the surface has {count}, counted from 1"));
     }
-    Ok((0..of.len()).filter(|t| of[*t] + 1 == number).collect())
+    Ok(of_piece(&of, number))
+}
+
+/// The triangles of piece `number`, from 1.
+fn of_piece(of: &[usize], number: usize) -> Vec<usize> {
+    (0..of.len()).filter(|t| of[*t] + 1 == number).collect()
 }
 
 /// All pieces, for a message; the same arguments.
 pub fn describe(surface: &Surface, numbers: &[usize], names: &[(usize, String)]) -> String {
     let (of, count) = of_triangles(surface);
     let piece = |piece: usize| {
-        let own: Vec<usize> = (0..of.len()).filter(|t| of[*t] == piece).collect();
+        let own = of_piece(&of, piece + 1);
         let first = numbers[own[0]];
         let triangles = own.iter().map(|t| surface.triangles[*t]).collect();
         let alone = Surface { points: surface.points.clone(), triangles };
@@ -123,15 +123,11 @@ pub fn describe(surface: &Surface, numbers: &[usize], names: &[(usize, String)])
         let p = (low + high) / 2.0;
         // Negative where it is inside out, as the mesh of a hollow is.
         let volume = SolidIntegrals::of(&alone).volume;
+        let hollow = if volume < 0.0 { " (a hollow: it faces inwards)" } else { "" };
+        let name = name_at(names, first).map_or(String::new(), |name| format!(" `{name}`"));
+        let (number, count, [x, y, z]): (usize, usize, [f64; 3]) = (piece + 1, own.len(), p.into());
         format!(
-            " Piece {}{}: {} triangles from number {first}, {volume:.3e} m3{} around ({:.3}, {:.3}, {:.3});",
-            piece + 1,
-            name_at(names, first).map_or(String::new(), |name| format!(" `{name}`")),
-            own.len(),
-            if volume < 0.0 { " (a hollow: it faces inwards)" } else { "" },
-            p.x,
-            p.y,
-            p.z
+            " Piece {number}{name}: {count} triangles from number {first}, {volume:.3e} m3{hollow} around ({x:.3}, {y:.3}, {z:.3});"
         )
     };
     let mut all: String = (0..count.min(NAMED)).map(piece).collect();

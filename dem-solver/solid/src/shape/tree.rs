@@ -5,7 +5,7 @@
 //! Source: Baerentzen and Aanaes (2005), IEEE Trans. Vis. Comput. Graph. 11, 243.
 
 use super::surface::Surface;
-use crate::geometry::median_tree::{MedianNode, MedianTree, Split};
+use crate::geometry::median_tree::{MedianTree, Split};
 use crate::geometry::{bounds, double_area};
 use nalgebra::Vector3;
 use std::cell::Cell;
@@ -48,7 +48,11 @@ struct SlabOfPatch {
 }
 
 /// A tree over the triangles of a closed surface.
-pub struct SurfaceTree {
+pub struct SurfaceTree<'a> {
+    /// The surface.
+    pub surface: &'a Surface,
+    /// Its size [m].
+    pub size: f64,
     tree: MedianTree<SlabOfPatch>,
     /// Corners of the triangles, leaf by leaf.
     corners: Vec<[Vector3<f64>; 3]>,
@@ -56,12 +60,11 @@ pub struct SurfaceTree {
     faces: Vec<Vector3<f64>>,
     edges: Vec<[Vector3<f64>; 3]>,
     vertices: Vec<Vector3<f64>>,
-    triangles: Vec<[u32; 3]>,
 }
 
-impl SurfaceTree {
+impl<'a> SurfaceTree<'a> {
     /// The tree over `surface`, which is closed and has no degenerate triangle.
-    pub fn new(surface: &Surface) -> Self {
+    pub fn new(surface: &'a Surface) -> Self {
         let count = surface.triangles.len();
         let faces: Vec<_> = (0..count).map(|t| surface.normal(t)).collect();
         let mut vertices = vec![Vector3::zeros(); surface.points.len()];
@@ -81,7 +84,7 @@ impl SurfaceTree {
         let describe = |some: &[u32]| describe(some, surface, &middles);
         let tree = MedianTree::new(count, LEAF, describe, |t| middles[t as usize], |_| 0.0);
         let corners = tree.order.iter().map(|t| surface.corners(*t as usize)).collect();
-        Self { tree, corners, faces, edges, vertices, triangles: surface.triangles.clone() }
+        Self { surface, size: surface.size(), tree, corners, faces, edges, vertices }
     }
 
     /// The nearest point to `from` that is nearer than `within` [m].
@@ -116,9 +119,14 @@ impl SurfaceTree {
         best
     }
 
+    /// The nearest point to `from`.
+    pub fn closest(&self, from: &Vector3<f64>) -> NearestOnSurface {
+        self.nearest(from, f64::INFINITY).expect("a surface has triangles")
+    }
+
     /// Distance of `from` to the surface, negative inside [m], and the nearest point.
     pub fn signed(&self, from: &Vector3<f64>) -> (f64, NearestOnSurface) {
-        let nearest = self.nearest(from, f64::INFINITY).expect("a surface has triangles");
+        let nearest = self.closest(from);
         let outwards = (from - nearest.point).dot(&self.normal(&nearest)) >= 0.0;
         let distance = nearest.square.sqrt();
         (if outwards { distance } else { -distance }, nearest)
@@ -134,7 +142,7 @@ impl SurfaceTree {
         match feature {
             SurfaceFeature::Face => self.faces[triangle],
             SurfaceFeature::Edge(k) => self.edges[triangle][k],
-            SurfaceFeature::Corner(k) => self.vertices[self.triangles[triangle][k] as usize],
+            SurfaceFeature::Corner(k) => self.vertices[self.surface.triangles[triangle][k] as usize],
         }
     }
 
@@ -144,7 +152,7 @@ impl SurfaceTree {
         let order = &self.tree.order;
         while let Some((a, b)) = stack.pop() {
             let (first, second) = (self.tree.node(a), self.tree.node(b));
-            if !overlap(first, second) {
+            if (0..3).any(|k| first.lowest[k] > second.highest[k] || second.lowest[k] > first.highest[k]) {
                 continue;
             }
             match (first.items(), second.items()) {
@@ -176,24 +184,17 @@ fn describe(
     surface: &Surface,
     middles: &[Vector3<f64>],
 ) -> ([Vector3<f64>; 2], SlabOfPatch, Split) {
-    let around = bounds(some.iter().flat_map(|t| surface.corners(*t as usize)));
+    let corners = || some.iter().map(|t| surface.corners(*t as usize));
     let [low, high] = bounds(some.iter().map(|t| middles[*t as usize]));
-    (around, SlabOfPatch::of(some, surface), Split::Axis((high - low).iamax()))
+    // The mean normal is weighted with the areas.
+    let normal =
+        corners().map(double_area).sum::<Vector3<f64>>().try_normalize(0.0).unwrap_or_else(Vector3::z);
+    let heights = corners().flatten().map(|p| normal.dot(&p));
+    let heights = heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], at| [l.min(at), h.max(at)]);
+    (bounds(corners().flatten()), SlabOfPatch { normal, heights }, Split::Axis((high - low).iamax()))
 }
 
 impl SlabOfPatch {
-    /// The mean normal is weighted with the areas.
-    fn of(some: &[u32], surface: &Surface) -> Self {
-        let sum: Vector3<f64> = some.iter().map(|t| double_area(surface.corners(*t as usize))).sum();
-        let normal = sum.try_normalize(0.0).unwrap_or_else(Vector3::z);
-        let corners = some.iter().flat_map(|t| surface.corners(*t as usize));
-        let heights = corners.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], p| {
-            let height = normal.dot(&p);
-            [low.min(height), high.max(height)]
-        });
-        Self { normal, heights }
-    }
-
     /// Square of the distance of a point from it [m2], rounded down.
     fn square_to(&self, from: &Vector3<f64>) -> f64 {
         let height = self.normal.dot(from);
@@ -201,10 +202,6 @@ impl SlabOfPatch {
             (self.heights[0] - height).max(height - self.heights[1]).max(0.0) - ROUNDING * height.abs();
         distance.max(0.0).powi(2)
     }
-}
-
-fn overlap(a: &MedianNode<SlabOfPatch>, b: &MedianNode<SlabOfPatch>) -> bool {
-    (0..3).all(|axis| a.lowest[axis] <= b.highest[axis] && b.lowest[axis] <= a.highest[axis])
 }
 
 /// The nearest point of a triangle. Source: Ericson (2005), Real-Time Collision Detection, 5.1.5.
@@ -266,7 +263,8 @@ mod tests {
     /// Where the nearest point is a corner or an edge, the side is still right.
     #[test]
     fn the_side_is_right_where_an_edge_or_a_corner_is_nearest() {
-        let tree = SurfaceTree::new(&builtin::cuboid(Vector3::repeat(2.0)));
+        let surface = builtin::cuboid(Vector3::repeat(2.0));
+        let tree = SurfaceTree::new(&surface);
         for p in [[1.1, 1.1, 1.1], [1.1, -1.2, 0.3], [-1.3, 0.2, 0.1]] {
             assert!(tree.signed(&p.into()).0 > 0.0);
             assert!(tree.signed(&(Vector3::from(p) * 0.5)).0 < 0.0);

@@ -5,6 +5,7 @@
 //! list: what is summed up in their order does not depend on when the list was made.
 
 pub use crate::settings::spheres::Plane;
+use dem_solid::geometry::bounds;
 use nalgebra::Vector3;
 
 /// A pair: the second is a sphere, or a mesh (number of spheres plus number of the mesh).
@@ -61,7 +62,11 @@ impl SpherePairs {
         let count = position.len();
         let largest = radius.iter().copied().fold(0.0, f64::max);
         let grid = Grid::new(position, 2.0 * largest + skin);
-        self.sort(&grid, position);
+        // The spheres by cells, in each cell by number.
+        self.cell_of.clear();
+        self.cell_of.extend(position.iter().map(|x| grid.number(grid.cell(x)) as u32));
+        let cells = grid.counts.iter().product::<usize>();
+        counting_sort(&self.cell_of, cells, &mut self.cell_start, &mut self.sorted);
         self.start.clear();
         self.pairs.clear();
         self.start.push(0);
@@ -93,18 +98,7 @@ impl SpherePairs {
             self.pairs.extend(self.found.iter().map(|&second| complete(i, second)));
             self.start.push(self.pairs.len() as u32);
         }
-        self.turn_round(count);
-    }
-
-    /// Sort the spheres by cells, in each cell by number.
-    fn sort(&mut self, grid: &Grid, position: &[Vector3<f64>]) {
-        self.cell_of.clear();
-        self.cell_of.extend(position.iter().map(|x| grid.number(grid.cell(x)) as u32));
-        let cells = grid.counts.iter().product::<usize>();
-        counting_sort(&self.cell_of, cells, &mut self.cell_start, &mut self.sorted);
-    }
-
-    fn turn_round(&mut self, count: usize) {
+        // The same pairs by their second.
         self.cell_of.clear();
         self.cell_of.extend(self.pairs.iter().map(|p| p.second.min(count as u32)));
         counting_sort(&self.cell_of, count + 1, &mut self.back_start, &mut self.back);
@@ -141,12 +135,7 @@ struct Grid {
 
 impl Grid {
     fn new(position: &[Vector3<f64>], width: f64) -> Self {
-        let mut lowest = Vector3::repeat(f64::INFINITY);
-        let mut highest = Vector3::repeat(f64::NEG_INFINITY);
-        for x in position {
-            lowest = lowest.inf(x);
-            highest = highest.sup(x);
-        }
+        let [lowest, highest] = bounds(position.iter().copied());
         let size = highest - lowest;
         let most = (CELLS_PER_SPHERE * position.len() + 64) as f64;
         let mut width = width;

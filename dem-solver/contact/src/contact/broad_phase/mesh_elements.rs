@@ -84,7 +84,7 @@ impl NearList {
         self.elements.clear();
         let mut nearest = f64::INFINITY;
         for (number, element) in (0..).zip(&contact_mesh.elements) {
-            if contact_mesh.is_broken(number as usize) {
+            if contact_mesh.broken.get(number as usize) == Some(&true) {
                 continue;
             }
             let [a, b, c] = element.nodes.map(&at);

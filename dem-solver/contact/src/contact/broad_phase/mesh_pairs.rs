@@ -147,12 +147,6 @@ impl MeshPairs {
         most.sqrt()
     }
 
-    /// How far a point of the rock has moved by its turn since the search [m]: at distance r by 2 r sin(angle / 2).
-    fn turned(&self, rock: &Rock, now: &Motion) -> f64 {
-        let turn = self.orientation.inverse() * now.orientation;
-        2.0 * turn.imag().norm() * rock.arm
-    }
-
     /// True if every pair that touches at `now` is listed.
     pub fn is_good(&self, rock: &Rock, now: &Motion, at: Instant) -> bool {
         if !self.valid {
@@ -166,12 +160,13 @@ impl MeshPairs {
         let share = if from < 1.0 { (at.along - from) / (1.0 - from) } else { 0.0 };
         let moved = first + (self.slack[at.segment + 1] - first) * share;
         let off_course = (now.position - self.course.at(at.elapsed)).norm();
-        moved + off_course + self.turned(rock, now) <= self.skin
+        moved + off_course + rock.turned(&self.orientation, now) <= self.skin
     }
 
     /// The same for nodes that stand where `nodes` has them at this instant, whatever their course.
     pub fn is_good_for(&self, rock: &Rock, now: &Motion, nodes: &NodeMotion) -> bool {
-        self.valid && self.moved(nodes, (0, 0.0), &now.position) + self.turned(rock, now) <= self.skin
+        let moved = self.moved(nodes, (0, 0.0), &now.position);
+        self.valid && moved + rock.turned(&self.orientation, now) <= self.skin
     }
 
     /// Search the pairs at `now`; of nodes without a course these are good until [`MeshPairs::is_good_for`] says no.

@@ -91,9 +91,7 @@ impl TerrainPairs {
             self.moved = (now.position - position).norm();
             // The turn of a single sphere moves nothing.
             if rock.arm > 0.0 {
-                let turn = orientation.inverse() * now.orientation;
-                // A point at distance r moves by 2 r sin(angle / 2).
-                self.moved += 2.0 * turn.imag().norm() * rock.arm;
+                self.moved += rock.turned(orientation, now);
             }
             if self.moved + reach <= self.skin {
                 return;

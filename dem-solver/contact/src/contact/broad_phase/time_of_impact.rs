@@ -8,7 +8,7 @@
 
 use crate::rock::{Motion, Rock};
 use dem_solid::geometry::box_tree::Bounds;
-use dem_solid::geometry::sphere_tree::SphereTree;
+use dem_solid::geometry::sphere_tree::{Slab, SphereTree};
 use dem_solid::geometry::triangle::Face;
 use dem_terrain::queries::arrival;
 use nalgebra::{Matrix3, Vector3};
@@ -113,11 +113,9 @@ impl Course {
     #[inline]
     fn box_meets(&self, plane: &Plane, bounds: &Bounds) -> f64 {
         let (middle, half) = bounds.middle_and_half();
-        let off = plane.normal.dot(&(middle - plane.start));
+        let [off, wide, beside] = plane.slab.clearance((middle, half));
         let side = if off > 0.0 { -1.0 } else { 1.0 };
-        let gap = off.abs() - plane.normal.abs().dot(&half) - self.rounding;
-        let [lowest, highest] = &plane.bounds;
-        let beside = (lowest - middle - half).sup(&(middle - half - highest)).max() - self.rounding;
+        let (gap, beside) = (off.abs() - wide - self.rounding, beside - self.rounding);
         let mut time = 0.0;
         if beside > 0.0 {
             time = arrival(beside, self.speed, self.bow);
@@ -133,9 +131,7 @@ impl Course {
 
 /// The plane of a triangle, as the course sees it.
 struct Plane {
-    start: Vector3<f64>,
-    normal: Vector3<f64>,
-    bounds: [Vector3<f64>; 2],
+    slab: Slab,
     /// Velocity of the centre of mass along the normal, and what a point's place adds to it.
     approach: f64,
     turn: Vector3<f64>,
@@ -145,11 +141,8 @@ struct Plane {
 
 impl Plane {
     fn new(course: &Course, face: &Face) -> Self {
-        let [a, b, c] = face.corners();
         Self {
-            start: a,
-            normal: face.normal,
-            bounds: [a.inf(&b).inf(&c), a.sup(&b).sup(&c)],
+            slab: Slab::new(face),
             approach: course.velocity.dot(&face.normal),
             // (w x r) . n = r . (n x w)
             turn: face.normal.cross(&course.spin),

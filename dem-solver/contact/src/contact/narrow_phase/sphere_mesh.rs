@@ -6,13 +6,33 @@ use crate::contact::broad_phase::mesh_pairs::{Instant, MeshPair, MeshPairs};
 use crate::contact::narrow_phase::Touch;
 use crate::contact::narrow_phase::faces::Faces;
 use crate::contact::narrow_phase::selection::keep_contacts;
-use crate::interface_mesh::Kind;
 use crate::interface_mesh::crossings::Crossings;
-use crate::interface_mesh::motion::NodeMotion;
+use crate::interface_mesh::motion::{NodeMotion, Seam};
+use crate::interface_mesh::{ContactMesh, Kind};
+use crate::law::table::SurfaceLaws;
 use crate::rock::{Motion, Rock};
 use dem_solid::geometry::closest::{Feature, on_face, on_line};
 use dem_solid::geometry::sphere::Sphere;
 use nalgebra::{Matrix3, Vector3};
+
+/// What a rock and its mesh are at an instant.
+#[derive(Clone, Copy)]
+pub struct MeshScene<'a> {
+    /// The rock.
+    pub rock: &'a Rock,
+    /// The laws of its contacts.
+    pub laws: SurfaceLaws<'a>,
+    /// What it touches.
+    pub contact_mesh: &'a ContactMesh,
+    /// Pairs that may touch.
+    pub list: &'a MeshPairs,
+    /// Motion of the near nodes in the window.
+    pub motion: &'a NodeMotion,
+    /// Whether the net is advanced here, so that its own masses limit the step.
+    pub moves_net: bool,
+    /// In the first step of a window: how its start differs from the end of the window before.
+    pub seam: Option<Seam<'a>>,
+}
 
 /// A node of wires of one radius within reach of a sphere.
 #[derive(Debug, Clone, Copy)]
@@ -60,24 +80,17 @@ impl MeshContacts {
         self.contacts.reserve(contacts);
     }
 
-    /// Find the contacts of `rock` at `now`. With `crossings` they are continuous.
-    pub fn find(
-        &mut self,
-        rock: &Rock,
-        list: &MeshPairs,
-        motion: &NodeMotion,
-        now: &Motion,
-        at: Instant,
-        crossings: Option<&Crossings>,
-    ) {
+    /// Find the contacts of the rock at `now`. Where the mesh knows its crossings they are continuous.
+    pub fn find(&mut self, scene: &MeshScene, now: &Motion, at: Instant) {
+        let list = scene.list;
         self.contacts.clear();
         if list.pairs.is_empty() {
             return;
         }
-        self.see(list, motion, now, at);
+        self.see(list, scene.motion, now, at);
         let mut rest = &list.pairs[..];
         while let Some(&MeshPair { sphere: number, .. }) = rest.first() {
-            let sphere = &rock.spheres[number as usize];
+            let sphere = &scene.rock.spheres[number as usize];
             let first = self.contacts.len();
             while let Some((&pair, others)) = rest.split_first()
                 && pair.sphere == number
@@ -85,8 +98,8 @@ impl MeshContacts {
                 rest = others;
                 self.try_pair(sphere, pair, list);
             }
-            if let Some(crossings) = crossings {
-                self.share_out(first, sphere, number, list, crossings);
+            if let Some(crossings) = &scene.contact_mesh.crossings {
+                self.share_out(first, (sphere, number), list, crossings);
             } else if self.contacts.len() > first + 1 {
                 let kept = keep_contacts(&mut self.contacts[first..]);
                 self.contacts.truncate(first + kept);
@@ -95,30 +108,23 @@ impl MeshContacts {
     }
 
     /// Make of the candidates from `first` on contacts that are continuous at the nodes of wires and at the edges of faces.
-    fn share_out(
-        &mut self,
-        first: usize,
-        sphere: &Sphere,
-        number: u32,
-        list: &MeshPairs,
-        crossings: &Crossings,
-    ) {
+    fn share_out(&mut self, first: usize, ball: (&Sphere, u32), list: &MeshPairs, crossings: &Crossings) {
         // Mostly one face, away from its edges.
         if self.contacts.len() == first + 1 && self.contacts[first].feature == Feature::Face {
             return;
         }
-        self.split_lines(first, sphere, list, crossings);
+        self.split_lines(first, ball.0, list, crossings);
         let is_face = |c: &Touch| list.elements[c.element as usize].kind == Kind::Face;
         self.spare.sort_by_key(|c| !is_face(c));
         let faces = self.spare.iter().take_while(|c| is_face(c)).count();
         let (faces, points) = self.spare.split_at_mut(faces);
         let nodes = |face: &Touch| list.elements[face.element as usize].nodes;
-        let at = |node: u32| self.nodes[node as usize] - sphere.centre;
+        let at = |node: u32| self.nodes[node as usize] - ball.0.centre;
         let number_of = |node: u32| list.numbers[node as usize];
         self.faces.share_out(faces, nodes, at, number_of, &mut self.contacts);
         let others = keep_contacts(points);
         self.contacts.extend_from_slice(&points[..others]);
-        self.push_corners(sphere, number, list);
+        self.push_corners(ball, list);
     }
 
     /// Of the candidates from `first` on keep the lines that are touched between their nodes; their nodes go to `corners`, all
@@ -165,14 +171,15 @@ impl MeshContacts {
     }
 
     /// Add the nodes that lines share, each as often as it counts.
-    fn push_corners(&mut self, sphere: &Sphere, number: u32, list: &MeshPairs) {
+    fn push_corners(&mut self, ball: (&Sphere, u32), list: &MeshPairs) {
+        let sphere = ball.0;
         for corner in self.corners.iter().filter(|c| c.share != 0.0) {
             let to_point = self.nodes[corner.node as usize] - sphere.centre;
             let distance = to_point.norm();
             let mut weights = [0.0; 3];
             weights[corner.end] = 1.0;
             let thickness = list.elements[corner.element as usize].radius;
-            let (ball, point) = ((sphere, number), (to_point / distance, distance));
+            let point = (to_point / distance, distance);
             self.contacts.push(Touch {
                 overlap: sphere.radius + thickness - distance,
                 thickness,

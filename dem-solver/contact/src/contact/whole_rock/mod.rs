@@ -235,7 +235,7 @@ mod tests {
             let weight = whole.weight(k as u32, depths[k], at);
             assert!((slope - weight).abs() < 1e-7, "{k}: {slope} {weight}");
         }
-        let of = |d: f64| crate::law::load::Load::hertz(2e9, whole.radius, d);
+        let of = |d: f64| crate::law::normal::Load::hertz(2e9, whole.radius, d);
         let h = 1e-6 * at;
         assert!(((of(at + h).energy - of(at - h).energy) / (2.0 * h) / of(at).force - 1.0).abs() < 1e-8);
         assert!(((of(at + h).force - of(at - h).force) / (2.0 * h) / of(at).stiffness - 1.0).abs() < 1e-8);

@@ -68,7 +68,7 @@ pub struct Push<'a> {
     /// Of the contacts.
     pub contact: &'a [f64],
     /// Under which the reference moves as it does.
-    pub reference: &'a [f64],
+    pub star: &'a [f64],
     /// Left over at the window's start, and its rate [N/s].
     pub left: &'a [f64],
     pub left_rate: &'a [f64],
@@ -90,7 +90,7 @@ wide! {
         let reference = reference.cut(n);
         let (off, rate, fast, slow) = (&mut net.off[..n], &mut net.rate[..n], &mut net.fast[..n], &net.slow[..n]);
         let (place, velocity) = (&mut net.place[..n], &mut net.velocity[..n]);
-        let (contact, star) = (&push.contact[..n], &push.reference[..n]);
+        let (contact, star) = (&push.contact[..n], &push.star[..n]);
         let (left, left_rate, inverse_mass) = (&push.left[..n], &push.left_rate[..n], &push.inverse_mass[..n]);
         let half = 0.5 * push.step;
         for i in 0..n {

@@ -17,15 +17,13 @@
 //! Such a window is right while no disturbance leaves the patch and comes back: the coupler compares the motion found here
 //! with the structure's answer.
 
-use interface_defs::Selection;
+use super::motion::sample;
+use interface_defs::{Layout, Plan, Sampling, Selection, name};
 use kernel::{Off, Push, Reference, add_scaled, hermite, pull};
 use nalgebra::Vector3;
 use std::ops::Range;
 
-mod fields;
 mod kernel;
-
-pub use fields::LocalFields;
 
 /// Share of the critical step of the patch up to which `K d` is held back: what an explicit structure itself takes in one step.
 const SLOW: f64 = 0.5;
@@ -73,6 +71,38 @@ pub struct LocalNet {
     pub coarseness: f64,
 }
 
+/// Where the request has what a yielding net needs, and the answer its motion.
+#[derive(Debug, Clone, Default)]
+pub struct LocalFields {
+    force: Vec<Range<usize>>,
+    residual: Option<Range<usize>>,
+    rate: Option<Range<usize>>,
+    tangent: Option<Range<usize>>,
+    damping: Option<Range<usize>>,
+    /// Begin of each sample of the net's motion in the answer.
+    pub own: Vec<usize>,
+}
+
+impl LocalFields {
+    /// Whether a plan has all that is needed.
+    pub fn are_in(plan: &Plan) -> bool {
+        let has = |name: &str| plan.takes.iter().any(|f| f.name == name);
+        [name::LOCAL_FORCE, name::LOCAL_FORCE_RATE, name::LOCAL_TANGENT].into_iter().all(has)
+    }
+
+    /// Find the fields in the layouts of request and answer.
+    pub fn lay_out(&mut self, takes: &Layout, gives: &Layout) {
+        self.force.clear();
+        self.force.extend((0..).map_while(|i| sample(takes, name::FORCE, Sampling::Means, i)));
+        let once = |name| takes.sample(name, Sampling::Once, 0);
+        (self.residual, self.rate) = (once(name::LOCAL_FORCE), once(name::LOCAL_FORCE_RATE));
+        (self.tangent, self.damping) = (once(name::LOCAL_TANGENT), once(name::LOCAL_DAMPING));
+        self.own.clear();
+        let own = (0..).map_while(|i| sample(gives, name::DISPLACEMENT, Sampling::AtEnds, i));
+        self.own.extend(own.map(|range| range.start));
+    }
+}
+
 /// A step of a net, and where it is in the window.
 #[derive(Debug, Clone, Copy)]
 pub struct NetStep {
@@ -98,12 +128,13 @@ impl LocalNet {
         self.pairs.reserve(PAIRS_PER_NODE * nodes);
         self.blocks.reserve(PAIRS_PER_NODE * nodes);
         self.stiffness.reserve(nodes);
-        let of_nodes =
-            [&mut self.rest, &mut self.inverse_mass, &mut self.off, &mut self.off_rate, &mut self.fast];
-        let others =
-            [&mut self.slow, &mut self.before, &mut self.middle, &mut self.velocity, &mut self.force];
-        let others = others.into_iter().chain([&mut self.zeros]);
-        of_nodes.into_iter().chain(others).for_each(|vector| vector.reserve(3 * nodes));
+        self.vectors().into_iter().for_each(|vector| vector.reserve(3 * nodes));
+    }
+
+    fn vectors(&mut self) -> [&mut Vec<f64>; 11] {
+        let Self { rest, inverse_mass, off, off_rate, fast, slow, .. } = self;
+        let Self { before, middle, velocity, force, zeros, .. } = self;
+        [rest, inverse_mass, off, off_rate, fast, slow, before, middle, velocity, force, zeros]
     }
 
     /// Other nodes are selected; `rest` and `inverse_mass` are of all nodes.
@@ -118,14 +149,7 @@ impl LocalNet {
         self.pairs.clone_from(&selection.pairs);
         self.blocks.resize(self.pairs.len(), [0.0; 9]);
         let numbers = self.rest.len();
-        for vector in [&mut self.off, &mut self.off_rate, &mut self.fast, &mut self.slow] {
-            vector.resize(numbers, 0.0);
-        }
-        for vector in
-            [&mut self.before, &mut self.middle, &mut self.velocity, &mut self.force, &mut self.zeros]
-        {
-            vector.resize(numbers, 0.0);
-        }
+        self.vectors().into_iter().for_each(|vector| vector.resize(numbers, 0.0));
         self.stiffness.resize(numbers / 3, [0.0; 2]);
     }
 
@@ -220,18 +244,8 @@ impl LocalNet {
         let (damping, slow) = (self.damping, h * held_back);
         let (net, reference, [contact, zeros, inverse_mass]) = self.split(weights, input);
         let part = |at: &Option<Range<usize>>| at.as_ref().map_or(zeros, |at| &input[at.clone()]);
-        let (reference_force, left, left_rate) = (part(&star), part(&fields.residual), part(&fields.rate));
-        let push = Push {
-            contact,
-            reference: reference_force,
-            left,
-            left_rate,
-            time,
-            inverse_mass,
-            damping,
-            step: h,
-            slow,
-        };
+        let (star, left, left_rate) = (part(&star), part(&fields.residual), part(&fields.rate));
+        let push = Push { contact, star, left, left_rate, time, inverse_mass, damping, step: h, slow };
         kernel::kick(net, &push, &reference);
         self.touched(h)
     }

@@ -31,8 +31,8 @@ impl NormalLaw for Hertz {
         Powers::HERTZ
     }
 
-    fn deepest(&self, radius: f64, energy: f64) -> f64 {
-        (energy * 15.0 / (8.0 * self.modulus * radius.sqrt())).powf(0.4)
+    fn deepest(&self, radius: f64, mass: f64, speed: f64) -> f64 {
+        (0.5 * mass * speed * speed * 15.0 / (8.0 * self.modulus * radius.sqrt())).powf(0.4)
     }
 
     fn describe(&self) -> String {

@@ -57,13 +57,13 @@ impl NormalLaw for Linear {
         Powers { radius: if self.per_radius { 1.0 } else { 0.0 }, ..Powers::LINEAR }
     }
 
-    fn deepest(&self, radius: f64, energy: f64) -> f64 {
-        (2.0 * energy / self.load(radius, 1.0).stiffness).sqrt()
+    fn deepest(&self, radius: f64, mass: f64, speed: f64) -> f64 {
+        (2.0 * (0.5 * mass * speed * speed) / self.load(radius, 1.0).stiffness).sqrt()
     }
 
     fn impact(&self, radius: f64, mass: f64, speed: f64) -> (f64, f64) {
         let duration = PI * (mass / self.load(radius, 1.0).stiffness).sqrt();
-        (self.deepest(radius, 0.5 * mass * speed * speed), duration)
+        (self.deepest(radius, mass, speed), duration)
     }
 
     fn describe(&self) -> String {

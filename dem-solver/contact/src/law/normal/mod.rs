@@ -8,13 +8,13 @@ pub mod hertz;
 pub mod linear;
 
 use super::elastic::Elastic;
-pub use super::load::{Load, Powers};
 use super::restitution;
-use super::yielding::Rule;
+use ground::Rule;
 use interface_defs::diagnostic::Diagnostic;
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use std::ops::Deref;
 use toolkit::scene::read_value;
 
 /// The laws by their names in a scene: [`LawName`] for the table, [`Normal`] for the contact. What a law does not say does not
@@ -37,8 +37,13 @@ macro_rules! laws {
             }
 
             /// Schema of its own keys.
-            pub fn keys(self) -> schemars::Schema {
+            pub(super) fn keys(self) -> schemars::Schema {
                 match self { $(Self::$kind => schemars::schema_for!(<$law as NormalLaw>::Keys),)+ }
+            }
+
+            /// Names of its own keys.
+            pub fn own_keys(self) -> Vec<String> {
+                names(&self.keys())
             }
 
             /// The law, from its own keys and the moduli of both sides.
@@ -82,29 +87,14 @@ macro_rules! laws {
                 columns
             }
 
-            /// With which powers its energy grows.
-            pub fn powers(&self) -> Powers {
-                match self { $(Self::$kind(law) => law.powers(),)+ }
-            }
+        }
 
-            /// Deepest overlap [m] of a sphere of `radius` [m] and `mass` [kg] that touches a fixed surface at `speed` [m/s].
-            pub fn deepest(&self, radius: f64, mass: f64, speed: f64) -> f64 {
-                match self { $(Self::$kind(law) => law.deepest(radius, 0.5 * mass * speed * speed),)+ }
-            }
+        /// What is not asked for at every contact, whichever law it is.
+        impl Deref for Normal {
+            type Target = dyn NormalLaw;
 
-            /// Deepest overlap [m] and duration [s] of that impact without dashpot.
-            pub fn impact(&self, radius: f64, mass: f64, speed: f64) -> (f64, f64) {
-                match self { $(Self::$kind(law) => law.impact(radius, mass, speed),)+ }
-            }
-
-            /// How its restitution depends on the impact, where it gives way.
-            pub fn rule(&self) -> Option<Rule> {
-                match self { $(Self::$kind(law) => law.rule(),)+ }
-            }
-
-            /// In words, with numbers.
-            pub fn describe(&self) -> String {
-                match self { $(Self::$kind(law) => law.describe(),)+ }
+            fn deref(&self) -> &Self::Target {
+                match self { $(Self::$kind(law) => law,)+ }
             }
         }
     };
@@ -119,16 +109,67 @@ laws! {
     "ground" => Ground(ground::Ground): "Ground that gives way below the rock as a whole and remembers its depth: on terrain alone.",
 }
 
+/// What the normal law gives.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Load {
+    /// Tangent stiffness [N/m].
+    pub stiffness: f64,
+    /// Elastic force [N].
+    pub force: f64,
+    /// Stored energy [J].
+    pub energy: f64,
+}
+
+/// With which powers the energy of a contact grows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Powers {
+    /// Of the overlap, n: force ~ overlap^(n-1), stiffness ~ overlap^(n-2).
+    pub overlap: f64,
+    /// Of the radius, at equal overlap.
+    pub radius: f64,
+    /// Duration of an elastic impact in deepest overlap over speed: the integral of `2 dx / sqrt(1 - x^n)` from 0 to 1, that is
+    /// `2 sqrt(pi) G(1 + 1/n) / G(1/2 + 1/n)` with the gamma function G.
+    pub rebound: f64,
+}
+
+impl Powers {
+    /// Of a spring of constant stiffness.
+    pub const LINEAR: Self = Self { overlap: 2.0, radius: 0.0, rebound: std::f64::consts::PI };
+    /// Of a Hertz contact.
+    pub const HERTZ: Self = Self { overlap: 2.5, radius: 0.5, rebound: 2.943_275_184_3 };
+}
+
+impl Load {
+    /// Of a spring of constant stiffness [N/m].
+    #[inline(always)]
+    pub fn linear(stiffness: f64, overlap: f64) -> Self {
+        let force = stiffness * overlap;
+        Self { stiffness, force, energy: 0.5 * force * overlap }
+    }
+
+    /// Of a Hertz contact of `modulus` [Pa].
+    #[inline(always)]
+    pub fn hertz(modulus: f64, radius: f64, overlap: f64) -> Self {
+        let stiffness = 2.0 * modulus * (radius * overlap).sqrt();
+        let force = 2.0 / 3.0 * stiffness * overlap;
+        Self { stiffness, force, energy: 0.4 * force * overlap }
+    }
+}
+
 /// A law `F(R, d)` with `F = dU/dd` and `k = dF/dd`, U a power of the overlap d.
-pub trait NormalLaw: Copy {
+pub trait NormalLaw {
     /// Its own keys of `[[contact]]`, those that not all laws have: a struct that refuses unknown fields.
-    type Keys: DeserializeOwned + JsonSchema;
+    type Keys: DeserializeOwned + JsonSchema
+    where
+        Self: Sized;
 
     /// From its keys and the moduli of both sides (`None`: the table has no `young`).
     ///
     /// # Errors
     /// With the key that is wrong, what is wrong with it and what to try.
-    fn new(keys: Self::Keys, sides: Option<&Elastic>) -> Result<Self, Diagnostic>;
+    fn new(keys: Self::Keys, sides: Option<&Elastic>) -> Result<Self, Diagnostic>
+    where
+        Self: Sized;
 
     /// Load at effective radius `radius` [m] and `overlap` > 0 [m]. It is computed for eight contacts at once: `#[inline(always)]`.
     fn load(&self, radius: f64, overlap: f64) -> Load;
@@ -139,21 +180,30 @@ pub trait NormalLaw: Copy {
     /// In words, with numbers.
     fn describe(&self) -> String;
 
-    /// Overlap [m] at which `energy` [J] is stored at `radius` [m].
-    fn deepest(&self, radius: f64, energy: f64) -> f64 {
-        (energy / self.load(radius, 1.0).energy).powf(1.0 / self.powers().overlap)
+    /// Deepest overlap [m] of a sphere of `radius` [m] and `mass` [kg] that touches a fixed surface at `speed` [m/s], without dashpot.
+    fn deepest(&self, radius: f64, mass: f64, speed: f64) -> f64 {
+        (0.5 * mass * speed * speed / self.load(radius, 1.0).energy).powf(1.0 / self.powers().overlap)
     }
 
-    /// Deepest overlap [m] and duration [s] of an elastic impact of a sphere of `radius` [m] and `mass` [kg] on a fixed surface at
-    /// `speed` [m/s].
+    /// The same, and the duration of that impact [s].
     fn impact(&self, radius: f64, mass: f64, speed: f64) -> (f64, f64) {
-        let deepest = self.deepest(radius, 0.5 * mass * speed * speed);
+        let deepest = self.deepest(radius, mass, speed);
         (deepest, self.powers().rebound * deepest / speed)
     }
 
     /// How its restitution depends on the impact, where it gives way and remembers it.
     fn rule(&self) -> Option<Rule> {
         None
+    }
+
+    /// Damping ratio that gives the restitution `e`, in (0, 1].
+    fn damping_ratio(&self, e: f64) -> f64 {
+        restitution::ratio(e, self.powers().overlap)
+    }
+
+    /// The power of the overlap with which the stiffness grows.
+    fn stiffening(&self) -> f64 {
+        self.powers().overlap - 2.0
     }
 }
 
@@ -166,25 +216,6 @@ pub struct NoKeys {}
 pub(super) fn names(schema: &schemars::Schema) -> Vec<String> {
     let properties = schema.get("properties").and_then(|all| all.as_object());
     properties.into_iter().flatten().map(|(key, _)| key.clone()).collect()
-}
-
-impl LawName {
-    /// Names of its own keys.
-    pub fn own_keys(self) -> Vec<String> {
-        names(&self.keys())
-    }
-}
-
-impl Normal {
-    /// Damping ratio that gives the restitution `e`, in (0, 1].
-    pub fn damping_ratio(&self, e: f64) -> f64 {
-        restitution::ratio(e, self.powers().overlap)
-    }
-
-    /// The power of the overlap with which the stiffness grows.
-    pub fn stiffening(&self) -> f64 {
-        self.powers().overlap - 2.0
-    }
 }
 
 #[cfg(test)]
