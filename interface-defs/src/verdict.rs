@@ -3,70 +3,54 @@
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// What became of a rock.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Fate {
-    /// It touched the net, came to no speed along its impact direction, and the net held it.
-    Stopped,
-    /// It was stopped, then lost contact on the rebound.
-    Rebounded,
-    /// It went through the net.
-    WentThrough,
-    /// It passed over the net.
-    PassedOver,
-    /// It passed under the net.
-    PassedUnder,
-    /// It passed beside the net.
-    PassedBeside,
-    /// It came to rest, but not in a net.
-    AtRest,
-    /// It left the terrain.
-    LeftTerrain,
-    /// It still moved at the end of the run, away from the net.
-    StillMoving,
-    /// It was still being stopped at the end of the run.
-    #[default]
-    Undecided,
+/// Declares [`Fate`]: each with its name in result files, and in words.
+macro_rules! fates {
+    ($($(#[$about:meta])+ $fate:ident = $name:literal, $words:literal;)+) => {
+        /// What became of a rock.
+        #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+        pub enum Fate {
+            $($(#[$about])+ #[serde(rename = $name)] $fate,)+
+        }
+
+        impl Fate {
+            /// All of them, in the order in which they are counted.
+            pub const ALL: [Self; [$($name),+].len()] = [$(Self::$fate),+];
+
+            /// Its name in result files.
+            pub fn name(self) -> &'static str {
+                [$($name),+][self as usize]
+            }
+
+            /// In words.
+            pub fn words(self) -> &'static str {
+                [$($words),+][self as usize]
+            }
+        }
+    };
 }
 
-impl Fate {
-    /// All of them, in the order in which they are counted.
-    pub const ALL: [Self; 10] = [
-        Self::Stopped,
-        Self::Rebounded,
-        Self::WentThrough,
-        Self::PassedOver,
-        Self::PassedUnder,
-        Self::PassedBeside,
-        Self::AtRest,
-        Self::LeftTerrain,
-        Self::StillMoving,
-        Self::Undecided,
-    ];
-
-    /// Its name in result files.
-    pub fn name(self) -> &'static str {
-        Self::NAMES[self as usize].0
-    }
-
-    /// In words.
-    pub fn words(self) -> &'static str {
-        Self::NAMES[self as usize].1
-    }
-
-    const NAMES: [(&str, &str); 10] = [
-        ("stopped", "stopped"),
-        ("rebounded", "rebounded"),
-        ("went_through", "went through"),
-        ("passed_over", "passed over"),
-        ("passed_under", "passed under"),
-        ("passed_beside", "passed beside"),
-        ("at_rest", "at rest"),
-        ("left_terrain", "left the terrain"),
-        ("still_moving", "still moving"),
-        ("undecided", "undecided"),
-    ];
+fates! {
+    /// It touched the net, came to no speed along its impact direction, and the net held it.
+    Stopped = "stopped", "stopped";
+    /// It was stopped, then lost contact on the rebound.
+    Rebounded = "rebounded", "rebounded";
+    /// It went through the net.
+    WentThrough = "went_through", "went through";
+    /// It passed over the net.
+    PassedOver = "passed_over", "passed over";
+    /// It passed under the net.
+    PassedUnder = "passed_under", "passed under";
+    /// It passed beside the net.
+    PassedBeside = "passed_beside", "passed beside";
+    /// It came to rest, but not in a net.
+    AtRest = "at_rest", "at rest";
+    /// It left the terrain.
+    LeftTerrain = "left_terrain", "left the terrain";
+    /// It still moved at the end of the run, away from the net.
+    StillMoving = "still_moving", "still moving";
+    /// It was still being stopped at the end of the run.
+    #[default]
+    Undecided = "undecided", "undecided";
 }
 
 /// What became of one rock. Times in s, lengths in m, speeds in m/s; places in the scene's coordinates.
