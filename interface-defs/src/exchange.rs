@@ -93,7 +93,7 @@ impl Exchange {
                 solver.reach(&window(header), &payload[..fields], &mut self.reach)?;
                 self.reach.len()
             }
-            Command::State => self.gives.len() + self.listed(command),
+            Command::State if self.selected => self.gives.len() + 2 * self.selection.pairs.len(),
             _ => self.gives.len(),
         })
     }
@@ -124,12 +124,6 @@ impl Exchange {
                 Ok(0)
             }
         }
-    }
-
-    /// Numbers that list the pairs in the answer.
-    fn listed(&self, command: Command) -> usize {
-        let state = command.without_commit() == Command::State;
-        if state && self.selected { 2 * self.selection.pairs.len() } else { 0 }
     }
 
     /// Lay the payloads out as the request says.

@@ -60,6 +60,11 @@ pub enum Failure {
 }
 
 impl Failure {
+    /// `solver` breaks the contract: `what`, with the numbers of both sides.
+    pub fn contract(solver: &str, what: impl Into<String>) -> Self {
+        Self::Contract { solver: solver.into(), what: what.into() }
+    }
+
     /// True where the failure is the user's input: exit code 2.
     pub fn is_input(&self) -> bool {
         matches!(self, Self::Fault { fault: Fault { kind: FaultKind::Input, .. }, .. })

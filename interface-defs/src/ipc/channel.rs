@@ -1,7 +1,6 @@
 //! The services of one solver, created by the coupler and opened by the solver.
 
 use super::transport;
-use super::wait::Patience;
 use crate::header::{AnswerHeader, RequestHeader};
 use crate::participant::Failure;
 use iceoryx2::node::Node;
@@ -174,15 +173,4 @@ pub(crate) fn notifier(service: &EventService) -> Result<Notifier<Ipc>, Failure>
         .default_event_id(EventId::new(LOOK))
         .create()
         .map_err(transport("cannot create a wake-up"))
-}
-
-impl Patience<'_> {
-    /// [`Patience::until`] with the coupler's heartbeat as sign of life.
-    pub fn until_look<T>(
-        &self,
-        listener: &Listener<Ipc>,
-        poll: impl FnMut() -> Result<Option<T>, Failure>,
-    ) -> Result<T, Failure> {
-        self.until(listener, poll, |id| id == HEARTBEAT, || Ok(()))
-    }
 }

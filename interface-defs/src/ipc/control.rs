@@ -21,6 +21,13 @@ pub(crate) type ControlClient = Client<ipc::Service, [u8], ControlHeader, [u8], 
 pub(crate) type ControlServer = Server<ipc::Service, [u8], ControlHeader, [u8], ControlHeader>;
 type Request = ActiveRequest<ipc::Service, [u8], ControlHeader, [u8], ControlHeader>;
 
+/// The frames of a message with their headers; `more`: another message follows it.
+fn frames(run: u64, bytes: &[u8], more: bool) -> impl Iterator<Item = (ControlHeader, &[u8])> {
+    let parts = bytes.len().div_ceil(FRAME) as u32;
+    let header = move |part| ControlHeader { run, part, parts, more: more.into(), reserved: 0 };
+    (1..).zip(bytes.chunks(FRAME)).map(move |(part, frame)| (header(part), frame))
+}
+
 /// The coupler's end.
 pub(crate) struct Caller {
     /// Always there but while it is made anew.
@@ -32,11 +39,8 @@ pub(crate) struct Caller {
 impl Caller {
     /// Send `message` and return the first message that comes back. `wait` waits for one frame.
     pub fn call(&self, message: &ToSolver, wait: &mut WaitFrame) -> Result<(FromSolver, bool), Failure> {
-        let bytes = encode(message);
-        let parts = bytes.len().div_ceil(FRAME) as u32;
-        let mut last = None;
-        for (part, frame) in bytes.chunks(FRAME).enumerate() {
-            let header = ControlHeader { run: self.run, part: part as u32 + 1, parts, more: 0, reserved: 0 };
+        let (bytes, mut last) = (encode(message), None);
+        for (header, frame) in frames(self.run, &bytes, false) {
             last = Some(self.exchange(header, frame, wait)?);
         }
         let (header, bytes) = last.expect("a message has a version byte");
@@ -103,7 +107,7 @@ impl Caller {
     }
 
     fn broken(&self, what: String) -> Failure {
-        Failure::Contract { solver: self.solver.clone(), what }
+        Failure::contract(&self.solver, what)
     }
 }
 
@@ -178,12 +182,8 @@ impl Listener {
     /// Answer, now or as soon as the coupler fetches it.
     pub fn send(&mut self, message: &FromSolver, more: bool, ring: &dyn Fn()) -> Result<(), Failure> {
         let bytes = encode(message);
-        let parts = bytes.len().div_ceil(FRAME) as u32;
-        for (part, frame) in bytes.chunks(FRAME).enumerate() {
-            let header =
-                ControlHeader { run: self.run, part: part as u32 + 1, parts, more: more.into(), reserved: 0 };
-            self.outgoing.push((header, frame.to_vec()));
-        }
+        let frames = frames(self.run, &bytes, more).map(|(header, frame)| (header, frame.to_vec()));
+        self.outgoing.extend(frames);
         self.flush(ring)
     }
 
@@ -208,6 +208,7 @@ fn respond(request: &Request, header: ControlHeader, frame: &[u8]) -> Result<(),
     response.write_from_slice(frame).send().map_err(transport(failed()))
 }
 
-fn broken(what: String) -> Failure {
-    Failure::Contract { solver: "the coupler".into(), what }
+/// The coupler breaks the contract.
+pub(crate) fn broken(what: String) -> Failure {
+    Failure::contract("the coupler", what)
 }

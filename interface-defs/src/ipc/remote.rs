@@ -129,7 +129,6 @@ pub struct Remote {
     channels: Channels,
     shared: Rc<Shared>,
     client: Option<FieldClient>,
-    lengths: (usize, usize),
     pending: Option<FieldPending>,
     asked: RequestHeader,
     expects: Option<usize>,
@@ -159,7 +158,6 @@ impl Remote {
             channels,
             shared: Rc::clone(shared),
             client: None,
-            lengths: (0, 0),
             pending: None,
             asked: RequestHeader::default(),
             expects: None,
@@ -187,7 +185,7 @@ impl Remote {
     fn connect(&mut self) -> Result<FromSolver, Failure> {
         let (started, timeout) = (Instant::now(), self.shared.options.timeout);
         loop {
-            match self.call_for(CONNECT.min(timeout), &ToSolver::Connect, "in the handshake", &mut silent) {
+            match self.call(CONNECT.min(timeout), &ToSolver::Connect, "in the handshake", &mut silent) {
                 Err(Failure::Silent { solver, during, .. }) => {
                     let (waited, deadline) = (started.elapsed().as_secs_f64(), timeout.as_secs_f64());
                     if waited > deadline {
@@ -205,11 +203,7 @@ impl Remote {
     }
 
     /// Send a message, pass on the progress that comes, return the message that ends it.
-    fn call(&self, message: &ToSolver, during: &str, progress: OnProgress) -> Result<FromSolver, Failure> {
-        self.call_for(self.shared.options.timeout, message, during, progress)
-    }
-
-    fn call_for(
+    fn call(
         &self,
         deadline: Duration,
         message: &ToSolver,
@@ -220,7 +214,7 @@ impl Remote {
         let mut wait = |poll: &mut super::control::PollFrame| {
             self.channels_ring();
             let patience = Patience { deadline, ..self.patience(true, &words) };
-            patience.until(&self.shared.listener, poll, |_| false, || self.tick())
+            patience.until(&self.shared.listener, poll, || self.tick())
         };
         let (mut answer, mut more) = self.caller.call(message, &mut wait)?;
         while more {
@@ -257,21 +251,11 @@ impl Remote {
         let _ = self.shared.heartbeats[self.index].notify();
     }
 
-    fn unexpected(&self, asked: &str, got: &FromSolver) -> Failure {
-        let got = match got {
-            FromSolver::Hello(_) => "Hello",
-            FromSolver::Progress(_) => "Progress",
-            FromSolver::Ready(_) => "Ready",
-            FromSolver::Fault(_) => "Fault",
-            FromSolver::Statistics(_) => "Statistics",
-            FromSolver::Saved { .. } => "Saved",
-            FromSolver::Resumed => "Resumed",
-        };
-        self.breaks(format!("answered {asked} with {got}"))
-    }
-
-    fn breaks(&self, what: String) -> Failure {
-        Failure::Contract { solver: self.name.clone(), what }
+    /// An answer of another kind than the message asks for.
+    fn unexpected(&self, asked: &ToSolver, got: &FromSolver) -> Failure {
+        let (asked, got) = (format!("{asked:?}"), format!("{got:?}"));
+        let [asked, got] = [&asked, &got].map(|text| text.split([' ', '(']).next().unwrap_or_default());
+        Failure::contract(&self.name, format!("answered {asked} with {got}"))
     }
 
     /// Send it the reason why the run ends before its time. It is given a moment to hear it, no more.
@@ -310,6 +294,25 @@ fn silent(_: crate::message::Progress) -> Result<(), Fault> {
     Ok(())
 }
 
+/// What an answer of the kind that the message asks for holds; one of another kind ends the function.
+macro_rules! held {
+    ($remote:ident, $asked:expr, $answer:expr, $kind:pat => $held:expr) => {
+        match $answer {
+            $kind => $held,
+            other => return Err($remote.unexpected(&$asked, &other)),
+        }
+    };
+}
+
+/// What the answer to a message holds.
+macro_rules! ask {
+    ($remote:ident, $message:expr, $during:expr, $progress:expr, $kind:pat => $held:expr) => {{
+        let message = $message;
+        let answer = $remote.call($remote.shared.options.timeout, &message, $during, $progress)?;
+        held!($remote, message, answer, $kind => $held)
+    }};
+}
+
 impl Participant for Remote {
     fn name(&self) -> &str {
         &self.name
@@ -318,25 +321,19 @@ impl Participant for Remote {
     fn hello(&mut self) -> Result<Hello, Failure> {
         let during = || "at the start of the run: it has not joined".to_string();
         let there = || Ok((self.channels.control.dynamic_config().number_of_servers() > 0).then_some(()));
-        self.patience(false, &during).until(&self.shared.listener, there, |_| false, || self.tick())?;
-        match self.connect()? {
-            FromSolver::Hello(hello) => {
-                self.shared.joined.borrow_mut().push(self.name.clone());
-                Ok(hello)
-            }
-            other => Err(self.unexpected("Connect", &other)),
-        }
+        self.patience(false, &during).until(&self.shared.listener, there, || self.tick())?;
+        let hello = held!(self, ToSolver::Connect, self.connect()?, FromSolver::Hello(hello) => hello);
+        self.shared.joined.borrow_mut().push(self.name.clone());
+        Ok(hello)
     }
 
     fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Failure> {
-        let ready = match self.call(&ToSolver::Prepare(plan.clone()), "while preparing", progress)? {
-            FromSolver::Ready(ready) => ready,
-            other => return Err(self.unexpected("Prepare", &other)),
-        };
-        ready.mesh.check().map_err(|what| self.breaks(format!("its interface mesh: {what}")))?;
-        self.lengths = payload_lengths(plan, &ready);
+        let message = ToSolver::Prepare(plan.clone());
+        let ready = ask!(self, message, "while preparing", progress, FromSolver::Ready(ready) => ready);
+        let breaks = |what| Failure::contract(&self.name, format!("its interface mesh: {what}"));
+        ready.mesh.check().map_err(breaks)?;
         // Double the payload: iceoryx2 keeps one more chunk than is on loan.
-        let longest = self.lengths.0 + ready.mesh.node_count();
+        let longest = payload_lengths(plan, &ready).0 + ready.mesh.node_count();
         check_space(2 * 8 * longest as u64)?;
         let client = self
             .channels
@@ -369,12 +366,9 @@ impl Participant for Remote {
         let client = self.client.as_ref().expect("prepared before the first window");
         let mut sample = client.loan_slice_uninit(request.sends).map_err(|e| transport(failed())(e))?;
         *sample.user_header_mut() = self.asked;
-        let payload = sample.payload_mut();
         // SAFETY: the chunk is mapped shared memory, so its bytes are initialised (zero, or an
-        // earlier payload), and every bit pattern is an f64. `MaybeUninit<f64>` has the layout of `f64`.
-        let payload =
-            unsafe { std::slice::from_raw_parts_mut(payload.as_mut_ptr().cast::<f64>(), payload.len()) };
-        fill(payload);
+        // earlier payload), and every bit pattern is an f64.
+        fill(unsafe { sample.payload_mut().assume_init_mut() });
         // SAFETY: as above.
         let sample = unsafe { sample.assume_init() };
         self.sent_at = Instant::now();
@@ -394,22 +388,19 @@ impl Participant for Remote {
             )
         };
         let poll = || pending.receive().map_err(|e| transport(failed())(e));
-        let response =
-            self.patience(true, &during).until(&self.shared.listener, poll, |_| false, || self.tick())?;
+        let response = self.patience(true, &during).until(&self.shared.listener, poll, || self.tick())?;
         self.waited += self.sent_at.elapsed().as_secs_f64();
         let header = *response.user_header();
         if let Some(what) = header.mismatch(&asked) {
-            return Err(self.breaks(what));
+            return Err(Failure::contract(&self.name, what));
         }
         let status = Status::from_number(header.status).expect("compared with the request");
         let got = response.payload().len();
         self.listed = header.listed as usize;
         let expected = self.expects.map_or(got, |fields| fields + self.listed);
         if status == Status::Done && (got != expected || got < self.listed) {
-            return Err(self.breaks(format!(
-                "window {}: its answer has {got} numbers, its fields and gauges make {expected}",
-                asked.window
-            )));
+            let what = format!("its answer has {got} numbers, its fields and gauges make {expected}");
+            return Err(Failure::contract(&self.name, format!("window {}: {what}", asked.window)));
         }
         self.response = Some(response);
         Ok(status)
@@ -425,36 +416,28 @@ impl Participant for Remote {
 
     fn explain(&mut self) -> Result<Fault, Failure> {
         self.response = None;
-        match self.call(&ToSolver::Explain, "when asked why a window failed", &mut silent)? {
-            FromSolver::Fault(fault) => Ok(fault),
-            other => Err(self.unexpected("Explain", &other)),
-        }
+        let during = "when asked why a window failed";
+        Ok(ask!(self, ToSolver::Explain, during, &mut silent, FromSolver::Fault(fault) => fault))
     }
 
     fn finish(&mut self, commit: bool) -> Result<Statistics, Failure> {
         self.response = None;
         // From here on it may go.
         self.shared.joined.borrow_mut().retain(|name| *name != self.name);
-        match self.call(&ToSolver::Finish { commit }, "at the end of the run", &mut silent)? {
-            FromSolver::Statistics(statistics) => Ok(statistics),
-            other => Err(self.unexpected("Finish", &other)),
-        }
+        let (message, during) = (ToSolver::Finish { commit }, "at the end of the run");
+        Ok(ask!(self, message, during, &mut silent, FromSolver::Statistics(statistics) => statistics))
     }
 
     fn save(&mut self, commit: bool) -> Result<Vec<u8>, Failure> {
         self.response = None;
-        match self.call(&ToSolver::Save { commit }, "while its state was kept", &mut silent)? {
-            FromSolver::Saved { state } => Ok(state),
-            other => Err(self.unexpected("Save", &other)),
-        }
+        let (message, during) = (ToSolver::Save { commit }, "while its state was kept");
+        Ok(ask!(self, message, during, &mut silent, FromSolver::Saved { state } => state))
     }
 
     fn resume(&mut self, state: &[u8]) -> Result<(), Failure> {
         let message = ToSolver::Resume { state: state.to_vec() };
-        match self.call(&message, "as it was to go on from a state that was kept", &mut silent)? {
-            FromSolver::Resumed => Ok(()),
-            other => Err(self.unexpected("Resume", &other)),
-        }
+        let during = "as it was to go on from a state that was kept";
+        ask!(self, message, during, &mut silent, FromSolver::Resumed => Ok(()))
     }
 }
 

@@ -1,5 +1,6 @@
 //! How to wait, and for how long.
 
+use super::channel::HEARTBEAT;
 use super::domain::Domain;
 use super::interrupt;
 use crate::participant::Failure;
@@ -100,14 +101,12 @@ pub(crate) struct Patience<'a> {
 }
 
 impl Patience<'_> {
-    /// Poll until there is an answer. `on_event` sees each event's number and says whether it is a
-    /// sign of life (the deadline starts anew); `on_tick` is called some ten times a
-    /// second; its failure ends the wait.
+    /// Poll until there is an answer. The coupler's heartbeat is a sign of life: the deadline starts anew. `on_tick` is called
+    /// some ten times a second; its failure ends the wait.
     pub fn until<T>(
         &self,
         listener: &Listener<ipc::Service>,
         mut poll: impl FnMut() -> Result<Option<T>, Failure>,
-        mut on_event: impl FnMut(usize) -> bool,
         mut on_tick: impl FnMut() -> Result<(), Failure>,
     ) -> Result<T, Failure> {
         let started = Instant::now();
@@ -122,7 +121,7 @@ impl Patience<'_> {
             }
             let mut sign_of_life = false;
             // Signals interrupt the wait: whatever the cause, look again.
-            let _ = listener.timed_wait(|event| sign_of_life |= on_event(event.id.as_value()), TICK);
+            let _ = listener.timed_wait(|event| sign_of_life |= event.id.as_value() == HEARTBEAT, TICK);
             let now = Instant::now();
             if sign_of_life {
                 alive_at = now;
@@ -141,7 +140,8 @@ impl Patience<'_> {
             }
             if self.must_live && !self.domain.is_alive(self.partner) {
                 // It may have answered and left between two looks: then the answer counts.
-                return poll()?.ok_or_else(|| self.lost(self.partner));
+                let lost = || Failure::Lost { solver: self.partner.into(), during: (self.during)() };
+                return poll()?.ok_or_else(lost);
             }
             let waited = now - alive_at;
             if waited > self.deadline {
@@ -192,9 +192,5 @@ impl Patience<'_> {
             looked_at = now;
         }
         Ok(None)
-    }
-
-    fn lost(&self, who: &str) -> Failure {
-        Failure::Lost { solver: who.into(), during: (self.during)() }
     }
 }
