@@ -84,10 +84,8 @@ impl Acceleration for Aitken {
             }
             Some(_) => {}
         }
-        self.old.clear();
-        self.old.extend_from_slice(residual);
-        self.old_nodes.clear();
-        self.old_nodes.extend_from_slice(nodes);
+        residual.clone_into(&mut self.old);
+        nodes.clone_into(&mut self.old_nodes);
         relax(x, residual, self.factor);
     }
 

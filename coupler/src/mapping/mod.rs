@@ -7,10 +7,8 @@
 //! Source: Farhat, Lesoinne and Le Tallec (1998), Comput. Methods Appl. Mech. Engrg. 157, 95.
 
 mod elements;
-mod identity;
 mod matrix;
-mod nearest_neighbor;
-mod nearest_projection;
+mod nearest;
 mod quality;
 mod rbf;
 
@@ -67,9 +65,9 @@ pub fn map(
 registry! {
     /// Every mapping that `[coupling.mapping] type` may name.
     pub enum AnyMapper: Mapper {
-        "identity" => identity::Identity,
-        "nearest_neighbor" => nearest_neighbor::NearestNeighbor,
-        "nearest_projection" => nearest_projection::NearestProjection,
+        "identity" => nearest::Identity,
+        "nearest_neighbor" => nearest::NearestNeighbor,
+        "nearest_projection" => nearest::NearestProjection,
         "rbf" => rbf::Rbf,
     }
 }
