@@ -40,10 +40,7 @@ pub mod clause {
 
 /// A solver breaks a clause.
 pub fn breach(solver: &str, clause: &str, what: impl AsRef<str>) -> Failure {
-    Failure::Contract {
-        solver: solver.into(),
-        what: format!("{} (PROTOCOL.md, clause {clause})", what.as_ref()),
-    }
+    Failure::contract(solver, format!("{} (PROTOCOL.md, clause {clause})", what.as_ref()))
 }
 
 /// The answer at t = 0 must be as long as the fields on its mesh and its gauges make it.
@@ -52,7 +49,9 @@ pub fn check_initial(solver: &str, gives: &[FieldSpec], ready: &Ready) -> Result
     let expected = Layout::new(gives, &ready.mesh, ready.gauges.len()).len();
     let got = ready.initial.len();
     if got == expected {
-        return check_finite(solver, &ready.initial);
+        let Some(at) = ready.initial.iter().position(|x| !x.is_finite()) else { return Ok(()) };
+        let what = format!("number {at} of its answer at t = 0 is {}", ready.initial[at]);
+        return Err(breach(solver, clause::INITIAL, what));
     }
     let gauges = 3 * ready.gauges.len();
     let per_node = (expected - gauges) / nodes.max(1);
@@ -65,27 +64,13 @@ pub fn check_initial(solver: &str, gives: &[FieldSpec], ready: &Ready) -> Result
     let asked = gives.iter().map(|f| f.samples).max().unwrap_or(1);
     if fits {
         let theirs = (got - gauges) / per_node;
-        return Err(breach(
-            solver,
-            clause::MESH,
-            format!("{what}: as for {theirs} nodes, its mesh has {nodes}"),
-        ));
+        let what = format!("{what}: as for {theirs} nodes, its mesh has {nodes}");
+        return Err(breach(solver, clause::MESH, what));
     }
     let samples = (1..=64).find(|samples| other_samples(*samples)).map_or(String::new(), |samples| {
         format!(": as for {samples} samples per window, the plan asks for {asked}")
     });
     Err(breach(solver, clause::SAMPLES, format!("{what}{samples}")))
-}
-
-fn check_finite(solver: &str, initial: &[f64]) -> Result<(), Failure> {
-    match initial.iter().position(|x| !x.is_finite()) {
-        Some(at) => Err(breach(
-            solver,
-            clause::INITIAL,
-            format!("number {at} of its answer at t = 0 is {}", initial[at]),
-        )),
-        None => Ok(()),
-    }
 }
 
 /// Largest difference of the work that a solver says it received from what was booked, relative to the largest work of the run.
