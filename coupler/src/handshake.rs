@@ -6,7 +6,6 @@ use crate::mapping::map;
 use crate::observer::KeptRun;
 use crate::passing::{self, Common, Passing};
 use crate::patch::Patch;
-use crate::places::Places;
 use crate::rows::OWN_COLUMNS;
 use crate::settings::{CouplingSettings, Scheme};
 use crate::side::Side;
@@ -110,14 +109,14 @@ pub fn agree(
     }
     let patch = (!fields.local.is_empty() && mapping.is_identity() && fields.common.is_empty())
         .then(|| Patch::new(structure_mesh.clone(), settings.rings));
-    let places = Places::new(&dem_side, &fem_side, settings.samples as usize);
     let last = |name| {
         let range = fem_side.layout.last(name, Sampling::AtEnds).expect("chosen for every structure");
         &fem_side.initial[range]
     };
     let (u, v) = (last(name::DISPLACEMENT), last(name::VELOCITY));
     let motion = guard::Motion::new(u, v, settings.time_window);
-    let mut interface = Interface::new(mapping, places, u, v);
+    let sides = (&dem_side, &fem_side);
+    let mut interface = Interface::new(mapping, sides, settings.samples as usize, (u, v));
     interface.passing = Passing::new(&fields.common, &fields.local, &dem_side, &fem_side);
     if settings.measures_force() {
         interface.follow_force().map_err(|what| {
@@ -307,11 +306,12 @@ fn choose_fields(settings: &CouplingSettings, dem: &Hello, fem: &Hello) -> Resul
     }
     let mut fields = Fields { to_dem, from_dem, to_fem, from_fem, common, local: Vec::new() };
     if settings.yielding_net {
-        match local_fields(dem, fem, &find) {
-            Ok(of) => fields.yield_with(
-                of,
-                find(&dem.gives, name::REACH, Once).filter(|_| settings.scheme == Scheme::Weak),
-            ),
+        match fields.yield_with(dem, fem, &find) {
+            // In strong coupling it is asked for already.
+            Ok(()) if settings.scheme == Scheme::Weak => {
+                fields.from_dem.extend(find(&dem.gives, name::REACH, Once));
+            }
+            Ok(()) => {}
             Err(what) => tracing::warn!(
                 "coupling.yielding_net: {what}; the net is moved by the structure alone, and the window must be short"
             ),
@@ -321,53 +321,38 @@ fn choose_fields(settings: &CouplingSettings, dem: &Hello, fem: &Hello) -> Resul
 }
 
 impl Fields {
-    /// Add what a yielding net needs; `reach` where it is not asked for already.
-    fn yield_with(&mut self, of: LocalFields, reach: Option<FieldSpec>) {
-        tracing::info!("the contact solver advances the net in reach itself");
-        self.local = of.local;
-        self.from_fem.extend(self.local.iter().cloned().chain(of.travel.clone()));
-        self.to_dem.extend(self.local.iter().cloned().chain([of.star]).chain(of.travel));
-        self.from_dem.push(of.own);
-        self.from_dem.extend(reach);
-    }
-}
-
-/// What a yielding net needs of both solvers.
-struct LocalFields {
-    local: Vec<FieldSpec>,
-    star: FieldSpec,
-    own: FieldSpec,
-    travel: Option<FieldSpec>,
-}
-
-/// The fields of a yielding net, or what is missing.
-fn local_fields(
-    dem: &Hello,
-    fem: &Hello,
-    find: &impl Fn(&[FieldSpec], &str, Sampling) -> Option<FieldSpec>,
-) -> Result<LocalFields, String> {
-    for hello in [dem, fem] {
-        if !hello.can(capability::SELECTS) {
+    /// Add what a yielding net needs of both solvers, or say what is missing.
+    fn yield_with(
+        &mut self,
+        dem: &Hello,
+        fem: &Hello,
+        find: &impl Fn(&[FieldSpec], &str, Sampling) -> Option<FieldSpec>,
+    ) -> Result<(), String> {
+        if let Some(hello) = [dem, fem].into_iter().find(|hello| !hello.can(capability::SELECTS)) {
             return Err(format!("{} cannot select nodes of the net", hello.program));
         }
+        let both = |name: &str| {
+            let given = find(&fem.gives, name, Sampling::Once)
+                .ok_or_else(|| format!("{} does not offer \"{name}\"", fem.program))?;
+            let taken = find(&dem.takes, name, Sampling::Once);
+            taken.filter(|t| *t == given).ok_or_else(|| format!("{} does not take \"{name}\"", dem.program))
+        };
+        let needed = [name::LOCAL_FORCE, name::LOCAL_FORCE_RATE, name::LOCAL_TANGENT];
+        let mut local = needed.into_iter().map(both).collect::<Result<Vec<_>, _>>()?;
+        local.extend(both(name::LOCAL_DAMPING));
+        let lacks = |what: &str| format!("{} lacks {what}", dem.program);
+        let star = find(&dem.takes, name::FORCE, Sampling::Means);
+        let star = star.ok_or_else(|| lacks("\"force\" as input"))?;
+        let own = find(&dem.gives, name::DISPLACEMENT, Sampling::AtEnds);
+        let own = own.ok_or_else(|| lacks("\"displacement\" in its answer"))?;
+        let travel = both(name::TRAVEL).ok();
+        tracing::info!("the contact solver advances the net in reach itself");
+        self.from_fem.extend(local.iter().cloned().chain(travel.clone()));
+        self.to_dem.extend(local.iter().cloned().chain([star]).chain(travel));
+        self.from_dem.push(own);
+        self.local = local;
+        Ok(())
     }
-    let both = |name: &str| {
-        let given = find(&fem.gives, name, Sampling::Once)
-            .ok_or_else(|| format!("{} does not offer \"{name}\"", fem.program))?;
-        let taken = find(&dem.takes, name, Sampling::Once);
-        taken.filter(|t| *t == given).ok_or_else(|| format!("{} does not take \"{name}\"", dem.program))
-    };
-    let needed = [name::LOCAL_FORCE, name::LOCAL_FORCE_RATE, name::LOCAL_TANGENT];
-    let mut local = needed.into_iter().map(both).collect::<Result<Vec<_>, _>>()?;
-    local.extend(both(name::LOCAL_DAMPING));
-    let lacks = |what: &str| format!("{} lacks {what}", dem.program);
-    Ok(LocalFields {
-        local,
-        star: find(&dem.takes, name::FORCE, Sampling::Means).ok_or_else(|| lacks("\"force\" as input"))?,
-        own: find(&dem.gives, name::DISPLACEMENT, Sampling::AtEnds)
-            .ok_or_else(|| lacks("\"displacement\" in its answer"))?,
-        travel: both(name::TRAVEL).ok(),
-    })
 }
 
 /// The user's input is refused: exit code 2.

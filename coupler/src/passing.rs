@@ -131,8 +131,7 @@ impl Passing {
         for held in &mut self.to_contact {
             held.from = all(&fem.layout, &held.field).unwrap_or_default();
             held.to = all(&dem.request, &held.field).unwrap_or_default();
-            held.committed.clear();
-            held.committed.extend_from_slice(&state[held.from.clone()]);
+            state[held.from.clone()].clone_into(&mut held.committed);
             held.trial.clone_from(&held.committed);
         }
     }

@@ -122,10 +122,8 @@ impl<'a> Seat<'a> {
             (None, Some(gauge)) => format!("gauge \"{}\"", side.gauges[gauge].name),
             (None, None) => format!("number {index}"),
         };
-        Err(Failure::Contract {
-            solver: self.participant.name().into(),
-            what: format!("window {} at t = {} s: {what} is {}", span.number, span.start, payload[index]),
-        })
+        let what = format!("window {} at t = {} s: {what} is {}", span.number, span.start, payload[index]);
+        Err(Failure::contract(self.participant.name(), what))
     }
 }
 
