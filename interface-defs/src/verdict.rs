@@ -139,6 +139,21 @@ impl Verdict {
     pub fn at_net(self, fate: Fate, time: f64, speed: f64, position: Option<[f64; 3]>) -> Self {
         Self { fate, time, speed, position, ..self }
     }
+
+    /// What else is to be said of a stop.
+    fn stop(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        if let Some(speed) = self.transverse_speed {
+            write!(f, ", where it still moved with {speed:.2} m/s across its impact direction")?;
+        }
+        if let Some(Gap { from, until, speed }) = self.gap {
+            write!(
+                f,
+                ", which counts from its first touch: from {from:.4} s to {until:.4} s nothing of the "
+            )?;
+            write!(f, "structure touched it, and it came back to it with {speed:.2} m/s")?;
+        }
+        Ok(())
+    }
 }
 
 /// A place, to the centimetre.
@@ -177,10 +192,8 @@ impl fmt::Display for Verdict {
         match (self.fate, self.impact) {
             (Fate::Stopped, Some(impact)) => {
                 let Touch { time, speed } = impact;
-                write!(
-                    f,
-                    "was stopped by the net in {braking:.4} s over {travel:.3} m, from {speed:.2} m/s at {time:.4} s"
-                )?;
+                write!(f, "was stopped by the net in {braking:.4} s over {travel:.3} m, ")?;
+                write!(f, "from {speed:.2} m/s at {time:.4} s")?;
                 self.stop(f)?;
             }
             (Fate::Rebounded, _) => {
@@ -189,12 +202,9 @@ impl fmt::Display for Verdict {
                 self.stop(f)?;
             }
             (Fate::Undecided, _) => {
-                write!(
-                    f,
-                    "was still being stopped by the net at {time:.4} s: {speed:.2} m/s along its impact direction"
-                )?;
                 let touch = self.impact.map_or(f64::NAN, |impact| impact.time);
-                write!(f, ", {travel:.3} m after its first touch at {touch:.4} s")?;
+                write!(f, "was still being stopped by the net at {time:.4} s: {speed:.2} m/s along its ")?;
+                write!(f, "impact direction, {travel:.3} m after its first touch at {touch:.4} s")?;
             }
             (Fate::AtRest | Fate::LeftTerrain | Fate::StillMoving, _) => {
                 let on_terrain = self.then.is_none_or(|then| then.on_terrain);
@@ -205,36 +215,16 @@ impl fmt::Display for Verdict {
                 write!(f, "{} {net}: it touched at {touched:.4} s with {with:.2} m/s ", passed.words())?;
                 write!(f, "and lost contact at {time:.4} s{near} with {speed:.2} m/s")?;
             }
-            (Fate::WentThrough, None) => {
-                write!(
-                    f,
-                    "went through {net} without touching it,{near} at {time:.4} s with {speed:.2} m/s"
-                )?;
-            }
             (passed, None) => {
-                let clear =
-                    self.clearance.map_or(String::new(), |free| format!(" with a clearance of {free:.2} m,"));
+                let clear = match (passed, self.clearance) {
+                    (Fate::WentThrough, _) => " without touching it,".into(),
+                    (_, Some(free)) => format!(" with a clearance of {free:.2} m,"),
+                    (_, None) => String::new(),
+                };
                 write!(f, "{} {net}{clear}{near} at {time:.4} s with {speed:.2} m/s", passed.words())?;
             }
         }
         self.then.map_or(Ok(()), |then| write!(f, "; it {then}"))
-    }
-}
-
-impl Verdict {
-    /// What else is to be said of a stop.
-    fn stop(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        if let Some(speed) = self.transverse_speed {
-            write!(f, ", where it still moved with {speed:.2} m/s across its impact direction")?;
-        }
-        if let Some(Gap { from, until, speed }) = self.gap {
-            write!(
-                f,
-                ", which counts from its first touch: from {from:.4} s to {until:.4} s nothing of the structure touched it"
-            )?;
-            write!(f, ", and it came back to it with {speed:.2} m/s")?;
-        }
-        Ok(())
     }
 }
 
@@ -262,10 +252,10 @@ impl fmt::Display for Torn {
         let force = format!("{:.1} kN{kind}", self.force.abs() / 1e3);
         match self.elements {
             1 => write!(f, "`{part}` tore at {first:.4} s under {force}: {member}"),
-            n => write!(
-                f,
-                "{n} elements of `{part}` tore from {first:.4} s to {last:.4} s, the first under {force}: {member}"
-            ),
+            n => {
+                write!(f, "{n} elements of `{part}` tore from {first:.4} s to {last:.4} s, ")?;
+                write!(f, "the first under {force}: {member}")
+            }
         }
     }
 }

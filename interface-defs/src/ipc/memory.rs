@@ -62,6 +62,13 @@ impl Register {
         }
         Err(Failure::Transport(format!("no name in {SHARED_MEMORY} is free for the run")))
     }
+
+    /// Remove all that the run has in shared memory.
+    pub fn remove(&self) {
+        if let Ok(shared) = open_all() {
+            remove(&shared, &self.prefix);
+        }
+    }
 }
 
 /// A register, locked; `None` if the name is taken.
@@ -129,15 +136,6 @@ fn remove(shared: &OwnedFd, prefix: &str) -> bool {
         removed |= rustix::fs::unlinkat(shared, name, AtFlags::empty()).is_ok();
     }
     removed
-}
-
-impl Register {
-    /// Remove all that the run has in shared memory.
-    pub fn remove(&self) {
-        if let Ok(shared) = open_all() {
-            remove(&shared, &self.prefix);
-        }
-    }
 }
 
 /// Remove what dead runs of this user have left; returns what stands for a run in their names. `lives` knows of runs whose registers

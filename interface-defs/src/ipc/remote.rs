@@ -113,14 +113,6 @@ impl Host {
     }
 }
 
-impl Shared {
-    fn heartbeat(&self) {
-        for notifier in &self.heartbeats {
-            let _ = notifier.notify_with_custom_event_id(EventId::new(HEARTBEAT));
-        }
-    }
-}
-
 /// A solver in another process.
 pub struct Remote {
     name: String,
@@ -236,7 +228,9 @@ impl Remote {
 
     /// Give every solver a sign of life, and see that the others still live.
     fn tick(&self) -> Result<(), Failure> {
-        self.shared.heartbeat();
+        for notifier in &self.shared.heartbeats {
+            let _ = notifier.notify_with_custom_event_id(EventId::new(HEARTBEAT));
+        }
         let joined = self.shared.joined.borrow();
         match joined.iter().find(|name| **name != self.name && !self.shared.domain.is_alive(name)) {
             Some(solver) => Err(Failure::Lost {
