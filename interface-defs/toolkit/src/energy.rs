@@ -2,8 +2,7 @@
 
 use super::limits::{ENERGY_ERROR, Limits, percent};
 use super::summary::Summary;
-use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::message::{Gauge, Measure, Role, Worse};
+use interface_defs::{Diagnostic, Gauge, Measure, Role, Worse, code};
 use serde::{Deserialize, Serialize};
 
 /// Energies of a system at one time [J].

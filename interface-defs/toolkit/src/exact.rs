@@ -39,7 +39,6 @@ pub(crate) enum What {
     UnknownField(String, Names),
     UnknownVariant(String, Names),
     MissingField(&'static str),
-    DuplicateField(&'static str),
     /// What stands there.
     WrongType(Value, Expected),
     WrongValue(Value, Expected),
@@ -112,10 +111,6 @@ impl Error for Mismatch {
 
     fn missing_field(name: &'static str) -> Self {
         What::MissingField(name).into()
-    }
-
-    fn duplicate_field(name: &'static str) -> Self {
-        What::DuplicateField(name).into()
     }
 }
 

@@ -2,8 +2,7 @@
 
 use super::files::{self, Stream};
 use super::provenance::{Running, hash_of};
-use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::message::Gauge;
+use interface_defs::{Diagnostic, Gauge, code};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::io::{self, Read, Write};

@@ -74,10 +74,7 @@ impl Output {
             let what = format!("{checkpoint} s between two checkpoints: it must be 0 or above");
             return Err(scene.invalid("output.checkpoint", what).try_instead("checkpoint = 0 writes none"));
         }
-        let interval = match table.interval {
-            Some(interval) => interval,
-            None => scene.end_time()? / 200.0,
-        };
+        let interval = table.interval.map_or_else(|| scene.end_time().map(|end| end / 200.0), Ok)?;
         Ok(Self { interval, fields: table.fields, iterations: table.iterations, checkpoint })
     }
 

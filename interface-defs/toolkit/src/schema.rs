@@ -28,18 +28,8 @@ pub struct Entry {
 
 impl Entry {
     /// An entry of a fixed list.
-    pub const fn new(
-        file: &'static str,
-        name: &'static str,
-        unit: &'static str,
-        meaning: &'static str,
-    ) -> Self {
-        Self {
-            file: Cow::Borrowed(file),
-            name: Cow::Borrowed(name),
-            unit: Cow::Borrowed(unit),
-            meaning: Cow::Borrowed(meaning),
-        }
+    pub fn new(file: &'static str, name: &'static str, unit: &'static str, meaning: &'static str) -> Self {
+        Self { file: file.into(), name: name.into(), unit: unit.into(), meaning: meaning.into() }
     }
 
     /// The entries of a table as text: a line with a file, then one `name | unit | meaning` for each of its numbers.
