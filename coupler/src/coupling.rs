@@ -11,9 +11,9 @@ use crate::seat::{Answered, Ask, Seat};
 use crate::settings::{CouplingSettings, OnNoConvergence, Scheme};
 use crate::side::Side;
 use crate::trust::Causes;
-use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::solver::OnProgress;
-use interface_defs::{Command, Failure, Fault, Participant, Statistics, ipc::interrupt};
+use interface_defs::{
+    Command, Diagnostic, Failure, Fault, OnProgress, Participant, Statistics, code, ipc::interrupt,
+};
 use serde::{Deserialize, Serialize};
 use toolkit::checkpoint::{pack, unpack};
 use toolkit::limits::Limits;
@@ -112,7 +112,7 @@ impl<'a> Coupling<'a> {
         let mut agreement = agree(&self.settings, self.end_time, dem, fem, self.resume.as_ref(), progress)?;
         self.has_balance = agreement.dem.account.complete && agreement.fem.account.complete;
         let accounts = (&agreement.dem.account, &agreement.fem.account);
-        self.balance = Balance::new(Both { dem: accounts.0.start(), fem: accounts.1.start() });
+        self.balance = Balance::new(Both { dem: accounts.0.start, fem: accounts.1.start });
         observer
             .prepared(&agreement.dem, &agreement.fem, &agreement.warnings)
             .map_err(CouplingError::output)?;

@@ -9,10 +9,10 @@ use crate::patch::Patch;
 use crate::rows::OWN_COLUMNS;
 use crate::settings::{CouplingSettings, Scheme};
 use crate::side::Side;
-use interface_defs::diagnostic::{Code, Diagnostic, code};
-use interface_defs::message::{FaultKind, capability};
-use interface_defs::solver::OnProgress;
-use interface_defs::{Failure, Fault, FieldSpec, Hello, Participant, Plan, Ready, Sampling, name};
+use interface_defs::{
+    Code, Diagnostic, Failure, Fault, FaultKind, FieldSpec, Hello, OnProgress, Participant, Plan, Sampling,
+    capability, code, name,
+};
 use std::collections::HashMap;
 
 /// What is agreed with both.
@@ -75,12 +75,12 @@ pub fn agree(
     };
     let fem_plan = plan(&fields.to_fem, &fields.from_fem);
     let mut fem_ready = fem.prepare(&fem_plan, progress)?;
-    check_ready(fem.name(), &fem_plan, &fem_ready)?;
+    guard::check_ready(fem.name(), &fem_plan.gives, &fem_ready)?;
     let mut dem_plan = plan(&fields.to_dem, &fields.from_dem);
     let structure_mesh = fem_ready.mesh.clone();
     dem_plan.partner_mesh = Some(structure_mesh.clone());
     let mut dem_ready = dem.prepare(&dem_plan, progress)?;
-    check_ready(dem.name(), &dem_plan, &dem_ready)?;
+    guard::check_ready(dem.name(), &dem_plan.gives, &dem_ready)?;
 
     if fields.to_dem.iter().any(|f| f.name == name::BROKEN) && structure_mesh.lines != dem_ready.mesh.lines {
         let what = "it takes the field \"broken\", and its mesh has other lines than the structure's";
@@ -99,10 +99,8 @@ pub fn agree(
         warnings.extend(quality.warnings());
     }
 
-    let (dem_side, fem_side) = (
-        Side::new(dem.name(), dem_hello, &dem_plan, dem_ready),
-        Side::new(fem.name(), fem_hello, &fem_plan, fem_ready),
-    );
+    let dem_side = Side::new(dem.name(), dem_hello, &dem_plan, dem_ready);
+    let fem_side = Side::new(fem.name(), fem_hello, &fem_plan, fem_ready);
     check_names(&dem_side, &fem_side)?;
     if resume.is_none() {
         guard::probe(fem, &fem_side, &structure_mesh, settings.time_window)?;
@@ -189,18 +187,6 @@ fn check_repeats(
         return Err(refuse(of_key("tolerance", code::CONTRADICTION, what).try_instead(hint)));
     }
     Ok(())
-}
-
-/// The layout has room for several interface meshes; the loop couples one.
-fn check_ready(solver: &str, plan: &Plan, ready: &Ready) -> Result<(), Failure> {
-    if ready.more_meshes.is_empty() {
-        return guard::check_initial(solver, &plan.gives, ready);
-    }
-    let what = format!(
-        "it offers {} interface meshes, this version couples one: send it as Ready.mesh alone",
-        ready.more_meshes.len() + 1
-    );
-    Err(breach(solver, clause::MESH, what))
 }
 
 /// Programs that have read different scenes compute different things, and nothing else would show it.

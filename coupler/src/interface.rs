@@ -227,11 +227,6 @@ impl Interface {
         self.selected && !self.own.is_empty()
     }
 
-    /// Largest speed of a node in the committed state, in any component [m/s].
-    pub fn fastest(&self) -> f64 {
-        self.state.v.iter().fold(0.0, |most, v| v.abs().max(most))
-    }
-
     /// First iterate of a window of `length` [s]: displacement is extrapolated by `order` (0: it stays, 1: it goes on with its
     /// velocity). Order 2 gains nothing and fails earlier.
     pub fn predict(&mut self, order: u32, length: f64) {
@@ -366,7 +361,13 @@ impl Interface {
         let samples = self.answer.u.iter().zip(&self.iterate.u);
         let distances =
             samples.map(|(answer, iterate)| largest_distance(answer, iterate, &self.state.in_reach));
-        Residual { displacement: distances.fold(0.0, f64::max), ..Residual::UNKNOWN }
+        let (displacement, unknown) = (distances.fold(0.0, f64::max), f64::NAN);
+        Residual {
+            displacement,
+            displacement_increment: unknown,
+            velocity: unknown,
+            velocity_increment: unknown,
+        }
     }
 
     /// Residual `answer - iterate` over the judged nodes, for a window of `length` [s].

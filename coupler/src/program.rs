@@ -5,10 +5,10 @@ use crate::records::{Clock, Records, describe, describe_cost};
 use crate::schedule::Schedule;
 use crate::settings::{self, CouplingSettings, Scheme};
 use clap::{Parser, Subcommand};
-use interface_defs::diagnostic::Diagnostic;
-use interface_defs::ipc::remote::{Host, HostOptions, Remote};
-use interface_defs::ipc::{self, Wait, interrupt};
-use interface_defs::{Failure, Progress};
+use interface_defs::{
+    Diagnostic, Failure, Progress,
+    ipc::{self, Wait, interrupt, remote::Host, remote::HostOptions, remote::Remote},
+};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 use toolkit::arguments::{AnswerForm, Input, Leader, Logging, Membership};

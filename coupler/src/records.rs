@@ -3,9 +3,10 @@
 use crate::coupling::{Committed, Counts, Coupling, Iteration, KeptRun, Observer};
 use crate::rows::{OWN_COLUMNS, Pending, Rows};
 use crate::side::Side;
-use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::ipc::{Remote, serve::with_cost};
-use interface_defs::{Fault, Statistics};
+use interface_defs::{
+    Diagnostic, Fault, Statistics, code,
+    ipc::{Remote, serve::with_cost},
+};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};

@@ -2,8 +2,7 @@
 
 use crate::schedule::Span;
 use crate::side::Side;
-use interface_defs::message::FaultKind;
-use interface_defs::{Command, Failure, Participant, Request, RequestHeader, Statistics, Status};
+use interface_defs::{Command, Failure, FaultKind, Participant, Request, RequestHeader, Statistics, Status};
 
 /// How a participant answered.
 #[derive(Debug)]

@@ -43,8 +43,16 @@ pub fn breach(solver: &str, clause: &str, what: impl AsRef<str>) -> Failure {
     Failure::contract(solver, format!("{} (PROTOCOL.md, clause {clause})", what.as_ref()))
 }
 
-/// The answer at t = 0 must be as long as the fields on its mesh and its gauges make it.
-pub fn check_initial(solver: &str, gives: &[FieldSpec], ready: &Ready) -> Result<(), Failure> {
+/// The answer at t = 0 must be as long as the fields on its mesh and its gauges make it. The layout has room for several interface
+/// meshes; the loop couples one.
+pub fn check_ready(solver: &str, gives: &[FieldSpec], ready: &Ready) -> Result<(), Failure> {
+    if !ready.more_meshes.is_empty() {
+        let meshes = ready.more_meshes.len() + 1;
+        let what = format!(
+            "it offers {meshes} interface meshes, this version couples one: send it as Ready.mesh alone"
+        );
+        return Err(breach(solver, clause::MESH, what));
+    }
     let nodes = ready.mesh.node_count();
     let expected = Layout::new(gives, &ready.mesh, ready.gauges.len()).len();
     let got = ready.initial.len();

@@ -263,7 +263,7 @@ impl Probe<'_> {
         let gone = self.u(pushed).iter().zip(self.u(&side.initial));
         let work: f64 = gone.enumerate().map(|(i, (u, u0))| self.force(i / 3) * (u - u0)).sum();
         let received =
-            side.account.energies(&pushed[side.layout.gauges()]).received - side.account.start().received;
+            side.account.energies(&pushed[side.layout.gauges()]).received - side.account.start.received;
         let share = received / work;
         if self.believes(share) || work.abs() < f64::MIN_POSITIVE {
             return Ok(());

@@ -16,8 +16,7 @@ pub use matrix::Matrix;
 pub use quality::Quality;
 
 use crate::registry::registry;
-use interface_defs::InterfaceMesh;
-use interface_defs::diagnostic::{Diagnostic, code};
+use interface_defs::{Diagnostic, InterfaceMesh, code};
 
 /// Builds the matrix that takes motion from the structure's nodes to those of contact.
 pub trait Mapper {
