@@ -4,21 +4,6 @@ use crate::side::Side;
 use interface_defs::{FieldSpec, InterfaceMesh, Layout, Place, Sampling, name};
 use std::ops::Range;
 
-/// Names with a meaning of their own, which are handled elsewhere.
-const KNOWN: [&str; 11] = [
-    name::DISPLACEMENT,
-    name::VELOCITY,
-    name::FORCE,
-    name::REACH,
-    name::BROKEN,
-    name::LOCAL_FORCE,
-    name::LOCAL_FORCE_RATE,
-    name::LOCAL_TANGENT,
-    name::LOCAL_DAMPING,
-    name::TRAVEL,
-    name::FREE_TIME,
-];
-
 /// Fields that are passed on.
 #[derive(Debug, Clone, Default)]
 pub struct Common {
@@ -28,10 +13,11 @@ pub struct Common {
     pub to_structure: Vec<FieldSpec>,
 }
 
-/// Fields that one side gives and the other one takes, with `samples` parts per window.
+/// Fields that one side gives and the other one takes, with `samples` parts per window. Names with a meaning of their own are handled
+/// elsewhere.
 pub fn common(gives: &[FieldSpec], takes: &[FieldSpec], samples: u32) -> Vec<FieldSpec> {
     let mut fields = Vec::new();
-    for given in gives.iter().filter(|given| !KNOWN.contains(&given.name.as_str())) {
+    for given in gives.iter().filter(|given| !name::ALL.contains(&given.name.as_str())) {
         let parts = if given.sampling == Sampling::Once { 1 } else { samples };
         let at_hand = |f: &FieldSpec| FieldSpec { samples: parts, ..f.clone() };
         let equal = |taken: &&FieldSpec| at_hand(taken) == at_hand(given);

@@ -5,21 +5,13 @@
 //! part of its own message; the coupler fetches every further part, and every further message
 //! while `more` = 1, with an empty frame of its own.
 
-use super::channel::ControlHeader;
+use super::channel::{ControlClient, ControlHeader, ControlRequest, ControlServer};
 use super::transport;
 use crate::message::{FromSolver, ToSolver, decode, encode};
 use crate::participant::Failure;
-use iceoryx2::active_request::ActiveRequest;
-use iceoryx2::port::client::Client;
-use iceoryx2::port::server::Server;
-use iceoryx2::prelude::ipc;
 
 /// Longest frame [bytes].
 pub const FRAME: usize = 64 * 1024;
-
-pub(crate) type ControlClient = Client<ipc::Service, [u8], ControlHeader, [u8], ControlHeader>;
-pub(crate) type ControlServer = Server<ipc::Service, [u8], ControlHeader, [u8], ControlHeader>;
-type Request = ActiveRequest<ipc::Service, [u8], ControlHeader, [u8], ControlHeader>;
 
 /// The frames of a message with their headers; `more`: another message follows it.
 fn frames(run: u64, bytes: &[u8], more: bool) -> impl Iterator<Item = (ControlHeader, &[u8])> {
@@ -120,11 +112,11 @@ pub(crate) type WaitFrame<'a> = dyn FnMut(&mut PollFrame) -> Result<(ControlHead
 pub(crate) struct Listener {
     pub server: ControlServer,
     pub run: u64,
-    request: Option<Request>,
+    request: Option<ControlRequest>,
     bytes: Vec<u8>,
     outgoing: Vec<(ControlHeader, Vec<u8>)>,
     /// The request answered last: connected until the coupler has read the response.
-    answered: Option<Request>,
+    answered: Option<ControlRequest>,
 }
 
 impl Listener {
@@ -201,7 +193,7 @@ impl Listener {
     }
 }
 
-fn respond(request: &Request, header: ControlHeader, frame: &[u8]) -> Result<(), Failure> {
+fn respond(request: &ControlRequest, header: ControlHeader, frame: &[u8]) -> Result<(), Failure> {
     let failed = || "cannot answer the coupler".to_string();
     let mut response = request.loan_slice_uninit(frame.len()).map_err(transport(failed()))?;
     *response.user_header_mut() = header;

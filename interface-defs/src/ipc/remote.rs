@@ -1,31 +1,24 @@
 //! The coupler's side: creates the channels, waits for the solvers, exchanges payloads.
 
-use super::channel::{self, Channels, HEARTBEAT};
-use super::control::{Caller, ControlClient, FRAME};
+use super::channel::{
+    self, Channels, ControlClient, FieldClient, FieldPending, FieldResponse, HEARTBEAT, Listener, Node,
+    Notifier,
+};
+use super::control::{Caller, FRAME};
 use super::domain::{Domain, Ownership};
 use super::memory::check_space;
 use super::run_id::RunId;
 use super::wait::{self, Patience, Wait};
 use super::{interrupt, transport};
-use crate::header::{AnswerHeader, RequestHeader, Status};
+use crate::header::{RequestHeader, Status};
 use crate::message::{Fault, FromSolver, Hello, Plan, Ready, Statistics, ToSolver};
 use crate::participant::{Failure, Participant, Request, payload_lengths};
 use crate::solver::OnProgress;
-use iceoryx2::node::Node;
-use iceoryx2::pending_response::PendingResponse;
-use iceoryx2::port::client::Client;
-use iceoryx2::port::listener::Listener;
-use iceoryx2::port::notifier::Notifier;
-use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, EventId, ipc};
-use iceoryx2::response::Response;
+use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, EventId};
 use iceoryx2::service::port_factory::PortFactory;
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
-
-type FieldClient = Client<ipc::Service, [f64], RequestHeader, [f64], AnswerHeader>;
-type FieldPending = PendingResponse<ipc::Service, [f64], RequestHeader, [f64], AnswerHeader>;
-type FieldResponse = Response<ipc::Service, [f64], AnswerHeader>;
 
 /// Exchanges between two looks after the launcher.
 const LOOK_AFTER: u64 = 256;
@@ -60,13 +53,13 @@ pub struct Host {
 
 struct Shared {
     options: HostOptions,
-    listener: Listener<ipc::Service>,
-    heartbeats: Vec<Notifier<ipc::Service>>,
+    listener: Listener,
+    heartbeats: Vec<Notifier>,
     /// Solvers that have joined, and must live from then on.
     joined: RefCell<Vec<String>>,
     domain: Domain,
     // Dropped last: ports, then node, then the run's lock.
-    _node: Node<ipc::Service>,
+    _node: Node,
     ownership: Ownership,
 }
 
@@ -122,9 +115,7 @@ pub struct Remote {
     shared: Rc<Shared>,
     client: Option<FieldClient>,
     pending: Option<FieldPending>,
-    asked: RequestHeader,
-    expects: Option<usize>,
-    listed: usize,
+    asked: Request,
     response: Option<FieldResponse>,
     /// Requests sent so far.
     pub sequence: u64,
@@ -151,9 +142,7 @@ impl Remote {
             shared: Rc::clone(shared),
             client: None,
             pending: None,
-            asked: RequestHeader::default(),
-            expects: None,
-            listed: 0,
+            asked: Request::default(),
             response: None,
             sequence: 0,
             sent_at: Instant::now(),
@@ -353,13 +342,13 @@ impl Participant for Remote {
         {
             return Err(wait::launcher_lost(format!("before exchange {}", self.sequence)));
         }
-        self.asked = RequestHeader { run: self.caller.run, sequence: self.sequence, ..request.header };
-        self.expects = request.expects;
+        let header = RequestHeader { run: self.caller.run, sequence: self.sequence, ..request.header };
+        self.asked = Request { header, ..request };
         // Words are put together only where they are needed: the field path allocates nothing.
         let failed = || format!("cannot send a window to {}", self.name);
         let client = self.client.as_ref().expect("prepared before the first window");
         let mut sample = client.loan_slice_uninit(request.sends).map_err(|e| transport(failed())(e))?;
-        *sample.user_header_mut() = self.asked;
+        *sample.user_header_mut() = header;
         // SAFETY: the chunk is mapped shared memory, so its bytes are initialised (zero, or an
         // earlier payload), and every bit pattern is an f64.
         fill(unsafe { sample.payload_mut().assume_init_mut() });
@@ -373,7 +362,7 @@ impl Participant for Remote {
 
     fn receive(&mut self) -> Result<Status, Failure> {
         let pending = self.pending.take().expect("receive follows send");
-        let asked = self.asked;
+        let Request { header: asked, expects, .. } = self.asked;
         let failed = || format!("cannot read the answer of {}", self.name);
         let during = || {
             format!(
@@ -390,9 +379,9 @@ impl Participant for Remote {
         }
         let status = Status::from_number(header.status).expect("compared with the request");
         let got = response.payload().len();
-        self.listed = header.listed as usize;
-        let expected = self.expects.map_or(got, |fields| fields + self.listed);
-        if status == Status::Done && (got != expected || got < self.listed) {
+        let listed = header.listed as usize;
+        let expected = expects.map_or(got, |fields| fields + listed);
+        if status == Status::Done && (got != expected || got < listed) {
             let what = format!("its answer has {got} numbers, its fields and gauges make {expected}");
             return Err(Failure::contract(&self.name, format!("window {}: {what}", asked.window)));
         }
@@ -405,7 +394,7 @@ impl Participant for Remote {
     }
 
     fn listed(&self) -> usize {
-        self.listed
+        self.response.as_ref().map_or(0, |response| response.user_header().listed as usize)
     }
 
     fn explain(&mut self) -> Result<Fault, Failure> {

@@ -1,6 +1,6 @@
 //! The solver's side: wait for requests, answer them, leave when the run is over.
 
-use super::channel::{self, Bell, Channels};
+use super::channel::{self, Bell, Channels, FieldRequest, FieldServer};
 use super::control::{FRAME, Listener, broken};
 use super::domain::Domain;
 use super::memory::check_space;
@@ -8,18 +8,15 @@ use super::run_id::RunId;
 use super::wait::{Patience, TIMEOUT, Wait, absent, is_orphan};
 use super::{interrupt, transport};
 use crate::exchange::{self, Exchange};
-use crate::header::{AnswerHeader, RequestHeader, Status};
+use crate::header::{AnswerHeader, Status};
 use crate::message::{Fault, FromSolver, Plan, Ready, Statistics, ToSolver};
 use crate::participant::{Failure, payload_lengths};
 use crate::selection::Selected;
 use crate::solver::Solver;
-use iceoryx2::port::server::Server;
-use iceoryx2::prelude::{AllocationStrategy, ipc};
+use iceoryx2::prelude::AllocationStrategy;
 use std::cell::RefCell;
 use std::ffi::OsString;
 use std::time::{Duration, Instant};
-
-type FieldServer = Server<ipc::Service, [f64], RequestHeader, [f64], AnswerHeader>;
 
 /// How a solver joins a run: what `serve SCENE --run ID --as NAME ...` says.
 #[derive(Debug, Clone)]
@@ -171,12 +168,9 @@ fn wait_for_coupler(connection: &Connection) -> Result<Domain, Failure> {
     }
 }
 
-type WindowRequest =
-    iceoryx2::active_request::ActiveRequest<ipc::Service, [f64], RequestHeader, [f64], AnswerHeader>;
-
 enum Work {
     Message(ToSolver),
-    Window(WindowRequest),
+    Window(FieldRequest),
 }
 
 struct Session<'a> {
@@ -326,7 +320,7 @@ impl Session<'_> {
         self.domain.allocate()
     }
 
-    fn window(&mut self, solver: &mut dyn Solver, request: &WindowRequest) -> Result<(), Failure> {
+    fn window(&mut self, solver: &mut dyn Solver, request: &FieldRequest) -> Result<(), Failure> {
         let started = Instant::now();
         let header = *request.user_header();
         let run = self.connection.run.number();

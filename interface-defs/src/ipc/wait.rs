@@ -1,11 +1,9 @@
 //! How to wait, and for how long.
 
-use super::channel::HEARTBEAT;
+use super::channel::{HEARTBEAT, Listener};
 use super::domain::Domain;
 use super::interrupt;
 use crate::participant::Failure;
-use iceoryx2::port::listener::Listener;
-use iceoryx2::prelude::ipc;
 use serde::de::IntoDeserializer;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -105,7 +103,7 @@ impl Patience<'_> {
     /// some ten times a second; its failure ends the wait.
     pub fn until<T>(
         &self,
-        listener: &Listener<ipc::Service>,
+        listener: &Listener,
         mut poll: impl FnMut() -> Result<Option<T>, Failure>,
         mut on_tick: impl FnMut() -> Result<(), Failure>,
     ) -> Result<T, Failure> {

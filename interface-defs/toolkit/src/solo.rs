@@ -87,10 +87,8 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
     let started = Instant::now();
     let resume = stage.resume.take();
     let asked = resume.as_ref().map_or(Ok(()), |from| solver.resume(from.part(stage.role)?));
-    let prepare = |solver: &mut dyn Solver, stage: &mut Stage| {
-        asked.and_then(|()| solver.prepare(&plan, &mut |progress| stage.preparing(end_time, &progress)))
-    };
-    let mut ready = match prepare(solver, stage) {
+    let mut report = |progress| stage.preparing(end_time, &progress);
+    let mut ready = match asked.and_then(|()| solver.prepare(&plan, &mut report)) {
         Ok(ready) => ready,
         Err(fault) if fault.kind == FaultKind::Input => return Err(*fault.diagnostic),
         Err(fault) => {
