@@ -1,6 +1,6 @@
 //! The Gauss-Seidel loop: contact solver, then structure, until both agree; window after window.
 
-use crate::convergence::{Field, Measure, Residual, Trend};
+use crate::convergence::{Field, Measure, Residual, Tolerance, Trend};
 use crate::energy::{Balance, Both};
 use crate::guard;
 use crate::handshake::{Agreement, agree, refuse};
@@ -332,14 +332,11 @@ impl<'a> Coupling<'a> {
             usual = self.settings.of_yielding();
         }
         if measures.is_empty() || interface.yields() {
+            let Residual { displacement, displacement_increment: increment, velocity, .. } = residual;
+            let Tolerance { relative, absolute } = usual;
             return format!(
-                "displacement residual {:.2e} m (increment {:.2e} m), velocity residual times window {:.2e} m, tolerances \
-                 {:.1e} relative, {:.1e} m",
-                residual.displacement,
-                residual.displacement_increment,
-                residual.velocity,
-                usual.relative,
-                usual.absolute
+                "displacement residual {displacement:.2e} m (increment {increment:.2e} m), velocity residual times window \
+                 {velocity:.2e} m, tolerances {relative:.1e} relative, {absolute:.1e} m"
             );
         }
         let of = |m: &Measure| {

@@ -156,10 +156,9 @@ fn check_capabilities(settings: &CouplingSettings, solver: &str, hello: &Hello) 
     }
     // A limit that is not a number is none.
     if hello.largest_window < settings.time_window || hello.largest_window.is_nan() {
-        let what = format!(
-            "coupling.time_window is {} s, {solver} ({program}) takes windows up to {} s",
-            settings.time_window, hello.largest_window
-        );
+        let (window, most) = (settings.time_window, hello.largest_window);
+        let what =
+            format!("coupling.time_window is {window} s, {solver} ({program}) takes windows up to {most} s");
         return Err(refuse(of_key("time_window", code::TIME_STEP, what)));
     }
     Ok(())

@@ -1,7 +1,7 @@
 //! Fields that both solvers know and the coupler does not: they are passed on as they are.
 
 use crate::side::Side;
-use interface_defs::{FieldSpec, InterfaceMesh, Layout, Place, Sampling, name};
+use interface_defs::{FieldSpec, InterfaceMesh, Items, Layout, Place, Sampling, name};
 use std::ops::Range;
 
 /// Fields that are passed on.
@@ -45,21 +45,13 @@ impl Common {
             Place::Face => structure.faces == contact.faces,
             Place::Whole | Place::Pair => true,
         };
-        let Some(field) = self.to_contact.iter().chain(&self.to_structure).find(|field| !fits(field)) else {
-            return Ok(());
-        };
+        let mut fields = self.to_contact.iter().chain(&self.to_structure);
+        let Some(FieldSpec { name, place, .. }) = fields.find(|field| !fits(field)) else { return Ok(()) };
+        let [own, other] = [structure, contact].map(Items::of);
         Err(format!(
-            "the field \"{}\" is passed on as it is, {:?} by {:?}, and the meshes of both solvers differ: {} and {} nodes, {} \
-             and {} lines, {} and {} faces",
-            field.name,
-            field.place,
-            field.place,
-            structure.node_count(),
-            contact.node_count(),
-            structure.lines.len(),
-            contact.lines.len(),
-            structure.faces.len(),
-            contact.faces.len()
+            "the field \"{name}\" is passed on as it is, {place:?} by {place:?}, and the meshes of both solvers differ: {} and {} \
+             nodes, {} and {} lines, {} and {} faces",
+            own.nodes, other.nodes, own.lines, other.lines, own.faces, other.faces
         ))
     }
 }

@@ -81,11 +81,9 @@ impl Exchange {
         };
         let expected = fields + header.listed as usize;
         if payload.len() != expected {
-            return Err(Fault::broken(format!(
-                "window {}: the coupler sent {} numbers, the plan makes {expected}",
-                header.window,
-                payload.len()
-            )));
+            let (window, sent) = (header.window, payload.len());
+            let what = format!("window {window}: the coupler sent {sent} numbers, the plan makes {expected}");
+            return Err(Fault::broken(what));
         }
         Ok(match command.without_commit() {
             Command::Reach => {
@@ -153,9 +151,8 @@ impl Exchange {
         self.selection.pairs.extend(pairs.iter().map(|pair| pair.map(|place| place as u32)));
         let places = self.selection.nodes.len() as u32;
         if let Some(pair) = self.selection.pairs.iter().find(|p| p[0] > p[1] || p[1] >= places) {
-            return Err(Fault::broken(format!(
-                "a request couples places {pair:?} of {places} selected nodes"
-            )));
+            let what = format!("a request couples places {pair:?} of {places} selected nodes");
+            return Err(Fault::broken(what));
         }
         self.select_these(solver)
     }

@@ -146,11 +146,8 @@ impl Verdict {
             write!(f, ", where it still moved with {speed:.2} m/s across its impact direction")?;
         }
         if let Some(Gap { from, until, speed }) = self.gap {
-            write!(
-                f,
-                ", which counts from its first touch: from {from:.4} s to {until:.4} s nothing of the "
-            )?;
-            write!(f, "structure touched it, and it came back to it with {speed:.2} m/s")?;
+            write!(f, ", which counts from its first touch: from {from:.4} s to {until:.4} s ")?;
+            write!(f, "nothing of the structure touched it, and it came back to it with {speed:.2} m/s")?;
         }
         Ok(())
     }

@@ -205,11 +205,9 @@ impl Probe<'_> {
         if went > LOOSE * FREE * self.length * self.push() * count
             && whole <= FREE * FREE * went / self.length
         {
+            let (length, went, gained) = (self.length, went / count, whole / count);
             let what = format!(
-                "a force of {:e} s moves its nodes by {:.3e} m and gives them no velocity ({:.1e} m/s), on average",
-                self.length,
-                went / count,
-                whole / count
+                "a force of {length:e} s moves its nodes by {went:.3e} m and gives them no velocity ({gained:.1e} m/s), on average"
             );
             return Err(self.breach(clause::VELOCITY, what));
         }
@@ -290,11 +288,10 @@ impl Probe<'_> {
                 .fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
             let share = gained / self.push();
             if share.abs() > FREE && !self.believes(share) {
+                let (force, length, shown) = (self.force(node), self.length, mass / share);
                 let what = format!(
-                    "node {node} has {mass:e} kg in its mesh, and {:e} N over {:e} s make it {gained:.3e} m/s faster: as {:.3e} kg",
-                    self.force(node),
-                    self.length,
-                    mass / share
+                    "node {node} has {mass:e} kg in its mesh, and {force:e} N over {length:e} s make it {gained:.3e} m/s faster: as \
+                     {shown:.3e} kg"
                 );
                 return Err(self.breach(clause::MASSES, what));
             }

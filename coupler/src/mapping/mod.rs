@@ -41,11 +41,10 @@ pub fn map(
         return Ok((Matrix::identity(structure.node_count()), None));
     }
     let mapper = mapper.ok_or_else(|| {
+        let [offered, used] = [structure, contact].map(InterfaceMesh::node_count);
         let what = format!(
-            "coupling.mapping: the structure offers {} nodes, the contact solver works on {}, or on the same number at other places, \
-             and the scene does not say how one follows the other",
-            structure.node_count(),
-            contact.node_count()
+            "coupling.mapping: the structure offers {offered} nodes, the contact solver works on {used}, or on the same number at \
+             other places, and the scene does not say how one follows the other"
         );
         Diagnostic::error(code::MISSING_KEY, what).try_instead(
             "name coupling.mapping.type = \"nearest_projection\" (onto lines and faces), \"rbf\" (smooth) or \

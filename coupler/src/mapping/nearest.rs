@@ -20,11 +20,10 @@ impl Mapper for Identity {
         if structure.same_nodes(contact) {
             return Ok(Matrix::identity(structure.node_count()));
         }
+        let [own, of_contact] = [structure, contact].map(InterfaceMesh::node_count);
         Err(format!(
-            "the identity needs equal meshes; the structure has {} nodes, the interface mesh of the contact solver {}, or their coordinates \
-             differ; try type = \"nearest_projection\"",
-            structure.node_count(),
-            contact.node_count()
+            "the identity needs equal meshes; the structure has {own} nodes, the interface mesh of the contact solver {of_contact}, or \
+             their coordinates differ; try type = \"nearest_projection\""
         ))
     }
 }

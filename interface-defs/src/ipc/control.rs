@@ -58,18 +58,14 @@ impl Caller {
         for part in 1..header.parts {
             let (next, more_bytes) = self.exchange(self.empty(), &[], wait)?;
             if (next.part, next.parts) != (part + 1, header.parts) {
-                return Err(self.broken(format!(
-                    "sent part {} of {} where part {} of {} was expected",
-                    next.part,
-                    next.parts,
-                    part + 1,
-                    header.parts
-                )));
+                let (got, of, due, all) = (next.part, next.parts, part + 1, header.parts);
+                let what = format!("sent part {got} of {of} where part {due} of {all} was expected");
+                return Err(Failure::contract(&self.solver, what));
             }
             header = next;
             bytes.extend_from_slice(&more_bytes);
         }
-        let message = decode(&bytes).map_err(|e| self.broken(e.to_string()))?;
+        let message = decode(&bytes).map_err(|e| Failure::contract(&self.solver, e.to_string()))?;
         Ok((message, header.more == 1))
     }
 
@@ -91,15 +87,10 @@ impl Caller {
         };
         let (answer, bytes) = wait(&mut poll)?;
         if answer.run != self.run {
-            return Err(
-                self.broken(format!("answered run {:016x}, this is run {:016x}", answer.run, self.run))
-            );
+            let what = format!("answered run {:016x}, this is run {:016x}", answer.run, self.run);
+            return Err(Failure::contract(&self.solver, what));
         }
         Ok((answer, bytes))
-    }
-
-    fn broken(&self, what: String) -> Failure {
-        Failure::contract(&self.solver, what)
     }
 }
 

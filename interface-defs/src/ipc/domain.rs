@@ -90,10 +90,8 @@ impl Domain {
                 home.remove_remains(run);
                 if home.has_remains(run) {
                     let place = place.join(run.as_str());
-                    return Err(Failure::Transport(format!(
-                        "{} exists already and cannot be removed",
-                        place.display()
-                    )));
+                    let what = format!("{} exists already and cannot be removed", place.display());
+                    return Err(Failure::Transport(what));
                 }
                 let register = Register::create(run)?;
                 lock.set_len(0)

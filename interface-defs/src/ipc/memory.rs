@@ -182,12 +182,10 @@ fn fits(needed: u64, free: u64) -> Result<(), Failure> {
     if needed <= free {
         return Ok(());
     }
-    let mb = |bytes: u64| bytes as f64 / 1e6;
+    let [needed, free] = [needed, free].map(|bytes| bytes as f64 / 1e6);
     Err(Failure::Transport(format!(
-        "the interface needs {:.1} MB of shared memory, {SHARED_MEMORY} has {:.1} MB free; \
-         run `rockfall clean`, or enlarge it (docker: --shm-size)",
-        mb(needed),
-        mb(free)
+        "the interface needs {needed:.1} MB of shared memory, {SHARED_MEMORY} has {free:.1} MB free; \
+         run `rockfall clean`, or enlarge it (docker: --shm-size)"
     )))
 }
 

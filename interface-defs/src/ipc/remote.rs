@@ -222,10 +222,10 @@ impl Remote {
         }
         let joined = self.shared.joined.borrow();
         match joined.iter().find(|name| **name != self.name && !self.shared.domain.is_alive(name)) {
-            Some(solver) => Err(Failure::Lost {
-                solver: solver.clone(),
-                during: format!("while {} was at work", self.name),
-            }),
+            Some(solver) => {
+                let during = format!("while {} was at work", self.name);
+                Err(Failure::Lost { solver: solver.clone(), during })
+            }
             None => Ok(()),
         }
     }

@@ -158,11 +158,8 @@ fn wait_for_coupler(connection: &Connection) -> Result<Domain, Failure> {
         }
         if waited.as_secs() / 2 > said {
             said = waited.as_secs() / 2;
-            tracing::info!(
-                "waiting for the coupler: {} s of {} s",
-                waited.as_secs(),
-                connection.timeout.as_secs()
-            );
+            let (waited, timeout) = (waited.as_secs(), connection.timeout.as_secs());
+            tracing::info!("waiting for the coupler: {waited} s of {timeout} s");
         }
         std::thread::sleep(Duration::from_millis(2));
     }

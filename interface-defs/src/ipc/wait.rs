@@ -146,21 +146,14 @@ impl Patience<'_> {
                 if !self.must_live {
                     return Err(absent(self.partner, waited, self.deadline));
                 }
-                return Err(Failure::Silent {
-                    solver: self.partner.into(),
-                    during: (self.during)(),
-                    waited: waited.as_secs_f64(),
-                    deadline: self.deadline.as_secs_f64(),
-                });
+                let (solver, during) = (self.partner.into(), (self.during)());
+                let (waited, deadline) = (waited.as_secs_f64(), self.deadline.as_secs_f64());
+                return Err(Failure::Silent { solver, during, waited, deadline });
             }
             if now - said_at > SAY {
                 said_at = now;
-                tracing::info!(
-                    "waiting for {}: {:.0} s of {:.0} s",
-                    self.partner,
-                    waited.as_secs_f64(),
-                    self.deadline.as_secs_f64()
-                );
+                let (waited, deadline) = (waited.as_secs_f64(), self.deadline.as_secs_f64());
+                tracing::info!("waiting for {}: {waited:.0} s of {deadline:.0} s", self.partner);
             }
         }
     }

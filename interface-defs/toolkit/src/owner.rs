@@ -125,10 +125,9 @@ impl Owner {
         if same_place && named.is_ok() && named.ok() == held.ok() {
             return Ok(());
         }
+        let (dir, run) = (self.dir.display(), &self.run);
         Err(format!(
-            "{}: the directory of the results was removed or replaced while run {} wrote to it",
-            self.dir.display(),
-            self.run
+            "{dir}: the directory of the results was removed or replaced while run {run} wrote to it"
         ))
     }
 
