@@ -12,7 +12,7 @@ use crate::settings::{CouplingSettings, OnNoConvergence, Scheme};
 use crate::side::Side;
 use crate::trust::Causes;
 use interface_defs::{
-    Command, Diagnostic, Failure, Fault, OnProgress, Participant, Statistics, code, ipc::interrupt,
+    Command, Diagnostic, Failure, Fault, Fill, OnProgress, Participant, Statistics, code, ipc::interrupt,
 };
 use serde::{Deserialize, Serialize};
 use toolkit::checkpoint::{pack, unpack};
@@ -599,13 +599,7 @@ fn no_selection(solver: &str) -> CouplingError {
 }
 
 /// Ask for what cannot fail.
-fn ask(
-    seat: &mut Seat,
-    side: &Side,
-    span: Span,
-    ask: Ask,
-    fill: &mut dyn FnMut(&mut [f64]),
-) -> Result<(), CouplingError> {
+fn ask(seat: &mut Seat, side: &Side, span: Span, ask: Ask, fill: Fill) -> Result<(), CouplingError> {
     seat.send((span, 1), ask, fill)?;
     match seat.receive(span, side)? {
         Answered::Done => Ok(()),

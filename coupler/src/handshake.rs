@@ -86,10 +86,8 @@ pub fn agree(
         let what = "it takes the field \"broken\", and its mesh has other lines than the structure's";
         return Err(breach(dem.name(), clause::MESH, what));
     }
-    fields
-        .common
-        .check(&structure_mesh, &dem_ready.mesh)
-        .map_err(|what| refuse(Diagnostic::error(code::CONTRADICTION, what)))?;
+    let contradiction = |what| refuse(Diagnostic::error(code::CONTRADICTION, what));
+    fields.common.check(&structure_mesh, &dem_ready.mesh).map_err(contradiction)?;
     let (mapping, quality) = map(settings.mapping.as_ref(), &structure_mesh, &dem_ready.mesh)
         .map_err(|why| refuse(why.about("coupling.mapping")))?;
     let mut warnings = std::mem::take(&mut fem_ready.warnings);

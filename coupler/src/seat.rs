@@ -2,7 +2,9 @@
 
 use crate::schedule::Span;
 use crate::side::Side;
-use interface_defs::{Command, Failure, FaultKind, Participant, Request, RequestHeader, Statistics, Status};
+use interface_defs::{
+    Command, Failure, FaultKind, Fill, Participant, Request, RequestHeader, Statistics, Status,
+};
 
 /// How a participant answered.
 #[derive(Debug)]
@@ -70,12 +72,7 @@ impl<'a> Seat<'a> {
     }
 
     /// Ask for a window, or as `ask` says. The acceptance of the window before travels with the first request.
-    pub fn send(
-        &mut self,
-        (span, iteration): (Span, u32),
-        ask: Ask,
-        fill: &mut dyn FnMut(&mut [f64]),
-    ) -> Result<(), Failure> {
+    pub fn send(&mut self, (span, iteration): (Span, u32), ask: Ask, fill: Fill) -> Result<(), Failure> {
         let commits = std::mem::take(&mut self.commit_due);
         let command = if commits { ask.command.after_commit() } else { ask.command };
         let header = RequestHeader {

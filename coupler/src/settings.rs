@@ -195,13 +195,10 @@ impl CouplingSettings {
     pub fn of(scene: &Scene) -> Result<Self, Diagnostic> {
         for key in ["scheme", "time_window"] {
             if !names(scene, key) {
-                return Err(scene
-                    .invalid("coupling", format!("coupling.{key} is not named: the coupler alone cannot choose it"))
-                    .coded(code::MISSING_KEY)
-                    .try_instead(
-                        "start the scene with `rockfall run`, which chooses it; or let `rockfall check SCENE --resolved \
-                         FILE` write it out, and give FILE to all programs",
-                    ));
+                let what = format!("coupling.{key} is not named: the coupler alone cannot choose it");
+                let cure = "start the scene with `rockfall run`, which chooses it; or let `rockfall check SCENE --resolved \
+                            FILE` write it out, and give FILE to all programs";
+                return Err(scene.invalid("coupling", what).coded(code::MISSING_KEY).try_instead(cure));
             }
         }
         let coupling = Self::open(scene)?;

@@ -202,10 +202,9 @@ impl Layout {
 
     /// The field that holds number `index`: name, and its position in the sample. `None` for a gauge.
     pub fn owner(&self, index: usize) -> Option<(&FieldSpec, usize)> {
-        let (f, start, len) = self
-            .places
-            .iter()
-            .find(|(f, start, len)| (*start..start + len * f.sample_count()).contains(&index))?;
+        let mut places = self.places.iter();
+        let holds = |start: usize, numbers: usize| (start..start + numbers).contains(&index);
+        let (f, start, len) = places.find(|(f, start, len)| holds(*start, len * f.sample_count()))?;
         Some((f, (index - start) % len))
     }
 

@@ -45,7 +45,7 @@ pub use mesh::{Group, InterfaceMesh};
 pub use message::{
     Fault, FaultKind, Gauge, Hello, Measure, Plan, Progress, Ready, Role, Statistics, Worse, capability,
 };
-pub use participant::{Failure, Participant, Request};
+pub use participant::{Failure, Fill, Participant, Request};
 pub use selection::Selection;
 pub use solver::{OnProgress, Solver, Window};
 pub use verdict::{Fate, Torn, Verdict};

@@ -131,6 +131,9 @@ pub struct Request {
     pub expects: Option<usize>,
 }
 
+/// Writes the payload of a request in place.
+pub type Fill<'a> = &'a mut dyn FnMut(&mut [f64]);
+
 /// A solver as the coupler sees it. Once prepared it has two verbs: send and receive.
 pub trait Participant {
     /// Its name in this run (`dem`, `fem`).
@@ -143,7 +146,7 @@ pub trait Participant {
     fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Failure>;
 
     /// Send a request; `fill` writes its payload in place. `header.run` and `.sequence` are set here.
-    fn send(&mut self, request: Request, fill: &mut dyn FnMut(&mut [f64])) -> Result<(), Failure>;
+    fn send(&mut self, request: Request, fill: Fill) -> Result<(), Failure>;
 
     /// Wait for the answer to the request sent last. [`Status::Failed`]: ask [`Participant::explain`].
     fn receive(&mut self) -> Result<Status, Failure>;

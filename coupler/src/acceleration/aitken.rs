@@ -96,10 +96,9 @@ impl Acceleration for Aitken {
     fn check(&self) -> Checked {
         check_first("initial", self.initial)?;
         if self.largest < self.initial || self.largest.is_nan() {
-            return Err((
-                "largest",
-                format!("the largest factor {} is below the first one, {}", self.largest, self.initial),
-            ));
+            let what =
+                format!("the largest factor {} is below the first one, {}", self.largest, self.initial);
+            return Err(("largest", what));
         }
         Ok(())
     }

@@ -13,6 +13,11 @@ use crate::participant::Failure;
 /// Longest frame [bytes].
 pub const FRAME: usize = 64 * 1024;
 
+/// A frame, as it was received or is to be sent.
+type Frame = (ControlHeader, Vec<u8>);
+/// A message, and whether another one follows it.
+type Answer = Result<(FromSolver, bool), Failure>;
+
 /// The frames of a message with their headers; `more`: another message follows it.
 fn frames(run: u64, bytes: &[u8], more: bool) -> impl Iterator<Item = (ControlHeader, &[u8])> {
     let parts = bytes.len().div_ceil(FRAME) as u32;
@@ -30,33 +35,26 @@ pub(crate) struct Caller {
 
 impl Caller {
     /// Send `message` and return the first message that comes back. `wait` waits for one frame.
-    pub fn call(&self, message: &ToSolver, wait: &mut WaitFrame) -> Result<(FromSolver, bool), Failure> {
+    pub fn call(&self, message: &ToSolver, wait: &mut WaitFrame) -> Answer {
         let (bytes, mut last) = (encode(message), None);
         for (header, frame) in frames(self.run, &bytes, false) {
             last = Some(self.exchange(header, frame, wait)?);
         }
-        let (header, bytes) = last.expect("a message has a version byte");
-        self.collect(header, bytes, wait)
+        self.collect(last.expect("a message has a version byte"), wait)
     }
 
     /// The next message, after one that said that more follow.
-    pub fn next(&self, wait: &mut WaitFrame) -> Result<(FromSolver, bool), Failure> {
-        let (header, bytes) = self.exchange(self.empty(), &[], wait)?;
-        self.collect(header, bytes, wait)
+    pub fn next(&self, wait: &mut WaitFrame) -> Answer {
+        self.collect(self.fetch(wait)?, wait)
     }
 
-    fn empty(&self) -> ControlHeader {
-        ControlHeader { run: self.run, ..Default::default() }
+    fn fetch(&self, wait: &mut WaitFrame) -> Result<Frame, Failure> {
+        self.exchange(ControlHeader { run: self.run, ..Default::default() }, &[], wait)
     }
 
-    fn collect(
-        &self,
-        mut header: ControlHeader,
-        mut bytes: Vec<u8>,
-        wait: &mut WaitFrame,
-    ) -> Result<(FromSolver, bool), Failure> {
+    fn collect(&self, (mut header, mut bytes): Frame, wait: &mut WaitFrame) -> Answer {
         for part in 1..header.parts {
-            let (next, more_bytes) = self.exchange(self.empty(), &[], wait)?;
+            let (next, more_bytes) = self.fetch(wait)?;
             if (next.part, next.parts) != (part + 1, header.parts) {
                 let (got, of, due, all) = (next.part, next.parts, part + 1, header.parts);
                 let what = format!("sent part {got} of {of} where part {due} of {all} was expected");
@@ -69,18 +67,13 @@ impl Caller {
         Ok((message, header.more == 1))
     }
 
-    fn exchange(
-        &self,
-        header: ControlHeader,
-        frame: &[u8],
-        wait: &mut WaitFrame,
-    ) -> Result<(ControlHeader, Vec<u8>), Failure> {
+    fn exchange(&self, header: ControlHeader, frame: &[u8], wait: &mut WaitFrame) -> Result<Frame, Failure> {
         let failed = || format!("cannot send a message to {}", self.solver);
         let client = self.client.as_ref().expect("it is made anew between two messages");
         let mut request = client.loan_slice_uninit(frame.len()).map_err(transport(failed()))?;
         *request.user_header_mut() = header;
         let pending = request.write_from_slice(frame).send().map_err(transport(failed()))?;
-        let mut poll = || -> Result<Option<(ControlHeader, Vec<u8>)>, Failure> {
+        let mut poll = || -> Result<Option<Frame>, Failure> {
             let response =
                 pending.receive().map_err(transport(format!("cannot read a message of {}", self.solver)))?;
             Ok(response.map(|r| (*r.user_header(), r.payload().to_vec())))
@@ -95,9 +88,9 @@ impl Caller {
 }
 
 /// Polls for one frame.
-pub(crate) type PollFrame<'a> = dyn FnMut() -> Result<Option<(ControlHeader, Vec<u8>)>, Failure> + 'a;
+pub(crate) type PollFrame<'a> = dyn FnMut() -> Result<Option<Frame>, Failure> + 'a;
 /// Waits for one frame, polling with what it is given.
-pub(crate) type WaitFrame<'a> = dyn FnMut(&mut PollFrame) -> Result<(ControlHeader, Vec<u8>), Failure> + 'a;
+pub(crate) type WaitFrame<'a> = dyn FnMut(&mut PollFrame) -> Result<Frame, Failure> + 'a;
 
 /// The solver's end. Holds the request that is to be answered.
 pub(crate) struct Listener {
@@ -105,7 +98,7 @@ pub(crate) struct Listener {
     pub run: u64,
     request: Option<ControlRequest>,
     bytes: Vec<u8>,
-    outgoing: Vec<(ControlHeader, Vec<u8>)>,
+    outgoing: Vec<Frame>,
     /// The request answered last: connected until the coupler has read the response.
     answered: Option<ControlRequest>,
 }

@@ -12,7 +12,7 @@ use super::wait::{self, Patience, Wait};
 use super::{interrupt, transport};
 use crate::header::{RequestHeader, Status};
 use crate::message::{Fault, FromSolver, Hello, Plan, Ready, Statistics, ToSolver};
-use crate::participant::{Failure, Participant, Request, payload_lengths};
+use crate::participant::{Failure, Fill, Participant, Request, payload_lengths};
 use crate::solver::OnProgress;
 use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, EventId};
 use iceoryx2::service::port_factory::PortFactory;
@@ -85,12 +85,9 @@ impl Host {
             _node: node,
             ownership,
         });
-        let remotes = names
-            .iter()
-            .zip(channels)
-            .enumerate()
-            .map(|(index, (name, channels))| Remote::new(name, index, channels, &shared))
-            .collect::<Result<_, _>>()?;
+        let made = names.iter().zip(channels).enumerate();
+        let made = made.map(|(index, (name, channels))| Remote::new(name, index, channels, &shared));
+        let remotes = made.collect::<Result<_, _>>()?;
         shared.domain.allocate()?;
         Ok((Self { shared }, remotes))
     }
@@ -332,7 +329,7 @@ impl Participant for Remote {
         Ok(ready)
     }
 
-    fn send(&mut self, request: Request, fill: &mut dyn FnMut(&mut [f64])) -> Result<(), Failure> {
+    fn send(&mut self, request: Request, fill: Fill) -> Result<(), Failure> {
         self.response = None;
         self.sequence += 1;
         // Answers that come at once leave the wait no time to look after the launcher: look here, too.

@@ -254,10 +254,10 @@ impl Session<'_> {
     /// What was asked for, as `message` of it, or why it could not be done.
     fn answer<T>(
         &self,
-        outcome: Result<T, Fault>,
+        asked: Result<T, Fault>,
         message: impl FnOnce(T) -> FromSolver,
     ) -> Result<(), Failure> {
-        self.send(&outcome.map_or_else(FromSolver::Fault, message))
+        self.send(&asked.map_or_else(FromSolver::Fault, message))
     }
 
     fn send(&self, message: &FromSolver) -> Result<(), Failure> {

@@ -89,11 +89,8 @@ impl Output {
                 "an interval of {shown} s is longer than the run, end_time = {end} s: nothing is written between its begin and its end"
             );
             let cure = format!("were it in milliseconds, it would be {key} = {}", short(1e-3 * interval));
-            Some(
-                Diagnostic::warning(code::UNUSUAL_VALUE, what)
-                    .about(format!("output.{key}"))
-                    .try_instead(cure),
-            )
+            let warning = Diagnostic::warning(code::UNUSUAL_VALUE, what).about(format!("output.{key}"));
+            Some(warning.try_instead(cure))
         };
         Ok([("interval", table.interval), ("fields", table.fields)].into_iter().filter_map(said).collect())
     }

@@ -247,12 +247,13 @@ impl Scene {
         match self.read::<f64>("end_time")? {
             Some(t) if t > 0.0 => Ok(t),
             Some(t) => Err(self.invalid("end_time", format!("the end time is {t} s, it must lie above 0"))),
-            None => Err(self
-                .invalid("end_time", "the key `end_time` is missing")
-                .coded(code::MISSING_KEY)
-                .try_instead(
-                    "write the simulated time in seconds at the top of the scene, as in end_time = 1.5",
-                )),
+            None => {
+                let missing =
+                    self.invalid("end_time", "the key `end_time` is missing").coded(code::MISSING_KEY);
+                let cure =
+                    "write the simulated time in seconds at the top of the scene, as in end_time = 1.5";
+                Err(missing.try_instead(cure))
+            }
         }
     }
 
