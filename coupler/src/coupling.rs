@@ -151,7 +151,11 @@ impl<'a> Coupling<'a> {
                         patch.moved(self.gauges.travel, span.length);
                     }
                     schedule.accept();
-                    self.check_energy(span.end())?;
+                    // An energy error far beyond its bound ends the run at once.
+                    if self.has_balance && self.balance.system.has_left(self.limits.fatal_energy_error()) {
+                        let why = self.causes().diverged(span.end(), &self.limits);
+                        return Err(CouplingError::Diverged(why.into()));
+                    }
                 }
                 Outcome::Rejected(reason) => self.reject(span, reason, agreement, &mut schedule)?,
                 // Both solvers begin again, in a window of the usual length.
@@ -159,14 +163,10 @@ impl<'a> Coupling<'a> {
             }
         }
         agreement.motion.end(self.fem.participant.name())?;
-        for (seat, side, of_structure) in
-            [(&self.fem, &agreement.fem, true), (&self.dem, &agreement.dem, false)]
-        {
-            // Who moves the net itself does other work on it than means over parts of a window do.
-            let moves_it = !of_structure && agreement.patch.is_some();
-            if !moves_it && guard::has_comparable_work(side, of_structure) {
-                guard::check_work(seat.participant.name(), &self.balance, of_structure)?;
-            }
+        guard::check_work(self.fem.participant.name(), &agreement.fem, &self.balance, true)?;
+        // Who moves the net itself does other work on it than means over parts of a window do.
+        if agreement.patch.is_none() {
+            guard::check_work(self.dem.participant.name(), &agreement.dem, &self.balance, false)?;
         }
         Ok(())
     }
@@ -177,14 +177,6 @@ impl<'a> Coupling<'a> {
         if self.settings.flight_window > 0.0 && !self.gauges.touches {
             schedule.lengthen(free, self.settings.flight_window);
         }
-    }
-
-    /// An energy error far beyond its bound ends the run at once.
-    fn check_energy(&mut self, time: f64) -> Result<(), CouplingError> {
-        if self.has_balance && self.balance.system.has_left(self.limits.fatal_energy_error()) {
-            return Err(CouplingError::Diverged(self.causes().diverged(time, &self.limits).into()));
-        }
-        Ok(())
     }
 
     /// Time over which the contact force is a mean [s].

@@ -82,7 +82,7 @@ pub fn agree(
     let mut dem_ready = dem.prepare(&dem_plan, progress)?;
     guard::check_ready(dem.name(), &dem_plan.gives, &dem_ready)?;
 
-    if fields.to_dem.iter().any(|f| f.name == name::BROKEN) && structure_mesh.lines != dem_ready.mesh.lines {
+    if fields.broken.is_some() && structure_mesh.lines != dem_ready.mesh.lines {
         let what = "it takes the field \"broken\", and its mesh has other lines than the structure's";
         return Err(breach(dem.name(), clause::MESH, what));
     }
@@ -113,7 +113,8 @@ pub fn agree(
     let motion = guard::Motion::new(u, v, settings.time_window);
     let sides = (&dem_side, &fem_side);
     let mut interface = Interface::new(mapping, sides, settings.samples as usize, (u, v));
-    interface.passing = Passing::new(&fields.common, &fields.local, &dem_side, &fem_side);
+    let unknown = fields.local.iter().chain(&fields.broken);
+    interface.passing = Passing::new(&fields.common, unknown, &dem_side, &fem_side);
     if settings.measures_force() {
         interface.follow_force().map_err(|what| {
             refuse(of_key("measure", code::CONTRADICTION, format!("{}: {what}", dem_side.program)))
@@ -210,6 +211,8 @@ struct Fields {
     from_dem: Vec<FieldSpec>,
     to_fem: Vec<FieldSpec>,
     from_fem: Vec<FieldSpec>,
+    /// Lines of the structure that are broken; `None`: not both know of them.
+    broken: Option<FieldSpec>,
     /// Fields of a yielding net that are passed on from the structure; none if there is no such net.
     local: Vec<FieldSpec>,
     /// Those among them that the coupler knows by name alone.
@@ -242,13 +245,10 @@ fn choose_fields(settings: &CouplingSettings, dem: &Hello, fem: &Hello) -> Resul
         need("fem", fem_name, "give", &fem.gives, name::VELOCITY, AtEnds)?,
     ];
     // What is broken is sent as long as both know of it.
-    if let (Some(given), Some(taken)) =
-        (find(&fem.gives, name::BROKEN, Once), find(&dem.takes, name::BROKEN, Once))
-        && given == taken
-    {
-        from_fem.push(given);
-        to_dem.push(taken);
-    }
+    let mut broken = find(&fem.gives, name::BROKEN, Once);
+    broken = broken.filter(|given| find(&dem.takes, name::BROKEN, Once).is_some_and(|taken| taken == *given));
+    from_fem.extend(broken.clone());
+    to_dem.extend(broken.clone());
     // The structure's list says with which load its scheme keeps energy: mean, end, or both.
     let mut to_fem = Vec::new();
     let mut from_dem = Vec::new();
@@ -287,7 +287,7 @@ fn choose_fields(settings: &CouplingSettings, dem: &Hello, fem: &Hello) -> Resul
     ] {
         payloads.into_iter().for_each(|payload| payload.extend_from_slice(fields));
     }
-    let mut fields = Fields { to_dem, from_dem, to_fem, from_fem, common, local: Vec::new() };
+    let mut fields = Fields { to_dem, from_dem, to_fem, from_fem, broken, common, local: Vec::new() };
     if settings.yielding_net {
         match fields.yield_with(dem, fem, &find) {
             // In strong coupling it is asked for already.

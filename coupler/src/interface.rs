@@ -59,8 +59,6 @@ struct Places {
     dem_end_force: Vec<Range<usize>>,
     /// From the contact solver.
     reach: Option<Range<usize>>,
-    /// To the contact solver: its broken lines.
-    dem_broken: Option<Range<usize>>,
     /// To the structure.
     force: Vec<Range<usize>>,
     /// To the structure.
@@ -69,8 +67,6 @@ struct Places {
     displacement: Vec<Range<usize>>,
     /// From the structure.
     velocity: Vec<Range<usize>>,
-    /// From the structure: its broken lines.
-    broken: Option<Range<usize>>,
     /// To the contact solver: means over the parts of the force under which the motion sent was computed.
     star: Vec<Range<usize>>,
     /// From the contact solver: its own motion of the net at the ends of the parts.
@@ -103,8 +99,6 @@ impl Places {
         all(&mut self.displacement, from_fem, name::DISPLACEMENT, AtEnds, samples);
         all(&mut self.velocity, from_fem, name::VELOCITY, AtEnds, samples);
         self.reach = from_dem.sample(name::REACH, Once, 0);
-        self.dem_broken = to_dem.sample(name::BROKEN, Once, 0);
-        self.broken = from_fem.sample(name::BROKEN, Once, 0);
         self.travel = from_fem.sample(name::TRAVEL, Once, 0);
         self.dem_travel = to_dem.sample(name::TRAVEL, Once, 0);
         self.free_time = from_dem.sample(name::FREE_TIME, Once, 0);
@@ -117,8 +111,6 @@ struct State {
     /// Committed displacement and velocity.
     u: Vec<f64>,
     v: Vec<f64>,
-    /// Broken lines of the structure, as committed; empty if not agreed.
-    broken: Vec<f64>,
     /// Mean force on the structure's nodes over each part [N]; empty if the structure takes none.
     force: Vec<Vec<f64>>,
     /// The mean force of the iteration before, and the committed one; empty where no measure asks for them.
@@ -148,8 +140,6 @@ pub struct Interface {
     state: State,
     iterate: Motion,
     answer: Motion,
-    /// Broken lines of the structure in its last answer.
-    broken: Vec<f64>,
     /// The judged nodes, one by one.
     nodes: Vec<u32>,
     /// Iterate and residual of the judged nodes, packed: displacement, then velocity times the window.
@@ -169,13 +159,11 @@ impl Interface {
         places.lay_out(dem, fem, samples);
         let nodes = u.len() / 3;
         let motion = Motion::zero(samples, u.len());
-        let broken = vec![0.0; places.broken.as_ref().map_or(0, Range::len)];
         let mut in_reach = Vec::with_capacity(nodes / 2 + 1);
         in_reach.push(0..nodes);
         let state = State {
             u: u.to_vec(),
             v: v.to_vec(),
-            broken: broken.clone(),
             force: vec![vec![0.0; u.len()]; samples],
             force_before: Vec::new(),
             committed_force: Vec::new(),
@@ -184,7 +172,6 @@ impl Interface {
         };
         Self {
             state,
-            broken,
             iterate: motion.clone(),
             answer: motion,
             nodes: Vec::with_capacity(nodes),
@@ -216,10 +203,6 @@ impl Interface {
             |places: &[Range<usize>]| &answer[places.last().expect("chosen for every structure").clone()];
         last(&self.places.displacement).clone_into(&mut state.u);
         last(&self.places.velocity).clone_into(&mut state.v);
-        if let Some(place) = &self.places.broken {
-            answer[place.clone()].clone_into(&mut state.broken);
-            self.broken.clone_from(&state.broken);
-        }
     }
 
     /// Whether the contact solver advances the net itself.
@@ -265,9 +248,6 @@ impl Interface {
             for (place, sample) in places.iter().zip(std::iter::once(start).chain(ends)) {
                 self.mapping.consistent(sample, &mut payload[place.clone()]);
             }
-        }
-        if let Some(place) = &self.places.dem_broken {
-            payload[place.clone()].copy_from_slice(&self.state.broken);
         }
         self.passing.write_to_contact(payload, iteration);
         for (place, force) in self.places.star.iter().zip(&self.state.force) {
@@ -319,9 +299,6 @@ impl Interface {
         self.passing.take(from_structure);
         take(from_structure, &self.places.displacement, &mut self.answer.u);
         take(from_structure, &self.places.velocity, &mut self.answer.v);
-        if let Some(place) = &self.places.broken {
-            self.broken.copy_from_slice(&from_structure[place.clone()]);
-        }
     }
 
     /// How far the structure says that nodes have moved in its last answer [m].
@@ -465,19 +442,17 @@ impl Interface {
 
     /// Go on from there, with payloads laid out as they were.
     pub fn go_on(&mut self, KeptInterface(state, passing): KeptInterface) {
-        self.broken.clone_from(&state.broken);
         self.state = state;
         self.passing.go_on(passing);
     }
 
-    /// The answer's end is the committed motion from now on, and what is broken in it is broken.
+    /// The answer's end is committed from now on: the motion, the mean force, and what is passed on.
     pub fn commit(&mut self) {
         // The next answer is written over what is swapped out.
         if let (Some(u), Some(v)) = (self.answer.u.last_mut(), self.answer.v.last_mut()) {
             std::mem::swap(&mut self.state.u, u);
             std::mem::swap(&mut self.state.v, v);
         }
-        self.state.broken.copy_from_slice(&self.broken);
         for (committed, force) in self.state.committed_force.iter_mut().zip(&self.state.force) {
             committed.copy_from_slice(force);
         }

@@ -1,4 +1,4 @@
-//! Fields that both solvers know and the coupler does not: they are passed on as they are.
+//! Fields of which the coupler needs no number: they are passed on as they are.
 
 use crate::side::Side;
 use interface_defs::{FieldSpec, InterfaceMesh, Items, Layout, Place, Sampling, name};
@@ -82,8 +82,14 @@ fn all(layout: &Layout, field: &FieldSpec) -> Option<Range<usize>> {
 }
 
 impl Passing {
-    /// At t = 0: the fields `common`, and those of a yielding net, `local`, which are unknown until nodes are selected.
-    pub fn new(common: &Common, local: &[FieldSpec], dem: &Side, fem: &Side) -> Self {
+    /// At t = 0: the fields `common`, and those of the structure that are `unknown` then: of a yielding net, until nodes are selected; its
+    /// broken lines, until a window has ended.
+    pub fn new<'f>(
+        common: &Common,
+        unknown: impl Iterator<Item = &'f FieldSpec>,
+        dem: &Side,
+        fem: &Side,
+    ) -> Self {
         let of_start = [name::LOCAL_FORCE, name::LOCAL_FORCE_RATE];
         let held = |field: &FieldSpec, is_known: bool| {
             let (from, to) = (all(&fem.layout, field)?, all(&dem.request, field)?);
@@ -97,7 +103,7 @@ impl Passing {
         let common_ones = common.to_contact.iter().filter_map(|field| held(field, true));
         let fields = common.to_structure.iter();
         Self {
-            to_contact: common_ones.chain(local.iter().filter_map(|field| held(field, false))).collect(),
+            to_contact: common_ones.chain(unknown.filter_map(|field| held(field, false))).collect(),
             to_structure: fields
                 .filter_map(|field| Some((all(&dem.layout, field)?, all(&fem.request, field)?)))
                 .collect(),

@@ -87,18 +87,16 @@ pub fn check_ready(solver: &str, gives: &[FieldSpec], ready: &Ready) -> Result<(
 /// integrates it by its own scheme, and is not compared.
 const MOST_WORK_APART: f64 = 0.01;
 
-/// Whether the work that a solver says it received can be compared with the mean force times the distance.
-pub fn has_comparable_work(side: &Side, of_structure: bool) -> bool {
+/// The work that the solver `solver` says it received must be what was booked: the mean force times the distance.
+pub fn check_work(solver: &str, side: &Side, balance: &Balance, of_structure: bool) -> Result<(), Failure> {
     let takes_ends = side.request.fields().any(|f| f.name == name::FORCE && f.sampling == Sampling::AtEnds);
-    side.account.receives && !(of_structure && takes_ends)
-}
-
-/// The work that the solver `name` says it received must be what was booked.
-pub fn check_work(name: &str, balance: &Balance, of_structure: bool) -> Result<(), Failure> {
+    if !side.account.receives || (of_structure && takes_ends) {
+        return Ok(());
+    }
     let Some((booked, received, size)) = balance.work_apart(of_structure) else { return Ok(()) };
     let apart = (booked - received).abs() / size;
     tracing::debug!(
-        "{name}: work booked {booked:e} J, received {received:e} J: {apart:e} of {size:e} J apart"
+        "{solver}: work booked {booked:e} J, received {received:e} J: {apart:e} of {size:e} J apart"
     );
     if apart <= MOST_WORK_APART {
         return Ok(());
@@ -108,7 +106,7 @@ pub fn check_work(name: &str, balance: &Balance, of_structure: bool) -> Result<(
          {:.3} times that; does it take all of the force, once, and count its work?",
         received / booked
     );
-    Err(breach(name, clause::FORCE, what))
+    Err(breach(solver, clause::FORCE, what))
 }
 
 #[cfg(test)]

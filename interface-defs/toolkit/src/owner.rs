@@ -4,7 +4,6 @@
 //! launcher lets the processes that it starts inherit the lock: it lasts until the last of them has ended, whatever ends
 //! them, and a solver knows its launcher by its number.
 
-use super::checkpoint;
 use super::files::{self, Dir, Exposed};
 use super::manifest;
 use super::provenance::build_id;
@@ -159,7 +158,12 @@ impl Owner {
             summary.fail(Diagnostic::error(code::NOT_WRITTEN, what));
             return;
         }
-        checkpoint::remove_if_over(summary, &self.dir);
+        // A run that has come to its end needs its checkpoints no more.
+        if matches!(summary.status, RunStatus::Done | RunStatus::Unreliable)
+            && let Err(e) = run_dir::remove_checkpoints(&self.dir)
+        {
+            tracing::warn!("{}: the checkpoints cannot be removed: {e}", self.dir.display());
+        }
         // What was interrupted goes on, and must end at once.
         if self.first
             && summary.status != RunStatus::Interrupted
