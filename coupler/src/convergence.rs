@@ -30,14 +30,6 @@ pub struct Residual {
 }
 
 impl Residual {
-    /// Nothing is known: no number.
-    pub const UNKNOWN: Self = Self {
-        displacement: f64::NAN,
-        displacement_increment: f64::NAN,
-        velocity: f64::NAN,
-        velocity_increment: f64::NAN,
-    };
-
     /// Whether displacement and velocity each pass one of the two tolerances.
     pub fn passes(&self, tolerance: &Tolerance) -> bool {
         let one = |residual: f64, reference: f64| Judged { residual, reference }.passes(tolerance);
@@ -182,14 +174,8 @@ impl Trend {
     /// Of a window that may take `most` iterations.
     pub fn new(most: u32) -> Self {
         let patience = STALLED.max(most / 7);
-        Self {
-            patience,
-            first: f64::INFINITY,
-            last: f64::INFINITY,
-            best: f64::INFINITY,
-            since: 0,
-            growths: 0,
-        }
+        let none = f64::INFINITY;
+        Self { patience, first: none, last: none, best: none, since: 0, growths: 0 }
     }
 
     /// Take the residual of the next iteration. `Some` says why there is no hope.

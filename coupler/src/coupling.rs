@@ -1,24 +1,22 @@
 //! The Gauss-Seidel loop: contact solver, then structure, until both agree; window after window.
 
-use crate::convergence::{Field, Measure, Residual, Trend};
+use crate::convergence::{Field, Measure, Residual, Tolerance, Trend};
 use crate::energy::{Balance, Both};
 use crate::guard;
-use crate::handshake::{Agreement, agree};
-use crate::interface::Interface;
-use crate::patch::Patch;
+use crate::handshake::{Agreement, agree, refuse};
+use crate::interface::{Interface, KeptInterface};
+use crate::patch::{KeptPatch, Patch};
 use crate::schedule::{Schedule, Span};
 use crate::seat::{Answered, Ask, Seat};
 use crate::settings::{CouplingSettings, OnNoConvergence, Scheme};
+use crate::side::Side;
 use crate::trust::Causes;
-use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::solver::OnProgress;
-use interface_defs::{Failure, Layout, Participant, Statistics, ipc::interrupt};
+use interface_defs::{
+    Command, Diagnostic, Failure, Fault, Fill, OnProgress, Participant, Statistics, code, ipc::interrupt,
+};
 use serde::{Deserialize, Serialize};
+use toolkit::checkpoint::{pack, unpack};
 use toolkit::limits::Limits;
-
-mod kept;
-mod selection;
-use selection::no_selection;
 
 pub use crate::observer::{Committed, Counts, CouplingError, Iteration, KeptRun, Observer};
 
@@ -54,16 +52,6 @@ struct Gauges {
     free_time: f64,
     /// Distance that nodes of the net have moved that are not selected [m].
     travel: f64,
-}
-
-/// How a pass went.
-enum Passed {
-    /// Both solvers have answered.
-    Done,
-    /// One could not; why.
-    Failed(String),
-    /// Other nodes are selected now: the window begins anew.
-    Reselected,
 }
 
 /// Most iterations of a window of a yielding net: one that needs more is too long.
@@ -124,7 +112,7 @@ impl<'a> Coupling<'a> {
         let mut agreement = agree(&self.settings, self.end_time, dem, fem, self.resume.as_ref(), progress)?;
         self.has_balance = agreement.dem.account.complete && agreement.fem.account.complete;
         let accounts = (&agreement.dem.account, &agreement.fem.account);
-        self.balance = Balance::new(Both { dem: accounts.0.start(), fem: accounts.1.start() });
+        self.balance = Balance::new(Both { dem: accounts.0.start, fem: accounts.1.start });
         observer
             .prepared(&agreement.dem, &agreement.fem, &agreement.warnings)
             .map_err(CouplingError::output)?;
@@ -163,7 +151,11 @@ impl<'a> Coupling<'a> {
                         patch.moved(self.gauges.travel, span.length);
                     }
                     schedule.accept();
-                    self.check_energy(span.end())?;
+                    // An energy error far beyond its bound ends the run at once.
+                    if self.has_balance && self.balance.system.has_left(self.limits.fatal_energy_error()) {
+                        let why = self.causes().diverged(span.end(), &self.limits);
+                        return Err(CouplingError::Diverged(why.into()));
+                    }
                 }
                 Outcome::Rejected(reason) => self.reject(span, reason, agreement, &mut schedule)?,
                 // Both solvers begin again, in a window of the usual length.
@@ -171,14 +163,10 @@ impl<'a> Coupling<'a> {
             }
         }
         agreement.motion.end(self.fem.participant.name())?;
-        for (seat, side, of_structure) in
-            [(&self.fem, &agreement.fem, true), (&self.dem, &agreement.dem, false)]
-        {
-            // Who moves the net itself does other work on it than means over parts of a window do.
-            let moves_it = !of_structure && agreement.patch.is_some();
-            if !moves_it && guard::has_comparable_work(side, of_structure) {
-                guard::check_work(seat.participant.name(), &self.balance, of_structure)?;
-            }
+        guard::check_work(self.fem.participant.name(), &agreement.fem, &self.balance, true)?;
+        // Who moves the net itself does other work on it than means over parts of a window do.
+        if agreement.patch.is_none() {
+            guard::check_work(self.dem.participant.name(), &agreement.dem, &self.balance, false)?;
         }
         Ok(())
     }
@@ -189,14 +177,6 @@ impl<'a> Coupling<'a> {
         if self.settings.flight_window > 0.0 && !self.gauges.touches {
             schedule.lengthen(free, self.settings.flight_window);
         }
-    }
-
-    /// An energy error far beyond its bound ends the run at once.
-    fn check_energy(&mut self, time: f64) -> Result<(), CouplingError> {
-        if self.has_balance && self.balance.system.has_left(self.limits.fatal_energy_error()) {
-            return Err(CouplingError::Diverged(self.causes().diverged(time, &self.limits).into()));
-        }
-        Ok(())
     }
 
     /// Time over which the contact force is a mean [s].
@@ -251,15 +231,18 @@ impl<'a> Coupling<'a> {
         let yields = agreement.interface.yields();
         let most = if yields { MOST_YIELDING } else { u32::MAX }.min(self.settings.iterations());
         let (mut residual, mut trend) = (Residual::default(), Trend::new(most));
+        let accepted = |iterations, residual, converged| {
+            Ok(Outcome::Accepted(Accepted { span, iterations, residual, converged }))
+        };
         while iteration <= most {
             match self.pass(span, iteration, agreement, observer)? {
-                Passed::Done => {}
-                Passed::Failed(reason) => return Ok(Outcome::Rejected(reason)),
-                Passed::Reselected if selections == MOST_SELECTIONS => {
+                Answered::Done => {}
+                Answered::Failed(reason) => return Ok(Outcome::Rejected(reason)),
+                Answered::Beyond if selections == MOST_SELECTIONS => {
                     let what = format!("{selections} selections of nodes were not enough");
                     return Ok(Outcome::Rejected(what));
                 }
-                Passed::Reselected => {
+                Answered::Beyond => {
                     self.counts.iterations -= 1;
                     self.begin(span, agreement);
                     (iteration, selections) = (1, selections + 1);
@@ -285,12 +268,7 @@ impl<'a> Coupling<'a> {
                 if judged && let Some(reason) = self.loses_energy(interface) {
                     return Ok(Outcome::Rejected(reason));
                 }
-                return Ok(Outcome::Accepted(Accepted {
-                    span,
-                    iterations: iteration,
-                    residual,
-                    converged: true,
-                }));
+                return accepted(iteration, residual, true);
             }
             if may_halve && let Some(reason) = trend.diverges(&residual) {
                 self.counts.diverged += 1;
@@ -305,7 +283,7 @@ impl<'a> Coupling<'a> {
             iteration += 1;
         }
         if self.settings.on_no_convergence == OnNoConvergence::Accept {
-            return Ok(Outcome::Accepted(Accepted { span, iterations: most, residual, converged: false }));
+            return accepted(most, residual, false);
         }
         let left = self.left(&residual, &agreement.interface, span.length);
         Ok(Outcome::Rejected(format!("not converged after {most} iterations: {left}")))
@@ -346,14 +324,11 @@ impl<'a> Coupling<'a> {
             usual = self.settings.of_yielding();
         }
         if measures.is_empty() || interface.yields() {
+            let Residual { displacement, displacement_increment: increment, velocity, .. } = residual;
+            let Tolerance { relative, absolute } = usual;
             return format!(
-                "displacement residual {:.2e} m (increment {:.2e} m), velocity residual times window {:.2e} m, tolerances \
-                 {:.1e} relative, {:.1e} m",
-                residual.displacement,
-                residual.displacement_increment,
-                residual.velocity,
-                usual.relative,
-                usual.absolute
+                "displacement residual {displacement:.2e} m (increment {increment:.2e} m), velocity residual times window \
+                 {velocity:.2e} m, tolerances {relative:.1e} relative, {absolute:.1e} m"
             );
         }
         let of = |m: &Measure| {
@@ -373,14 +348,15 @@ impl<'a> Coupling<'a> {
         self.settings.acceleration.start_window(agreement.interface.unknowns());
     }
 
-    /// One pass: motion to the contact solver, its force to the structure.
+    /// One pass: motion to the contact solver, its force to the structure. [`Answered::Beyond`]: other nodes are selected now, and the
+    /// window begins anew.
     fn pass(
         &mut self,
         span: Span,
         iteration: u32,
         agreement: &mut Agreement,
         observer: &mut dyn Observer,
-    ) -> Result<Passed, CouplingError> {
+    ) -> Result<Answered, CouplingError> {
         self.counts.iterations += 1;
         let Agreement { interface, dem, fem, patch, .. } = &mut *agreement;
         let selection = u32::from(patch.is_some());
@@ -402,11 +378,11 @@ impl<'a> Coupling<'a> {
         self.report(observer)?;
         match self.dem.receive(span, dem)? {
             Answered::Done => {}
-            Answered::Failed(reason) => return Ok(Passed::Failed(reason)),
             Answered::Beyond => {
                 self.reselect(span, agreement)?;
-                return Ok(Passed::Reselected);
+                return Ok(Answered::Beyond);
             }
+            failed => return Ok(failed),
         }
         if let Some(patch) = patch {
             patch.is_announced();
@@ -415,27 +391,27 @@ impl<'a> Coupling<'a> {
         let ask = Ask::solve(fem, selection);
         self.fem.send((span, iteration), ask, &mut |payload| interface.write_force(force, payload))?;
         let gauges = &mut self.gauges;
-        keep(&mut gauges.dem, &dem.layout, force);
+        force[dem.layout.gauges()].clone_into(&mut gauges.dem);
         gauges.energies.dem = dem.account.energies(&force[dem.layout.gauges()]);
         gauges.touches = interface.touches(force);
         gauges.free_time = interface.free_time(force);
         match self.fem.receive(span, fem)? {
             Answered::Done => {}
-            Answered::Failed(reason) => return Ok(Passed::Failed(reason)),
+            failed @ Answered::Failed(_) => return Ok(failed),
             Answered::Beyond => return Err(no_selection(self.fem.participant.name())),
         }
         let motion = self.fem.participant.answer();
         interface.take_motion(motion);
         gauges.travel = interface.travel(motion);
-        keep(&mut gauges.fem, &fem.layout, motion);
+        motion[fem.layout.gauges()].clone_into(&mut gauges.fem);
         gauges.energies.fem = fem.account.energies(&motion[fem.layout.gauges()]);
         if let Some(patch) = patch.as_mut().filter(|_| gauges.travel > travel) {
             // They have moved further than the contact solver was to expect.
             patch.expect(gauges.travel, span.length);
             self.reselect(span, agreement)?;
-            return Ok(Passed::Reselected);
+            return Ok(Answered::Beyond);
         }
-        Ok(Passed::Done)
+        Ok(Answered::Done)
     }
 
     /// Count and book an accepted window.
@@ -487,10 +463,139 @@ impl<'a> Coupling<'a> {
         let why = Diagnostic::error(code::NOT_CONVERGED, what).try_instead(advice);
         Err(CouplingError::NotConverged(Box::new(why)))
     }
+
+    /// Select the nodes that cross anew: all of the committed state to the contact solver, which lists what it must see; that to
+    /// the structure, which says how these nodes are coupled.
+    fn reselect(&mut self, span: Span, agreement: &mut Agreement) -> Result<(), CouplingError> {
+        let Agreement { interface, dem, fem, patch, .. } = agreement;
+        let Some(patch) = patch else { return Err(no_selection(self.dem.participant.name())) };
+        self.counts.selections += 1;
+        let all = patch.all();
+        dem.resize(&all);
+        fem.resize(&all);
+        let state = Ask {
+            command: Command::State,
+            selection: 0,
+            listed: 0,
+            nodes: 0,
+            sends: 0,
+            expects: Some(fem.layout.len()),
+        };
+        ask(&mut self.fem, fem, span, state, &mut |_| ())?;
+        interface.select(dem, fem, all.nodes, false, self.fem.participant.answer());
+        interface.predict(self.settings.predictor, span.length);
+        let reach = Ask { command: Command::Reach, sends: dem.request.len(), expects: Some(0), ..state };
+        ask(&mut self.dem, dem, span, reach, &mut |payload| interface.write_motion(payload, 1, 0.0))?;
+        let selected = patch.select(self.dem.participant.answer(), span.length);
+        selected.map_err(|what| Failure::contract(self.dem.participant.name(), what))?;
+        let nodes = patch.nodes().len();
+        let state = Ask { selection: 1, listed: nodes, nodes, sends: nodes, expects: None, ..state };
+        ask(&mut self.fem, fem, span, state, &mut |list| patch.announce(list))?;
+        let breaks = |what: String| Failure::contract(self.fem.participant.name(), what);
+        let answer = self.fem.participant.answer();
+        let fields = answer.len() - self.fem.participant.listed();
+        patch.set_pairs(&answer[fields..]).map_err(breaks)?;
+        let items = patch.items();
+        dem.resize(&items);
+        fem.resize(&items);
+        if fields != fem.layout.len() {
+            let what = format!(
+                "its committed state has {fields} numbers, its fields and gauges make {}",
+                fem.layout.len()
+            );
+            return Err(breaks(what).into());
+        }
+        interface.select(dem, fem, nodes, true, &answer[..fields]);
+        Ok(())
+    }
+
+    /// Between two windows: give the observer the state of all three, if it is time for that or if the run is `interrupted`.
+    fn keep_if_due(
+        &mut self,
+        schedule: &Schedule,
+        agreement: &Agreement,
+        observer: &mut dyn Observer,
+        interrupted: bool,
+    ) -> Result<(), CouplingError> {
+        if !observer.is_due(interrupted) {
+            return Ok(());
+        }
+        if let Some(who) = agreement.forgetful() {
+            observer.cannot_keep(who);
+            return Ok(());
+        }
+        self.report(observer)?;
+        let (dem, fem) = (self.dem.save()?, self.fem.save()?);
+        let acceleration = self.settings.acceleration.memory().map_or(Vec::new(), |memory| pack(memory));
+        let kept = KeptLoop {
+            schedule: schedule.clone(),
+            counts: self.counts,
+            balance: self.balance.clone(),
+            gauges: self.gauges.clone(),
+            interface: agreement.interface.kept(),
+            motion: agreement.motion.clone(),
+            patch: agreement.patch.as_ref().map(Patch::kept),
+            acceleration,
+        };
+        let time = schedule.next().map_or(self.end_time, |span| span.start);
+        observer.keep(time, KeptRun { dem, fem, coupling: pack(&kept) });
+        Ok(())
+    }
+
+    /// Go on from `kept`; both solvers have been prepared and stand where they stood then.
+    fn go_on(&mut self, kept: &[u8], agreement: &mut Agreement) -> Result<Schedule, Failure> {
+        let kept: KeptLoop = unpack(kept).map_err(of_checkpoint)?;
+        let Agreement { interface, dem, fem, patch, motion, .. } = agreement;
+        if let (Some(patch), Some(of_patch)) = (patch, kept.patch) {
+            patch.go_on(of_patch).map_err(|what| of_checkpoint(Fault::broken(what)))?;
+            if !patch.is_open() {
+                let items = patch.items();
+                dem.resize(&items);
+                fem.resize(&items);
+                interface.select(dem, fem, items.nodes, true, &vec![0.0; fem.layout.len()]);
+            }
+        }
+        interface.go_on(kept.interface);
+        *motion = kept.motion;
+        (self.counts, self.balance, self.gauges) = (kept.counts, kept.balance, kept.gauges);
+        if let Some(memory) = self.settings.acceleration.memory() {
+            *memory = unpack(&kept.acceleration).map_err(of_checkpoint)?;
+        }
+        Ok(kept.schedule)
+    }
 }
 
-/// Keep the gauges of an answer.
-fn keep(kept: &mut Vec<f64>, layout: &Layout, answer: &[f64]) {
-    kept.clear();
-    kept.extend_from_slice(&answer[layout.gauges()]);
+/// What the loop takes from one window to the next.
+#[derive(Serialize, Deserialize)]
+struct KeptLoop {
+    schedule: Schedule,
+    counts: Counts,
+    balance: Balance,
+    gauges: Gauges,
+    interface: KeptInterface,
+    motion: guard::Motion,
+    patch: Option<KeptPatch>,
+    /// What the acceleration takes along.
+    acceleration: Vec<u8>,
+}
+
+/// A checkpoint that cannot be gone on from.
+fn of_checkpoint(fault: Fault) -> Failure {
+    refuse(fault.diagnostic.coded(code::PROVENANCE))
+}
+
+/// An answer that only a solver with a part of the net may give, of one that has all.
+fn no_selection(solver: &str) -> CouplingError {
+    let what = "answered status 3, beyond the selection, to a request for all nodes";
+    Failure::contract(solver, what).into()
+}
+
+/// Ask for what cannot fail.
+fn ask(seat: &mut Seat, side: &Side, span: Span, ask: Ask, fill: Fill) -> Result<(), CouplingError> {
+    seat.send((span, 1), ask, fill)?;
+    match seat.receive(span, side)? {
+        Answered::Done => Ok(()),
+        Answered::Failed(what) => Err(Failure::contract(seat.participant.name(), what).into()),
+        Answered::Beyond => Err(no_selection(seat.participant.name())),
+    }
 }

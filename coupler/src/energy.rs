@@ -10,7 +10,8 @@ use toolkit::energy::{Balance as System, Energies};
 /// Which numbers of an answer are energies.
 pub struct Account {
     places: Vec<(Role, usize)>,
-    start: Energies,
+    /// Energies at t = 0.
+    pub start: Energies,
     /// Whether every role of the balance is there.
     pub complete: bool,
     /// Whether it reports the work that it received.
@@ -35,11 +36,6 @@ impl Account {
     /// Energies among the gauges of an answer, three numbers each.
     pub fn energies(&self, gauges: &[f64]) -> Energies {
         Energies::of(self.places.iter().map(|(role, place)| (*role, gauges[*place])))
-    }
-
-    /// Energies at t = 0.
-    pub fn start(&self) -> Energies {
-        self.start
     }
 }
 

@@ -6,14 +6,13 @@ use crate::mapping::map;
 use crate::observer::KeptRun;
 use crate::passing::{self, Common, Passing};
 use crate::patch::Patch;
-use crate::places::Places;
 use crate::rows::OWN_COLUMNS;
 use crate::settings::{CouplingSettings, Scheme};
 use crate::side::Side;
-use interface_defs::diagnostic::{Code, Diagnostic, code};
-use interface_defs::message::{FaultKind, capability};
-use interface_defs::solver::OnProgress;
-use interface_defs::{Failure, Fault, FieldSpec, Hello, Participant, Plan, Ready, Sampling, name};
+use interface_defs::{
+    Code, Diagnostic, Failure, Fault, FaultKind, FieldSpec, Hello, OnProgress, Participant, Plan, Sampling,
+    capability, code, name,
+};
 use std::collections::HashMap;
 
 /// What is agreed with both.
@@ -76,21 +75,19 @@ pub fn agree(
     };
     let fem_plan = plan(&fields.to_fem, &fields.from_fem);
     let mut fem_ready = fem.prepare(&fem_plan, progress)?;
-    check_ready(fem.name(), &fem_plan, &fem_ready)?;
+    guard::check_ready(fem.name(), &fem_plan.gives, &fem_ready)?;
     let mut dem_plan = plan(&fields.to_dem, &fields.from_dem);
     let structure_mesh = fem_ready.mesh.clone();
     dem_plan.partner_mesh = Some(structure_mesh.clone());
     let mut dem_ready = dem.prepare(&dem_plan, progress)?;
-    check_ready(dem.name(), &dem_plan, &dem_ready)?;
+    guard::check_ready(dem.name(), &dem_plan.gives, &dem_ready)?;
 
-    if fields.to_dem.iter().any(|f| f.name == name::BROKEN) && structure_mesh.lines != dem_ready.mesh.lines {
+    if fields.broken.is_some() && structure_mesh.lines != dem_ready.mesh.lines {
         let what = "it takes the field \"broken\", and its mesh has other lines than the structure's";
         return Err(breach(dem.name(), clause::MESH, what));
     }
-    fields
-        .common
-        .check(&structure_mesh, &dem_ready.mesh)
-        .map_err(|what| refuse(Diagnostic::error(code::CONTRADICTION, what)))?;
+    let contradiction = |what| refuse(Diagnostic::error(code::CONTRADICTION, what));
+    fields.common.check(&structure_mesh, &dem_ready.mesh).map_err(contradiction)?;
     let (mapping, quality) = map(settings.mapping.as_ref(), &structure_mesh, &dem_ready.mesh)
         .map_err(|why| refuse(why.about("coupling.mapping")))?;
     let mut warnings = std::mem::take(&mut fem_ready.warnings);
@@ -100,25 +97,24 @@ pub fn agree(
         warnings.extend(quality.warnings());
     }
 
-    let (dem_side, fem_side) = (
-        Side::new(dem.name(), dem_hello, &dem_plan, dem_ready),
-        Side::new(fem.name(), fem_hello, &fem_plan, fem_ready),
-    );
+    let dem_side = Side::new(dem.name(), dem_hello, &dem_plan, dem_ready);
+    let fem_side = Side::new(fem.name(), fem_hello, &fem_plan, fem_ready);
     check_names(&dem_side, &fem_side)?;
     if resume.is_none() {
         guard::probe(fem, &fem_side, &structure_mesh, settings.time_window)?;
     }
     let patch = (!fields.local.is_empty() && mapping.is_identity() && fields.common.is_empty())
         .then(|| Patch::new(structure_mesh.clone(), settings.rings));
-    let places = Places::new(&dem_side, &fem_side, settings.samples as usize);
     let last = |name| {
         let range = fem_side.layout.last(name, Sampling::AtEnds).expect("chosen for every structure");
         &fem_side.initial[range]
     };
     let (u, v) = (last(name::DISPLACEMENT), last(name::VELOCITY));
     let motion = guard::Motion::new(u, v, settings.time_window);
-    let mut interface = Interface::new(mapping, places, u, v);
-    interface.passing = Passing::new(&fields.common, &fields.local, &dem_side, &fem_side);
+    let sides = (&dem_side, &fem_side);
+    let mut interface = Interface::new(mapping, sides, settings.samples as usize, (u, v));
+    let unknown = fields.local.iter().chain(&fields.broken);
+    interface.passing = Passing::new(&fields.common, unknown, &dem_side, &fem_side);
     if settings.measures_force() {
         interface.follow_force().map_err(|what| {
             refuse(of_key("measure", code::CONTRADICTION, format!("{}: {what}", dem_side.program)))
@@ -159,10 +155,9 @@ fn check_capabilities(settings: &CouplingSettings, solver: &str, hello: &Hello) 
     }
     // A limit that is not a number is none.
     if hello.largest_window < settings.time_window || hello.largest_window.is_nan() {
-        let what = format!(
-            "coupling.time_window is {} s, {solver} ({program}) takes windows up to {} s",
-            settings.time_window, hello.largest_window
-        );
+        let (window, most) = (settings.time_window, hello.largest_window);
+        let what =
+            format!("coupling.time_window is {window} s, {solver} ({program}) takes windows up to {most} s");
         return Err(refuse(of_key("time_window", code::TIME_STEP, what)));
     }
     Ok(())
@@ -192,18 +187,6 @@ fn check_repeats(
     Ok(())
 }
 
-/// The layout has room for several interface meshes; the loop couples one.
-fn check_ready(solver: &str, plan: &Plan, ready: &Ready) -> Result<(), Failure> {
-    if ready.more_meshes.is_empty() {
-        return guard::check_initial(solver, &plan.gives, ready);
-    }
-    let what = format!(
-        "it offers {} interface meshes, this version couples one: send it as Ready.mesh alone",
-        ready.more_meshes.len() + 1
-    );
-    Err(breach(solver, clause::MESH, what))
-}
-
 /// Programs that have read different scenes compute different things, and nothing else would show it.
 fn check_scene(settings: &CouplingSettings, solver: &str, hello: &Hello) -> Result<(), Failure> {
     let theirs = &hello.scene;
@@ -228,6 +211,8 @@ struct Fields {
     from_dem: Vec<FieldSpec>,
     to_fem: Vec<FieldSpec>,
     from_fem: Vec<FieldSpec>,
+    /// Lines of the structure that are broken; `None`: not both know of them.
+    broken: Option<FieldSpec>,
     /// Fields of a yielding net that are passed on from the structure; none if there is no such net.
     local: Vec<FieldSpec>,
     /// Those among them that the coupler knows by name alone.
@@ -260,13 +245,10 @@ fn choose_fields(settings: &CouplingSettings, dem: &Hello, fem: &Hello) -> Resul
         need("fem", fem_name, "give", &fem.gives, name::VELOCITY, AtEnds)?,
     ];
     // What is broken is sent as long as both know of it.
-    if let (Some(given), Some(taken)) =
-        (find(&fem.gives, name::BROKEN, Once), find(&dem.takes, name::BROKEN, Once))
-        && given == taken
-    {
-        from_fem.push(given);
-        to_dem.push(taken);
-    }
+    let mut broken = find(&fem.gives, name::BROKEN, Once);
+    broken = broken.filter(|given| find(&dem.takes, name::BROKEN, Once).is_some_and(|taken| taken == *given));
+    from_fem.extend(broken.clone());
+    to_dem.extend(broken.clone());
     // The structure's list says with which load its scheme keeps energy: mean, end, or both.
     let mut to_fem = Vec::new();
     let mut from_dem = Vec::new();
@@ -305,13 +287,14 @@ fn choose_fields(settings: &CouplingSettings, dem: &Hello, fem: &Hello) -> Resul
     ] {
         payloads.into_iter().for_each(|payload| payload.extend_from_slice(fields));
     }
-    let mut fields = Fields { to_dem, from_dem, to_fem, from_fem, common, local: Vec::new() };
+    let mut fields = Fields { to_dem, from_dem, to_fem, from_fem, broken, common, local: Vec::new() };
     if settings.yielding_net {
-        match local_fields(dem, fem, &find) {
-            Ok(of) => fields.yield_with(
-                of,
-                find(&dem.gives, name::REACH, Once).filter(|_| settings.scheme == Scheme::Weak),
-            ),
+        match fields.yield_with(dem, fem, &find) {
+            // In strong coupling it is asked for already.
+            Ok(()) if settings.scheme == Scheme::Weak => {
+                fields.from_dem.extend(find(&dem.gives, name::REACH, Once));
+            }
+            Ok(()) => {}
             Err(what) => tracing::warn!(
                 "coupling.yielding_net: {what}; the net is moved by the structure alone, and the window must be short"
             ),
@@ -321,53 +304,38 @@ fn choose_fields(settings: &CouplingSettings, dem: &Hello, fem: &Hello) -> Resul
 }
 
 impl Fields {
-    /// Add what a yielding net needs; `reach` where it is not asked for already.
-    fn yield_with(&mut self, of: LocalFields, reach: Option<FieldSpec>) {
-        tracing::info!("the contact solver advances the net in reach itself");
-        self.local = of.local;
-        self.from_fem.extend(self.local.iter().cloned().chain(of.travel.clone()));
-        self.to_dem.extend(self.local.iter().cloned().chain([of.star]).chain(of.travel));
-        self.from_dem.push(of.own);
-        self.from_dem.extend(reach);
-    }
-}
-
-/// What a yielding net needs of both solvers.
-struct LocalFields {
-    local: Vec<FieldSpec>,
-    star: FieldSpec,
-    own: FieldSpec,
-    travel: Option<FieldSpec>,
-}
-
-/// The fields of a yielding net, or what is missing.
-fn local_fields(
-    dem: &Hello,
-    fem: &Hello,
-    find: &impl Fn(&[FieldSpec], &str, Sampling) -> Option<FieldSpec>,
-) -> Result<LocalFields, String> {
-    for hello in [dem, fem] {
-        if !hello.can(capability::SELECTS) {
+    /// Add what a yielding net needs of both solvers, or say what is missing.
+    fn yield_with(
+        &mut self,
+        dem: &Hello,
+        fem: &Hello,
+        find: &impl Fn(&[FieldSpec], &str, Sampling) -> Option<FieldSpec>,
+    ) -> Result<(), String> {
+        if let Some(hello) = [dem, fem].into_iter().find(|hello| !hello.can(capability::SELECTS)) {
             return Err(format!("{} cannot select nodes of the net", hello.program));
         }
+        let both = |name: &str| {
+            let given = find(&fem.gives, name, Sampling::Once)
+                .ok_or_else(|| format!("{} does not offer \"{name}\"", fem.program))?;
+            let taken = find(&dem.takes, name, Sampling::Once);
+            taken.filter(|t| *t == given).ok_or_else(|| format!("{} does not take \"{name}\"", dem.program))
+        };
+        let needed = [name::LOCAL_FORCE, name::LOCAL_FORCE_RATE, name::LOCAL_TANGENT];
+        let mut local = needed.into_iter().map(both).collect::<Result<Vec<_>, _>>()?;
+        local.extend(both(name::LOCAL_DAMPING));
+        let lacks = |what: &str| format!("{} lacks {what}", dem.program);
+        let star = find(&dem.takes, name::FORCE, Sampling::Means);
+        let star = star.ok_or_else(|| lacks("\"force\" as input"))?;
+        let own = find(&dem.gives, name::DISPLACEMENT, Sampling::AtEnds);
+        let own = own.ok_or_else(|| lacks("\"displacement\" in its answer"))?;
+        let travel = both(name::TRAVEL).ok();
+        tracing::info!("the contact solver advances the net in reach itself");
+        self.from_fem.extend(local.iter().cloned().chain(travel.clone()));
+        self.to_dem.extend(local.iter().cloned().chain([star]).chain(travel));
+        self.from_dem.push(own);
+        self.local = local;
+        Ok(())
     }
-    let both = |name: &str| {
-        let given = find(&fem.gives, name, Sampling::Once)
-            .ok_or_else(|| format!("{} does not offer \"{name}\"", fem.program))?;
-        let taken = find(&dem.takes, name, Sampling::Once);
-        taken.filter(|t| *t == given).ok_or_else(|| format!("{} does not take \"{name}\"", dem.program))
-    };
-    let needed = [name::LOCAL_FORCE, name::LOCAL_FORCE_RATE, name::LOCAL_TANGENT];
-    let mut local = needed.into_iter().map(both).collect::<Result<Vec<_>, _>>()?;
-    local.extend(both(name::LOCAL_DAMPING));
-    let lacks = |what: &str| format!("{} lacks {what}", dem.program);
-    Ok(LocalFields {
-        local,
-        star: find(&dem.takes, name::FORCE, Sampling::Means).ok_or_else(|| lacks("\"force\" as input"))?,
-        own: find(&dem.gives, name::DISPLACEMENT, Sampling::AtEnds)
-            .ok_or_else(|| lacks("\"displacement\" in its answer"))?,
-        travel: both(name::TRAVEL).ok(),
-    })
 }
 
 /// The user's input is refused: exit code 2.

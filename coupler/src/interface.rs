@@ -4,13 +4,13 @@
 //! sample i is the motion at the end of the i-th of S equal parts.
 
 use crate::acceleration::Acceleration;
-use crate::convergence::{Field, Judged, Measure, Residual, largest_distance};
+use crate::convergence::{Field, Judged, Measure, Norm, Residual, largest_distance};
 use crate::energy::Work;
 use crate::guard::Answered;
 use crate::mapping::Matrix;
 use crate::passing::Passing;
-use crate::places::Places;
 use crate::side::Side;
+use interface_defs::{Layout, Sampling, name};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -46,19 +46,85 @@ impl Motion {
     }
 }
 
-/// The committed side of an [`Interface`].
+/// Where the fields that the coupler knows lie in the four payloads.
+#[derive(Debug, Clone, Default)]
+struct Places {
+    /// `[sample]`: start, then the ends of the parts; to the contact solver.
+    dem_displacement: Vec<Range<usize>>,
+    /// As `dem_displacement`; empty if the contact solver takes no velocity.
+    dem_velocity: Vec<Range<usize>>,
+    /// Means over the parts, from the contact solver; empty if not agreed.
+    dem_force: Vec<Range<usize>>,
+    /// At the ends of the parts, from the contact solver; empty if not agreed.
+    dem_end_force: Vec<Range<usize>>,
+    /// From the contact solver.
+    reach: Option<Range<usize>>,
+    /// To the structure.
+    force: Vec<Range<usize>>,
+    /// To the structure.
+    end_force: Vec<Range<usize>>,
+    /// From the structure.
+    displacement: Vec<Range<usize>>,
+    /// From the structure.
+    velocity: Vec<Range<usize>>,
+    /// To the contact solver: means over the parts of the force under which the motion sent was computed.
+    star: Vec<Range<usize>>,
+    /// From the contact solver: its own motion of the net at the ends of the parts.
+    own: Vec<Range<usize>>,
+    /// From the structure.
+    travel: Option<Range<usize>>,
+    /// To the contact solver: the sum of what came, and what may come.
+    dem_travel: Option<Range<usize>>,
+    /// From the contact solver.
+    free_time: Option<Range<usize>>,
+}
+
+impl Places {
+    /// Fill it in from the layouts of the four payloads, with `samples` parts per window.
+    fn lay_out(&mut self, dem: &Side, fem: &Side, samples: usize) {
+        let (to_dem, from_dem, to_fem, from_fem) = (&dem.request, &dem.layout, &fem.request, &fem.layout);
+        let all = |ranges: &mut Vec<Range<usize>>, layout: &Layout, name, sampling, count: usize| {
+            ranges.clear();
+            ranges.extend((0..count).filter_map(|i| layout.sample(name, sampling, i)));
+        };
+        use Sampling::{AtEnds, FromStart, Means, Once};
+        all(&mut self.dem_displacement, to_dem, name::DISPLACEMENT, FromStart, samples + 1);
+        all(&mut self.dem_velocity, to_dem, name::VELOCITY, FromStart, samples + 1);
+        all(&mut self.star, to_dem, name::FORCE, Means, samples);
+        all(&mut self.dem_force, from_dem, name::FORCE, Means, samples);
+        all(&mut self.dem_end_force, from_dem, name::FORCE, AtEnds, samples);
+        all(&mut self.own, from_dem, name::DISPLACEMENT, AtEnds, samples);
+        all(&mut self.force, to_fem, name::FORCE, Means, samples);
+        all(&mut self.end_force, to_fem, name::FORCE, AtEnds, samples);
+        all(&mut self.displacement, from_fem, name::DISPLACEMENT, AtEnds, samples);
+        all(&mut self.velocity, from_fem, name::VELOCITY, AtEnds, samples);
+        self.reach = from_dem.sample(name::REACH, Once, 0);
+        self.travel = from_fem.sample(name::TRAVEL, Once, 0);
+        self.dem_travel = to_dem.sample(name::TRAVEL, Once, 0);
+        self.free_time = from_dem.sample(name::FREE_TIME, Once, 0);
+    }
+}
+
+/// What the next window follows from.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct KeptInterface {
+struct State {
+    /// Committed displacement and velocity.
     u: Vec<f64>,
     v: Vec<f64>,
-    broken: Vec<f64>,
-    /// Fields that are passed on.
-    passing: Vec<Vec<f64>>,
-    /// Mean forces: of the last iteration, of the one before, and committed.
-    forces: [Vec<Vec<f64>>; 3],
+    /// Mean force on the structure's nodes over each part [N]; empty if the structure takes none.
+    force: Vec<Vec<f64>>,
+    /// The mean force of the iteration before, and the committed one; empty where no measure asks for them.
+    force_before: Vec<Vec<f64>>,
+    committed_force: Vec<Vec<f64>>,
+    /// Nodes that the contact solver may touch in this window.
     judged: Vec<bool>,
+    /// The same, as ranges.
     in_reach: Vec<Range<usize>>,
 }
+
+/// The committed side of an [`Interface`], and the fields that are passed on.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct KeptInterface(State, Vec<Vec<f64>>);
 
 /// State of the interface.
 pub struct Interface {
@@ -71,24 +137,10 @@ pub struct Interface {
     selected: bool,
     /// Where the contact solver has moved the net itself, by samples; empty if it does not.
     own: Vec<Vec<f64>>,
-    /// At the committed time.
-    committed_u: Vec<f64>,
-    committed_v: Vec<f64>,
+    state: State,
     iterate: Motion,
     answer: Motion,
-    /// Broken lines of the structure, as committed and in its last answer; empty if not agreed.
-    committed_broken: Vec<f64>,
-    broken: Vec<f64>,
-    /// Mean force on the structure's nodes over each part [N]; empty if the structure takes none.
-    force: Vec<Vec<f64>>,
-    /// The mean force of the iteration before, and the committed one; empty where no measure asks for them.
-    force_before: Vec<Vec<f64>>,
-    committed_force: Vec<Vec<f64>>,
-    /// Nodes that the contact solver may touch in this window.
-    judged: Vec<bool>,
-    /// The same, as ranges.
-    in_reach: Vec<Range<usize>>,
-    /// The same, one by one.
+    /// The judged nodes, one by one.
     nodes: Vec<u32>,
     /// Iterate and residual of the judged nodes, packed: displacement, then velocity times the window.
     packed: Vec<f64>,
@@ -96,28 +148,33 @@ pub struct Interface {
 }
 
 impl Interface {
-    /// At t = 0, with the structure's motion there.
-    pub fn new(mapping: Matrix, places: Places, u: &[f64], v: &[f64]) -> Self {
-        let samples = places.displacement.len();
+    /// At t = 0, with the structure's displacement and velocity there, and so many samples in a window.
+    pub fn new(
+        mapping: Matrix,
+        (dem, fem): (&Side, &Side),
+        samples: usize,
+        (u, v): (&[f64], &[f64]),
+    ) -> Self {
+        let mut places = Places::default();
+        places.lay_out(dem, fem, samples);
+        let nodes = u.len() / 3;
         let motion = Motion::zero(samples, u.len());
-        let whole = vec![0.0; places.broken.as_ref().map_or(0, Range::len)];
-        Self {
-            committed_broken: whole.clone(),
-            broken: whole,
-            committed_u: u.to_vec(),
-            committed_v: v.to_vec(),
-            iterate: motion.clone(),
-            answer: motion,
+        let mut in_reach = Vec::with_capacity(nodes / 2 + 1);
+        in_reach.push(0..nodes);
+        let state = State {
+            u: u.to_vec(),
+            v: v.to_vec(),
             force: vec![vec![0.0; u.len()]; samples],
             force_before: Vec::new(),
             committed_force: Vec::new(),
-            judged: vec![true; u.len() / 3],
-            in_reach: {
-                let mut all = Vec::with_capacity(u.len() / 6 + 1);
-                all.push(0..u.len() / 3);
-                all
-            },
-            nodes: Vec::with_capacity(u.len() / 3),
+            judged: vec![true; nodes],
+            in_reach,
+        };
+        Self {
+            state,
+            iterate: motion.clone(),
+            answer: motion,
+            nodes: Vec::with_capacity(nodes),
             packed: Vec::with_capacity(2 * samples * u.len()),
             packed_residual: Vec::with_capacity(2 * samples * u.len()),
             selected: false,
@@ -128,50 +185,29 @@ impl Interface {
         }
     }
 
-    /// Lay everything out for the payloads as they are now, which hold `nodes` nodes, and begin from `state`, the structure's
-    /// answer with its committed state.
-    pub fn select(&mut self, dem: &Side, fem: &Side, nodes: usize, selected: bool, state: &[f64]) {
+    /// Lay everything out for the payloads as they are now, which hold `nodes` nodes, and begin from `answer`, the
+    /// structure's with its committed state.
+    pub fn select(&mut self, dem: &Side, fem: &Side, nodes: usize, selected: bool, answer: &[f64]) {
         let len = 3 * nodes;
         self.selected = selected;
         self.places.lay_out(dem, fem, self.iterate.u.len());
-        self.passing.select(dem, fem, state);
+        self.passing.select(dem, fem, answer);
         self.iterate.resize(len);
         self.answer.resize(len);
-        self.own.iter_mut().chain(&mut self.force).for_each(|sample| sample.resize(len, 0.0));
-        self.judged.clear();
-        self.judged.resize(nodes, false);
-        self.in_reach.clear();
-        let last = |places: &[Range<usize>]| places.last().cloned().expect("chosen for every structure");
-        for (committed, place) in [
-            (&mut self.committed_u, last(&self.places.displacement)),
-            (&mut self.committed_v, last(&self.places.velocity)),
-        ] {
-            committed.clear();
-            committed.extend_from_slice(&state[place]);
-        }
-        if let Some(place) = &self.places.broken {
-            self.committed_broken.clear();
-            self.committed_broken.extend_from_slice(&state[place.clone()]);
-            self.broken.clone_from(&self.committed_broken);
-        }
+        let state = &mut self.state;
+        self.own.iter_mut().chain(&mut state.force).for_each(|sample| sample.resize(len, 0.0));
+        state.judged.clear();
+        state.judged.resize(nodes, false);
+        state.in_reach.clear();
+        let last =
+            |places: &[Range<usize>]| &answer[places.last().expect("chosen for every structure").clone()];
+        last(&self.places.displacement).clone_into(&mut state.u);
+        last(&self.places.velocity).clone_into(&mut state.v);
     }
 
     /// Whether the contact solver advances the net itself.
     pub fn yields(&self) -> bool {
         self.selected && !self.own.is_empty()
-    }
-
-    /// Largest speed of a node in the committed state, in any component [m/s].
-    pub fn fastest(&self) -> f64 {
-        self.committed_v.iter().fold(0.0, |most, v| v.abs().max(most))
-    }
-
-    /// `contact = H structure`.
-    fn consistent(&self, structure: &[f64], contact: &mut [f64]) {
-        match self.selected {
-            true => contact.copy_from_slice(structure),
-            false => self.mapping.consistent(structure, contact),
-        }
     }
 
     /// First iterate of a window of `length` [s]: displacement is extrapolated by `order` (0: it stays, 1: it goes on with its
@@ -181,13 +217,13 @@ impl Interface {
         for (i, (u, v)) in self.iterate.u.iter_mut().zip(&mut self.iterate.v).enumerate() {
             let ahead = length * (i + 1) as f64 / samples as f64;
             let step = if order == 0 { 0.0 } else { ahead };
-            for ((p, u), v) in u.iter_mut().zip(&self.committed_u).zip(&self.committed_v) {
+            for ((p, u), v) in u.iter_mut().zip(&self.state.u).zip(&self.state.v) {
                 *p = u + step * v;
             }
-            v.copy_from_slice(&self.committed_v);
+            v.copy_from_slice(&self.state.v);
         }
-        if !self.force_before.is_empty() {
-            self.force.iter_mut().for_each(|force| force.fill(0.0));
+        if !self.state.force_before.is_empty() {
+            self.state.force.iter_mut().for_each(|force| force.fill(0.0));
         }
     }
 
@@ -198,34 +234,23 @@ impl Interface {
                 "it gives no mean force over the parts of a window; measure displacement and velocity".into(),
             );
         }
-        self.force_before.clone_from(&self.force);
-        self.committed_force.clone_from(&self.force);
+        self.state.force_before.clone_from(&self.state.force);
+        self.state.committed_force.clone_from(&self.state.force);
         Ok(())
     }
 
     /// The iterate, mapped into the request to the contact solver.
     pub fn write_motion(&self, payload: &mut [f64], iteration: u32, travel: f64) {
-        let starts = [
-            (&self.places.dem_displacement, &self.committed_u),
-            (&self.places.dem_velocity, &self.committed_v),
-        ];
-        for (places, start) in starts {
-            if let Some(place) = places.first() {
-                self.consistent(start, &mut payload[place.clone()]);
+        for (places, start, ends) in [
+            (&self.places.dem_displacement, &self.state.u, &self.iterate.u),
+            (&self.places.dem_velocity, &self.state.v, &self.iterate.v),
+        ] {
+            for (place, sample) in places.iter().zip(std::iter::once(start).chain(ends)) {
+                self.mapping.consistent(sample, &mut payload[place.clone()]);
             }
-        }
-        let ends =
-            [(&self.places.dem_displacement, &self.iterate.u), (&self.places.dem_velocity, &self.iterate.v)];
-        for (places, samples) in ends {
-            for (place, sample) in places.iter().skip(1).zip(samples) {
-                self.consistent(sample, &mut payload[place.clone()]);
-            }
-        }
-        if let Some(place) = &self.places.dem_broken {
-            payload[place.clone()].copy_from_slice(&self.committed_broken);
         }
         self.passing.write_to_contact(payload, iteration);
-        for (place, force) in self.places.star.iter().zip(&self.force) {
+        for (place, force) in self.places.star.iter().zip(&self.state.force) {
             match iteration {
                 1 => payload[place.clone()].fill(0.0),
                 _ => payload[place.clone()].copy_from_slice(force),
@@ -239,35 +264,28 @@ impl Interface {
     /// The contact solver's answer, mapped into the request to the structure. The mean force is kept
     /// for the booking of work.
     pub fn write_force(&mut self, from_dem: &[f64], payload: &mut [f64]) {
-        if !self.force_before.is_empty() {
-            std::mem::swap(&mut self.force, &mut self.force_before);
+        if !self.state.force_before.is_empty() {
+            std::mem::swap(&mut self.state.force, &mut self.state.force_before);
         }
         self.passing.write_to_structure(from_dem, payload);
-        for (part, (place, force)) in self.places.dem_force.iter().zip(&mut self.force).enumerate() {
+        for (part, (place, force)) in self.places.dem_force.iter().zip(&mut self.state.force).enumerate() {
             let means = &from_dem[place.clone()];
             match self.places.force.get(part) {
                 Some(to) => {
-                    conservative(&self.mapping, self.selected, means, &mut payload[to.clone()]);
+                    self.mapping.conservative(means, &mut payload[to.clone()]);
                     force.copy_from_slice(&payload[to.clone()]);
                 }
-                None => conservative(&self.mapping, self.selected, means, force),
+                None => self.mapping.conservative(means, force),
             }
         }
         for (place, to) in self.places.dem_end_force.iter().zip(&self.places.end_force) {
-            let to = &mut payload[to.clone()];
-            conservative(&self.mapping, self.selected, &from_dem[place.clone()], to);
+            self.mapping.conservative(&from_dem[place.clone()], &mut payload[to.clone()]);
         }
-        for (place, own) in self.places.own.iter().zip(&mut self.own) {
-            own.copy_from_slice(&from_dem[place.clone()]);
-        }
+        take(from_dem, &self.places.own, &mut self.own);
         if let Some(reach) = &self.places.reach {
-            let marks = &from_dem[reach.clone()];
-            match self.selected {
-                true => self.judged.iter_mut().zip(marks).for_each(|(judged, mark)| *judged = *mark != 0.0),
-                false => self.mapping.mark(marks, &mut self.judged),
-            }
-            self.in_reach.clear();
-            self.in_reach.extend(ranges(&self.judged));
+            self.mapping.mark(&from_dem[reach.clone()], &mut self.state.judged);
+            self.state.in_reach.clear();
+            self.state.in_reach.extend(ranges(&self.state.judged));
         }
     }
 
@@ -279,15 +297,8 @@ impl Interface {
     /// Keep the structure's answer.
     pub fn take_motion(&mut self, from_structure: &[f64]) {
         self.passing.take(from_structure);
-        for (place, u) in self.places.displacement.iter().zip(&mut self.answer.u) {
-            u.copy_from_slice(&from_structure[place.clone()]);
-        }
-        for (place, v) in self.places.velocity.iter().zip(&mut self.answer.v) {
-            v.copy_from_slice(&from_structure[place.clone()]);
-        }
-        if let Some(place) = &self.places.broken {
-            self.broken.copy_from_slice(&from_structure[place.clone()]);
-        }
+        take(from_structure, &self.places.displacement, &mut self.answer.u);
+        take(from_structure, &self.places.velocity, &mut self.answer.v);
     }
 
     /// How far the structure says that nodes have moved in its last answer [m].
@@ -306,9 +317,9 @@ impl Interface {
     pub fn yielding_residual(&self, iteration: u32) -> Residual {
         let mut residual = Residual::default();
         for (own, answer) in self.own.iter().zip(&self.answer.u) {
-            let apart = largest_distance(answer, own, &self.in_reach);
+            let apart = largest_distance(answer, own, &self.state.in_reach);
             residual.displacement = residual.displacement.max(apart);
-            let increment = largest_distance(answer, &self.committed_u, &self.in_reach);
+            let increment = largest_distance(answer, &self.state.u, &self.state.in_reach);
             residual.displacement_increment = residual.displacement_increment.max(increment);
         }
         if iteration > 1 {
@@ -325,38 +336,43 @@ impl Interface {
     /// Residual in displacement `answer - iterate` over the judged nodes; nothing else of it is known then.
     pub fn displacement_residual(&self) -> Residual {
         let samples = self.answer.u.iter().zip(&self.iterate.u);
-        let distances = samples.map(|(answer, iterate)| largest_distance(answer, iterate, &self.in_reach));
-        Residual { displacement: distances.fold(0.0, f64::max), ..Residual::UNKNOWN }
+        let distances =
+            samples.map(|(answer, iterate)| largest_distance(answer, iterate, &self.state.in_reach));
+        let (displacement, unknown) = (distances.fold(0.0, f64::max), f64::NAN);
+        Residual {
+            displacement,
+            displacement_increment: unknown,
+            velocity: unknown,
+            velocity_increment: unknown,
+        }
     }
 
     /// Residual `answer - iterate` over the judged nodes, for a window of `length` [s].
     pub fn residual(&self, length: f64) -> Residual {
-        let mut residual = Residual::default();
-        let Motion { u, v } = &self.answer;
-        let largest = |a: &[f64], b: &[f64]| largest_distance(a, b, &self.in_reach);
-        for (sample, (u, v)) in u.iter().zip(v).enumerate() {
-            let Residual { displacement, displacement_increment, velocity, velocity_increment } =
-                &mut residual;
-            *displacement = displacement.max(largest(u, &self.iterate.u[sample]));
-            *displacement_increment = displacement_increment.max(largest(u, &self.committed_u));
-            *velocity = velocity.max(length * largest(v, &self.iterate.v[sample]));
-            *velocity_increment = velocity_increment.max(length * largest(v, &self.committed_v));
+        let largest = |field| Measure { field, norm: Norm::Largest, tolerance: None, absolute: None };
+        let [u, v] = [Field::Displacement, Field::Velocity].map(|field| self.judge(&largest(field), length));
+        Residual {
+            displacement: u.residual,
+            displacement_increment: u.reference,
+            velocity: v.residual,
+            velocity_increment: v.reference,
         }
-        residual
     }
 
     /// One measure of the residual over the judged nodes, for a window of `length` [s].
     pub fn judge(&self, measure: &Measure, length: f64) -> Judged {
         let Motion { u, v } = &self.answer;
-        let (norm, nodes) = (measure.norm, &self.in_reach);
+        let (norm, nodes) = (measure.norm, &self.state.in_reach);
         let mut sum = Judged::default();
         for sample in 0..u.len() {
             let compared = match measure.field {
-                Field::Displacement => [&u[sample], &self.iterate.u[sample], &self.committed_u],
-                Field::Velocity => [&v[sample], &self.iterate.v[sample], &self.committed_v],
-                Field::Force => {
-                    [&self.force[sample], &self.force_before[sample], &self.committed_force[sample]]
-                }
+                Field::Displacement => [&u[sample], &self.iterate.u[sample], &self.state.u],
+                Field::Velocity => [&v[sample], &self.iterate.v[sample], &self.state.v],
+                Field::Force => [
+                    &self.state.force[sample],
+                    &self.state.force_before[sample],
+                    &self.state.committed_force[sample],
+                ],
             };
             sum.add(norm, compared.map(Vec::as_slice), nodes);
         }
@@ -366,13 +382,13 @@ impl Interface {
 
     /// Unknowns that are accelerated, at most: displacement and velocity of all samples.
     pub fn unknowns(&self) -> usize {
-        2 * self.iterate.u.len() * self.committed_u.len()
+        2 * self.iterate.u.len() * self.state.u.len()
     }
 
     /// The next iterate: judged nodes by `acceleration`, displacement and velocity by one factor; the
     /// others, which touch nothing, take the answer.
     pub fn accelerate(&mut self, acceleration: &mut dyn Acceleration, length: f64) {
-        let Self { iterate, answer, judged, nodes, packed, packed_residual, .. } = self;
+        let Self { iterate, answer, nodes, packed, packed_residual, state: State { judged, .. }, .. } = self;
         nodes.clear();
         nodes.extend((0..judged.len() as u32).filter(|node| judged[*node as usize]));
         packed.clear();
@@ -397,7 +413,7 @@ impl Interface {
     /// The motion of the structure in the window at hand: committed, then as answered.
     pub fn answered(&self) -> Answered<'_> {
         let Motion { u, v } = &self.answer;
-        Answered { start: (&self.committed_u, &self.committed_v), u, v }
+        Answered { start: (&self.state.u, &self.state.v), u, v }
     }
 
     /// Work of the mean force in this window [J]: on the structure, and on the mesh that the contact
@@ -405,9 +421,9 @@ impl Interface {
     pub fn work(&self) -> Work {
         let mut work = Work::default();
         let seen = if self.yields() { &self.own } else { &self.iterate.u };
-        for (sample, force) in self.force.iter().enumerate() {
+        for (sample, force) in self.state.force.iter().enumerate() {
             let (from_answer, from_iterate) = match sample {
-                0 => (&self.committed_u, &self.committed_u),
+                0 => (&self.state.u, &self.state.u),
                 _ => (&self.answer.u[sample - 1], &seen[sample - 1]),
             };
             for (i, f) in force.iter().enumerate().filter(|(_, f)| **f != 0.0) {
@@ -421,48 +437,33 @@ impl Interface {
 
     /// What the next window follows from.
     pub fn kept(&self) -> KeptInterface {
-        KeptInterface {
-            u: self.committed_u.clone(),
-            v: self.committed_v.clone(),
-            broken: self.committed_broken.clone(),
-            passing: self.passing.kept(),
-            forces: [self.force.clone(), self.force_before.clone(), self.committed_force.clone()],
-            judged: self.judged.clone(),
-            in_reach: self.in_reach.clone(),
-        }
+        KeptInterface(self.state.clone(), self.passing.kept())
     }
 
     /// Go on from there, with payloads laid out as they were.
-    pub fn go_on(&mut self, kept: KeptInterface) {
-        let KeptInterface { u, v, broken, passing, forces, judged, in_reach } = kept;
-        (self.committed_u, self.committed_v) = (u, v);
-        self.broken.clone_from(&broken);
-        self.committed_broken = broken;
+    pub fn go_on(&mut self, KeptInterface(state, passing): KeptInterface) {
+        self.state = state;
         self.passing.go_on(passing);
-        [self.force, self.force_before, self.committed_force] = forces;
-        (self.judged, self.in_reach) = (judged, in_reach);
     }
 
-    /// The answer's end is the committed motion from now on, and what is broken in it is broken.
+    /// The answer's end is committed from now on: the motion, the mean force, and what is passed on.
     pub fn commit(&mut self) {
         // The next answer is written over what is swapped out.
         if let (Some(u), Some(v)) = (self.answer.u.last_mut(), self.answer.v.last_mut()) {
-            std::mem::swap(&mut self.committed_u, u);
-            std::mem::swap(&mut self.committed_v, v);
+            std::mem::swap(&mut self.state.u, u);
+            std::mem::swap(&mut self.state.v, v);
         }
-        self.committed_broken.copy_from_slice(&self.broken);
-        for (committed, force) in self.committed_force.iter_mut().zip(&self.force) {
+        for (committed, force) in self.state.committed_force.iter_mut().zip(&self.state.force) {
             committed.copy_from_slice(force);
         }
         self.passing.commit();
     }
 }
 
-/// `structure = H^T contact`.
-fn conservative(mapping: &Matrix, selected: bool, contact: &[f64], structure: &mut [f64]) {
-    match selected {
-        true => structure.copy_from_slice(contact),
-        false => mapping.conservative(contact, structure),
+/// Copy what lies at `places` of a payload, sample by sample.
+fn take(payload: &[f64], places: &[Range<usize>], samples: &mut [Vec<f64>]) {
+    for (place, sample) in places.iter().zip(samples) {
+        sample.copy_from_slice(&payload[place.clone()]);
     }
 }
 

@@ -9,17 +9,16 @@
 //! - before the loop: [`program`] (command line), [`settings`] (the table `[coupling]`: keys, defaults, checks), [`handshake`]
 //!   (who is there, which fields cross the interface, the interface mesh)
 //! - in a window: [`schedule`] (which window is next), [`interface`] (first iterate, motion and force on both
-//!   meshes), [`mapping`] (the matrix between them), [`patch`] (the nodes that cross), `seat` (asks one solver), `places` (where fields lie in a payload), [`convergence`] (residual and tolerances),
+//!   meshes), [`mapping`] (the matrix between them), [`patch`] (the nodes that cross), `seat` (asks one solver), [`convergence`] (residual and tolerances),
 //!   [`acceleration`] (residual to next iterate)
 //! - seen from outside: `observer`
 //! - after it: [`energy`] (balance and work at the interface), [`records`] (result files) with `rows` (which windows
-//!   become rows), [`trust`] (what speaks against a run), `cost`
+//!   become rows), [`trust`] (what speaks against a run)
 //!
 //! A new acceleration or mapping is one file and two lines in the `mod.rs` of its folder.
 
 pub mod acceleration;
 pub mod convergence;
-mod cost;
 pub mod coupling;
 pub mod energy;
 pub mod guard;
@@ -29,7 +28,6 @@ pub mod mapping;
 mod observer;
 pub mod passing;
 pub mod patch;
-mod places;
 pub mod program;
 pub mod records;
 pub mod reference;

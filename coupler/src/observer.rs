@@ -4,8 +4,7 @@ use crate::convergence::Residual;
 use crate::energy::Balance;
 use crate::schedule::Span;
 use crate::side::Side;
-use interface_defs::Failure;
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::{Diagnostic, Failure};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 

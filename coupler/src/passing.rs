@@ -1,23 +1,8 @@
-//! Fields that both solvers know and the coupler does not: they are passed on as they are.
+//! Fields of which the coupler needs no number: they are passed on as they are.
 
 use crate::side::Side;
-use interface_defs::{FieldSpec, InterfaceMesh, Layout, Place, Sampling, name};
+use interface_defs::{FieldSpec, InterfaceMesh, Items, Layout, Place, Sampling, name};
 use std::ops::Range;
-
-/// Names with a meaning of their own, which are handled elsewhere.
-const KNOWN: [&str; 11] = [
-    name::DISPLACEMENT,
-    name::VELOCITY,
-    name::FORCE,
-    name::REACH,
-    name::BROKEN,
-    name::LOCAL_FORCE,
-    name::LOCAL_FORCE_RATE,
-    name::LOCAL_TANGENT,
-    name::LOCAL_DAMPING,
-    name::TRAVEL,
-    name::FREE_TIME,
-];
 
 /// Fields that are passed on.
 #[derive(Debug, Clone, Default)]
@@ -28,10 +13,11 @@ pub struct Common {
     pub to_structure: Vec<FieldSpec>,
 }
 
-/// Fields that one side gives and the other one takes, with `samples` parts per window.
+/// Fields that one side gives and the other one takes, with `samples` parts per window. Names with a meaning of their own are handled
+/// elsewhere.
 pub fn common(gives: &[FieldSpec], takes: &[FieldSpec], samples: u32) -> Vec<FieldSpec> {
     let mut fields = Vec::new();
-    for given in gives.iter().filter(|given| !KNOWN.contains(&given.name.as_str())) {
+    for given in gives.iter().filter(|given| !name::ALL.contains(&given.name.as_str())) {
         let parts = if given.sampling == Sampling::Once { 1 } else { samples };
         let at_hand = |f: &FieldSpec| FieldSpec { samples: parts, ..f.clone() };
         let equal = |taken: &&FieldSpec| at_hand(taken) == at_hand(given);
@@ -59,21 +45,13 @@ impl Common {
             Place::Face => structure.faces == contact.faces,
             Place::Whole | Place::Pair => true,
         };
-        let Some(field) = self.to_contact.iter().chain(&self.to_structure).find(|field| !fits(field)) else {
-            return Ok(());
-        };
+        let mut fields = self.to_contact.iter().chain(&self.to_structure);
+        let Some(FieldSpec { name, place, .. }) = fields.find(|field| !fits(field)) else { return Ok(()) };
+        let [own, other] = [structure, contact].map(Items::of);
         Err(format!(
-            "the field \"{}\" is passed on as it is, {:?} by {:?}, and the meshes of both solvers differ: {} and {} nodes, {} \
-             and {} lines, {} and {} faces",
-            field.name,
-            field.place,
-            field.place,
-            structure.node_count(),
-            contact.node_count(),
-            structure.lines.len(),
-            contact.lines.len(),
-            structure.faces.len(),
-            contact.faces.len()
+            "the field \"{name}\" is passed on as it is, {place:?} by {place:?}, and the meshes of both solvers differ: {} and {} \
+             nodes, {} and {} lines, {} and {} faces",
+            own.nodes, other.nodes, own.lines, other.lines, own.faces, other.faces
         ))
     }
 }
@@ -104,8 +82,14 @@ fn all(layout: &Layout, field: &FieldSpec) -> Option<Range<usize>> {
 }
 
 impl Passing {
-    /// At t = 0: the fields `common`, and those of a yielding net, `local`, which are unknown until nodes are selected.
-    pub fn new(common: &Common, local: &[FieldSpec], dem: &Side, fem: &Side) -> Self {
+    /// At t = 0: the fields `common`, and those of the structure that are `unknown` then: of a yielding net, until nodes are selected; its
+    /// broken lines, until a window has ended.
+    pub fn new<'f>(
+        common: &Common,
+        unknown: impl Iterator<Item = &'f FieldSpec>,
+        dem: &Side,
+        fem: &Side,
+    ) -> Self {
         let of_start = [name::LOCAL_FORCE, name::LOCAL_FORCE_RATE];
         let held = |field: &FieldSpec, is_known: bool| {
             let (from, to) = (all(&fem.layout, field)?, all(&dem.request, field)?);
@@ -119,7 +103,7 @@ impl Passing {
         let common_ones = common.to_contact.iter().filter_map(|field| held(field, true));
         let fields = common.to_structure.iter();
         Self {
-            to_contact: common_ones.chain(local.iter().filter_map(|field| held(field, false))).collect(),
+            to_contact: common_ones.chain(unknown.filter_map(|field| held(field, false))).collect(),
             to_structure: fields
                 .filter_map(|field| Some((all(&dem.layout, field)?, all(&fem.request, field)?)))
                 .collect(),
@@ -131,8 +115,7 @@ impl Passing {
         for held in &mut self.to_contact {
             held.from = all(&fem.layout, &held.field).unwrap_or_default();
             held.to = all(&dem.request, &held.field).unwrap_or_default();
-            held.committed.clear();
-            held.committed.extend_from_slice(&state[held.from.clone()]);
+            state[held.from.clone()].clone_into(&mut held.committed);
             held.trial.clone_from(&held.committed);
         }
     }

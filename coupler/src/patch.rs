@@ -1,7 +1,6 @@
 //! The part of the net that crosses the interface: the nodes that the contact solver may reach, and rings of nodes around them.
 
-use interface_defs::selection::Selected;
-use interface_defs::{InterfaceMesh, Items, Selection};
+use interface_defs::{InterfaceMesh, Items, Selection, selection::Selected};
 use serde::{Deserialize, Serialize};
 
 /// The selected nodes of the interface mesh, and how far the others may have moved since they were selected.

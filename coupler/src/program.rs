@@ -1,15 +1,14 @@
 //! The program `coupler`: run, check.
 
-use crate::cost::{self, Clock};
 use crate::coupling::{Coupling, CouplingError};
-use crate::records::{Records, describe};
+use crate::records::{Clock, Records, describe, describe_cost};
 use crate::schedule::Schedule;
 use crate::settings::{self, CouplingSettings, Scheme};
 use clap::{Parser, Subcommand};
-use interface_defs::diagnostic::Diagnostic;
-use interface_defs::ipc::remote::{Host, HostOptions, Remote};
-use interface_defs::ipc::{self, Wait, interrupt};
-use interface_defs::{Failure, Progress};
+use interface_defs::{
+    Diagnostic, Failure, Progress,
+    ipc::{self, Wait, interrupt, remote::Host, remote::HostOptions, remote::Remote},
+};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 use toolkit::arguments::{AnswerForm, Input, Leader, Logging, Membership};
@@ -180,7 +179,7 @@ fn couple(
     outcome = outcome.and(synced);
     let clock = Clock { started, loop_ended: Instant::now() };
     let mut statistics = None;
-    if ends_in_order(&outcome, &coupling) && records.prepared_at().is_some() {
+    if ends_in_order(&outcome, &coupling) && records.have_begun() {
         match coupling.finish() {
             Ok(both) => statistics = Some(both),
             Err(failure) => outcome = outcome.and(Err(failure.into())),
@@ -201,7 +200,7 @@ fn couple(
     describe(&mut summary, &coupling, &records, statistics.as_ref());
     summary.warnings.extend(from.map(|from| checkpoint::of_last_part(from.time)));
     drop(coupling);
-    cost::describe(&mut summary, &records, &clock, statistics.as_ref(), remotes);
+    describe_cost(&mut summary, &records, &clock, statistics.as_ref(), remotes);
     if let (Err(failure), None) = (&outcome, &statistics) {
         remotes.iter_mut().for_each(|remote| remote.abort(&failure.to_string()));
     }

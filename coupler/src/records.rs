@@ -1,10 +1,12 @@
-//! Result files of a coupled run: `history.csv`, `iterations.csv`, and the measures for `summary.json`.
+//! Result files of a coupled run: `history.csv`, `iterations.csv`, and for `summary.json` the measures and the cost.
 
 use crate::coupling::{Committed, Counts, Coupling, Iteration, KeptRun, Observer};
 use crate::rows::{OWN_COLUMNS, Pending, Rows};
 use crate::side::Side;
-use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::{Fault, Statistics};
+use interface_defs::{
+    Diagnostic, Fault, Statistics, code,
+    ipc::{Remote, serve::with_cost},
+};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -16,9 +18,9 @@ use toolkit::history::{History, Mark};
 use toolkit::output::Output;
 use toolkit::owner::note_programs;
 use toolkit::progress::{Form, Line, Reporter};
-use toolkit::recorder::{KeptRows, Recorder, open, unwritable};
+use toolkit::recorder::{KeptRows, Recorder, describe_processes, open, unwritable};
 use toolkit::run_dir;
-use toolkit::summary::Summary;
+use toolkit::summary::{Summary, totals};
 
 /// Writes the rows of a run.
 pub struct Records {
@@ -33,10 +35,13 @@ pub struct Records {
     warnings: Vec<Diagnostic>,
     /// Who the two solvers are.
     programs: [String; 2],
+    /// When both solvers were prepared.
     prepared_at: Option<Instant>,
+    /// When the first window in which something touches the structure was on record.
     touched_at: Option<Instant>,
     window_started: Instant,
-    /// Of this process when its first window was on record, and its latest.
+    /// Memory allocations of this process when its first window was on record, and its latest. What ends a run, its summary above all,
+    /// allocates, and does not count.
     allocations: Option<(u64, u64)>,
     checkpoints: Store,
     /// Where these records go on, if they do not begin.
@@ -107,20 +112,9 @@ impl Records {
         Ok(Some(KeptRun { dem: dem?.to_vec(), fem: fem?.to_vec(), coupling: coupling?.to_vec() }))
     }
 
-    /// When both solvers were prepared.
-    pub fn prepared_at(&self) -> Option<Instant> {
-        self.prepared_at
-    }
-
-    /// When the first window in which something touches the structure was on record.
-    pub fn touched_at(&self) -> Option<Instant> {
-        self.touched_at
-    }
-
-    /// Memory allocations of this process from the end of its first window to that of its last, if there was one. What
-    /// ends a run, its summary above all, allocates, and does not count.
-    pub fn allocations(&self) -> Option<u64> {
-        self.allocations.map(|(first, last)| last - first)
+    /// Whether both solvers were prepared.
+    pub fn have_begun(&self) -> bool {
+        self.prepared_at.is_some()
     }
 
     /// All committed windows are in the rows, and those on the disk itself, when this returns.
@@ -371,6 +365,68 @@ fn describe_energy(summary: &mut Summary, coupling: &Coupling, records: &Records
         let why =
             "a solver does not report its kinetic, potential, stored, dissipated energy and received work";
         summary.warnings.push(energy::absent(why));
+    }
+}
+
+/// When the run began, and when its loop ended.
+pub(crate) struct Clock {
+    /// The program has read its command line.
+    pub started: Instant,
+    /// The last window is committed, or the run has failed.
+    pub loop_ended: Instant,
+}
+
+/// Fill `cost` of `summary`; `statistics` are those of the contact solver and of the structure's, if they could report them.
+pub(crate) fn describe_cost(
+    summary: &mut Summary,
+    records: &Records,
+    clock: &Clock,
+    statistics: Option<&(Statistics, Statistics)>,
+    remotes: &[Remote],
+) {
+    let Clock { started, loop_ended } = *clock;
+    let prepared = records.prepared_at.unwrap_or(loop_ended);
+    let looping = (loop_ended - prepared).as_secs_f64();
+    let exchanges: u64 = remotes.iter().map(|remote| remote.sequence).sum();
+    let waited: f64 = remotes.iter().map(|remote| remote.waited).sum();
+    let of_solvers: Vec<&Statistics> = statistics.iter().flat_map(|(dem, fem)| [dem, fem]).collect();
+    if !of_solvers.is_empty() {
+        describe_exchange(summary, exchanges, waited, &of_solvers);
+    }
+    let cost = &mut summary.cost;
+    cost.insert("wall_s".into(), json!(started.elapsed().as_secs_f64()));
+    cost.insert("loop_s".into(), json!(looping));
+    let preparing = (prepared - started).as_secs_f64();
+    let flying = (records.touched_at.unwrap_or(loop_ended) - prepared).as_secs_f64();
+    let stages =
+        [("prepare_s", preparing), ("flight_s", flying), ("impact_s", looping - flying), ("loop_s", looping)];
+    cost.insert(
+        "stages".into(),
+        stages.map(|(stage, seconds)| (stage.to_owned(), json!(seconds))).into_iter().collect(),
+    );
+    cost.insert("exchanges".into(), json!(exchanges));
+    cost.insert("windows".into(), summary.coupling.get("windows").cloned().unwrap_or_default());
+    cost.insert("iterations".into(), summary.coupling.get("iterations").cloned().unwrap_or_default());
+    totals(cost, &of_solvers);
+    // A run that ended before its second window has none to count.
+    let allocations = records.allocations;
+    let allocations =
+        allocations.map(|(first, last)| ("allocations_after_first_window".into(), last - first));
+    let counts = allocations.into_iter().collect();
+    let own = with_cost(Statistics { counts, ..Statistics::default() }, 0.0);
+    let solvers = ["dem", "fem"].into_iter().zip(of_solvers);
+    describe_processes(summary, std::iter::once(("coupler", &own)).chain(solvers));
+}
+
+/// The mean time of an exchange beside the computing of the solvers.
+fn describe_exchange(summary: &mut Summary, exchanges: u64, waited: f64, of_solvers: &[&Statistics]) {
+    let inside: f64 = of_solvers.iter().map(|s| s.solve_seconds).sum();
+    if of_solvers.iter().all(|s| s.solve_seconds > 0.0) && exchanges > 0 {
+        let each = (waited - inside) / exchanges as f64;
+        summary.cost.insert("exchange_microseconds".into(), json!(1e6 * each));
+    } else {
+        let why = "a solver does not report its seconds inside solve";
+        summary.warnings.push(Diagnostic::absent("exchange_microseconds", why));
     }
 }
 

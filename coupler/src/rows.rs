@@ -79,8 +79,7 @@ impl Rows {
             self.flush(&mut write)?;
         }
         let Self { interval, means, pending } = &mut *self;
-        pending.row.clear();
-        pending.row.extend_from_slice(values);
+        values.clone_into(&mut pending.row);
         for (sum, column) in pending.sums.iter_mut().zip(means) {
             *sum += values[*column] * (time - start);
             // A row of one window has its own mean, to the last bit.

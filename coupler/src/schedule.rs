@@ -9,7 +9,7 @@
 use serde::{Deserialize, Serialize};
 
 /// Windows in order.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Schedule {
     window: f64,
     end: f64,
@@ -58,20 +58,7 @@ impl Span {
 impl Schedule {
     /// Windows of length `window` from 0 to `end`, halved down to `min_window` [s].
     pub fn new(window: f64, end: f64, min_window: f64) -> Self {
-        Self {
-            window,
-            end,
-            min_window,
-            index: 0,
-            level: 0,
-            part: 0,
-            many: 1,
-            kept: 0,
-            since: 0,
-            patience: PATIENCE[0],
-            trial: false,
-            number: 1,
-        }
+        Self { window, end, min_window, many: 1, patience: PATIENCE[0], number: 1, ..Self::default() }
     }
 
     /// Full windows of the run; the last may be shorter. An end that misses a multiple by rounding is that multiple.

@@ -2,8 +2,9 @@
 
 use crate::schedule::Span;
 use crate::side::Side;
-use interface_defs::message::FaultKind;
-use interface_defs::{Command, Failure, Participant, Request, RequestHeader, Statistics, Status};
+use interface_defs::{
+    Command, Failure, FaultKind, Fill, Participant, Request, RequestHeader, Statistics, Status,
+};
 
 /// How a participant answered.
 #[derive(Debug)]
@@ -71,12 +72,7 @@ impl<'a> Seat<'a> {
     }
 
     /// Ask for a window, or as `ask` says. The acceptance of the window before travels with the first request.
-    pub fn send(
-        &mut self,
-        (span, iteration): (Span, u32),
-        ask: Ask,
-        fill: &mut dyn FnMut(&mut [f64]),
-    ) -> Result<(), Failure> {
+    pub fn send(&mut self, (span, iteration): (Span, u32), ask: Ask, fill: Fill) -> Result<(), Failure> {
         let commits = std::mem::take(&mut self.commit_due);
         let command = if commits { ask.command.after_commit() } else { ask.command };
         let header = RequestHeader {
@@ -122,10 +118,8 @@ impl<'a> Seat<'a> {
             (None, Some(gauge)) => format!("gauge \"{}\"", side.gauges[gauge].name),
             (None, None) => format!("number {index}"),
         };
-        Err(Failure::Contract {
-            solver: self.participant.name().into(),
-            what: format!("window {} at t = {} s: {what} is {}", span.number, span.start, payload[index]),
-        })
+        let what = format!("window {} at t = {} s: {what} is {}", span.number, span.start, payload[index]);
+        Err(Failure::contract(self.participant.name(), what))
     }
 }
 

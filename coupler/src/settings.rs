@@ -195,13 +195,10 @@ impl CouplingSettings {
     pub fn of(scene: &Scene) -> Result<Self, Diagnostic> {
         for key in ["scheme", "time_window"] {
             if !names(scene, key) {
-                return Err(scene
-                    .invalid("coupling", format!("coupling.{key} is not named: the coupler alone cannot choose it"))
-                    .coded(code::MISSING_KEY)
-                    .try_instead(
-                        "start the scene with `rockfall run`, which chooses it; or let `rockfall check SCENE --resolved \
-                         FILE` write it out, and give FILE to all programs",
-                    ));
+                let what = format!("coupling.{key} is not named: the coupler alone cannot choose it");
+                let cure = "start the scene with `rockfall run`, which chooses it; or let `rockfall check SCENE --resolved \
+                            FILE` write it out, and give FILE to all programs";
+                return Err(scene.invalid("coupling", what).coded(code::MISSING_KEY).try_instead(cure));
             }
         }
         let coupling = Self::open(scene)?;
@@ -244,9 +241,9 @@ impl CouplingSettings {
         let mut warnings = Vec::new();
         let part = self.time_window / f64::from(self.samples);
         if self.scheme == Scheme::Strong && part > RESOLVED {
+            let part = short(part);
             let what = format!(
-                "forces are exchanged every {} s, and the reaction is a mean over 1 ms, so that an impact is not resolved",
-                short(part)
+                "forces are exchanged every {part} s, and the reaction is a mean over 1 ms, so that an impact is not resolved"
             );
             let warning = warn(code::UNUSUAL_VALUE, "time_window", what);
             warnings.push(warning.try_instead("0.2 ms is time_window = 2e-4"));
@@ -284,17 +281,13 @@ impl CouplingSettings {
         let (mut warnings, usual) = (Vec::new(), Self::default());
         if self.tolerance == 0.0 && self.absolute_tolerance == 0.0 {
             let what = "both tolerances are 0, so that no window converges in which anything moves";
-            let hint = format!(
-                "{:e} is usual, and {:e} m for absolute_tolerance",
-                usual.tolerance, usual.absolute_tolerance
-            );
+            let Tolerance { relative, absolute } = usual.tolerances();
+            let hint = format!("{relative:e} is usual, and {absolute:e} m for absolute_tolerance");
             warnings.push(warn(code::UNUSUAL_VALUE, "tolerance", what).try_instead(hint));
         }
         if self.absolute_tolerance >= COARSE {
-            let what = format!(
-                "a window is accepted where the two sides are {} m apart",
-                short(self.absolute_tolerance)
-            );
+            let apart = short(self.absolute_tolerance);
+            let what = format!("a window is accepted where the two sides are {apart} m apart");
             let hint = format!("{:e} m is usual", usual.absolute_tolerance);
             warnings.push(warn(code::UNUSUAL_VALUE, "absolute_tolerance", what).try_instead(hint));
         }

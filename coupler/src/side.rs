@@ -1,7 +1,7 @@
 //! One solver as it was agreed with: its gauges, the layout of what goes to it and of what comes back.
 
 use crate::energy::Account;
-use interface_defs::{Gauge, Hello, Layout, Plan, Ready};
+use interface_defs::{Gauge, Hello, Items, Layout, Plan, Ready};
 use toolkit::history::gauge_column;
 
 /// What is agreed with one solver.
@@ -30,6 +30,12 @@ impl Side {
         let request = Layout::new(&plan.takes, &ready.mesh, 0);
         let account = Account::new(&ready.gauges, &layout, &ready.initial);
         Self { program, gauges: ready.gauges, request, layout, account, initial: ready.initial, hello }
+    }
+
+    /// Lay its payloads out for other items.
+    pub fn resize(&mut self, items: &Items) {
+        self.request.resize(items);
+        self.layout.resize(items);
     }
 
     /// Names of the columns of its gauges.

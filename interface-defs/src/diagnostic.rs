@@ -173,8 +173,8 @@ impl Place {
 
     /// Bytes `span` of `text`; a span over several lines ends with the first.
     pub fn in_text(file: &str, text: &str, span: std::ops::Range<usize>) -> Self {
-        let start = floor_boundary(text, span.start.min(text.len()));
-        let end = floor_boundary(text, span.end.clamp(start, text.len()));
+        let start = text.floor_char_boundary(span.start);
+        let end = text.floor_char_boundary(span.end.max(start));
         let line_start = text[..start].rfind('\n').map_or(0, |at| at + 1);
         let line = text[line_start..].lines().next().unwrap_or_default().to_owned();
         let number = text[..line_start].matches('\n').count() as u32 + 1;
@@ -188,13 +188,6 @@ impl Place {
     pub fn in_argument(text: &str, span: std::ops::Range<usize>) -> Self {
         Self { file: format!("--set {text}"), position: None, ..Self::in_text("", text, span) }
     }
-}
-
-fn floor_boundary(text: &str, mut at: usize) -> usize {
-    while !text.is_char_boundary(at) {
-        at -= 1;
-    }
-    at
 }
 
 /// What is wrong, or worth a second look. As an error of input it means exit code 2:

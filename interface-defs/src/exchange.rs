@@ -81,11 +81,9 @@ impl Exchange {
         };
         let expected = fields + header.listed as usize;
         if payload.len() != expected {
-            return Err(Fault::broken(format!(
-                "window {}: the coupler sent {} numbers, the plan makes {expected}",
-                header.window,
-                payload.len()
-            )));
+            let (window, sent) = (header.window, payload.len());
+            let what = format!("window {window}: the coupler sent {sent} numbers, the plan makes {expected}");
+            return Err(Fault::broken(what));
         }
         Ok(match command.without_commit() {
             Command::Reach => {
@@ -93,7 +91,7 @@ impl Exchange {
                 solver.reach(&window(header), &payload[..fields], &mut self.reach)?;
                 self.reach.len()
             }
-            Command::State => self.gives.len() + self.listed(command),
+            Command::State if self.selected => self.gives.len() + 2 * self.selection.pairs.len(),
             _ => self.gives.len(),
         })
     }
@@ -126,12 +124,6 @@ impl Exchange {
         }
     }
 
-    /// Numbers that list the pairs in the answer.
-    fn listed(&self, command: Command) -> usize {
-        let state = command.without_commit() == Command::State;
-        if state && self.selected { 2 * self.selection.pairs.len() } else { 0 }
-    }
-
     /// Lay the payloads out as the request says.
     fn select(
         &mut self,
@@ -159,9 +151,8 @@ impl Exchange {
         self.selection.pairs.extend(pairs.iter().map(|pair| pair.map(|place| place as u32)));
         let places = self.selection.nodes.len() as u32;
         if let Some(pair) = self.selection.pairs.iter().find(|p| p[0] > p[1] || p[1] >= places) {
-            return Err(Fault::broken(format!(
-                "a request couples places {pair:?} of {places} selected nodes"
-            )));
+            let what = format!("a request couples places {pair:?} of {places} selected nodes");
+            return Err(Fault::broken(what));
         }
         self.select_these(solver)
     }

@@ -10,31 +10,41 @@ use std::ops::Range;
 
 /// Names that this version gives a meaning. Any other name is passed on where giver and taker agree.
 pub mod name {
-    /// Displacement of the interface nodes since t = 0 [m], 3 components.
-    pub const DISPLACEMENT: &str = "displacement";
-    /// Velocity of the interface nodes [m/s], 3 components.
-    pub const VELOCITY: &str = "velocity";
-    /// Force on the interface nodes [N], 3 components.
-    pub const FORCE: &str = "force";
-    /// 1 for each node that the contact solver may touch in this window, else 0.
-    pub const REACH: &str = "reach";
-    /// 1 for each line that is broken and touches nothing any more, else 0: from the structure at the window's end, to the
-    /// contact solver as committed when the window begins.
-    pub const BROKEN: &str = "broken";
-    /// For a net that yields in the contact solver: internal force plus load at the window's start [N], 3 components.
-    pub const LOCAL_FORCE: &str = "local_force";
-    /// For a yielding net: how fast that force changes at the window's start, because all nodes move [N/s], 3 components.
-    pub const LOCAL_FORCE_RATE: &str = "local_force_rate";
-    /// For a yielding net: block of the tangent for each pair of selected nodes, `-d(force on the first)/d(displacement of
-    /// the second)`, row by row [N/m], 9 components.
-    pub const LOCAL_TANGENT: &str = "local_tangent";
-    /// For a yielding net: mass-proportional damping alpha [1/s], one number.
-    pub const LOCAL_DAMPING: &str = "local_damping";
-    /// From a structure: largest distance that any interface node has moved in the window [m]; to the contact solver: the
-    /// sum of these since it was asked for its reach, and what may come in this window.
-    pub const TRAVEL: &str = "travel";
-    /// From a contact solver: time from the window's end in which nothing touches the net [s], one number.
-    pub const FREE_TIME: &str = "free_time";
+    macro_rules! names {
+        ($($(#[doc = $about:literal])+ $name:ident = $text:literal;)+) => {
+            $($(#[doc = $about])+ pub const $name: &str = $text;)+
+            /// All of them.
+            pub const ALL: &[&str] = &[$($text),+];
+        };
+    }
+
+    names! {
+        /// Displacement of the interface nodes since t = 0 [m], 3 components.
+        DISPLACEMENT = "displacement";
+        /// Velocity of the interface nodes [m/s], 3 components.
+        VELOCITY = "velocity";
+        /// Force on the interface nodes [N], 3 components.
+        FORCE = "force";
+        /// 1 for each node that the contact solver may touch in this window, else 0.
+        REACH = "reach";
+        /// 1 for each line that is broken and touches nothing any more, else 0: from the structure at the window's end, to the
+        /// contact solver as committed when the window begins.
+        BROKEN = "broken";
+        /// For a net that yields in the contact solver: internal force plus load at the window's start [N], 3 components.
+        LOCAL_FORCE = "local_force";
+        /// For a yielding net: how fast that force changes at the window's start, because all nodes move [N/s], 3 components.
+        LOCAL_FORCE_RATE = "local_force_rate";
+        /// For a yielding net: block of the tangent for each pair of selected nodes, `-d(force on the first)/d(displacement of
+        /// the second)`, row by row [N/m], 9 components.
+        LOCAL_TANGENT = "local_tangent";
+        /// For a yielding net: mass-proportional damping alpha [1/s], one number.
+        LOCAL_DAMPING = "local_damping";
+        /// From a structure: largest distance that any interface node has moved in the window [m]; to the contact solver: the
+        /// sum of these since it was asked for its reach, and what may come in this window.
+        TRAVEL = "travel";
+        /// From a contact solver: time from the window's end in which nothing touches the net [s], one number.
+        FREE_TIME = "free_time";
+    }
 }
 
 /// What a field is attached to.
@@ -192,10 +202,9 @@ impl Layout {
 
     /// The field that holds number `index`: name, and its position in the sample. `None` for a gauge.
     pub fn owner(&self, index: usize) -> Option<(&FieldSpec, usize)> {
-        let (f, start, len) = self
-            .places
-            .iter()
-            .find(|(f, start, len)| (*start..start + len * f.sample_count()).contains(&index))?;
+        let mut places = self.places.iter();
+        let holds = |start: usize, numbers: usize| (start..start + numbers).contains(&index);
+        let (f, start, len) = places.find(|(f, start, len)| holds(*start, len * f.sample_count()))?;
         Some((f, (index - start) % len))
     }
 

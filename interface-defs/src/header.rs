@@ -131,18 +131,9 @@ impl Status {
 impl AnswerHeader {
     /// Echo of `request`.
     pub fn echo(request: &RequestHeader, status: Status) -> Self {
-        Self {
-            run: request.run,
-            sequence: request.sequence,
-            window: request.window,
-            iteration: request.iteration,
-            status: status as u32,
-            start: request.start,
-            length: request.length,
-            selection: request.selection,
-            listed: 0,
-            reserved: [0; 2],
-        }
+        let RequestHeader { run, sequence, window, iteration, start, length, selection, .. } = *request;
+        let status = status as u32;
+        Self { run, sequence, window, iteration, status, start, length, selection, ..Self::default() }
     }
 
     /// The first thing in which this is not the answer to `request`, both values named.

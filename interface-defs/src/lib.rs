@@ -37,13 +37,15 @@ pub mod selection;
 pub mod solver;
 pub mod verdict;
 
-pub use diagnostic::{Diagnostic, Severity};
+pub use diagnostic::{Code, Diagnostic, Severity, code};
 pub use field::{FieldSpec, Items, Layout, Place, Sampling, name};
 pub use header::{AnswerHeader, Command, RequestHeader, Status};
-pub use ipc::serve::serve;
+pub use ipc::{RunId, serve::serve};
 pub use mesh::{Group, InterfaceMesh};
-pub use message::{Fault, Gauge, Hello, Measure, Plan, Progress, Ready, Role, Statistics, Worse};
-pub use participant::{Failure, Participant, Request};
+pub use message::{
+    Fault, FaultKind, Gauge, Hello, Measure, Plan, Progress, Ready, Role, Statistics, Worse, capability,
+};
+pub use participant::{Failure, Fill, Participant, Request};
 pub use selection::Selection;
-pub use solver::{Solver, Window};
+pub use solver::{OnProgress, Solver, Window};
 pub use verdict::{Fate, Torn, Verdict};

@@ -60,6 +60,11 @@ pub enum Failure {
 }
 
 impl Failure {
+    /// `solver` breaks the contract: `what`, with the numbers of both sides.
+    pub fn contract(solver: &str, what: impl Into<String>) -> Self {
+        Self::Contract { solver: solver.into(), what: what.into() }
+    }
+
     /// True where the failure is the user's input: exit code 2.
     pub fn is_input(&self) -> bool {
         matches!(self, Self::Fault { fault: Fault { kind: FaultKind::Input, .. }, .. })
@@ -126,6 +131,9 @@ pub struct Request {
     pub expects: Option<usize>,
 }
 
+/// Writes the payload of a request in place.
+pub type Fill<'a> = &'a mut dyn FnMut(&mut [f64]);
+
 /// A solver as the coupler sees it. Once prepared it has two verbs: send and receive.
 pub trait Participant {
     /// Its name in this run (`dem`, `fem`).
@@ -138,7 +146,7 @@ pub trait Participant {
     fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Failure>;
 
     /// Send a request; `fill` writes its payload in place. `header.run` and `.sequence` are set here.
-    fn send(&mut self, request: Request, fill: &mut dyn FnMut(&mut [f64])) -> Result<(), Failure>;
+    fn send(&mut self, request: Request, fill: Fill) -> Result<(), Failure>;
 
     /// Wait for the answer to the request sent last. [`Status::Failed`]: ask [`Participant::explain`].
     fn receive(&mut self) -> Result<Status, Failure>;

@@ -57,11 +57,8 @@ impl Selection {
                 None => return Err(format!("node {node} is selected, there are {}", self.place.len())),
                 Some(place) => *place = known,
             }
-            if self.nodes.last().is_some_and(|last| *last >= node) {
-                return Err(format!(
-                    "node {node} is selected after node {}",
-                    self.nodes[self.nodes.len() - 1]
-                ));
+            if let Some(last) = self.nodes.last().filter(|last| **last >= node) {
+                return Err(format!("node {node} is selected after node {last}"));
             }
             self.nodes.push(node);
         }

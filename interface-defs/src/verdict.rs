@@ -3,70 +3,54 @@
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// What became of a rock.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Fate {
-    /// It touched the net, came to no speed along its impact direction, and the net held it.
-    Stopped,
-    /// It was stopped, then lost contact on the rebound.
-    Rebounded,
-    /// It went through the net.
-    WentThrough,
-    /// It passed over the net.
-    PassedOver,
-    /// It passed under the net.
-    PassedUnder,
-    /// It passed beside the net.
-    PassedBeside,
-    /// It came to rest, but not in a net.
-    AtRest,
-    /// It left the terrain.
-    LeftTerrain,
-    /// It still moved at the end of the run, away from the net.
-    StillMoving,
-    /// It was still being stopped at the end of the run.
-    #[default]
-    Undecided,
+/// Declares [`Fate`]: each with its name in result files, and in words.
+macro_rules! fates {
+    ($($(#[$about:meta])+ $fate:ident = $name:literal, $words:literal;)+) => {
+        /// What became of a rock.
+        #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+        pub enum Fate {
+            $($(#[$about])+ #[serde(rename = $name)] $fate,)+
+        }
+
+        impl Fate {
+            /// All of them, in the order in which they are counted.
+            pub const ALL: [Self; [$($name),+].len()] = [$(Self::$fate),+];
+
+            /// Its name in result files.
+            pub fn name(self) -> &'static str {
+                [$($name),+][self as usize]
+            }
+
+            /// In words.
+            pub fn words(self) -> &'static str {
+                [$($words),+][self as usize]
+            }
+        }
+    };
 }
 
-impl Fate {
-    /// All of them, in the order in which they are counted.
-    pub const ALL: [Self; 10] = [
-        Self::Stopped,
-        Self::Rebounded,
-        Self::WentThrough,
-        Self::PassedOver,
-        Self::PassedUnder,
-        Self::PassedBeside,
-        Self::AtRest,
-        Self::LeftTerrain,
-        Self::StillMoving,
-        Self::Undecided,
-    ];
-
-    /// Its name in result files.
-    pub fn name(self) -> &'static str {
-        Self::NAMES[self as usize].0
-    }
-
-    /// In words.
-    pub fn words(self) -> &'static str {
-        Self::NAMES[self as usize].1
-    }
-
-    const NAMES: [(&str, &str); 10] = [
-        ("stopped", "stopped"),
-        ("rebounded", "rebounded"),
-        ("went_through", "went through"),
-        ("passed_over", "passed over"),
-        ("passed_under", "passed under"),
-        ("passed_beside", "passed beside"),
-        ("at_rest", "at rest"),
-        ("left_terrain", "left the terrain"),
-        ("still_moving", "still moving"),
-        ("undecided", "undecided"),
-    ];
+fates! {
+    /// It touched the net, came to no speed along its impact direction, and the net held it.
+    Stopped = "stopped", "stopped";
+    /// It was stopped, then lost contact on the rebound.
+    Rebounded = "rebounded", "rebounded";
+    /// It went through the net.
+    WentThrough = "went_through", "went through";
+    /// It passed over the net.
+    PassedOver = "passed_over", "passed over";
+    /// It passed under the net.
+    PassedUnder = "passed_under", "passed under";
+    /// It passed beside the net.
+    PassedBeside = "passed_beside", "passed beside";
+    /// It came to rest, but not in a net.
+    AtRest = "at_rest", "at rest";
+    /// It left the terrain.
+    LeftTerrain = "left_terrain", "left the terrain";
+    /// It still moved at the end of the run, away from the net.
+    StillMoving = "still_moving", "still moving";
+    /// It was still being stopped at the end of the run.
+    #[default]
+    Undecided = "undecided", "undecided";
 }
 
 /// What became of one rock. Times in s, lengths in m, speeds in m/s; places in the scene's coordinates.
@@ -155,6 +139,18 @@ impl Verdict {
     pub fn at_net(self, fate: Fate, time: f64, speed: f64, position: Option<[f64; 3]>) -> Self {
         Self { fate, time, speed, position, ..self }
     }
+
+    /// What else is to be said of a stop.
+    fn stop(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        if let Some(speed) = self.transverse_speed {
+            write!(f, ", where it still moved with {speed:.2} m/s across its impact direction")?;
+        }
+        if let Some(Gap { from, until, speed }) = self.gap {
+            write!(f, ", which counts from its first touch: from {from:.4} s to {until:.4} s ")?;
+            write!(f, "nothing of the structure touched it, and it came back to it with {speed:.2} m/s")?;
+        }
+        Ok(())
+    }
 }
 
 /// A place, to the centimetre.
@@ -193,10 +189,8 @@ impl fmt::Display for Verdict {
         match (self.fate, self.impact) {
             (Fate::Stopped, Some(impact)) => {
                 let Touch { time, speed } = impact;
-                write!(
-                    f,
-                    "was stopped by the net in {braking:.4} s over {travel:.3} m, from {speed:.2} m/s at {time:.4} s"
-                )?;
+                write!(f, "was stopped by the net in {braking:.4} s over {travel:.3} m, ")?;
+                write!(f, "from {speed:.2} m/s at {time:.4} s")?;
                 self.stop(f)?;
             }
             (Fate::Rebounded, _) => {
@@ -205,12 +199,9 @@ impl fmt::Display for Verdict {
                 self.stop(f)?;
             }
             (Fate::Undecided, _) => {
-                write!(
-                    f,
-                    "was still being stopped by the net at {time:.4} s: {speed:.2} m/s along its impact direction"
-                )?;
                 let touch = self.impact.map_or(f64::NAN, |impact| impact.time);
-                write!(f, ", {travel:.3} m after its first touch at {touch:.4} s")?;
+                write!(f, "was still being stopped by the net at {time:.4} s: {speed:.2} m/s along its ")?;
+                write!(f, "impact direction, {travel:.3} m after its first touch at {touch:.4} s")?;
             }
             (Fate::AtRest | Fate::LeftTerrain | Fate::StillMoving, _) => {
                 let on_terrain = self.then.is_none_or(|then| then.on_terrain);
@@ -221,36 +212,16 @@ impl fmt::Display for Verdict {
                 write!(f, "{} {net}: it touched at {touched:.4} s with {with:.2} m/s ", passed.words())?;
                 write!(f, "and lost contact at {time:.4} s{near} with {speed:.2} m/s")?;
             }
-            (Fate::WentThrough, None) => {
-                write!(
-                    f,
-                    "went through {net} without touching it,{near} at {time:.4} s with {speed:.2} m/s"
-                )?;
-            }
             (passed, None) => {
-                let clear =
-                    self.clearance.map_or(String::new(), |free| format!(" with a clearance of {free:.2} m,"));
+                let clear = match (passed, self.clearance) {
+                    (Fate::WentThrough, _) => " without touching it,".into(),
+                    (_, Some(free)) => format!(" with a clearance of {free:.2} m,"),
+                    (_, None) => String::new(),
+                };
                 write!(f, "{} {net}{clear}{near} at {time:.4} s with {speed:.2} m/s", passed.words())?;
             }
         }
         self.then.map_or(Ok(()), |then| write!(f, "; it {then}"))
-    }
-}
-
-impl Verdict {
-    /// What else is to be said of a stop.
-    fn stop(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        if let Some(speed) = self.transverse_speed {
-            write!(f, ", where it still moved with {speed:.2} m/s across its impact direction")?;
-        }
-        if let Some(Gap { from, until, speed }) = self.gap {
-            write!(
-                f,
-                ", which counts from its first touch: from {from:.4} s to {until:.4} s nothing of the structure touched it"
-            )?;
-            write!(f, ", and it came back to it with {speed:.2} m/s")?;
-        }
-        Ok(())
     }
 }
 
@@ -278,10 +249,10 @@ impl fmt::Display for Torn {
         let force = format!("{:.1} kN{kind}", self.force.abs() / 1e3);
         match self.elements {
             1 => write!(f, "`{part}` tore at {first:.4} s under {force}: {member}"),
-            n => write!(
-                f,
-                "{n} elements of `{part}` tore from {first:.4} s to {last:.4} s, the first under {force}: {member}"
-            ),
+            n => {
+                write!(f, "{n} elements of `{part}` tore from {first:.4} s to {last:.4} s, ")?;
+                write!(f, "the first under {force}: {member}")
+            }
         }
     }
 }

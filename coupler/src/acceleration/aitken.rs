@@ -84,10 +84,8 @@ impl Acceleration for Aitken {
             }
             Some(_) => {}
         }
-        self.old.clear();
-        self.old.extend_from_slice(residual);
-        self.old_nodes.clear();
-        self.old_nodes.extend_from_slice(nodes);
+        residual.clone_into(&mut self.old);
+        nodes.clone_into(&mut self.old_nodes);
         relax(x, residual, self.factor);
     }
 
@@ -98,10 +96,9 @@ impl Acceleration for Aitken {
     fn check(&self) -> Checked {
         check_first("initial", self.initial)?;
         if self.largest < self.initial || self.largest.is_nan() {
-            return Err((
-                "largest",
-                format!("the largest factor {} is below the first one, {}", self.largest, self.initial),
-            ));
+            let what =
+                format!("the largest factor {} is below the first one, {}", self.largest, self.initial);
+            return Err(("largest", what));
         }
         Ok(())
     }

@@ -41,11 +41,8 @@ impl Acceleration for IqnIls {
 
     fn update(&mut self, x: &mut [f64], residual: &[f64], nodes: &[u32]) {
         self.secants.remember(x, residual, nodes, self.columns);
-        if self.secants.reduce(x, residual, 1.0, self.filter) {
-            relax(x, residual, 1.0);
-        } else {
-            relax(x, residual, self.initial);
-        }
+        let reduced = self.secants.reduce(x, residual, 1.0, self.filter);
+        relax(x, residual, if reduced { 1.0 } else { self.initial });
     }
 
     fn factor(&self) -> f64 {
@@ -68,7 +65,7 @@ impl Acceleration for IqnIls {
 
 #[cfg(test)]
 mod tests {
-    use super::super::none::NoRelaxation;
+    use super::super::NoRelaxation;
     use super::super::secants::dot;
     use super::*;
 

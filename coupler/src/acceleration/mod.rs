@@ -4,7 +4,6 @@ mod aitken;
 mod anderson;
 mod constant;
 mod iqn_ils;
-mod none;
 mod secants;
 
 use crate::registry::registry;
@@ -12,8 +11,8 @@ pub use secants::Secants;
 
 /// Turns the residual of one coupling iteration into the next iterate.
 pub trait Acceleration {
-    /// Forget the iterations of the window before; the next has `most` unknowns at most.
-    fn start_window(&mut self, most: usize);
+    /// Forget the iterations of the window before; the next has so many unknowns at most.
+    fn start_window(&mut self, _most: usize) {}
 
     /// Overwrite `x` with the next iterate, given `residual = H(x) - x` (same length, one unit: metres).
     ///
@@ -50,7 +49,7 @@ fn check_first(key: &'static str, factor: f64) -> Checked {
 registry! {
     /// Every acceleration that `[coupling.acceleration] type` may name.
     pub enum AnyAcceleration: Acceleration {
-        "none" => none::NoRelaxation,
+        "none" => constant::NoRelaxation,
         "constant" => constant::Constant,
         "aitken" => aitken::Aitken,
         "anderson" => anderson::Anderson,

@@ -121,10 +121,8 @@ impl Secants {
             self.moves.extend(x.iter().zip(&self.iterate).map(|(new, old)| new - old));
             self.changes.extend(residual.iter().zip(&self.residual).map(|(new, old)| new - old));
         }
-        self.iterate.clear();
-        self.iterate.extend_from_slice(x);
-        self.residual.clear();
-        self.residual.extend_from_slice(residual);
+        x.clone_into(&mut self.iterate);
+        residual.clone_into(&mut self.residual);
     }
 
     /// Carry all over to `nodes`. The iteration before is given the numbers of this one for nodes that it did not have: no change.
@@ -143,14 +141,12 @@ impl Secants {
             }
             if !iterate.is_empty() {
                 for (kept, now) in [(iterate, x), (&mut self.residual, residual)] {
-                    carried.clear();
-                    carried.extend_from_slice(now);
+                    now.clone_into(carried);
                     replace(kept, before, carried, nodes);
                 }
             }
         }
-        self.nodes.clear();
-        self.nodes.extend_from_slice(nodes);
+        nodes.clone_into(&mut self.nodes);
     }
 
     /// Take `step` times each column from `x`, in the shares with which the columns come nearest to `residual`; a column of which newer
@@ -174,8 +170,7 @@ impl Secants {
 /// `kept`, of the nodes `before`, over `defaults`, of the nodes `now`.
 fn replace(kept: &mut Vec<f64>, before: &[u32], defaults: &mut [f64], now: &[u32]) {
     carry_over(kept, before, defaults, now);
-    kept.clear();
-    kept.extend_from_slice(defaults);
+    (*defaults).clone_into(kept);
 }
 
 impl Basis {

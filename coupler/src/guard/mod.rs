@@ -40,19 +40,26 @@ pub mod clause {
 
 /// A solver breaks a clause.
 pub fn breach(solver: &str, clause: &str, what: impl AsRef<str>) -> Failure {
-    Failure::Contract {
-        solver: solver.into(),
-        what: format!("{} (PROTOCOL.md, clause {clause})", what.as_ref()),
-    }
+    Failure::contract(solver, format!("{} (PROTOCOL.md, clause {clause})", what.as_ref()))
 }
 
-/// The answer at t = 0 must be as long as the fields on its mesh and its gauges make it.
-pub fn check_initial(solver: &str, gives: &[FieldSpec], ready: &Ready) -> Result<(), Failure> {
+/// The answer at t = 0 must be as long as the fields on its mesh and its gauges make it. The layout has room for several interface
+/// meshes; the loop couples one.
+pub fn check_ready(solver: &str, gives: &[FieldSpec], ready: &Ready) -> Result<(), Failure> {
+    if !ready.more_meshes.is_empty() {
+        let meshes = ready.more_meshes.len() + 1;
+        let what = format!(
+            "it offers {meshes} interface meshes, this version couples one: send it as Ready.mesh alone"
+        );
+        return Err(breach(solver, clause::MESH, what));
+    }
     let nodes = ready.mesh.node_count();
     let expected = Layout::new(gives, &ready.mesh, ready.gauges.len()).len();
     let got = ready.initial.len();
     if got == expected {
-        return check_finite(solver, &ready.initial);
+        let Some(at) = ready.initial.iter().position(|x| !x.is_finite()) else { return Ok(()) };
+        let what = format!("number {at} of its answer at t = 0 is {}", ready.initial[at]);
+        return Err(breach(solver, clause::INITIAL, what));
     }
     let gauges = 3 * ready.gauges.len();
     let per_node = (expected - gauges) / nodes.max(1);
@@ -65,27 +72,13 @@ pub fn check_initial(solver: &str, gives: &[FieldSpec], ready: &Ready) -> Result
     let asked = gives.iter().map(|f| f.samples).max().unwrap_or(1);
     if fits {
         let theirs = (got - gauges) / per_node;
-        return Err(breach(
-            solver,
-            clause::MESH,
-            format!("{what}: as for {theirs} nodes, its mesh has {nodes}"),
-        ));
+        let what = format!("{what}: as for {theirs} nodes, its mesh has {nodes}");
+        return Err(breach(solver, clause::MESH, what));
     }
     let samples = (1..=64).find(|samples| other_samples(*samples)).map_or(String::new(), |samples| {
         format!(": as for {samples} samples per window, the plan asks for {asked}")
     });
     Err(breach(solver, clause::SAMPLES, format!("{what}{samples}")))
-}
-
-fn check_finite(solver: &str, initial: &[f64]) -> Result<(), Failure> {
-    match initial.iter().position(|x| !x.is_finite()) {
-        Some(at) => Err(breach(
-            solver,
-            clause::INITIAL,
-            format!("number {at} of its answer at t = 0 is {}", initial[at]),
-        )),
-        None => Ok(()),
-    }
 }
 
 /// Largest difference of the work that a solver says it received from what was booked, relative to the largest work of the run.
@@ -94,18 +87,16 @@ fn check_finite(solver: &str, initial: &[f64]) -> Result<(), Failure> {
 /// integrates it by its own scheme, and is not compared.
 const MOST_WORK_APART: f64 = 0.01;
 
-/// Whether the work that a solver says it received can be compared with the mean force times the distance.
-pub fn has_comparable_work(side: &Side, of_structure: bool) -> bool {
+/// The work that the solver `solver` says it received must be what was booked: the mean force times the distance.
+pub fn check_work(solver: &str, side: &Side, balance: &Balance, of_structure: bool) -> Result<(), Failure> {
     let takes_ends = side.request.fields().any(|f| f.name == name::FORCE && f.sampling == Sampling::AtEnds);
-    side.account.receives && !(of_structure && takes_ends)
-}
-
-/// The work that the solver `name` says it received must be what was booked.
-pub fn check_work(name: &str, balance: &Balance, of_structure: bool) -> Result<(), Failure> {
+    if !side.account.receives || (of_structure && takes_ends) {
+        return Ok(());
+    }
     let Some((booked, received, size)) = balance.work_apart(of_structure) else { return Ok(()) };
     let apart = (booked - received).abs() / size;
     tracing::debug!(
-        "{name}: work booked {booked:e} J, received {received:e} J: {apart:e} of {size:e} J apart"
+        "{solver}: work booked {booked:e} J, received {received:e} J: {apart:e} of {size:e} J apart"
     );
     if apart <= MOST_WORK_APART {
         return Ok(());
@@ -115,7 +106,7 @@ pub fn check_work(name: &str, balance: &Balance, of_structure: bool) -> Result<(
          {:.3} times that; does it take all of the force, once, and count its work?",
         received / booked
     );
-    Err(breach(name, clause::FORCE, what))
+    Err(breach(solver, clause::FORCE, what))
 }
 
 #[cfg(test)]

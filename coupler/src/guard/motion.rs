@@ -167,13 +167,8 @@ impl Motion {
             return Ok(());
         }
         self.odd += u64::from(!now.is_a_motion(ODD_DEFECT));
-        let at = format!(
-            "window {} of {:e} s at t = {} s: {}",
-            span.number,
-            span.length,
-            span.start,
-            now.numbers()
-        );
+        let Span { number, start, length, .. } = span;
+        let at = format!("window {number} of {length:e} s at t = {start} s: {}", now.numbers());
         if self.seen == 1 {
             // Who jumps goes further than velocity can make it.
             self.odd_start = (now.path > 4.0 * now.integral).then_some(at);

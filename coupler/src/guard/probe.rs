@@ -18,11 +18,6 @@ const LOOSE: f64 = 0.1;
 /// Smallest share of the push that is taken for a response: supports may hold a node in some directions.
 const FREE: f64 = 1e-2;
 
-/// One answer.
-struct Answer {
-    numbers: Vec<f64>,
-}
-
 /// A structure that is probed.
 struct Probe<'a> {
     fem: &'a mut dyn Participant,
@@ -37,21 +32,6 @@ struct Probe<'a> {
 /// Where displacement and velocity at the end of a window lie in an answer.
 fn ends(side: &Side, what: &str) -> std::ops::Range<usize> {
     side.layout.last(what, Sampling::AtEnds).expect("chosen for every structure")
-}
-
-impl Answer {
-    fn u(&self, side: &Side) -> &[f64] {
-        &self.numbers[ends(side, name::DISPLACEMENT)]
-    }
-
-    fn v(&self, side: &Side) -> &[f64] {
-        &self.numbers[ends(side, name::VELOCITY)]
-    }
-
-    /// Work received so far [J].
-    fn received(&self, side: &Side) -> f64 {
-        side.account.energies(&self.numbers[side.layout.gauges()]).received
-    }
 }
 
 /// Probe the structure `fem` of a run with windows of `window` [s].
@@ -77,6 +57,16 @@ pub fn probe(
 }
 
 impl Probe<'_> {
+    /// Displacement in an answer.
+    fn u<'n>(&self, answer: &'n [f64]) -> &'n [f64] {
+        &answer[ends(self.side, name::DISPLACEMENT)]
+    }
+
+    /// Velocity in an answer.
+    fn v<'n>(&self, answer: &'n [f64]) -> &'n [f64] {
+        &answer[ends(self.side, name::VELOCITY)]
+    }
+
     /// Velocity that the push makes [m/s].
     fn push(&self) -> f64 {
         PUSH * self.length
@@ -94,7 +84,7 @@ impl Probe<'_> {
     }
 
     /// Solve a window of `length` [s] under `times` the force. `None`: it cannot be done, and nothing is known.
-    fn solve(&mut self, length: f64, times: f64) -> Result<Option<Answer>, Failure> {
+    fn solve(&mut self, length: f64, times: f64) -> Result<Option<Vec<f64>>, Failure> {
         self.asked += 1;
         let header = RequestHeader {
             window: 1,
@@ -121,8 +111,7 @@ impl Probe<'_> {
             tracing::info!("{} is not examined: {fault}", self.fem.name());
             return Ok(None);
         }
-        let numbers = self.fem.answer().to_vec();
-        Ok(numbers.iter().all(|x| x.is_finite()).then_some(Answer { numbers }))
+        Ok(Some(self.fem.answer().to_vec()).filter(|answer| answer.iter().all(|x| x.is_finite())))
     }
 
     fn breach(&self, clause: &str, what: impl AsRef<str>) -> Failure {
@@ -130,11 +119,11 @@ impl Probe<'_> {
     }
 
     /// A short window begins where the answer at t = 0 stands.
-    fn check_start(&self, rest: &Answer) -> Result<(), Failure> {
-        let (u0, v0) = (ends(self.side, name::DISPLACEMENT), ends(self.side, name::VELOCITY));
-        let (u0, v0) = (&self.side.initial[u0], &self.side.initial[v0]);
-        let straight = |i: usize| 0.5 * self.length * (rest.v(self.side)[i] + v0[i]);
-        let gone = |i: usize| rest.u(self.side)[i] - u0[i];
+    fn check_start(&self, rest: &[f64]) -> Result<(), Failure> {
+        let (u0, v0) = (self.u(&self.side.initial), self.v(&self.side.initial));
+        let (u, v) = (self.u(rest), self.v(rest));
+        let straight = |i: usize| 0.5 * self.length * (v[i] + v0[i]);
+        let gone = |i: usize| u[i] - u0[i];
         let sum = |of: &dyn Fn(usize) -> f64| (0..u0.len()).map(of).sum::<f64>();
         let times = sum(&|i| gone(i) * straight(i)) / sum(&|i| straight(i) * straight(i));
         if (times * self.length / self.window - 1.0).abs() < LOOSE {
@@ -142,33 +131,28 @@ impl Probe<'_> {
                 format!("a window of {:e} s takes it {times:.1} times as far as its velocity", self.length);
             return Err(self.breach(clause::LENGTH, what));
         }
-        for (i, (u, v)) in rest.u(self.side).iter().zip(rest.v(self.side)).enumerate() {
+        for (i, (u, v)) in u.iter().zip(v).enumerate() {
             let most =
                 4.0 * self.length * (v - v0[i]).abs() + 1e-9 * (1.0 + u.abs()) + LOOSE * straight(i).abs();
             if (gone(i) - straight(i)).abs() > most {
-                return Err(self.breach(
-                    clause::INITIAL,
-                    format!(
-                        "its answer at t = 0 has displacement {:e} m of node {}, component {}, and a window of {:e} s from \
-                         there ends at {u:e} m with the velocity {v:e} m/s",
-                        u0[i],
-                        i / 3,
-                        i % 3,
-                        self.length
-                    ),
-                ));
+                let (u0, node, component, length) = (u0[i], i / 3, i % 3, self.length);
+                let what = format!(
+                    "its answer at t = 0 has displacement {u0:e} m of node {node}, component {component}, and a window of \
+                     {length:e} s from there ends at {u:e} m with the velocity {v:e} m/s"
+                );
+                return Err(self.breach(clause::INITIAL, what));
             }
         }
         Ok(())
     }
 
     /// The same window again, after another one, has the same answer.
-    fn check_repetition(&self, [rest, first, again]: [&Answer; 3], repeats: f64) -> Result<(), Failure> {
+    fn check_repetition(&self, [rest, first, again]: [&[f64]; 3], repeats: f64) -> Result<(), Failure> {
         let size = |numbers: &[f64]| numbers.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
         let mut worst: (f64, String) = (0.0, String::new());
         let places = [name::DISPLACEMENT, name::VELOCITY].map(|what| (ends(self.side, what), what));
         for (place, what) in places.into_iter().chain([(self.side.layout.gauges(), "gauges")]) {
-            let (a, b) = (&first.numbers[place.clone()], &again.numbers[place]);
+            let (a, b) = (&first[place.clone()], &again[place]);
             let apart = a.iter().zip(b).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()));
             let share = if apart == 0.0 { 0.0 } else { apart / size(a).max(size(b)) };
             if share > worst.0 {
@@ -182,46 +166,38 @@ impl Probe<'_> {
         let numbers = format!(
             "one window solved twice, with another one between, has {what} that differ by {share:.1e} of their size"
         );
-        let apart = |a: &Answer, b: &Answer| -> f64 {
-            a.v(self.side).iter().zip(b.v(self.side)).map(|(a, b)| (a - b).abs()).sum()
-        };
+        let apart = |a, b| -> f64 { self.v(a).iter().zip(self.v(b)).map(|(a, b)| (a - b).abs()).sum() };
         if apart(first, again) > LOOSE * apart(first, rest) {
-            return Err(self.breach(
-                clause::COMMITTED,
-                format!("{numbers}: a solve does not start from the committed state"),
-            ));
+            let what = format!("{numbers}: a solve does not start from the committed state");
+            return Err(self.breach(clause::COMMITTED, what));
         }
         let says = if repeats == 0.0 { "equal bytes".to_string() } else { format!("{repeats:e}") };
         Err(self.breach(clause::REPEATS, format!("{numbers}, Hello.repeats promises {says}")))
     }
 
     /// A node of infinite mass moves as it does whatever pushes it.
-    fn check_held(&self, rest: &Answer, pushed: &Answer) -> Result<(), Failure> {
+    fn check_held(&self, rest: &[f64], pushed: &[f64]) -> Result<(), Failure> {
         for (node, _) in self.mesh.masses.iter().enumerate().filter(|(_, mass)| mass.is_infinite()) {
             let at = 3 * node..3 * node + 3;
-            let (free, loaded) = (&rest.v(self.side)[at.clone()], &pushed.v(self.side)[at]);
+            let (free, loaded) = (&self.v(rest)[at.clone()], &self.v(pushed)[at]);
             let gained = free.iter().zip(loaded).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()));
             if gained > FREE * self.push() {
-                return Err(self.breach(
-                    clause::HELD,
-                    format!(
-                        "node {node} has infinite mass in its mesh, and {:e} N over {:e} s make it {gained:.3e} m/s faster",
-                        self.force(node),
-                        self.length
-                    ),
-                ));
+                let (force, length) = (self.force(node), self.length);
+                let what = format!(
+                    "node {node} has infinite mass in its mesh, and {force:e} N over {length:e} s make it {gained:.3e} m/s faster"
+                );
+                return Err(self.breach(clause::HELD, what));
             }
         }
         Ok(())
     }
 
     /// Force, mass and length make the velocity.
-    fn check_response(&self, rest: &Answer, pushed: &Answer, half: &Answer) -> Result<(), Failure> {
-        let side = self.side;
+    fn check_response(&self, rest: &[f64], pushed: &[f64], half: &[f64]) -> Result<(), Failure> {
         let free = |i: &usize| self.mesh.masses.get(i / 3).is_none_or(|mass| mass.is_finite());
-        let gain = |answer: &Answer, i: usize| answer.v(side)[i] - rest.v(side)[i];
-        let gone = |answer: &Answer, i: usize| answer.u(side)[i] - rest.u(side)[i];
-        let numbers = || (0..rest.v(side).len()).filter(free);
+        let gain = |answer, i: usize| self.v(answer)[i] - self.v(rest)[i];
+        let gone = |answer, i: usize| self.u(answer)[i] - self.u(rest)[i];
+        let numbers = || (0..self.v(rest).len()).filter(free);
         let sum = |of: &dyn Fn(usize) -> f64| numbers().map(of).sum::<f64>();
         let (whole, shorter) = (sum(&|i| gain(pushed, i).abs()), sum(&|i| gain(half, i).abs()));
         let went = sum(&|i| gone(pushed, i).abs());
@@ -229,11 +205,9 @@ impl Probe<'_> {
         if went > LOOSE * FREE * self.length * self.push() * count
             && whole <= FREE * FREE * went / self.length
         {
+            let (length, went, gained) = (self.length, went / count, whole / count);
             let what = format!(
-                "a force of {:e} s moves its nodes by {:.3e} m and gives them no velocity ({:.1e} m/s), on average",
-                self.length,
-                went / count,
-                whole / count
+                "a force of {length:e} s moves its nodes by {went:.3e} m and gives them no velocity ({gained:.1e} m/s), on average"
             );
             return Err(self.breach(clause::VELOCITY, what));
         }
@@ -242,8 +216,8 @@ impl Probe<'_> {
             return Ok(());
         }
         let ratio = shorter / whole;
-        let without_inertia = (ratio - 2.0).abs() < LOOSE;
-        if without_inertia {
+        // A structure without inertia.
+        if (ratio - 2.0).abs() < LOOSE {
             return Ok(());
         }
         if (ratio - 1.0).abs() < LOOSE {
@@ -260,11 +234,11 @@ impl Probe<'_> {
     }
 
     /// Under a constant force velocity grows from sample to sample.
-    fn check_samples(&self, rest: &Answer, pushed: &Answer) -> Result<(), Failure> {
+    fn check_samples(&self, rest: &[f64], pushed: &[f64]) -> Result<(), Failure> {
         let first = self.side.layout.sample(name::VELOCITY, Sampling::AtEnds, 0);
         let (first, last) = (first.expect("chosen for every structure"), ends(self.side, name::VELOCITY));
         let gain = |place: &std::ops::Range<usize>| -> f64 {
-            let pairs = pushed.numbers[place.clone()].iter().zip(&rest.numbers[place.clone()]);
+            let pairs = pushed[place.clone()].iter().zip(&rest[place.clone()]);
             pairs.map(|(a, b)| (a - b).abs()).sum()
         };
         let share = gain(&first) / gain(&last);
@@ -279,15 +253,15 @@ impl Probe<'_> {
     }
 
     /// The work of the push is what it says it received.
-    fn check_work(&self, pushed: &Answer) -> Result<(), Failure> {
+    fn check_work(&self, pushed: &[f64]) -> Result<(), Failure> {
         let side = self.side;
         if !side.account.receives {
             return Ok(());
         }
-        let start = &side.initial[ends(side, name::DISPLACEMENT)];
-        let gone = pushed.u(side).iter().zip(start);
+        let gone = self.u(pushed).iter().zip(self.u(&side.initial));
         let work: f64 = gone.enumerate().map(|(i, (u, u0))| self.force(i / 3) * (u - u0)).sum();
-        let received = pushed.received(side) - side.account.start().received;
+        let received =
+            side.account.energies(&pushed[side.layout.gauges()]).received - side.account.start.received;
         let share = received / work;
         if self.believes(share) || work.abs() < f64::MIN_POSITIVE {
             return Ok(());
@@ -306,19 +280,18 @@ impl Probe<'_> {
         (least..=1.0 + LOOSE).contains(&share)
     }
 
-    fn check_masses(&self, rest: &Answer, pushed: &Answer) -> Result<(), Failure> {
-        let (v, v0) = (pushed.v(self.side), rest.v(self.side));
+    fn check_masses(&self, rest: &[f64], pushed: &[f64]) -> Result<(), Failure> {
+        let (v, v0) = (self.v(pushed), self.v(rest));
         for (node, mass) in self.mesh.masses.iter().enumerate().filter(|(_, mass)| mass.is_finite()) {
             let gained = (3 * node..3 * node + 3)
                 .map(|i| v[i] - v0[i])
                 .fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
             let share = gained / self.push();
             if share.abs() > FREE && !self.believes(share) {
+                let (force, length, shown) = (self.force(node), self.length, mass / share);
                 let what = format!(
-                    "node {node} has {mass:e} kg in its mesh, and {:e} N over {:e} s make it {gained:.3e} m/s faster: as {:.3e} kg",
-                    self.force(node),
-                    self.length,
-                    mass / share
+                    "node {node} has {mass:e} kg in its mesh, and {force:e} N over {length:e} s make it {gained:.3e} m/s faster: as \
+                     {shown:.3e} kg"
                 );
                 return Err(self.breach(clause::MASSES, what));
             }

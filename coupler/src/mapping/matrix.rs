@@ -43,13 +43,13 @@ impl Matrix {
 
     /// `contact = H structure`, 3 components per node: displacement and velocity.
     ///
-    /// Panics if a length does not match the meshes this matrix was built for.
+    /// Panics if a length does not match the meshes this matrix was built for; of equal meshes it takes parts, too, alike on both sides.
     pub fn consistent(&self, structure: &[f64], contact: &mut [f64]) {
-        assert_eq!((structure.len(), contact.len()), (3 * self.columns, 3 * self.rows()));
         if self.identity {
             contact.copy_from_slice(structure);
             return;
         }
+        assert_eq!((structure.len(), contact.len()), (3 * self.columns, 3 * self.rows()));
         for (row, out) in contact.chunks_exact_mut(3).enumerate() {
             let mut sum = [0.0; 3];
             for &(column, weight) in self.row(row) {
@@ -63,13 +63,13 @@ impl Matrix {
 
     /// `structure = H^T contact`, 3 components per node: force. Total force and work are conserved.
     ///
-    /// Panics if a length does not match the meshes this matrix was built for.
+    /// Panics as [`Matrix::consistent`] does.
     pub fn conservative(&self, contact: &[f64], structure: &mut [f64]) {
-        assert_eq!((structure.len(), contact.len()), (3 * self.columns, 3 * self.rows()));
         if self.identity {
             structure.copy_from_slice(contact);
             return;
         }
+        assert_eq!((structure.len(), contact.len()), (3 * self.columns, 3 * self.rows()));
         structure.fill(0.0);
         for (row, force) in contact.chunks_exact(3).enumerate() {
             for &(column, weight) in self.row(row) {

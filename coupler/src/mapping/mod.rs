@@ -7,10 +7,8 @@
 //! Source: Farhat, Lesoinne and Le Tallec (1998), Comput. Methods Appl. Mech. Engrg. 157, 95.
 
 mod elements;
-mod identity;
 mod matrix;
-mod nearest_neighbor;
-mod nearest_projection;
+mod nearest;
 mod quality;
 mod rbf;
 
@@ -18,8 +16,7 @@ pub use matrix::Matrix;
 pub use quality::Quality;
 
 use crate::registry::registry;
-use interface_defs::InterfaceMesh;
-use interface_defs::diagnostic::{Diagnostic, code};
+use interface_defs::{Diagnostic, InterfaceMesh, code};
 
 /// Builds the matrix that takes motion from the structure's nodes to those of contact.
 pub trait Mapper {
@@ -44,11 +41,10 @@ pub fn map(
         return Ok((Matrix::identity(structure.node_count()), None));
     }
     let mapper = mapper.ok_or_else(|| {
+        let [offered, used] = [structure, contact].map(InterfaceMesh::node_count);
         let what = format!(
-            "coupling.mapping: the structure offers {} nodes, the contact solver works on {}, or on the same number at other places, \
-             and the scene does not say how one follows the other",
-            structure.node_count(),
-            contact.node_count()
+            "coupling.mapping: the structure offers {offered} nodes, the contact solver works on {used}, or on the same number at \
+             other places, and the scene does not say how one follows the other"
         );
         Diagnostic::error(code::MISSING_KEY, what).try_instead(
             "name coupling.mapping.type = \"nearest_projection\" (onto lines and faces), \"rbf\" (smooth) or \
@@ -67,9 +63,9 @@ pub fn map(
 registry! {
     /// Every mapping that `[coupling.mapping] type` may name.
     pub enum AnyMapper: Mapper {
-        "identity" => identity::Identity,
-        "nearest_neighbor" => nearest_neighbor::NearestNeighbor,
-        "nearest_projection" => nearest_projection::NearestProjection,
+        "identity" => nearest::Identity,
+        "nearest_neighbor" => nearest::NearestNeighbor,
+        "nearest_projection" => nearest::NearestProjection,
         "rbf" => rbf::Rbf,
     }
 }

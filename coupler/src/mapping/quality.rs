@@ -2,8 +2,7 @@
 
 use super::Matrix;
 use super::elements::Elements;
-use interface_defs::InterfaceMesh;
-use interface_defs::diagnostic::{Diagnostic, code};
+use interface_defs::{Diagnostic, InterfaceMesh, code};
 use std::fmt;
 
 /// A node that is farther off than this share of the structure's mesh size around it is said.

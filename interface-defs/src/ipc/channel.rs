@@ -1,14 +1,11 @@
 //! The services of one solver, created by the coupler and opened by the solver.
 
 use super::transport;
-use super::wait::Patience;
 use crate::header::{AnswerHeader, RequestHeader};
 use crate::participant::Failure;
-use iceoryx2::node::Node;
-use iceoryx2::port::listener::Listener;
-use iceoryx2::port::notifier::Notifier;
 use iceoryx2::prelude::{EventId, ServiceName, ZeroCopySend, ipc};
 use iceoryx2::service::port_factory::{event, request_response};
+use iceoryx2::{active_request, pending_response, port, response};
 use std::time::{Duration, Instant};
 
 /// Event: there is a request or an answer.
@@ -33,11 +30,24 @@ pub struct ControlHeader {
     pub reserved: u32,
 }
 
-pub(crate) type ControlService =
-    request_response::PortFactory<ipc::Service, [u8], ControlHeader, [u8], ControlHeader>;
-pub(crate) type FieldService =
-    request_response::PortFactory<ipc::Service, [f64], RequestHeader, [f64], AnswerHeader>;
-pub(crate) type EventService = event::PortFactory<ipc::Service>;
+pub(crate) type Ipc = ipc::Service;
+pub(crate) type Node = iceoryx2::node::Node<Ipc>;
+pub(crate) type Listener = port::listener::Listener<Ipc>;
+pub(crate) type Notifier = port::notifier::Notifier<Ipc>;
+type EventService = event::PortFactory<Ipc>;
+
+type ControlService = request_response::PortFactory<Ipc, [u8], ControlHeader, [u8], ControlHeader>;
+pub(crate) type ControlClient = port::client::Client<Ipc, [u8], ControlHeader, [u8], ControlHeader>;
+pub(crate) type ControlServer = port::server::Server<Ipc, [u8], ControlHeader, [u8], ControlHeader>;
+pub(crate) type ControlRequest = active_request::ActiveRequest<Ipc, [u8], ControlHeader, [u8], ControlHeader>;
+
+type FieldService = request_response::PortFactory<Ipc, [f64], RequestHeader, [f64], AnswerHeader>;
+pub(crate) type FieldClient = port::client::Client<Ipc, [f64], RequestHeader, [f64], AnswerHeader>;
+pub(crate) type FieldServer = port::server::Server<Ipc, [f64], RequestHeader, [f64], AnswerHeader>;
+pub(crate) type FieldRequest = active_request::ActiveRequest<Ipc, [f64], RequestHeader, [f64], AnswerHeader>;
+pub(crate) type FieldPending =
+    pending_response::PendingResponse<Ipc, [f64], RequestHeader, [f64], AnswerHeader>;
+pub(crate) type FieldResponse = response::Response<Ipc, [f64], AnswerHeader>;
 
 /// A builder of the service `NAME/WHAT`: one request, one response, nothing is dropped, nothing blocks for ever.
 macro_rules! lock_step {
@@ -72,14 +82,12 @@ macro_rules! windows {
     };
 }
 
-type Ipc = ipc::Service;
-
 pub(crate) fn service_name(participant: &str, what: &str) -> Result<ServiceName, Failure> {
     ServiceName::new(&format!("{participant}/{what}")).map_err(transport("name of a channel"))
 }
 
 fn event_builder(
-    node: &Node<Ipc>,
+    node: &Node,
     name: &str,
 ) -> Result<iceoryx2::service::builder::event::Builder<Ipc>, Failure> {
     Ok(node
@@ -100,7 +108,7 @@ pub(crate) struct Channels {
 
 impl Channels {
     /// Create them, as the coupler.
-    pub fn create(node: &Node<Ipc>, name: &str) -> Result<Self, Failure> {
+    pub fn create(node: &Node, name: &str) -> Result<Self, Failure> {
         let failed = || format!("cannot create the channels of {name}");
         Ok(Self {
             control: control!(node, name).create().map_err(transport(failed()))?,
@@ -110,7 +118,7 @@ impl Channels {
     }
 
     /// Open them, as the solver: again and again until the coupler has created them.
-    pub fn open(node: &Node<Ipc>, name: &str, deadline: Duration) -> Result<Self, Failure> {
+    pub fn open(node: &Node, name: &str, deadline: Duration) -> Result<Self, Failure> {
         Ok(Self {
             control: retry(deadline, || {
                 control!(node, name).open().map_err(transport(format!("cannot open {name}/control")))
@@ -124,12 +132,12 @@ impl Channels {
 }
 
 /// Create a wake-up event.
-pub(crate) fn create_wake(node: &Node<Ipc>, name: &str) -> Result<EventService, Failure> {
+pub(crate) fn create_wake(node: &Node, name: &str) -> Result<EventService, Failure> {
     event_builder(node, name)?.create().map_err(transport(format!("cannot create the wake-up of {name}")))
 }
 
 /// Open a wake-up event.
-pub(crate) fn open_wake(node: &Node<Ipc>, name: &str, deadline: Duration) -> Result<EventService, Failure> {
+pub(crate) fn open_wake(node: &Node, name: &str, deadline: Duration) -> Result<EventService, Failure> {
     retry(deadline, || {
         event_builder(node, name)?.open().map_err(transport(format!("cannot open {name}/wake")))
     })
@@ -149,8 +157,8 @@ fn retry<T>(deadline: Duration, mut open: impl FnMut() -> Result<T, Failure>) ->
 
 /// Both directions of waking.
 pub(crate) struct Bell {
-    pub listener: Listener<Ipc>,
-    notifier: Notifier<Ipc>,
+    pub listener: Listener,
+    notifier: Notifier,
 }
 
 impl Bell {
@@ -168,21 +176,10 @@ impl Bell {
 }
 
 /// A notifier of `service`.
-pub(crate) fn notifier(service: &EventService) -> Result<Notifier<Ipc>, Failure> {
+pub(crate) fn notifier(service: &EventService) -> Result<Notifier, Failure> {
     service
         .notifier_builder()
         .default_event_id(EventId::new(LOOK))
         .create()
         .map_err(transport("cannot create a wake-up"))
-}
-
-impl Patience<'_> {
-    /// [`Patience::until`] with the coupler's heartbeat as sign of life.
-    pub fn until_look<T>(
-        &self,
-        listener: &Listener<Ipc>,
-        poll: impl FnMut() -> Result<Option<T>, Failure>,
-    ) -> Result<T, Failure> {
-        self.until(listener, poll, |id| id == HEARTBEAT, || Ok(()))
-    }
 }

@@ -5,21 +5,25 @@
 //! part of its own message; the coupler fetches every further part, and every further message
 //! while `more` = 1, with an empty frame of its own.
 
-use super::channel::ControlHeader;
+use super::channel::{ControlClient, ControlHeader, ControlRequest, ControlServer};
 use super::transport;
 use crate::message::{FromSolver, ToSolver, decode, encode};
 use crate::participant::Failure;
-use iceoryx2::active_request::ActiveRequest;
-use iceoryx2::port::client::Client;
-use iceoryx2::port::server::Server;
-use iceoryx2::prelude::ipc;
 
 /// Longest frame [bytes].
 pub const FRAME: usize = 64 * 1024;
 
-pub(crate) type ControlClient = Client<ipc::Service, [u8], ControlHeader, [u8], ControlHeader>;
-pub(crate) type ControlServer = Server<ipc::Service, [u8], ControlHeader, [u8], ControlHeader>;
-type Request = ActiveRequest<ipc::Service, [u8], ControlHeader, [u8], ControlHeader>;
+/// A frame, as it was received or is to be sent.
+type Frame = (ControlHeader, Vec<u8>);
+/// A message, and whether another one follows it.
+type Answer = Result<(FromSolver, bool), Failure>;
+
+/// The frames of a message with their headers; `more`: another message follows it.
+fn frames(run: u64, bytes: &[u8], more: bool) -> impl Iterator<Item = (ControlHeader, &[u8])> {
+    let parts = bytes.len().div_ceil(FRAME) as u32;
+    let header = move |part| ControlHeader { run, part, parts, more: more.into(), reserved: 0 };
+    (1..).zip(bytes.chunks(FRAME)).map(move |(part, frame)| (header(part), frame))
+}
 
 /// The coupler's end.
 pub(crate) struct Caller {
@@ -31,96 +35,72 @@ pub(crate) struct Caller {
 
 impl Caller {
     /// Send `message` and return the first message that comes back. `wait` waits for one frame.
-    pub fn call(&self, message: &ToSolver, wait: &mut WaitFrame) -> Result<(FromSolver, bool), Failure> {
-        let bytes = encode(message);
-        let parts = bytes.len().div_ceil(FRAME) as u32;
-        let mut last = None;
-        for (part, frame) in bytes.chunks(FRAME).enumerate() {
-            let header = ControlHeader { run: self.run, part: part as u32 + 1, parts, more: 0, reserved: 0 };
+    pub fn call(&self, message: &ToSolver, wait: &mut WaitFrame) -> Answer {
+        let (bytes, mut last) = (encode(message), None);
+        for (header, frame) in frames(self.run, &bytes, false) {
             last = Some(self.exchange(header, frame, wait)?);
         }
-        let (header, bytes) = last.expect("a message has a version byte");
-        self.collect(header, bytes, wait)
+        self.collect(last.expect("a message has a version byte"), wait)
     }
 
     /// The next message, after one that said that more follow.
-    pub fn next(&self, wait: &mut WaitFrame) -> Result<(FromSolver, bool), Failure> {
-        let (header, bytes) = self.exchange(self.empty(), &[], wait)?;
-        self.collect(header, bytes, wait)
+    pub fn next(&self, wait: &mut WaitFrame) -> Answer {
+        self.collect(self.fetch(wait)?, wait)
     }
 
-    fn empty(&self) -> ControlHeader {
-        ControlHeader { run: self.run, ..Default::default() }
+    fn fetch(&self, wait: &mut WaitFrame) -> Result<Frame, Failure> {
+        self.exchange(ControlHeader { run: self.run, ..Default::default() }, &[], wait)
     }
 
-    fn collect(
-        &self,
-        mut header: ControlHeader,
-        mut bytes: Vec<u8>,
-        wait: &mut WaitFrame,
-    ) -> Result<(FromSolver, bool), Failure> {
+    fn collect(&self, (mut header, mut bytes): Frame, wait: &mut WaitFrame) -> Answer {
         for part in 1..header.parts {
-            let (next, more_bytes) = self.exchange(self.empty(), &[], wait)?;
+            let (next, more_bytes) = self.fetch(wait)?;
             if (next.part, next.parts) != (part + 1, header.parts) {
-                return Err(self.broken(format!(
-                    "sent part {} of {} where part {} of {} was expected",
-                    next.part,
-                    next.parts,
-                    part + 1,
-                    header.parts
-                )));
+                let (got, of, due, all) = (next.part, next.parts, part + 1, header.parts);
+                let what = format!("sent part {got} of {of} where part {due} of {all} was expected");
+                return Err(Failure::contract(&self.solver, what));
             }
             header = next;
             bytes.extend_from_slice(&more_bytes);
         }
-        let message = decode(&bytes).map_err(|e| self.broken(e.to_string()))?;
+        let message = decode(&bytes).map_err(|e| Failure::contract(&self.solver, e.to_string()))?;
         Ok((message, header.more == 1))
     }
 
-    fn exchange(
-        &self,
-        header: ControlHeader,
-        frame: &[u8],
-        wait: &mut WaitFrame,
-    ) -> Result<(ControlHeader, Vec<u8>), Failure> {
+    fn exchange(&self, header: ControlHeader, frame: &[u8], wait: &mut WaitFrame) -> Result<Frame, Failure> {
         let failed = || format!("cannot send a message to {}", self.solver);
         let client = self.client.as_ref().expect("it is made anew between two messages");
         let mut request = client.loan_slice_uninit(frame.len()).map_err(transport(failed()))?;
         *request.user_header_mut() = header;
         let pending = request.write_from_slice(frame).send().map_err(transport(failed()))?;
-        let mut poll = || -> Result<Option<(ControlHeader, Vec<u8>)>, Failure> {
+        let mut poll = || -> Result<Option<Frame>, Failure> {
             let response =
                 pending.receive().map_err(transport(format!("cannot read a message of {}", self.solver)))?;
             Ok(response.map(|r| (*r.user_header(), r.payload().to_vec())))
         };
         let (answer, bytes) = wait(&mut poll)?;
         if answer.run != self.run {
-            return Err(
-                self.broken(format!("answered run {:016x}, this is run {:016x}", answer.run, self.run))
-            );
+            let what = format!("answered run {:016x}, this is run {:016x}", answer.run, self.run);
+            return Err(Failure::contract(&self.solver, what));
         }
         Ok((answer, bytes))
-    }
-
-    fn broken(&self, what: String) -> Failure {
-        Failure::Contract { solver: self.solver.clone(), what }
     }
 }
 
 /// Polls for one frame.
-pub(crate) type PollFrame<'a> = dyn FnMut() -> Result<Option<(ControlHeader, Vec<u8>)>, Failure> + 'a;
+pub(crate) type PollFrame<'a> = dyn FnMut() -> Result<Option<Frame>, Failure> + 'a;
 /// Waits for one frame, polling with what it is given.
-pub(crate) type WaitFrame<'a> = dyn FnMut(&mut PollFrame) -> Result<(ControlHeader, Vec<u8>), Failure> + 'a;
+pub(crate) type WaitFrame<'a> = dyn FnMut(&mut PollFrame) -> Result<Frame, Failure> + 'a;
 
 /// The solver's end. Holds the request that is to be answered.
 pub(crate) struct Listener {
     pub server: ControlServer,
     pub run: u64,
-    request: Option<Request>,
+    request: Option<ControlRequest>,
     bytes: Vec<u8>,
-    outgoing: Vec<(ControlHeader, Vec<u8>)>,
+    outgoing: Vec<Frame>,
     /// The request answered last: connected until the coupler has read the response.
-    answered: Option<Request>,
+    answered: Option<ControlRequest>,
 }
 
 impl Listener {
@@ -178,12 +158,8 @@ impl Listener {
     /// Answer, now or as soon as the coupler fetches it.
     pub fn send(&mut self, message: &FromSolver, more: bool, ring: &dyn Fn()) -> Result<(), Failure> {
         let bytes = encode(message);
-        let parts = bytes.len().div_ceil(FRAME) as u32;
-        for (part, frame) in bytes.chunks(FRAME).enumerate() {
-            let header =
-                ControlHeader { run: self.run, part: part as u32 + 1, parts, more: more.into(), reserved: 0 };
-            self.outgoing.push((header, frame.to_vec()));
-        }
+        let frames = frames(self.run, &bytes, more).map(|(header, frame)| (header, frame.to_vec()));
+        self.outgoing.extend(frames);
         self.flush(ring)
     }
 
@@ -201,13 +177,14 @@ impl Listener {
     }
 }
 
-fn respond(request: &Request, header: ControlHeader, frame: &[u8]) -> Result<(), Failure> {
+fn respond(request: &ControlRequest, header: ControlHeader, frame: &[u8]) -> Result<(), Failure> {
     let failed = || "cannot answer the coupler".to_string();
     let mut response = request.loan_slice_uninit(frame.len()).map_err(transport(failed()))?;
     *response.user_header_mut() = header;
     response.write_from_slice(frame).send().map_err(transport(failed()))
 }
 
-fn broken(what: String) -> Failure {
-    Failure::Contract { solver: "the coupler".into(), what }
+/// The coupler breaks the contract.
+pub(crate) fn broken(what: String) -> Failure {
+    Failure::contract("the coupler", what)
 }

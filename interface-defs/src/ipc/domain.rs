@@ -87,13 +87,10 @@ impl Domain {
             {
                 // Shared: nobody else owns the run, and no solver sees an owner yet, whose first files would be taken for
                 // those of a dead run.
-                home.remove_remains(run);
-                if home.has_remains(run) {
+                if home.remove_remains(run) {
                     let place = place.join(run.as_str());
-                    return Err(Failure::Transport(format!(
-                        "{} exists already and cannot be removed",
-                        place.display()
-                    )));
+                    let what = format!("{} exists already and cannot be removed", place.display());
+                    return Err(Failure::Transport(what));
                 }
                 let register = Register::create(run)?;
                 lock.set_len(0)

@@ -144,18 +144,15 @@ impl Home {
         named.is_ok_and(same)
     }
 
-    /// Remove the directory of run `id`, if it is ours; its lock stays. Only who holds the lock may.
-    pub fn remove_remains(&self, id: &RunId) {
-        let stat = rustix::fs::statat(&self.directory, id.to_string(), AtFlags::SYMLINK_NOFOLLOW);
-        if stat.is_ok_and(|s| s.st_uid == user() && FileType::from_raw_mode(s.st_mode).is_dir()) {
+    /// Remove the directory of run `id`, if it is ours; its lock stays. Only who holds the lock may. Returns whether something of
+    /// that name is left.
+    pub fn remove_remains(&self, id: &RunId) -> bool {
+        let stat = || rustix::fs::statat(&self.directory, id.as_str(), AtFlags::SYMLINK_NOFOLLOW);
+        if stat().is_ok_and(|s| s.st_uid == user() && FileType::from_raw_mode(s.st_mode).is_dir()) {
             // Follows no link below it either.
-            let _ = std::fs::remove_dir_all(self.path.join(id.to_string()));
+            let _ = std::fs::remove_dir_all(self.path.join(id.as_str()));
         }
-    }
-
-    /// Whether run `id` has a directory here, or something else of that name.
-    pub fn has_remains(&self, id: &RunId) -> bool {
-        rustix::fs::statat(&self.directory, id.to_string(), AtFlags::SYMLINK_NOFOLLOW).is_ok()
+        stat().is_ok()
     }
 
     /// Remove the lock of run `id`. Only who holds it may.

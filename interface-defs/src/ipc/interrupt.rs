@@ -25,18 +25,14 @@ pub fn install() {
 /// SIGINT is one even if it was ignored: a shell starts what runs in the background so, and `kill -INT` must reach it.
 pub fn ending() -> Vec<i32> {
     let mut signals = vec![SIGINT, SIGTERM];
-    if !is_ignored(SIGHUP) {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    if !ignores(&status, SIGHUP) {
         signals.push(SIGHUP);
     }
     signals
 }
 
-/// Whether this process ignores `signal`.
-fn is_ignored(signal: i32) -> bool {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    ignores(&status, signal)
-}
-
+/// Whether the process of this `/proc/PID/status` ignores `signal`.
 fn ignores(status: &str, signal: i32) -> bool {
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
     mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok())

@@ -62,6 +62,13 @@ impl Register {
         }
         Err(Failure::Transport(format!("no name in {SHARED_MEMORY} is free for the run")))
     }
+
+    /// Remove all that the run has in shared memory.
+    pub fn remove(&self) {
+        if let Ok(shared) = open_all() {
+            remove(&shared, &self.prefix);
+        }
+    }
 }
 
 /// A register, locked; `None` if the name is taken.
@@ -131,15 +138,6 @@ fn remove(shared: &OwnedFd, prefix: &str) -> bool {
     removed
 }
 
-impl Register {
-    /// Remove all that the run has in shared memory.
-    pub fn remove(&self) {
-        if let Ok(shared) = open_all() {
-            remove(&shared, &self.prefix);
-        }
-    }
-}
-
 /// Remove what dead runs of this user have left; returns what stands for a run in their names. `lives` knows of runs whose registers
 /// have no lock.
 pub(crate) fn clean(lives: impl Fn(&RunId) -> bool) -> BTreeSet<String> {
@@ -184,12 +182,10 @@ fn fits(needed: u64, free: u64) -> Result<(), Failure> {
     if needed <= free {
         return Ok(());
     }
-    let mb = |bytes: u64| bytes as f64 / 1e6;
+    let [needed, free] = [needed, free].map(|bytes| bytes as f64 / 1e6);
     Err(Failure::Transport(format!(
-        "the interface needs {:.1} MB of shared memory, {SHARED_MEMORY} has {:.1} MB free; \
-         run `rockfall clean`, or enlarge it (docker: --shm-size)",
-        mb(needed),
-        mb(free)
+        "the interface needs {needed:.1} MB of shared memory, {SHARED_MEMORY} has {free:.1} MB free; \
+         run `rockfall clean`, or enlarge it (docker: --shm-size)"
     )))
 }
 

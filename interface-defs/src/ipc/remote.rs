@@ -1,31 +1,24 @@
 //! The coupler's side: creates the channels, waits for the solvers, exchanges payloads.
 
-use super::channel::{self, Channels, HEARTBEAT};
-use super::control::{Caller, ControlClient, FRAME};
+use super::channel::{
+    self, Channels, ControlClient, FieldClient, FieldPending, FieldResponse, HEARTBEAT, Listener, Node,
+    Notifier,
+};
+use super::control::{Caller, FRAME};
 use super::domain::{Domain, Ownership};
 use super::memory::check_space;
 use super::run_id::RunId;
 use super::wait::{self, Patience, Wait};
 use super::{interrupt, transport};
-use crate::header::{AnswerHeader, RequestHeader, Status};
+use crate::header::{RequestHeader, Status};
 use crate::message::{Fault, FromSolver, Hello, Plan, Ready, Statistics, ToSolver};
-use crate::participant::{Failure, Participant, Request, payload_lengths};
+use crate::participant::{Failure, Fill, Participant, Request, payload_lengths};
 use crate::solver::OnProgress;
-use iceoryx2::node::Node;
-use iceoryx2::pending_response::PendingResponse;
-use iceoryx2::port::client::Client;
-use iceoryx2::port::listener::Listener;
-use iceoryx2::port::notifier::Notifier;
-use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, EventId, ipc};
-use iceoryx2::response::Response;
+use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, EventId};
 use iceoryx2::service::port_factory::PortFactory;
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
-
-type FieldClient = Client<ipc::Service, [f64], RequestHeader, [f64], AnswerHeader>;
-type FieldPending = PendingResponse<ipc::Service, [f64], RequestHeader, [f64], AnswerHeader>;
-type FieldResponse = Response<ipc::Service, [f64], AnswerHeader>;
 
 /// Exchanges between two looks after the launcher.
 const LOOK_AFTER: u64 = 256;
@@ -60,13 +53,13 @@ pub struct Host {
 
 struct Shared {
     options: HostOptions,
-    listener: Listener<ipc::Service>,
-    heartbeats: Vec<Notifier<ipc::Service>>,
+    listener: Listener,
+    heartbeats: Vec<Notifier>,
     /// Solvers that have joined, and must live from then on.
     joined: RefCell<Vec<String>>,
     domain: Domain,
     // Dropped last: ports, then node, then the run's lock.
-    _node: Node<ipc::Service>,
+    _node: Node,
     ownership: Ownership,
 }
 
@@ -92,12 +85,9 @@ impl Host {
             _node: node,
             ownership,
         });
-        let remotes = names
-            .iter()
-            .zip(channels)
-            .enumerate()
-            .map(|(index, (name, channels))| Remote::new(name, index, channels, &shared))
-            .collect::<Result<_, _>>()?;
+        let made = names.iter().zip(channels).enumerate();
+        let made = made.map(|(index, (name, channels))| Remote::new(name, index, channels, &shared));
+        let remotes = made.collect::<Result<_, _>>()?;
         shared.domain.allocate()?;
         Ok((Self { shared }, remotes))
     }
@@ -113,14 +103,6 @@ impl Host {
     }
 }
 
-impl Shared {
-    fn heartbeat(&self) {
-        for notifier in &self.heartbeats {
-            let _ = notifier.notify_with_custom_event_id(EventId::new(HEARTBEAT));
-        }
-    }
-}
-
 /// A solver in another process.
 pub struct Remote {
     name: String,
@@ -129,11 +111,8 @@ pub struct Remote {
     channels: Channels,
     shared: Rc<Shared>,
     client: Option<FieldClient>,
-    lengths: (usize, usize),
     pending: Option<FieldPending>,
-    asked: RequestHeader,
-    expects: Option<usize>,
-    listed: usize,
+    asked: Request,
     response: Option<FieldResponse>,
     /// Requests sent so far.
     pub sequence: u64,
@@ -159,11 +138,8 @@ impl Remote {
             channels,
             shared: Rc::clone(shared),
             client: None,
-            lengths: (0, 0),
             pending: None,
-            asked: RequestHeader::default(),
-            expects: None,
-            listed: 0,
+            asked: Request::default(),
             response: None,
             sequence: 0,
             sent_at: Instant::now(),
@@ -187,7 +163,7 @@ impl Remote {
     fn connect(&mut self) -> Result<FromSolver, Failure> {
         let (started, timeout) = (Instant::now(), self.shared.options.timeout);
         loop {
-            match self.call_for(CONNECT.min(timeout), &ToSolver::Connect, "in the handshake", &mut silent) {
+            match self.call(CONNECT.min(timeout), &ToSolver::Connect, "in the handshake", &mut silent) {
                 Err(Failure::Silent { solver, during, .. }) => {
                     let (waited, deadline) = (started.elapsed().as_secs_f64(), timeout.as_secs_f64());
                     if waited > deadline {
@@ -205,11 +181,7 @@ impl Remote {
     }
 
     /// Send a message, pass on the progress that comes, return the message that ends it.
-    fn call(&self, message: &ToSolver, during: &str, progress: OnProgress) -> Result<FromSolver, Failure> {
-        self.call_for(self.shared.options.timeout, message, during, progress)
-    }
-
-    fn call_for(
+    fn call(
         &self,
         deadline: Duration,
         message: &ToSolver,
@@ -220,7 +192,7 @@ impl Remote {
         let mut wait = |poll: &mut super::control::PollFrame| {
             self.channels_ring();
             let patience = Patience { deadline, ..self.patience(true, &words) };
-            patience.until(&self.shared.listener, poll, |_| false, || self.tick())
+            patience.until(&self.shared.listener, poll, || self.tick())
         };
         let (mut answer, mut more) = self.caller.call(message, &mut wait)?;
         while more {
@@ -242,13 +214,15 @@ impl Remote {
 
     /// Give every solver a sign of life, and see that the others still live.
     fn tick(&self) -> Result<(), Failure> {
-        self.shared.heartbeat();
+        for notifier in &self.shared.heartbeats {
+            let _ = notifier.notify_with_custom_event_id(EventId::new(HEARTBEAT));
+        }
         let joined = self.shared.joined.borrow();
         match joined.iter().find(|name| **name != self.name && !self.shared.domain.is_alive(name)) {
-            Some(solver) => Err(Failure::Lost {
-                solver: solver.clone(),
-                during: format!("while {} was at work", self.name),
-            }),
+            Some(solver) => {
+                let during = format!("while {} was at work", self.name);
+                Err(Failure::Lost { solver: solver.clone(), during })
+            }
             None => Ok(()),
         }
     }
@@ -257,21 +231,11 @@ impl Remote {
         let _ = self.shared.heartbeats[self.index].notify();
     }
 
-    fn unexpected(&self, asked: &str, got: &FromSolver) -> Failure {
-        let got = match got {
-            FromSolver::Hello(_) => "Hello",
-            FromSolver::Progress(_) => "Progress",
-            FromSolver::Ready(_) => "Ready",
-            FromSolver::Fault(_) => "Fault",
-            FromSolver::Statistics(_) => "Statistics",
-            FromSolver::Saved { .. } => "Saved",
-            FromSolver::Resumed => "Resumed",
-        };
-        self.breaks(format!("answered {asked} with {got}"))
-    }
-
-    fn breaks(&self, what: String) -> Failure {
-        Failure::Contract { solver: self.name.clone(), what }
+    /// An answer of another kind than the message asks for.
+    fn unexpected(&self, asked: &ToSolver, got: &FromSolver) -> Failure {
+        let (asked, got) = (format!("{asked:?}"), format!("{got:?}"));
+        let [asked, got] = [&asked, &got].map(|text| text.split([' ', '(']).next().unwrap_or_default());
+        Failure::contract(&self.name, format!("answered {asked} with {got}"))
     }
 
     /// Send it the reason why the run ends before its time. It is given a moment to hear it, no more.
@@ -310,6 +274,25 @@ fn silent(_: crate::message::Progress) -> Result<(), Fault> {
     Ok(())
 }
 
+/// What an answer of the kind that the message asks for holds; one of another kind ends the function.
+macro_rules! held {
+    ($remote:ident, $asked:expr, $answer:expr, $kind:pat => $held:expr) => {
+        match $answer {
+            $kind => $held,
+            other => return Err($remote.unexpected(&$asked, &other)),
+        }
+    };
+}
+
+/// What the answer to a message holds.
+macro_rules! ask {
+    ($remote:ident, $message:expr, $during:expr, $progress:expr, $kind:pat => $held:expr) => {{
+        let message = $message;
+        let answer = $remote.call($remote.shared.options.timeout, &message, $during, $progress)?;
+        held!($remote, message, answer, $kind => $held)
+    }};
+}
+
 impl Participant for Remote {
     fn name(&self) -> &str {
         &self.name
@@ -318,25 +301,19 @@ impl Participant for Remote {
     fn hello(&mut self) -> Result<Hello, Failure> {
         let during = || "at the start of the run: it has not joined".to_string();
         let there = || Ok((self.channels.control.dynamic_config().number_of_servers() > 0).then_some(()));
-        self.patience(false, &during).until(&self.shared.listener, there, |_| false, || self.tick())?;
-        match self.connect()? {
-            FromSolver::Hello(hello) => {
-                self.shared.joined.borrow_mut().push(self.name.clone());
-                Ok(hello)
-            }
-            other => Err(self.unexpected("Connect", &other)),
-        }
+        self.patience(false, &during).until(&self.shared.listener, there, || self.tick())?;
+        let hello = held!(self, ToSolver::Connect, self.connect()?, FromSolver::Hello(hello) => hello);
+        self.shared.joined.borrow_mut().push(self.name.clone());
+        Ok(hello)
     }
 
     fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Failure> {
-        let ready = match self.call(&ToSolver::Prepare(plan.clone()), "while preparing", progress)? {
-            FromSolver::Ready(ready) => ready,
-            other => return Err(self.unexpected("Prepare", &other)),
-        };
-        ready.mesh.check().map_err(|what| self.breaks(format!("its interface mesh: {what}")))?;
-        self.lengths = payload_lengths(plan, &ready);
+        let message = ToSolver::Prepare(plan.clone());
+        let ready = ask!(self, message, "while preparing", progress, FromSolver::Ready(ready) => ready);
+        let breaks = |what| Failure::contract(&self.name, format!("its interface mesh: {what}"));
+        ready.mesh.check().map_err(breaks)?;
         // Double the payload: iceoryx2 keeps one more chunk than is on loan.
-        let longest = self.lengths.0 + ready.mesh.node_count();
+        let longest = payload_lengths(plan, &ready).0 + ready.mesh.node_count();
         check_space(2 * 8 * longest as u64)?;
         let client = self
             .channels
@@ -352,7 +329,7 @@ impl Participant for Remote {
         Ok(ready)
     }
 
-    fn send(&mut self, request: Request, fill: &mut dyn FnMut(&mut [f64])) -> Result<(), Failure> {
+    fn send(&mut self, request: Request, fill: Fill) -> Result<(), Failure> {
         self.response = None;
         self.sequence += 1;
         // Answers that come at once leave the wait no time to look after the launcher: look here, too.
@@ -362,19 +339,16 @@ impl Participant for Remote {
         {
             return Err(wait::launcher_lost(format!("before exchange {}", self.sequence)));
         }
-        self.asked = RequestHeader { run: self.caller.run, sequence: self.sequence, ..request.header };
-        self.expects = request.expects;
+        let header = RequestHeader { run: self.caller.run, sequence: self.sequence, ..request.header };
+        self.asked = Request { header, ..request };
         // Words are put together only where they are needed: the field path allocates nothing.
         let failed = || format!("cannot send a window to {}", self.name);
         let client = self.client.as_ref().expect("prepared before the first window");
         let mut sample = client.loan_slice_uninit(request.sends).map_err(|e| transport(failed())(e))?;
-        *sample.user_header_mut() = self.asked;
-        let payload = sample.payload_mut();
+        *sample.user_header_mut() = header;
         // SAFETY: the chunk is mapped shared memory, so its bytes are initialised (zero, or an
-        // earlier payload), and every bit pattern is an f64. `MaybeUninit<f64>` has the layout of `f64`.
-        let payload =
-            unsafe { std::slice::from_raw_parts_mut(payload.as_mut_ptr().cast::<f64>(), payload.len()) };
-        fill(payload);
+        // earlier payload), and every bit pattern is an f64.
+        fill(unsafe { sample.payload_mut().assume_init_mut() });
         // SAFETY: as above.
         let sample = unsafe { sample.assume_init() };
         self.sent_at = Instant::now();
@@ -385,7 +359,7 @@ impl Participant for Remote {
 
     fn receive(&mut self) -> Result<Status, Failure> {
         let pending = self.pending.take().expect("receive follows send");
-        let asked = self.asked;
+        let Request { header: asked, expects, .. } = self.asked;
         let failed = || format!("cannot read the answer of {}", self.name);
         let during = || {
             format!(
@@ -394,22 +368,19 @@ impl Participant for Remote {
             )
         };
         let poll = || pending.receive().map_err(|e| transport(failed())(e));
-        let response =
-            self.patience(true, &during).until(&self.shared.listener, poll, |_| false, || self.tick())?;
+        let response = self.patience(true, &during).until(&self.shared.listener, poll, || self.tick())?;
         self.waited += self.sent_at.elapsed().as_secs_f64();
         let header = *response.user_header();
         if let Some(what) = header.mismatch(&asked) {
-            return Err(self.breaks(what));
+            return Err(Failure::contract(&self.name, what));
         }
         let status = Status::from_number(header.status).expect("compared with the request");
         let got = response.payload().len();
-        self.listed = header.listed as usize;
-        let expected = self.expects.map_or(got, |fields| fields + self.listed);
-        if status == Status::Done && (got != expected || got < self.listed) {
-            return Err(self.breaks(format!(
-                "window {}: its answer has {got} numbers, its fields and gauges make {expected}",
-                asked.window
-            )));
+        let listed = header.listed as usize;
+        let expected = expects.map_or(got, |fields| fields + listed);
+        if status == Status::Done && (got != expected || got < listed) {
+            let what = format!("its answer has {got} numbers, its fields and gauges make {expected}");
+            return Err(Failure::contract(&self.name, format!("window {}: {what}", asked.window)));
         }
         self.response = Some(response);
         Ok(status)
@@ -420,41 +391,33 @@ impl Participant for Remote {
     }
 
     fn listed(&self) -> usize {
-        self.listed
+        self.response.as_ref().map_or(0, |response| response.user_header().listed as usize)
     }
 
     fn explain(&mut self) -> Result<Fault, Failure> {
         self.response = None;
-        match self.call(&ToSolver::Explain, "when asked why a window failed", &mut silent)? {
-            FromSolver::Fault(fault) => Ok(fault),
-            other => Err(self.unexpected("Explain", &other)),
-        }
+        let during = "when asked why a window failed";
+        Ok(ask!(self, ToSolver::Explain, during, &mut silent, FromSolver::Fault(fault) => fault))
     }
 
     fn finish(&mut self, commit: bool) -> Result<Statistics, Failure> {
         self.response = None;
         // From here on it may go.
         self.shared.joined.borrow_mut().retain(|name| *name != self.name);
-        match self.call(&ToSolver::Finish { commit }, "at the end of the run", &mut silent)? {
-            FromSolver::Statistics(statistics) => Ok(statistics),
-            other => Err(self.unexpected("Finish", &other)),
-        }
+        let (message, during) = (ToSolver::Finish { commit }, "at the end of the run");
+        Ok(ask!(self, message, during, &mut silent, FromSolver::Statistics(statistics) => statistics))
     }
 
     fn save(&mut self, commit: bool) -> Result<Vec<u8>, Failure> {
         self.response = None;
-        match self.call(&ToSolver::Save { commit }, "while its state was kept", &mut silent)? {
-            FromSolver::Saved { state } => Ok(state),
-            other => Err(self.unexpected("Save", &other)),
-        }
+        let (message, during) = (ToSolver::Save { commit }, "while its state was kept");
+        Ok(ask!(self, message, during, &mut silent, FromSolver::Saved { state } => state))
     }
 
     fn resume(&mut self, state: &[u8]) -> Result<(), Failure> {
         let message = ToSolver::Resume { state: state.to_vec() };
-        match self.call(&message, "as it was to go on from a state that was kept", &mut silent)? {
-            FromSolver::Resumed => Ok(()),
-            other => Err(self.unexpected("Resume", &other)),
-        }
+        let during = "as it was to go on from a state that was kept";
+        ask!(self, message, during, &mut silent, FromSolver::Resumed => Ok(()))
     }
 }
 

@@ -1,25 +1,22 @@
 //! The solver's side: wait for requests, answer them, leave when the run is over.
 
-use super::channel::{self, Bell, Channels};
-use super::control::{FRAME, Listener};
+use super::channel::{self, Bell, Channels, FieldRequest, FieldServer};
+use super::control::{FRAME, Listener, broken};
 use super::domain::Domain;
 use super::memory::check_space;
 use super::run_id::RunId;
 use super::wait::{Patience, TIMEOUT, Wait, absent, is_orphan};
 use super::{interrupt, transport};
 use crate::exchange::{self, Exchange};
-use crate::header::{AnswerHeader, RequestHeader, Status};
+use crate::header::{AnswerHeader, Status};
 use crate::message::{Fault, FromSolver, Plan, Ready, Statistics, ToSolver};
 use crate::participant::{Failure, payload_lengths};
 use crate::selection::Selected;
 use crate::solver::Solver;
-use iceoryx2::port::server::Server;
-use iceoryx2::prelude::{AllocationStrategy, ipc};
+use iceoryx2::prelude::AllocationStrategy;
 use std::cell::RefCell;
 use std::ffi::OsString;
 use std::time::{Duration, Instant};
-
-type FieldServer = Server<ipc::Service, [f64], RequestHeader, [f64], AnswerHeader>;
 
 /// How a solver joins a run: what `serve SCENE --run ID --as NAME ...` says.
 #[derive(Debug, Clone)]
@@ -161,22 +158,16 @@ fn wait_for_coupler(connection: &Connection) -> Result<Domain, Failure> {
         }
         if waited.as_secs() / 2 > said {
             said = waited.as_secs() / 2;
-            tracing::info!(
-                "waiting for the coupler: {} s of {} s",
-                waited.as_secs(),
-                connection.timeout.as_secs()
-            );
+            let (waited, timeout) = (waited.as_secs(), connection.timeout.as_secs());
+            tracing::info!("waiting for the coupler: {waited} s of {timeout} s");
         }
         std::thread::sleep(Duration::from_millis(2));
     }
 }
 
-type WindowRequest =
-    iceoryx2::active_request::ActiveRequest<ipc::Service, [f64], RequestHeader, [f64], AnswerHeader>;
-
 enum Work {
     Message(ToSolver),
-    Window(WindowRequest),
+    Window(FieldRequest),
 }
 
 struct Session<'a> {
@@ -205,28 +196,18 @@ impl Session<'_> {
                     self.send(&FromSolver::Fault(fault))?;
                 }
                 Work::Message(ToSolver::Save { commit }) => {
-                    let saved = self.exchange.save(solver, commit);
-                    self.send(&saved.map_or_else(FromSolver::Fault, |state| FromSolver::Saved { state }))?;
+                    self.answer(self.exchange.save(solver, commit), |state| FromSolver::Saved { state })?;
                 }
                 Work::Message(ToSolver::Resume { state }) => {
-                    let answer = match exchange::resume(solver, &state) {
-                        Ok(selected) => {
-                            self.selected = selected;
-                            FromSolver::Resumed
-                        }
-                        Err(fault) => FromSolver::Fault(fault),
-                    };
-                    self.send(&answer)?;
+                    let resumed = exchange::resume(solver, &state).map(|selected| self.selected = selected);
+                    self.answer(resumed, |()| FromSolver::Resumed)?;
                 }
                 Work::Message(ToSolver::Finish { commit }) => {
                     let committed = if commit { solver.commit() } else { Ok(()) };
-                    let answer = match committed.and_then(|()| solver.finish()) {
-                        Ok(statistics) => {
-                            FromSolver::Statistics(with_cost(statistics, self.solving.as_secs_f64()))
-                        }
-                        Err(fault) => FromSolver::Fault(fault),
-                    };
-                    self.send(&answer)?;
+                    let solving = self.solving.as_secs_f64();
+                    self.answer(committed.and_then(|()| solver.finish()), |statistics| {
+                        FromSolver::Statistics(with_cost(statistics, solving))
+                    })?;
                     return self.linger();
                 }
                 Work::Message(ToSolver::Abort { reason }) => {
@@ -258,7 +239,7 @@ impl Session<'_> {
             deadline: self.connection.timeout,
             supervisor: self.connection.supervisor,
         };
-        patience.until_look(&self.bell.listener, || {
+        let poll = || {
             if let Some(server) = &self.field
                 && let Some(request) = server.receive().map_err(transport("cannot read a window"))?
             {
@@ -266,7 +247,17 @@ impl Session<'_> {
             }
             let message = self.control.borrow_mut().poll(&|| self.bell.ring())?;
             Ok(message.map(Work::Message))
-        })
+        };
+        patience.until(&self.bell.listener, poll, || Ok(()))
+    }
+
+    /// What was asked for, as `message` of it, or why it could not be done.
+    fn answer<T>(
+        &self,
+        asked: Result<T, Fault>,
+        message: impl FnOnce(T) -> FromSolver,
+    ) -> Result<(), Failure> {
+        self.send(&asked.map_or_else(FromSolver::Fault, message))
     }
 
     fn send(&self, message: &FromSolver) -> Result<(), Failure> {
@@ -298,16 +289,14 @@ impl Session<'_> {
         }
         let outcome = outcome.and_then(|ready| {
             self.exchange = Exchange::new(plan, &ready);
-            match self.selected.take() {
-                Some(selected) => self.exchange.select_again(solver, selected).map(|()| ready),
-                None => Ok(ready),
+            if let Some(selected) = self.selected.take() {
+                self.exchange.select_again(solver, selected)?;
             }
+            // The coupler is given the reason: it would wait for a process that is lost.
+            self.offer(plan, &ready).map_err(|failure| Fault::broken(failure.to_string()))?;
+            Ok(ready)
         });
-        // The coupler is given the reason: it would wait for a process that is lost.
-        let offered = outcome.and_then(|ready| {
-            self.offer(plan, &ready).map(|()| ready).map_err(|failure| Fault::broken(failure.to_string()))
-        });
-        self.send(&offered.map_or_else(FromSolver::Fault, FromSolver::Ready))
+        self.answer(outcome, FromSolver::Ready)
     }
 
     /// Create the channel of windows.
@@ -328,16 +317,12 @@ impl Session<'_> {
         self.domain.allocate()
     }
 
-    fn window(&mut self, solver: &mut dyn Solver, request: &WindowRequest) -> Result<(), Failure> {
+    fn window(&mut self, solver: &mut dyn Solver, request: &FieldRequest) -> Result<(), Failure> {
         let started = Instant::now();
         let header = *request.user_header();
-        let coupler = |what| Failure::Contract { solver: "the coupler".into(), what };
-        if header.run != self.connection.run.number() {
-            return Err(coupler(format!(
-                "asked run {:016x}, this is run {:016x}",
-                header.run,
-                self.connection.run.number()
-            )));
+        let run = self.connection.run.number();
+        if header.run != run {
+            return Err(broken(format!("asked run {:016x}, this is run {run:016x}", header.run)));
         }
         let input = request.payload();
         // What cannot be done is answered with a number that means nothing.
@@ -345,11 +330,9 @@ impl Session<'_> {
         let length = begun.as_ref().map_or(1, |length| *length);
         let failed = "cannot answer a window";
         let mut response = request.loan_slice_uninit(length).map_err(transport(failed))?;
-        let payload = response.payload_mut();
         // SAFETY: the chunk is mapped shared memory, so its bytes are initialised (zero, or an
-        // earlier payload), and every bit pattern is an f64. `MaybeUninit<f64>` has the layout of `f64`.
-        let output =
-            unsafe { std::slice::from_raw_parts_mut(payload.as_mut_ptr().cast::<f64>(), payload.len()) };
+        // earlier payload), and every bit pattern is an f64.
+        let output = unsafe { response.payload_mut().assume_init_mut() };
         let outcome = begun.and_then(|_| self.exchange.write(solver, &header, input, output));
         let status = outcome.as_ref().map_or_else(exchange::status_of, |_| Status::Done);
         let listed = *outcome.as_ref().unwrap_or(&0);

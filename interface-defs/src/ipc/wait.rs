@@ -1,10 +1,9 @@
 //! How to wait, and for how long.
 
+use super::channel::{HEARTBEAT, Listener};
 use super::domain::Domain;
 use super::interrupt;
 use crate::participant::Failure;
-use iceoryx2::port::listener::Listener;
-use iceoryx2::prelude::ipc;
 use serde::de::IntoDeserializer;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -100,14 +99,12 @@ pub(crate) struct Patience<'a> {
 }
 
 impl Patience<'_> {
-    /// Poll until there is an answer. `on_event` sees each event's number and says whether it is a
-    /// sign of life (the deadline starts anew); `on_tick` is called some ten times a
-    /// second; its failure ends the wait.
+    /// Poll until there is an answer. The coupler's heartbeat is a sign of life: the deadline starts anew. `on_tick` is called
+    /// some ten times a second; its failure ends the wait.
     pub fn until<T>(
         &self,
-        listener: &Listener<ipc::Service>,
+        listener: &Listener,
         mut poll: impl FnMut() -> Result<Option<T>, Failure>,
-        mut on_event: impl FnMut(usize) -> bool,
         mut on_tick: impl FnMut() -> Result<(), Failure>,
     ) -> Result<T, Failure> {
         let started = Instant::now();
@@ -122,7 +119,7 @@ impl Patience<'_> {
             }
             let mut sign_of_life = false;
             // Signals interrupt the wait: whatever the cause, look again.
-            let _ = listener.timed_wait(|event| sign_of_life |= on_event(event.id.as_value()), TICK);
+            let _ = listener.timed_wait(|event| sign_of_life |= event.id.as_value() == HEARTBEAT, TICK);
             let now = Instant::now();
             if sign_of_life {
                 alive_at = now;
@@ -141,28 +138,22 @@ impl Patience<'_> {
             }
             if self.must_live && !self.domain.is_alive(self.partner) {
                 // It may have answered and left between two looks: then the answer counts.
-                return poll()?.ok_or_else(|| self.lost(self.partner));
+                let lost = || Failure::Lost { solver: self.partner.into(), during: (self.during)() };
+                return poll()?.ok_or_else(lost);
             }
             let waited = now - alive_at;
             if waited > self.deadline {
                 if !self.must_live {
                     return Err(absent(self.partner, waited, self.deadline));
                 }
-                return Err(Failure::Silent {
-                    solver: self.partner.into(),
-                    during: (self.during)(),
-                    waited: waited.as_secs_f64(),
-                    deadline: self.deadline.as_secs_f64(),
-                });
+                let (solver, during) = (self.partner.into(), (self.during)());
+                let (waited, deadline) = (waited.as_secs_f64(), self.deadline.as_secs_f64());
+                return Err(Failure::Silent { solver, during, waited, deadline });
             }
             if now - said_at > SAY {
                 said_at = now;
-                tracing::info!(
-                    "waiting for {}: {:.0} s of {:.0} s",
-                    self.partner,
-                    waited.as_secs_f64(),
-                    self.deadline.as_secs_f64()
-                );
+                let (waited, deadline) = (waited.as_secs_f64(), self.deadline.as_secs_f64());
+                tracing::info!("waiting for {}: {waited:.0} s of {deadline:.0} s", self.partner);
             }
         }
     }
@@ -192,9 +183,5 @@ impl Patience<'_> {
             looked_at = now;
         }
         Ok(None)
-    }
-
-    fn lost(&self, who: &str) -> Failure {
-        Failure::Lost { solver: who.into(), during: (self.during)() }
     }
 }

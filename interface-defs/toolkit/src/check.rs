@@ -3,8 +3,7 @@
 use super::files;
 use super::input_file;
 use super::screen::show;
-use interface_defs::diagnostic::Diagnostic;
-use interface_defs::mesh::InterfaceMesh;
+use interface_defs::{Diagnostic, InterfaceMesh};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Write;

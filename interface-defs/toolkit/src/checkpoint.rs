@@ -8,12 +8,10 @@
 use super::files::{self, Dir};
 use super::input_file::{named_files, with_absolute_files};
 use super::provenance::{self, BuildId, Reader, build_id};
-use super::run_dir::{self, CHECKPOINT};
+use super::run_dir::CHECKPOINT;
 use super::scene::Scene;
 use super::state_file::{self, Unreadable};
-use super::summary::{RunStatus, Summary};
-use interface_defs::diagnostic::{Diagnostic, Severity, code};
-use interface_defs::message::Fault;
+use interface_defs::{Diagnostic, Fault, Severity, code};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::io;
@@ -269,15 +267,6 @@ pub fn of_last_part(time: f64) -> Diagnostic {
         "the run went on at t = {time:.6} s from a checkpoint: its cost is that of the part since then"
     );
     Diagnostic::of(Severity::Note, code::INTERRUPTED, what)
-}
-
-/// A run that has come to its end needs its checkpoints no more.
-pub fn remove_if_over(summary: &Summary, out: &Path) {
-    if matches!(summary.status, RunStatus::Done | RunStatus::Unreliable)
-        && let Err(e) = run_dir::remove_checkpoints(out)
-    {
-        tracing::warn!("{}: the checkpoints cannot be removed: {e}", out.display());
-    }
 }
 
 #[cfg(test)]

@@ -73,7 +73,7 @@ impl<P> From<Vec<P>> for Coordinates<P> {
 impl<P: Clone + From<[f64; 2]>> Coordinates<P> {
     /// Those of the one feature of a file, not read yet.
     pub fn of_file(file: impl Into<PathBuf>) -> Self {
-        Self { points: Vec::new(), source: Some(Source { file: file.into(), name: None }), system: None }
+        Self::unread(Source { file: file.into(), name: None })
     }
 
     /// The same with the points of its file in their place; `key` is where the scene has it.
@@ -97,6 +97,10 @@ impl<P: Clone + From<[f64; 2]>> Coordinates<P> {
 }
 
 impl<P> Coordinates<P> {
+    fn unread(source: Source) -> Self {
+        Self { points: Vec::new(), source: Some(source), system: None }
+    }
+
     /// EPSG code of the layer that they were read from, if it names one.
     pub fn system(&self) -> Option<u32> {
         self.system
@@ -148,13 +152,11 @@ impl<'de, P: Deserialize<'de>> Visitor<'de> for AsWritten<P> {
     }
 
     fn visit_str<E: serde::de::Error>(self, text: &str) -> Result<Self::Value, E> {
-        let source = Some(Source { file: text.into(), name: None });
-        Ok(Coordinates { points: Vec::new(), source, system: None })
+        Ok(Coordinates::unread(Source { file: text.into(), name: None }))
     }
 
     fn visit_map<A: MapAccess<'de>>(self, entries: A) -> Result<Self::Value, A::Error> {
-        let source = Source::deserialize(MapAccessDeserializer::new(entries))?;
-        Ok(Coordinates { points: Vec::new(), source: Some(source), system: None })
+        Source::deserialize(MapAccessDeserializer::new(entries)).map(Coordinates::unread)
     }
 }
 

@@ -2,8 +2,7 @@
 
 use super::limits::{ENERGY_ERROR, Limits, percent};
 use super::summary::Summary;
-use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::message::{Gauge, Measure, Role, Worse};
+use interface_defs::{Diagnostic, Gauge, Measure, Role, Worse, code};
 use serde::{Deserialize, Serialize};
 
 /// Energies of a system at one time [J].
@@ -150,12 +149,11 @@ impl Balance {
     /// What is said of a run that is ended because its energy has exploded by `time` [s], `cure` being what to try.
     pub fn diverged(&self, time: f64, limits: &Limits, cure: &str) -> Diagnostic {
         let what = if self.imbalance < 0.0 { "are lost" } else { "have come from nowhere" };
+        let (energy, impact) = (self.imbalance.abs(), self.reference().unwrap_or(0.0));
+        let share = percent(self.relative(energy).unwrap_or(f64::INFINITY));
         let message = format!(
-            "the computation has diverged: at t = {time:.6} s {:.3e} J {what}, {} of the {:.3e} J at impact \
+            "the computation has diverged: at t = {time:.6} s {energy:.3e} J {what}, {share} of the {impact:.3e} J at impact \
              (limits.energy_error = {}, and ten times that ends a run)",
-            self.imbalance.abs(),
-            percent(self.relative(self.imbalance).unwrap_or(f64::INFINITY)),
-            self.reference().unwrap_or(0.0),
             percent(limits.energy_error)
         );
         Diagnostic::error(code::LIMIT, message).about("limits.energy_error").try_instead(cure)

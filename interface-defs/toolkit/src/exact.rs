@@ -39,7 +39,6 @@ pub(crate) enum What {
     UnknownField(String, Names),
     UnknownVariant(String, Names),
     MissingField(&'static str),
-    DuplicateField(&'static str),
     /// What stands there.
     WrongType(Value, Expected),
     WrongValue(Value, Expected),
@@ -49,6 +48,9 @@ pub(crate) enum What {
 }
 
 type Names = &'static [&'static str];
+
+/// What a visitor makes of a value.
+type Made<'de, V> = Result<<V as Visitor<'de>>::Value, Mismatch>;
 
 /// What is wrong, with which key, and where in the text.
 #[derive(Debug)]
@@ -113,10 +115,6 @@ impl Error for Mismatch {
     fn missing_field(name: &'static str) -> Self {
         What::MissingField(name).into()
     }
-
-    fn duplicate_field(name: &'static str) -> Self {
-        What::DuplicateField(name).into()
-    }
 }
 
 /// What a visitor was given; places and what lists and tables hold are of no interest.
@@ -150,7 +148,7 @@ impl<'de> Exact<'de> {
         expected: Expected,
         fits: fn(&DeValue<'de>) -> bool,
         visitor: V,
-    ) -> Result<V::Value, Mismatch> {
+    ) -> Made<'de, V> {
         if fits(self.0.get_ref()) {
             return self.deserialize_any(visitor);
         }
@@ -162,7 +160,7 @@ impl<'de> Exact<'de> {
         Value::deserialize(self).map_or_else(|e| e, |got| Mismatch::from(what(got)).at(span))
     }
 
-    fn integer<V: Visitor<'de>>(self, least: i128, most: i128, visitor: V) -> Result<V::Value, Mismatch> {
+    fn integer<V: Visitor<'de>>(self, least: i128, most: i128, visitor: V) -> Made<'de, V> {
         let expected = if least < 0 { Expected::Whole } else { Expected::WholeNotNegative };
         if let DeValue::Integer(number) = self.0.get_ref()
             && !whole(number).is_some_and(|value| (least..=most).contains(&value))
@@ -197,7 +195,7 @@ fn decimal_comma(items: &[Spanned<DeValue>]) -> Option<String> {
 /// Methods that take values of one type.
 macro_rules! of_one_type {
     ($($method:ident: $expected:ident, $fits:expr;)*) => {$(
-        fn $method<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Mismatch> {
+        fn $method<V: Visitor<'de>>(self, visitor: V) -> Made<'de, V> {
             self.expect(Expected::$expected, $fits, visitor)
         }
     )*};
@@ -206,7 +204,7 @@ macro_rules! of_one_type {
 /// The same for whole numbers.
 macro_rules! of_integers {
     ($($method:ident: $integer:ty;)*) => {$(
-        fn $method<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Mismatch> {
+        fn $method<V: Visitor<'de>>(self, visitor: V) -> Made<'de, V> {
             self.integer(<$integer>::MIN.into(), <$integer>::MAX.into(), visitor)
         }
     )*};
@@ -215,7 +213,7 @@ macro_rules! of_integers {
 impl<'de> Deserializer<'de> for Exact<'de> {
     type Error = Mismatch;
 
-    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Mismatch> {
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Made<'de, V> {
         let span = self.0.span();
         match self.0.into_inner() {
             DeValue::String(Cow::Borrowed(text)) => visitor.visit_borrowed_str(text),
@@ -246,15 +244,11 @@ impl<'de> Deserializer<'de> for Exact<'de> {
         .map_err(|e| e.at(span))
     }
 
-    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Mismatch> {
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Made<'de, V> {
         visitor.visit_some(self)
     }
 
-    fn deserialize_newtype_struct<V: Visitor<'de>>(
-        self,
-        _name: &'static str,
-        visitor: V,
-    ) -> Result<V::Value, Mismatch> {
+    fn deserialize_newtype_struct<V: Visitor<'de>>(self, _name: &'static str, visitor: V) -> Made<'de, V> {
         visitor.visit_newtype_struct(self)
     }
 
@@ -262,9 +256,9 @@ impl<'de> Deserializer<'de> for Exact<'de> {
     fn deserialize_struct<V: Visitor<'de>>(
         self,
         name: &'static str,
-        fields: &'static [&'static str],
+        fields: Names,
         visitor: V,
-    ) -> Result<V::Value, Mismatch> {
+    ) -> Made<'de, V> {
         let span = self.0.span();
         match (name, fields, self.0.into_inner()) {
             (tagged::NAME, [tag], DeValue::Table(table)) => {
@@ -276,7 +270,7 @@ impl<'de> Deserializer<'de> for Exact<'de> {
         }
     }
 
-    fn deserialize_tuple<V: Visitor<'de>>(self, length: usize, visitor: V) -> Result<V::Value, Mismatch> {
+    fn deserialize_tuple<V: Visitor<'de>>(self, length: usize, visitor: V) -> Made<'de, V> {
         if let DeValue::Array(items) = self.0.get_ref()
             && items.len() != length
         {
@@ -289,9 +283,9 @@ impl<'de> Deserializer<'de> for Exact<'de> {
     fn deserialize_enum<V: Visitor<'de>>(
         self,
         _name: &'static str,
-        _variants: &'static [&'static str],
+        _variants: Names,
         visitor: V,
-    ) -> Result<V::Value, Mismatch> {
+    ) -> Made<'de, V> {
         let DeValue::String(text) = self.0.get_ref() else {
             return self.expect(Expected::Name, DeValue::is_str, visitor);
         };
@@ -363,7 +357,7 @@ impl<'de> Entries<'de> {
         Self { rest: entries.into_iter(), key: None, value: None }
     }
 
-    fn visited_by<V: Visitor<'de>>(mut self, visitor: V) -> Result<V::Value, Mismatch> {
+    fn visited_by<V: Visitor<'de>>(mut self, visitor: V) -> Made<'de, V> {
         visitor.visit_map(&mut self).map_err(|e| match (&e.what, self.key) {
             _ if e.span.is_some() => e,
             (What::UnknownField(name, _), Some(key)) if name == key.get_ref() => {

@@ -1,6 +1,5 @@
 //! Exit codes, the same in every program.
 
-use super::summary::RunStatus;
 use std::process::{ExitCode, Termination};
 
 /// How a program ends.
@@ -15,17 +14,6 @@ pub enum Exit {
     BadInput = 2,
     /// Computed to the end, but a bound of `[limits]` was passed.
     Unreliable = 3,
-}
-
-impl Exit {
-    /// The code of a run that ended so.
-    pub fn of(status: RunStatus) -> Self {
-        match status {
-            RunStatus::Done => Self::Done,
-            RunStatus::Unreliable => Self::Unreliable,
-            RunStatus::Failed | RunStatus::Interrupted => Self::Failed,
-        }
-    }
 }
 
 impl From<Exit> for ExitCode {

@@ -44,7 +44,6 @@ impl fmt::Display for What {
             Self::UnknownField(name, _) => write!(f, "unknown key `{name}`"),
             Self::UnknownVariant(name, _) => write!(f, "unknown value `{name}`"),
             Self::MissingField(name) => write!(f, "the key `{name}` is missing here"),
-            Self::DuplicateField(name) => write!(f, "the key `{name}` is given twice"),
             Self::WrongType(got, expected) => {
                 write!(f, "wrong type: {}, expected {expected}", described(got))
             }
@@ -66,7 +65,6 @@ impl What {
             Self::UnknownField(..) => code::UNKNOWN_KEY,
             Self::UnknownVariant(..) => code::UNKNOWN_NAME,
             Self::MissingField(_) => code::MISSING_KEY,
-            Self::DuplicateField(_) => code::CONTRADICTION,
             Self::WrongType(..) => code::WRONG_TYPE,
             Self::WrongLength(..) => code::WRONG_LENGTH,
             Self::WrongValue(..) | Self::Other(_) => code::INVALID_VALUE,

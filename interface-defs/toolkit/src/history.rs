@@ -2,8 +2,7 @@
 
 use super::files::{self, Stream};
 use super::provenance::{Running, hash_of};
-use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::message::Gauge;
+use interface_defs::{Diagnostic, Gauge, code};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::io::{self, Read, Write};
@@ -76,9 +75,9 @@ impl History {
     pub fn go_on(path: &Path, columns: &[String], mark: &Mark) -> io::Result<Self> {
         let (hash, length) = hash_of(files::source(path)?.take(mark.length))?;
         if (length, hash.text()) != (mark.length, mark.hash.clone()) {
+            let Mark { length, .. } = mark;
             let what = format!(
-                "its first {} bytes are not those that its run wrote: it was changed or cut since",
-                mark.length
+                "its first {length} bytes are not those that its run wrote: it was changed or cut since"
             );
             let refused = Diagnostic::in_file(path.display().to_string(), what).coded(code::PROVENANCE);
             return Err(io::Error::other(refused.try_instead("run it anew with --force")));

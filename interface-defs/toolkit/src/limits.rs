@@ -65,12 +65,9 @@ impl Limits {
             }
         }
         if limits.penetration > DEEPEST {
-            let what =
-                format!("a bound of {} radii: no run passes it, two spheres part at 2", limits.penetration);
-            let cure = format!(
-                "it is a share of the radius: 50 % is 0.5, here perhaps {:?}",
-                0.01 * limits.penetration
-            );
+            let (bound, meant) = (limits.penetration, 0.01 * limits.penetration);
+            let what = format!("a bound of {bound} radii: no run passes it, two spheres part at 2");
+            let cure = format!("it is a share of the radius: 50 % is 0.5, here perhaps {meant:?}");
             return Err(scene.invalid("limits.penetration", what).try_instead(cure));
         }
         Ok(limits)
@@ -89,14 +86,10 @@ impl Limits {
         let whole = shares.into_iter().filter_map(|(key, share)| Some((key, share.filter(|s| *s >= 1.0)?)));
         whole
             .map(|(key, share)| {
-                let what = format!(
-                    "{share} is a share, so a bound of {}, and hardly any run passes it",
-                    percent(share)
-                );
-                let percentage = format!("{share} % is {key} = {}", short(0.01 * share));
-                Diagnostic::warning(code::LIKELY_UNIT, what)
-                    .about(format!("limits.{key}"))
-                    .try_instead(percentage)
+                let bound = percent(share);
+                let what = format!("{share} is a share, so a bound of {bound}, and hardly any run passes it");
+                let warning = Diagnostic::warning(code::LIKELY_UNIT, what).about(format!("limits.{key}"));
+                warning.try_instead(format!("{share} % is {key} = {}", short(0.01 * share)))
             })
             .collect()
     }
@@ -123,10 +116,9 @@ impl Limits {
                 let above = if value > self.energy_error {
                     Some(format!("above limits.energy_error = {}", percent(self.energy_error)))
                 } else if evidence.residual.is_some() && 0.5 * value > self.deflection_bound() {
+                    let [error, bound] = [0.5 * value, self.deflection_bound()].map(percent);
                     Some(format!(
-                        "which lets expect an error of the deflection of {}, above limits.deflection_error = {}",
-                        percent(0.5 * value),
-                        percent(self.deflection_bound())
+                        "which lets expect an error of the deflection of {error}, above limits.deflection_error = {bound}"
                     ))
                 } else {
                     None
@@ -142,18 +134,15 @@ impl Limits {
                 }
             }
             if name.contains("max_penetration") && measure.unit == "1" && value > self.penetration {
-                let what = format!(
-                    "{name} is {value:.3} radii{at}, above limits.penetration = {}",
-                    self.penetration
-                );
+                let bound = self.penetration;
+                let what = format!("{name} is {value:.3} radii{at}, above limits.penetration = {bound}");
                 passed.push((what, TOO_SOFT));
             }
         }
         if let Some(share) = evidence.residual.filter(|share| *share > self.residual) {
+            let [share, bound] = [share, self.residual].map(percent);
             let what = format!(
-                "the solvers disagree about interface work of {} of the energy at impact, above limits.residual = {}",
-                percent(share),
-                percent(self.residual)
+                "the solvers disagree about interface work of {share} of the energy at impact, above limits.residual = {bound}"
             );
             // Where the energy shows it too, its cause stands there already.
             let cure = if by_energy { "" } else { &evidence.interface };
@@ -179,17 +168,13 @@ impl Limits {
 
     /// What is said of a weak window that is too long, if it is: its length and the longest [s].
     fn of_weak_window(&self, (window, longest): (f64, f64)) -> Option<String> {
-        let share = window / longest;
-        (share > self.weak_window * (1.0 + ROUNDING)).then(|| {
-            format!(
-                "coupling.time_window = {} s is {} times the longest window of weak coupling, {} s, above \
-                 limits.weak_window = {}",
-                short(window),
-                three(share),
-                short(longest),
-                self.weak_window
-            )
-        })
+        let (share, bound) = (window / longest, self.weak_window);
+        let ([window, longest], times) = ([window, longest].map(short), three(share));
+        let what = format!(
+            "coupling.time_window = {window} s is {times} times the longest window of weak coupling, {longest} s, above \
+             limits.weak_window = {bound}"
+        );
+        (share > bound * (1.0 + ROUNDING)).then_some(what)
     }
 }
 

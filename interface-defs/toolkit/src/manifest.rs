@@ -97,16 +97,14 @@ pub fn verify(dir: &Path) -> Vec<Diagnostic> {
         };
         match file {
             Err(e) => found.push(of(&name, format!("it cannot be read: {e}"))),
-            Ok(now) if now.bytes != noted.bytes => {
-                found.push(of(
-                    &name,
-                    format!("it was changed: {} bytes instead of {}", now.bytes, noted.bytes),
-                ));
-            }
-            Ok(now) if now != noted => {
-                found.push(of(&name, format!("it was changed, its {} bytes are others", now.bytes)))
-            }
-            Ok(_) => {}
+            Ok(now) if now == noted => {}
+            Ok(Entry { bytes, .. }) => found.push(of(
+                &name,
+                match bytes == noted.bytes {
+                    true => format!("it was changed, its {bytes} bytes are others"),
+                    false => format!("it was changed: {bytes} bytes instead of {}", noted.bytes),
+                },
+            )),
         }
     });
     found.extend(walked.err().map(|e| of("", format!("it cannot be read: {e}"))));

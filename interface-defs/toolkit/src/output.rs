@@ -74,10 +74,7 @@ impl Output {
             let what = format!("{checkpoint} s between two checkpoints: it must be 0 or above");
             return Err(scene.invalid("output.checkpoint", what).try_instead("checkpoint = 0 writes none"));
         }
-        let interval = match table.interval {
-            Some(interval) => interval,
-            None => scene.end_time()? / 200.0,
-        };
+        let interval = table.interval.map_or_else(|| scene.end_time().map(|end| end / 200.0), Ok)?;
         Ok(Self { interval, fields: table.fields, iterations: table.iterations, checkpoint })
     }
 
@@ -92,11 +89,8 @@ impl Output {
                 "an interval of {shown} s is longer than the run, end_time = {end} s: nothing is written between its begin and its end"
             );
             let cure = format!("were it in milliseconds, it would be {key} = {}", short(1e-3 * interval));
-            Some(
-                Diagnostic::warning(code::UNUSUAL_VALUE, what)
-                    .about(format!("output.{key}"))
-                    .try_instead(cure),
-            )
+            let warning = Diagnostic::warning(code::UNUSUAL_VALUE, what).about(format!("output.{key}"));
+            Some(warning.try_instead(cure))
         };
         Ok([("interval", table.interval), ("fields", table.fields)].into_iter().filter_map(said).collect())
     }

@@ -4,14 +4,12 @@
 //! launcher lets the processes that it starts inherit the lock: it lasts until the last of them has ended, whatever ends
 //! them, and a solver knows its launcher by its number.
 
-use super::checkpoint;
 use super::files::{self, Dir, Exposed};
 use super::manifest;
 use super::provenance::build_id;
 use super::run_dir::{self, RECORD, SUMMARY, unwritable};
 use super::summary::{RunStatus, Summary};
-use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::ipc::RunId;
+use interface_defs::{Diagnostic, RunId, code};
 use rustix::fs::{Mode, OFlags};
 use rustix::io::FdFlags;
 use serde::Serialize;
@@ -65,7 +63,7 @@ impl Owner {
             return Err(Diagnostic::in_file(shown.as_str(), "this is a file, and results need a directory"));
         }
         refuse_exposed(&Dir::create(dir).map_err(fault)?)?;
-        let mut lock = open(dir).map_err(fault)?;
+        let mut lock = open(dir, OFlags::RDWR | OFlags::CREATE).map_err(fault)?;
         let place = identity(&std::fs::metadata(dir).map_err(fault)?);
         match lock.try_lock() {
             Ok(()) => {}
@@ -126,35 +124,23 @@ impl Owner {
         if same_place && named.is_ok() && named.ok() == held.ok() {
             return Ok(());
         }
+        let (dir, run) = (self.dir.display(), &self.run);
         Err(format!(
-            "{}: the directory of the results was removed or replaced while run {} wrote to it",
-            self.dir.display(),
-            self.run
+            "{dir}: the directory of the results was removed or replaced while run {run} wrote to it"
         ))
     }
 
     /// Write `run.json`, where no launcher has written a fuller one, and into it that `program` of this project leads as `part`.
     pub fn write_record(&self, part: &str, program: &str) -> Result<(), Diagnostic> {
-        self.add_record(part, program).map_err(|e| unwritable(&self.dir, &e))
-    }
-
-    fn add_record(&self, part: &str, program: &str) -> io::Result<()> {
         let build = build_id();
-        if self.first {
-            let words: Vec<String> =
-                std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();
-            write_json(
-                &self.dir,
-                &json!({
-                    "version": build.version,
-                    "build": build,
-                    "command_line": words,
-                    "run": self.run.to_string(),
-                }),
-            )?;
-        }
-        let name = format!("{program} {}", build.version);
-        note_programs(&self.dir, [(part, name.as_str(), Some(build.to_string().as_str()))])
+        let words: Vec<_> = std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();
+        let run = self.run.to_string();
+        let record = json!({ "version": build.version, "build": build, "command_line": words, "run": run });
+        let begun = if self.first { write_json(&self.dir, &record) } else { Ok(()) };
+        let (name, build) = (format!("{program} {}", build.version), build.to_string());
+        begun
+            .and_then(|()| note_programs(&self.dir, [(part, name.as_str(), Some(build.as_str()))]))
+            .map_err(|e| unwritable(&self.dir, &e))
     }
 
     /// Give the directory up, before the process ends at once.
@@ -172,7 +158,12 @@ impl Owner {
             summary.fail(Diagnostic::error(code::NOT_WRITTEN, what));
             return;
         }
-        checkpoint::remove_if_over(summary, &self.dir);
+        // A run that has come to its end needs its checkpoints no more.
+        if matches!(summary.status, RunStatus::Done | RunStatus::Unreliable)
+            && let Err(e) = run_dir::remove_checkpoints(&self.dir)
+        {
+            tracing::warn!("{}: the checkpoints cannot be removed: {e}", self.dir.display());
+        }
         // What was interrupted goes on, and must end at once.
         if self.first
             && summary.status != RunStatus::Interrupted
@@ -260,7 +251,7 @@ pub fn refuse_stranger(dir: &Path, run: &RunId) -> Result<(), Diagnostic> {
 
 /// The run, and the process, that writes into `dir` on this machine now; `None`: there is none.
 pub fn holder(dir: &Path) -> Option<(Option<RunId>, Option<u32>)> {
-    let mut lock = open_with(dir, OFlags::RDONLY).ok()?;
+    let mut lock = open(dir, OFlags::RDONLY).ok()?;
     matches!(lock.try_lock_shared(), Err(TryLockError::WouldBlock)).then(|| read(&mut lock))
 }
 
@@ -271,12 +262,8 @@ fn taken(dir: &str, run: Option<&RunId>, process: Option<u32>) -> Diagnostic {
         .try_instead("choose another directory with --out, or wait until it has ended")
 }
 
-fn open(dir: &Path) -> io::Result<File> {
-    open_with(dir, OFlags::RDWR | OFlags::CREATE)
-}
-
 /// A link is not followed, and a pipe blocks nobody.
-fn open_with(dir: &Path, access: OFlags) -> io::Result<File> {
+fn open(dir: &Path, access: OFlags) -> io::Result<File> {
     let flags = access | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::CLOEXEC;
     let mode = Mode::from_raw_mode(0o644);
     let named = |e: io::Error| io::Error::new(e.kind(), format!("{LOCK}: {e}"));

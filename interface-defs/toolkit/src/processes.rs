@@ -1,8 +1,10 @@
 //! The table `[processes]`: programs of others in the place of this project's, and how long one is waited for.
 
 use super::scene::Scene;
-use interface_defs::diagnostic::Diagnostic;
-use interface_defs::ipc::{TIMEOUT, Wait};
+use interface_defs::{
+    Diagnostic,
+    ipc::{TIMEOUT, Wait},
+};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -1,17 +1,17 @@
 //! The `main` of a solver: `run` alone, `check`, `serve` to a coupler.
 
+use super::alloc::allocations;
 pub use super::arguments::Savings;
 use super::arguments::{AnswerForm, Input, Leader, Logging, Membership, ResultDir, Results, Supervised};
 use super::check;
 pub use super::check::CheckReport;
 use super::checkpoint::{self, Checkpoint};
 use super::exit::Exit;
-use super::guest::Guest;
 use super::limits::Limits;
 use super::log;
-use super::owner::{Claim, Owner};
+use super::owner::{Claim, Owner, refuse_stranger};
 use super::progress::Reporter;
-use super::provenance;
+use super::provenance::{self, build_id};
 use super::run_dir;
 use super::scene::Scene;
 pub use super::schema::Share;
@@ -20,13 +20,12 @@ use super::solo::{self, Stage};
 use super::start_from;
 use super::summary::{RunStatus, Summary};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
-use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::ipc::serve::{self, Connection};
-use interface_defs::ipc::wait::is_orphan;
-use interface_defs::ipc::{TIMEOUT, Wait, interrupt};
-use interface_defs::mesh::InterfaceMesh;
-use interface_defs::participant::Failure;
-use interface_defs::solver::Solver;
+use interface_defs::{
+    Diagnostic, Fault, Hello, InterfaceMesh, OnProgress, Plan, Ready, RunId, Selection, Solver, Statistics,
+    Window, code,
+    ipc::{TIMEOUT, Wait, interrupt, serve, serve::Connection, wait::is_orphan},
+    message::option,
+};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -261,10 +260,16 @@ fn serve_run(program: &Program, arguments: &ServeArguments) -> Result<Exit, Diag
         let out = arguments.dir.of(&scene);
         let options = Options { out: Some(out.clone()), shortcuts: !arguments.savings.no_shortcuts };
         let solver = (program.build)(&scene, &options)?;
-        Ok(Guest::new(solver, out, run.clone(), scene.fingerprint()))
+        Ok(Guest { solver, out, run: run.clone(), scene: scene.fingerprint(), committed: false, count: 0 })
     });
     match built {
-        Ok(mut solver) => Ok(ended(serve::serve(&mut solver, &connection))),
+        Ok(mut solver) => Ok(serve::serve(&mut solver, &connection).map_or_else(
+            |failure| {
+                complain(&Diagnostic::from(&failure));
+                if failure.is_input() { Exit::BadInput } else { Exit::Failed }
+            },
+            |()| Exit::Done,
+        )),
         Err(error) => {
             complain(&error);
             // The coupler would wait for a solver that never comes: it is given the reason.
@@ -302,13 +307,76 @@ fn end_in_time(owner: &Arc<Owner>, supervisor: Option<u32>) {
     });
 }
 
-/// The exit code of a served run, its failure printed once.
-fn ended(outcome: Result<(), Failure>) -> Exit {
-    match outcome {
-        Ok(()) => Exit::Done,
-        Err(failure) => {
-            complain(&Diagnostic::from(&failure));
-            if failure.is_input() { Exit::BadInput } else { Exit::Failed }
+/// A solver that takes part in a run which a coupler leads.
+///
+/// It writes only into a directory that no other run owns. To the statistics of its solver it adds the count
+/// `allocations_after_first_window`, which is 0 where the program's global allocator is not
+/// [`CountingAllocator`](super::alloc::CountingAllocator).
+struct Guest {
+    solver: Box<dyn Solver>,
+    out: PathBuf,
+    run: RunId,
+    /// Fingerprint of the scene, which all programs of the run compare.
+    scene: String,
+    committed: bool,
+    count: u64,
+}
+
+impl Guest {
+    fn count<T>(&mut self, work: impl FnOnce(&mut dyn Solver) -> T) -> T {
+        let before = allocations();
+        let result = work(self.solver.as_mut());
+        if self.committed {
+            self.count += allocations() - before;
         }
+        result
+    }
+}
+
+impl Solver for Guest {
+    fn hello(&self) -> Hello {
+        let options = vec![(option::BUILD.to_owned(), build_id().to_string())];
+        Hello { scene: self.scene.clone(), options, ..self.solver.hello() }
+    }
+
+    fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Fault> {
+        refuse_stranger(&self.out, &self.run)?;
+        self.solver.prepare(plan, progress)
+    }
+
+    fn solve(&mut self, window: &Window, input: &[f64], output: &mut [f64]) -> Result<(), Fault> {
+        self.count(|solver| solver.solve(window, input, output))
+    }
+
+    fn commit(&mut self) -> Result<(), Fault> {
+        let outcome = self.count(|solver| solver.commit());
+        self.committed = true;
+        outcome
+    }
+
+    fn select(&mut self, selection: Option<&mut Selection>) -> Result<(), Fault> {
+        self.count(|solver| solver.select(selection))
+    }
+
+    fn committed(&mut self, output: &mut [f64]) -> Result<(), Fault> {
+        self.count(|solver| solver.committed(output))
+    }
+
+    fn reach(&mut self, window: &Window, input: &[f64], nodes: &mut Vec<u32>) -> Result<(), Fault> {
+        self.count(|solver| solver.reach(window, input, nodes))
+    }
+
+    fn save(&mut self) -> Result<Vec<u8>, Fault> {
+        self.solver.save()
+    }
+
+    fn resume(&mut self, state: &[u8]) -> Result<(), Fault> {
+        self.solver.resume(state)
+    }
+
+    fn finish(&mut self) -> Result<Statistics, Fault> {
+        let mut statistics = self.solver.finish()?;
+        statistics.counts.push(("allocations_after_first_window".into(), self.count));
+        Ok(statistics)
     }
 }

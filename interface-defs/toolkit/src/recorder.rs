@@ -7,11 +7,9 @@ use super::history::{History, Mark, gauge_column};
 use super::limits::Limits;
 use super::run_dir::HISTORY;
 use super::summary::Summary;
-use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::message::{Fault, FaultKind, Gauge, Measure, Ready, Statistics};
-use interface_defs::solver::{Solver, Window};
+use interface_defs::{Diagnostic, Fault, FaultKind, Gauge, Measure, Ready, Solver, Statistics, Window, code};
 use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value, json};
+use serde_json::{Map, json};
 use std::path::Path;
 
 /// The windows of a solver alone: equal parts of the interval between two rows, no longer than the solver takes.
@@ -230,10 +228,7 @@ pub fn open(path: &Path, columns: &[String], mark: Option<&Mark>) -> Result<Hist
         None => History::create(path, columns),
         Some(mark) => History::go_on(path, columns, mark),
     };
-    opened.map_err(|e| match e.downcast::<Diagnostic>() {
-        Ok(refused) => refused,
-        Err(e) => unwritable(path, &e),
-    })
+    opened.map_err(|e| e.downcast().unwrap_or_else(|e| unwritable(path, &e)))
 }
 
 /// Writes `history.csv`, and follows the extremes of the gauges.
@@ -352,14 +347,12 @@ pub fn describe_processes<'s>(
 ) {
     let spent = |process: &Statistics| {
         let counts: Map<_, _> = process.counts.iter().map(|(name, n)| (name.clone(), json!(n))).collect();
-        let mut spent = Map::new();
-        spent.insert("cpu_s".into(), json!(process.cpu_seconds));
+        let (cpu, memory) = (process.cpu_seconds, process.peak_memory);
+        let mut spent = json!({ "cpu_s": cpu, "peak_memory_bytes": memory, "counts": counts });
         if process.solve_seconds > 0.0 {
-            spent.insert("solve_s".into(), json!(process.solve_seconds));
+            spent["solve_s"] = json!(process.solve_seconds);
         }
-        spent.insert("peak_memory_bytes".into(), json!(process.peak_memory));
-        spent.insert("counts".into(), counts.into());
-        Value::from(spent)
+        spent
     };
     let processes = processes.into_iter().map(|(name, process)| (name.to_owned(), spent(process)));
     summary.cost.insert("processes".into(), processes.collect());

@@ -2,8 +2,7 @@
 
 use super::explain::nearest;
 use super::files;
-use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::ipc::run_id::fnv1a;
+use interface_defs::{Diagnostic, code, ipc::run_id::fnv1a};
 use std::fs::Metadata;
 use std::io::ErrorKind;
 use std::path::Path;

@@ -26,20 +26,13 @@ pub struct Entry {
     pub meaning: Cow<'static, str>,
 }
 
+type Text = &'static str;
+
 impl Entry {
     /// An entry of a fixed list.
-    pub const fn new(
-        file: &'static str,
-        name: &'static str,
-        unit: &'static str,
-        meaning: &'static str,
-    ) -> Self {
-        Self {
-            file: Cow::Borrowed(file),
-            name: Cow::Borrowed(name),
-            unit: Cow::Borrowed(unit),
-            meaning: Cow::Borrowed(meaning),
-        }
+    pub const fn new(file: Text, name: Text, unit: Text, meaning: Text) -> Self {
+        let (file, name) = (Cow::Borrowed(file), Cow::Borrowed(name));
+        Self { file, name, unit: Cow::Borrowed(unit), meaning: Cow::Borrowed(meaning) }
     }
 
     /// The entries of a table as text: a line with a file, then one `name | unit | meaning` for each of its numbers.

@@ -9,12 +9,10 @@ use super::progress::{Line, Reporter};
 use super::recorder::{KeptLedger, KeptRows, Ledger, Recorder, Windows, broken, describe_processes};
 use super::scene::Scene;
 use super::summary::{RunStatus, Summary, totals};
-use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::ipc::interrupt;
-use interface_defs::ipc::serve::with_cost;
-use interface_defs::ipc::wait::is_orphan;
-use interface_defs::message::{Fault, FaultKind, Measure, Plan, Progress, Ready, Statistics, capability};
-use interface_defs::solver::Solver;
+use interface_defs::{
+    Diagnostic, Fault, FaultKind, Measure, Plan, Progress, Ready, Solver, Statistics, capability, code,
+    ipc::{interrupt, serve::with_cost, wait::is_orphan},
+};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 use std::time::Instant;
@@ -89,10 +87,8 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
     let started = Instant::now();
     let resume = stage.resume.take();
     let asked = resume.as_ref().map_or(Ok(()), |from| solver.resume(from.part(stage.role)?));
-    let prepare = |solver: &mut dyn Solver, stage: &mut Stage| {
-        asked.and_then(|()| solver.prepare(&plan, &mut |progress| stage.preparing(end_time, &progress)))
-    };
-    let mut ready = match prepare(solver, stage) {
+    let mut report = |progress| stage.preparing(end_time, &progress);
+    let mut ready = match asked.and_then(|()| solver.prepare(&plan, &mut report)) {
         Ok(ready) => ready,
         Err(fault) if fault.kind == FaultKind::Input => return Err(*fault.diagnostic),
         Err(fault) => {
@@ -130,7 +126,11 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
     }
     summary.measures.extend(gauges.into_iter().map(|m| Measure { source: hello.program.clone(), ..m }));
     stage.limits.judge(&mut summary, &Evidence { energy: cure(stage.role).into(), ..Evidence::default() });
-    cost(&mut summary, stage.role, statistics, prepared, started.elapsed().as_secs_f64());
+    let (own, total) = (with_cost(statistics, 0.0), started.elapsed().as_secs_f64());
+    summary.cost.insert("wall_s".into(), json!(total));
+    summary.cost.insert("stages".into(), json!({ "prepare_s": prepared, "loop_s": total - prepared }));
+    totals(&mut summary.cost, &[&own]);
+    describe_processes(&mut summary, [(stage.role, &own)]);
     owner.conclude(&mut summary);
     Ok(summary)
 }
@@ -141,14 +141,6 @@ fn ended_by(fault: Fault) -> Summary {
         _ => RunStatus::Failed,
     };
     Summary::ended(status, *fault.diagnostic)
-}
-
-fn cost(summary: &mut Summary, role: &str, own: Statistics, prepared: f64, total: f64) {
-    let own = with_cost(own, 0.0);
-    summary.cost.insert("wall_s".into(), json!(total));
-    summary.cost.insert("stages".into(), json!({ "prepare_s": prepared, "loop_s": total - prepared }));
-    totals(&mut summary.cost, &[&own]);
-    describe_processes(summary, [(role, &own)]);
 }
 
 impl<'a> Solo<'a> {
@@ -170,7 +162,10 @@ impl<'a> Solo<'a> {
                 .map_err(broken)?;
         let mut solo = Self { solver, ledger, recorder, windows, checkpoints };
         match kept {
-            None => solo.write_row(0.0)?,
+            None => {
+                solo.recorder.take(0.0, solo.ledger.values());
+                solo.recorder.write().map_err(broken)?;
+            }
             Some((ledger, windows)) => {
                 solo.ledger.go_on(ledger)?;
                 solo.windows.go_on(windows)?;
@@ -217,11 +212,6 @@ impl<'a> Solo<'a> {
             }
         }
         Ok(())
-    }
-
-    fn write_row(&mut self, time: f64) -> Result<(), Fault> {
-        self.recorder.take(time, self.ledger.values());
-        self.recorder.write().map_err(broken)
     }
 
     /// What the gauges have shown.

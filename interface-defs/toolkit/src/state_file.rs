@@ -11,8 +11,7 @@
 
 use super::files;
 use super::provenance::{self, Reader};
-use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::message;
+use interface_defs::{Diagnostic, code, message};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::io;
@@ -55,12 +54,8 @@ impl std::fmt::Display for Unreadable {
 pub fn write<S: Serialize + DeserializeOwned>(path: &Path, version: u32, state: &S) -> io::Result<()> {
     let mut rest = provenance::head::<S>();
     message::append(state, &mut rest);
-    let mut bytes = Vec::with_capacity(HEAD + rest.len());
-    bytes.extend_from_slice(MARK);
-    bytes.extend_from_slice(&version.to_le_bytes());
-    bytes.extend_from_slice(blake3::hash(&rest).as_bytes());
-    bytes.extend_from_slice(&rest);
-    files::write(path, &bytes)
+    let hash = blake3::hash(&rest);
+    files::write(path, &[&MARK[..], &version.to_le_bytes(), hash.as_bytes(), &rest].concat())
 }
 
 /// Read what [`write`] has written to `path` as content of `version`, by any program that has the same layout of it.

@@ -45,7 +45,7 @@ pub(crate) fn hint(path: &Path, text: &str, at: usize) -> Option<String> {
     if let Some(kind) = other_kind(path, text) {
         return Some(kind);
     }
-    let start = text[..floor(text, at)].rfind('\n').map_or(0, |end| end + 1);
+    let start = text[..text.floor_char_boundary(at)].rfind('\n').map_or(0, |end| end + 1);
     let line = text[start..].lines().next()?;
     let code = line.split('#').next().unwrap_or(line);
     for (marks, cure) in [
@@ -134,10 +134,6 @@ fn other_kind(path: &Path, text: &str) -> Option<String> {
         let table = if first.contains([',', ';']) { "this looks like a table (CSV); " } else { "" };
         format!("{table}{toml}")
     })
-}
-
-fn floor(text: &str, at: usize) -> usize {
-    (0..=at.min(text.len())).rev().find(|at| text.is_char_boundary(*at)).unwrap_or(0)
 }
 
 #[cfg(test)]

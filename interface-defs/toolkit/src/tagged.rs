@@ -54,6 +54,8 @@ macro_rules! tagged {
     };
 }
 
+type Names = &'static [&'static str];
+
 /// A table as the enum that its entry `key` names. It is what [`tagged!`](crate::tagged) reads from.
 pub struct Tagged<D> {
     /// The table.
@@ -67,8 +69,8 @@ impl<'de, D: Deserializer<'de>> Deserializer<'de> for Tagged<D> {
 
     fn deserialize_enum<V: Visitor<'de>>(
         self,
-        _name: &'static str,
-        _variants: &'static [&'static str],
+        _: &'static str,
+        _: Names,
         visitor: V,
     ) -> Result<V::Value, D::Error> {
         self.table.deserialize_struct(NAME, self.key, AsEnum { visitor, key: self.key[0] })
@@ -161,11 +163,7 @@ impl<'de, M: MapAccess<'de>> VariantAccess<'de> for Rest<M> {
         visitor.visit_map(self)
     }
 
-    fn struct_variant<V: Visitor<'de>>(
-        self,
-        _fields: &'static [&'static str],
-        visitor: V,
-    ) -> Result<V::Value, M::Error> {
+    fn struct_variant<V: Visitor<'de>>(self, _: Names, visitor: V) -> Result<V::Value, M::Error> {
         visitor.visit_map(self)
     }
 }

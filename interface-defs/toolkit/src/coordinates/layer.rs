@@ -80,10 +80,8 @@ impl Layer {
         if own.len() == 1 {
             let hint =
                 "make a feature of each part (in QGIS: Vector > Geometry Tools > Multipart to Singleparts)";
-            return Err((
-                format!("the feature has {count} parts; a {} is needed", word(form)),
-                Some(hint.into()),
-            ));
+            let what = format!("the feature has {count} parts; a {} is needed", word(form));
+            return Err((what, Some(hint.into())));
         }
         let names: Vec<String> = found.into_iter().filter_map(|(name, _)| name).collect();
         let alone =

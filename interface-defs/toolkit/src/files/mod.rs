@@ -7,9 +7,7 @@
 //!
 //! A directory is opened once, as [`Dir`]; the functions of a path open the directory in which it lies.
 
-use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::ipc::interrupt;
-use interface_defs::message::{Fault, FaultKind};
+use interface_defs::{Diagnostic, Fault, FaultKind, code, ipc::interrupt};
 use rustix::fd::OwnedFd;
 use rustix::fs::{AtFlags, FileType, Mode, OFlags, Stat};
 use rustix::io::Errno;
@@ -94,7 +92,7 @@ impl Dir {
                 }
                 if !is_ours(about.st_uid) {
                     let what = format!("{} is a link of another user", path.display());
-                    return Err(io::Error::new(io::ErrorKind::PermissionDenied, what));
+                    return refuse(io::ErrorKind::PermissionDenied, what);
                 }
                 let to = rustix::fs::readlinkat(&link, "", Vec::new())?;
                 Self::follow(&parent(path).join(OsStr::from_bytes(to.as_bytes())), links - 1)
@@ -204,11 +202,9 @@ impl Dir {
 
     /// Remove every file that a process began to [`Dir::write`] and was killed. For whoever alone writes here.
     pub fn sweep(&self) -> io::Result<()> {
-        let left = self
-            .entries()?
-            .into_iter()
-            .filter(|(name, kind)| *kind != FileType::Directory && is_temporary(name));
-        left.into_iter().try_for_each(|(name, _)| self.remove(&name))
+        let mut left = self.entries()?;
+        left.retain(|(name, kind)| *kind != FileType::Directory && is_temporary(name));
+        left.iter().try_for_each(|(name, _)| self.remove(name))
     }
 
     /// All names in it are on the disk when this returns.
@@ -294,7 +290,7 @@ impl Stream {
             return Ok(());
         }
         let what = format!("{} was removed or replaced while the run wrote to it", self.path.display());
-        Err(io::Error::new(io::ErrorKind::NotFound, what))
+        refuse(io::ErrorKind::NotFound, what)
     }
 }
 
@@ -339,45 +335,35 @@ impl Drop for Scratch {
     }
 }
 
-/// [`Dir::write`] to `path`.
-pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let (dir, name) = split(path)?;
-    dir.write(name, bytes)
+/// Functions of a path: those of [`Dir`] in the directory in which it lies.
+macro_rules! at_path {
+    ($($(#[$doc:meta])+ $name:ident = $of:ident($($argument:ident: $type:ty)?) -> $out:ty;)+) => {$(
+        $(#[$doc])+
+        pub fn $name(path: &Path $(, $argument: $type)?) -> io::Result<$out> {
+            let (dir, name) = split(path)?;
+            dir.$of(name $(, $argument)?)
+        }
+    )+};
 }
 
-/// [`Dir::stream`] at `path`.
-pub fn create(path: &Path) -> io::Result<Stream> {
-    let (dir, name) = split(path)?;
-    dir.stream(name)
-}
-
-/// [`Dir::append`] to `path`.
-pub fn append(path: &Path) -> io::Result<Stream> {
-    let (dir, name) = split(path)?;
-    dir.append(name)
-}
-
-/// [`Dir::reopen`] of `path`.
-pub fn reopen(path: &Path, length: u64) -> io::Result<Stream> {
-    let (dir, name) = split(path)?;
-    dir.reopen(name, length)
-}
-
-/// [`Dir::read`] of `path`: a file that a program has written.
-pub fn read(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
-    let (dir, name) = split(path)?;
-    dir.read(name, limit)
+at_path! {
+    /// [`Dir::write`] to `path`.
+    write = write(bytes: &[u8]) -> ();
+    /// [`Dir::stream`] at `path`.
+    create = stream() -> Stream;
+    /// [`Dir::append`] to `path`.
+    append = append() -> Stream;
+    /// [`Dir::reopen`] of `path`.
+    reopen = reopen(length: u64) -> Stream;
+    /// [`Dir::read`] of `path`: a file that a program has written.
+    read = read(limit: u64) -> Vec<u8>;
+    /// [`Dir::source`] at `path`.
+    source = source() -> File;
 }
 
 /// [`read`] of a text.
 pub fn read_text(path: &Path) -> io::Result<String> {
     String::from_utf8(read(path, TEXT)?).map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e))
-}
-
-/// [`Dir::source`] at `path`.
-pub fn source(path: &Path) -> io::Result<File> {
-    let (dir, name) = split(path)?;
-    dir.source(name)
 }
 
 /// An error of this module for whoever runs a solver: bad input if it carries a [`Diagnostic`], else a file that failed.
@@ -421,7 +407,7 @@ fn read_all(file: File, limit: u64) -> io::Result<Vec<u8>> {
             return Ok(());
         }
         let what = format!("it is longer than the {limit} bytes that are read of such a file");
-        Err(io::Error::new(io::ErrorKind::FileTooLarge, what))
+        refuse(io::ErrorKind::FileTooLarge, what)
     })?;
     Ok(bytes)
 }
@@ -447,10 +433,7 @@ fn regular(file: File) -> io::Result<File> {
     if file.metadata()?.is_file() {
         return Ok(file);
     }
-    Err(io::Error::new(
-        io::ErrorKind::InvalidInput,
-        "this is no file: a directory, a device, a pipe or a socket",
-    ))
+    refuse(io::ErrorKind::InvalidInput, "this is no file: a directory, a device, a pipe or a socket")
 }
 
 /// The same file, if it is one that has no other name, by which it may be precious to somebody.
@@ -459,10 +442,11 @@ pub(crate) fn sole(file: File) -> io::Result<File> {
     if file.metadata()?.nlink() == 1 {
         return Ok(file);
     }
-    Err(io::Error::new(
-        io::ErrorKind::InvalidInput,
-        "the file has a second name (a hard link), and is not written to",
-    ))
+    refuse(io::ErrorKind::InvalidInput, "the file has a second name (a hard link), and is not written to")
+}
+
+fn refuse<T>(kind: io::ErrorKind, what: impl Into<String>) -> io::Result<T> {
+    Err(io::Error::new(kind, what.into()))
 }
 
 fn is_ours(user: u32) -> bool {

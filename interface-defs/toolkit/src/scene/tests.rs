@@ -40,7 +40,7 @@ struct Coupling {
 
 fn scene(text: &str, sets: &[&str]) -> Result<Scene, Diagnostic> {
     let sets: Vec<String> = sets.iter().map(|s| s.to_string()).collect();
-    Scene::from_text_with("s.toml", text, &sets)
+    Scene::new(&SCENE, "s.toml".into(), text.into(), &sets)
 }
 
 fn rocks(text: &str, sets: &[&str]) -> Result<Vec<Rock>, String> {
@@ -269,7 +269,7 @@ fn paths_count_from_the_scene_file() {
 #[test]
 fn what_is_wrong_in_added_text_is_said_of_the_file_that_it_follows_from() {
     let sets = ["gravity=[0, 0, -1]".to_owned()];
-    let scene = Scene::from_text_with("s.toml", "end_time = 1.0\n", &sets).expect("valid");
+    let scene = Scene::new(&SCENE, "s.toml".into(), "end_time = 1.0\n".into(), &sets).expect("valid");
     let scene = scene.with_more("\n[[contact]]\nlaw = \"linear\"\n", Path::new("b.toml")).expect("valid");
     assert_eq!(scene.invalid("contact.0.law", "no").headline(), "b.toml: no");
     assert_eq!(scene.invalid("end_time", "no").headline(), "s.toml:1:12: no");

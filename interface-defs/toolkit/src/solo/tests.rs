@@ -3,8 +3,7 @@
 use super::*;
 use crate::owner::Claim;
 use crate::run_dir::HISTORY;
-use interface_defs::message::{Gauge, Hello, Role};
-use interface_defs::solver::{OnProgress, Window};
+use interface_defs::{Gauge, Hello, OnProgress, Role, Window};
 
 /// A body in free fall; past `fails_at` it cannot be solved.
 struct Fall {

@@ -143,12 +143,10 @@ struct Body {
 
 impl Body {
     fn array(&mut self, Array { kind, name, components, bytes }: &Array) {
-        let _ = writeln!(
-            self.xml,
-            "<DataArray type=\"{kind}\" Name=\"{}\" NumberOfComponents=\"{components}\" format=\"appended\" \
-             offset=\"{}\"/>",
-            escape(name),
-            self.data.len()
+        let (name, offset) = (escape(name), self.data.len());
+        self.xml += &format!(
+            "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"appended\" \
+             offset=\"{offset}\"/>\n"
         );
         let blocks: Vec<Vec<u8>> = bytes.chunks(BLOCK).map(compress).collect();
         // Number of blocks, size of a block, size of the last one if it is not full, compressed sizes.

@@ -1,10 +1,32 @@
-//! Each contact node follows the structure node that is nearest at t = 0.
+//! Mappings without settings: node to node of equal meshes, the nearest node, the nearest point, each at t = 0.
+//!
+//! The nearest point lies on faces and lines, linear between the nodes of an element: motions that are affine in space are reproduced on
+//! it, and moments are kept. A node that is off the mesh follows its foot point, so that its force acts there.
 
+use super::elements::Elements;
 use super::{Mapper, Matrix};
 use interface_defs::InterfaceMesh;
 use rstar::{RTree, primitives::GeomWithData};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+/// The meshes are equal, compared by coordinates.
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Identity {}
+
+impl Mapper for Identity {
+    fn matrix(&self, structure: &InterfaceMesh, contact: &InterfaceMesh) -> Result<Matrix, String> {
+        if structure.same_nodes(contact) {
+            return Ok(Matrix::identity(structure.node_count()));
+        }
+        let [own, of_contact] = [structure, contact].map(InterfaceMesh::node_count);
+        Err(format!(
+            "the identity needs equal meshes; the structure has {own} nodes, the interface mesh of the contact solver {of_contact}, or \
+             their coordinates differ; try type = \"nearest_projection\""
+        ))
+    }
+}
 
 /// Nearest structure node; of several at one distance the one with the lowest number.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
@@ -20,6 +42,20 @@ impl Mapper for NearestNeighbor {
             nodes.min().expect("there are nodes")
         };
         let rows = contact.coordinates.as_chunks::<3>().0.iter().map(|point| vec![(nearest(point), 1.0)]);
+        Ok(Matrix::from_rows(structure.node_count(), rows))
+    }
+}
+
+/// Nearest point on the structure's faces and lines, linear between their nodes.
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NearestProjection {}
+
+impl Mapper for NearestProjection {
+    fn matrix(&self, structure: &InterfaceMesh, contact: &InterfaceMesh) -> Result<Matrix, String> {
+        let elements = Elements::new(structure);
+        let points = contact.coordinates.as_chunks::<3>().0.iter();
+        let rows = points.map(|p| elements.nearest(*p).expect("there are nodes").shares);
         Ok(Matrix::from_rows(structure.node_count(), rows))
     }
 }
