@@ -8,13 +8,8 @@ use crate::equilibrium::newton::{Failure, Info, Newton};
 use crate::integrator::critical_step::highest_frequency;
 use crate::internal_force::Displacements;
 use crate::model::Model;
-<<<<<<< HEAD
 use crate::model::validation::unseen_rows;
-use crate::state::inherited::{Inherited, StartMotion};
-=======
-use crate::model::validation::supports::unseen_rows;
 use crate::state::inherited::Inherited;
->>>>>>> y-femb
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::message::Fault;
 use std::time::{Duration, Instant};
@@ -151,11 +146,7 @@ impl Start {
         let at_rest = moves.is_none() && (residual <= AT_REST * scale || residual == 0.0);
         Ok(Self {
             form,
-<<<<<<< HEAD
-            motion: moves.map(|from| from.motion(&config.fem.integrator.to_string()).held(model)),
-=======
-            motion: moves.map(|from| from.motion(model, config.fem.integrator.name())),
->>>>>>> y-femb
+            motion: moves.map(|from| from.motion(model, &config.fem.integrator.to_string())),
             torn: inherited.is_some_and(|from| !from.end.torn.is_empty()),
             booked,
             force,
