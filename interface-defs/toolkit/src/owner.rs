@@ -14,7 +14,6 @@ use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc::RunId;
 use rustix::fs::{Mode, OFlags};
 use rustix::io::FdFlags;
-use serde::Serialize;
 use serde_json::{Map, Value, json};
 use std::fs::{File, TryLockError};
 use std::io::{self, Read, Seek, Write};
@@ -143,8 +142,8 @@ impl Owner {
         if self.first {
             let words: Vec<String> =
                 std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();
-            write_json(
-                &self.dir,
+            files::write_json(
+                &self.dir.join(RECORD),
                 &json!({
                     "version": build.version,
                     "build": build,
@@ -174,11 +173,8 @@ impl Owner {
         }
         checkpoint::remove_if_over(summary, &self.dir);
         // What was interrupted goes on, and must end at once.
-        if self.first
-            && summary.status != RunStatus::Interrupted
-            && let Err(e) = manifest::write(&self.dir)
-        {
-            tracing::warn!("{}: no manifest: {e}", self.dir.display());
+        if self.first && summary.status != RunStatus::Interrupted {
+            manifest::seal(&self.dir);
         }
     }
 
@@ -206,7 +202,7 @@ pub fn note_programs<'p>(
         program.insert("name".into(), name.into());
         program.extend(build.map(|build| ("build".into(), build.into())));
     }
-    write_json(dir, &record)
+    files::write_json(&dir.join(RECORD), &record)
 }
 
 /// The object at this key, which is made where there is nothing.
@@ -215,11 +211,6 @@ fn below<'m>(map: &'m mut Map<String, Value>, key: &str) -> io::Result<&'m mut M
     value
         .as_object_mut()
         .ok_or_else(|| io::Error::new(io::ErrorKind::InvalidData, format!("`{key}` is no object")))
-}
-
-fn write_json(dir: &Path, record: &impl Serialize) -> io::Result<()> {
-    let text = serde_json::to_string_pretty(record)?;
-    files::write(&dir.join(RECORD), (text + "\n").as_bytes())
 }
 
 impl Drop for Owner {

@@ -345,6 +345,11 @@ pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     dir.write(name, bytes)
 }
 
+/// [`write()`] a value as JSON, for people and programs.
+pub fn write_json(path: &Path, value: &impl serde::Serialize) -> io::Result<()> {
+    write(path, (serde_json::to_string_pretty(value)? + "\n").as_bytes())
+}
+
 /// [`Dir::stream`] at `path`.
 pub fn create(path: &Path) -> io::Result<Stream> {
     let (dir, name) = split(path)?;
@@ -372,6 +377,11 @@ pub fn read(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
 /// [`read`] of a text.
 pub fn read_text(path: &Path) -> io::Result<String> {
     String::from_utf8(read(path, TEXT)?).map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e))
+}
+
+/// A value of a JSON file, as text of a limited length.
+pub fn read_json<T: serde::de::DeserializeOwned>(path: &Path) -> io::Result<T> {
+    Ok(serde_json::from_str(&read_text(path)?)?)
 }
 
 /// [`Dir::source`] at `path`.
