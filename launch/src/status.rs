@@ -1,14 +1,18 @@
-//! `rockfall status`: how far a run or a study is, by the files in its directory. Nothing is started or changed.
+//! `rockfall status`: how far a run or a study is, by the files in its directory; `rockfall verify`: whether that is what its run or
+//! study wrote. Nothing is started or changed.
 
 use crate::progress::far;
 use crate::stop::Stop;
 use crate::worst;
-use interface_defs::diagnostic::code;
+use interface_defs::diagnostic::{Severity, code};
+use serde_json::json;
 use std::path::Path;
 use std::time::SystemTime;
+use toolkit::check::Format;
 use toolkit::checkpoint::{self, Found};
 use toolkit::exit::Exit;
 use toolkit::files::{self, Dir};
+use toolkit::manifest;
 use toolkit::owner::holder;
 use toolkit::run_dir::{BARRIER, HISTORY, SUMMARY};
 use toolkit::summary::{RunStatus, Summary};
@@ -30,8 +34,8 @@ pub fn status(dir: &Path) -> Result<(String, Exit), Stop> {
         Some(pid) => format!("process {pid} is writing to it"),
         None => "a process is writing to it".into(),
     });
-    if let Ok(text) = files::read_text(&dir.join(STUDY)) {
-        let study: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+    if dir.join(STUDY).exists() {
+        let study: serde_json::Value = files::read_json(&dir.join(STUDY)).unwrap_or_default();
         return Ok(of_study(dir, study["members"].as_u64().unwrap_or(0), running));
     }
     if dir.join(SUMMARY).exists() {
@@ -184,14 +188,40 @@ fn age(path: &Path) -> String {
     format!("{} s ago", age.as_secs())
 }
 
+/// The answer, and the exit code. An error: there is nothing to compare with.
+pub fn verify(dir: &Path, format: Format) -> Result<(String, Exit), Stop> {
+    let name = dir.display();
+    if !dir.is_dir() {
+        return Err(Stop::input(code::ARGUMENT, format!("{name}: there is no such directory")));
+    }
+    let found = manifest::verify(dir);
+    if let Some(none) = found.iter().find(|what| what.code == code::RESULT_DIRECTORY) {
+        return Err(none.clone().into());
+    }
+    let changed = found.iter().filter(|what| what.severity == Severity::Error).count();
+    let text = match format {
+        Format::Json => {
+            let answer = json!({ "directory": name.to_string(), "changed": changed, "diagnostics": found });
+            format!("{answer}\n")
+        }
+        Format::Text => {
+            let outcome = match changed {
+                0 => "all files are as they were written".into(),
+                n => format!("{n} files are not as they were written"),
+            };
+            found.iter().fold(format!("{name}: {outcome}\n"), |text, what| text + &format!("  {what}\n"))
+        }
+    };
+    Ok((text, if changed == 0 { Exit::Done } else { Exit::Failed }))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use interface_defs::verdict::{Ending, Fate, Verdict};
     use std::fs::File;
     use std::time::Duration;
-    use toolkit::run_dir::CHECKPOINT;
-    use toolkit::run_dir::SCENE;
+    use toolkit::run_dir::{CHECKPOINT, SCENE};
 
     #[test]
     fn a_run_is_as_far_as_its_last_whole_row() {
@@ -270,5 +300,27 @@ mod tests {
         let (text, exit) = status(dir).expect("a study");
         assert!(text.contains("barrier: unreliable"), "{text}");
         assert_eq!(exit, Exit::Unreliable);
+    }
+
+    #[test]
+    fn what_is_new_is_a_note_and_what_changed_has_another_exit_code_than_what_is_no_run() {
+        let temp = tempfile::tempdir().expect("a directory");
+        let dir = temp.path();
+        let said = |format| verify(dir, format).expect("a run");
+        std::fs::write(dir.join("history.csv"), "time_s\n0\n").expect("written");
+        assert_eq!(verify(dir, Format::Text).expect_err("no run").exit, Exit::BadInput);
+        assert_eq!(verify(&dir.join("none"), Format::Text).expect_err("not there").exit, Exit::BadInput);
+        manifest::write(dir).expect("written");
+        assert_eq!(said(Format::Text).1, Exit::Done);
+        std::fs::write(dir.join("notes.txt"), "mine").expect("written");
+        let (text, exit) = said(Format::Text);
+        assert!(exit == Exit::Done && text.contains("notes.txt: no file of the run"), "{text}");
+        std::fs::write(dir.join("history.csv"), "time_s\n1\n").expect("written");
+        let (text, exit) = said(Format::Json);
+        let answer: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        assert_eq!((exit, &answer["changed"]), (Exit::Failed, &json!(1)));
+        assert_eq!(answer["diagnostics"][0]["code"], "provenance");
+        let place = answer["diagnostics"][0]["place"]["file"].as_str().expect("a place");
+        assert!(place.ends_with("history.csv"), "{place}");
     }
 }

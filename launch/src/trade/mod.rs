@@ -1,46 +1,41 @@
 //! `rockfall trade`: what accuracy costs, measured over the knobs of a scene.
 //!
-//! - [`knobs`]: which knobs there are, one line each; [`point`]: settings of them
-//! - [`result`](mod@result): what one run gave; [`store`]: the runs on disk
-//! - [`study`]: what follows from them, with [`mod@reference`] and [`front`]; [`plan`] and [`combine`]: which run comes next
+//! - [`knobs`]: which knobs there are, one line each, and settings of them
+//! - [`result`](mod@result): what one run gave, and what it is compared with; [`store`]: the runs on disk
+//! - [`study`]: what follows from them; [`plan`]: which run comes next
 //! - [`atlas`]: `--atlas`, each knob pushed until the scene breaks
-//! - [`measures`]: which measures count; [`report`] and [`plot`]: the answer
+//! - [`report`]: the answer
 
 mod atlas;
-mod combine;
-mod front;
 mod knobs;
-mod measures;
 mod plan;
-mod plot;
-mod point;
-mod reference;
 mod report;
 mod result;
-mod setup;
 mod store;
 mod study;
 #[cfg(test)]
 mod tests;
 
-use crate::events::Events;
+use crate::children::Events;
+use crate::prepared::Prepared;
+use crate::record;
 use crate::stop::Stop;
 use crate::sweep;
-use crate::verify;
 use clap::Args;
 use interface_defs::diagnostic::code;
+use knobs::{Base, Point, Space, rung};
 use plan::Task;
-use point::{Point, rung};
-use reference::Reference;
-use report::{Facts, percent, seconds};
+use report::{Facts, percent, quoted, seconds};
+use result::Reference;
 use result::{Outcome, Purpose, Status};
-use setup::Setup;
 use std::path::{Path, PathBuf};
-use store::Store;
+use store::{Identity, Store};
 use study::{Finished, Study};
 use toolkit::arguments::Input;
 use toolkit::exit::Exit;
+use toolkit::scene::at;
 use toolkit::screen::show;
+use toolkit::{manifest, provenance};
 
 /// What the command line asks for.
 #[derive(Debug, Clone, Args)]
@@ -49,7 +44,7 @@ pub struct Arguments {
     #[command(flatten)]
     pub input: Input,
     /// Wall time of all runs together, as in 90s, 10m or 1h30m. A larger one later goes on
-    #[arg(long, value_name = "TIME", default_value = "10m", value_parser = measures::duration)]
+    #[arg(long, value_name = "TIME", default_value = "10m", value_parser = study::duration)]
     pub budget: f64,
     /// Find the limits of stability instead: push each knob until the scene breaks, and write `atlas.md` and `atlas.csv`
     #[arg(long)]
@@ -59,7 +54,7 @@ pub struct Arguments {
     #[arg(long = "measure", value_name = "NAME")]
     pub measures: Vec<String>,
     /// Value to compare a measure with, instead of the finest runs, repeatable
-    #[arg(long = "reference", value_name = "NAME=VALUE", value_parser = measures::given)]
+    #[arg(long = "reference", value_name = "NAME=VALUE", value_parser = study::given)]
     pub references: Vec<(String, f64)>,
     /// Knob to turn, repeatable [default: all that the scene has]
     #[arg(long = "knob", value_name = "NAME")]
@@ -73,6 +68,67 @@ pub struct Arguments {
     /// Print nothing but the result and errors
     #[arg(long, help_heading = "Results")]
     pub quiet: bool,
+}
+
+/// What a study starts from.
+struct Setup {
+    /// Its knobs.
+    space: Space,
+    /// Directory of the study.
+    out: PathBuf,
+    /// What the study is of.
+    identity: Identity,
+    /// Set in every run: what costs time and is not measured.
+    always: Vec<String>,
+    /// For the page.
+    facts: Facts,
+}
+
+impl Setup {
+    /// Of a scene. Nothing has run yet where it is refused.
+    fn of(arguments: &Arguments, events: &Events) -> Result<Self, Stop> {
+        let input = &arguments.input;
+        let prepared = Prepared::of(input, |_| None, events)?;
+        let mut resolved = prepared.resolved()?;
+        prepared.ground.forget(&mut resolved);
+        let Prepared { scene, plan, numbers, .. } = &prepared;
+        let end_time = numbers.end_time;
+        let steps = [("dem.time_step", numbers.contact.step), ("fem.time_step", numbers.net.step)];
+        let in_use: Vec<_> = steps.iter().filter_map(|(key, step)| Some((*key, (*step)?))).collect();
+        let document = scene.document()?;
+        let chosen = prepared.choices().map(|choice| format!("{}.{}", choice.key.0, choice.key.1));
+        let unnamed = steps.iter().filter(|(key, _)| at(&document, key).is_none());
+        let open = chosen.chain(unnamed.map(|(key, _)| (*key).to_owned())).collect();
+        let mut knobs = knobs::of(&Base { resolved: &resolved, in_use: &in_use });
+        knobs::turn_only(&mut knobs, &arguments.knobs)?;
+        let space = Space { knobs, open };
+        let fault = |e: std::io::Error| {
+            let what = format!("{}: an input file cannot be read: {e}", scene.path().display());
+            Stop::input(code::FILE, what)
+        };
+        let foreign = plan.members.iter().filter(|member| member.foreign).map(|member| &member.program);
+        let hash = |program: &PathBuf| (program.display().to_string(), provenance::program(program).ok());
+        let identity = Identity {
+            scene: scene.fingerprint(),
+            inputs: record::hashes(scene, &resolved).map_err(fault)?,
+            build: sweep::build().clone(),
+            foreign: foreign.map(hash).collect(),
+        };
+        let out =
+            arguments.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-trade", scene.name())));
+        // Field files cost time and disk, and no measure comes from them.
+        let fields =
+            at(&document, "output.fields").map(|_| format!("output.fields={}", knobs::float(end_time)));
+        let sets = input.sets.iter().fold(String::new(), |all, set| all + " --set " + &quoted(set));
+        let facts = Facts {
+            scene: scene.name(),
+            command: quoted(&input.scene.display().to_string()) + &sets,
+            end_time,
+            budget: arguments.budget,
+            processors: std::thread::available_parallelism().map_or(1, usize::from),
+        };
+        Ok(Self { space, out, identity, always: fields.into_iter().collect(), facts })
+    }
 }
 
 /// The whole command.
@@ -113,7 +169,7 @@ pub fn trade(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
     match ended {
         Ok(()) => {
             show(&written?);
-            verify::seal(&setup.out);
+            manifest::seal(&setup.out);
         }
         Err(stop) if stop.exit == Exit::BadInput => return Err(stop),
         Err(stop) => {
@@ -159,7 +215,7 @@ fn explore(
     arguments: &Arguments,
     next: fn(&Study, f64) -> Option<Task>,
 ) -> Result<(), Stop> {
-    measures::choose(study, &arguments.measures)?;
+    study::choose(study, &arguments.measures)?;
     study.refresh();
     while let Some(task) = next(study, arguments.budget) {
         let (Some(key), Some(sets)) = (study.space.key(&task.point), study.space.sets(&task.point)) else {
@@ -169,7 +225,7 @@ fn explore(
         let (purpose, outcome) = (task.purpose, Outcome::default());
         let run = Finished { point: task.point, key, purpose, sets, outcome };
         work.make(study, run, task.limit, &label)?;
-        measures::choose(study, &arguments.measures)?;
+        study::choose(study, &arguments.measures)?;
         study.refresh();
         work.progress.ended(study, &label);
     }
@@ -210,7 +266,7 @@ fn write(study: &Study, store: &Store, facts: &Facts) -> Result<String, Stop> {
     store.write("trade.csv", &report::table(study, facts).map_err(|e| unwritten("trade.csv", &e))?)?;
     let picture = picture(study, facts);
     if !picture.marks.is_empty() {
-        store.write("trade.svg", &plot::draw(&picture).map_err(|e| unwritten("trade.svg", &e))?)?;
+        store.write("trade.svg", &report::draw(&picture).map_err(|e| unwritten("trade.svg", &e))?)?;
     }
     Ok(format!("{}all runs     {}\n", report::screen(study), page.display()))
 }
@@ -219,14 +275,14 @@ fn unwritten(file: &str, why: &dyn std::fmt::Display) -> Stop {
     Stop::failed(code::NOT_WRITTEN, format!("{file} cannot be made: {why}"))
 }
 
-fn picture(study: &Study, facts: &Facts) -> plot::Picture {
+fn picture(study: &Study, facts: &Facts) -> report::Picture {
     let space = &study.space;
     let arms = space.arms();
     let group = |run: &Point| {
         let same = |arm: &Point| space.knobs.iter().all(|k| !k.arm || rung(arm, k.name) == rung(run, k.name));
         arms.iter().position(same).unwrap_or(0)
     };
-    plot::Picture {
+    report::Picture {
         title: format!("{}: accuracy against cost", facts.scene),
         groups: arms.iter().map(|arm| space.label(arm)).collect(),
         marks: study.trades().into_iter().map(|(point, trade)| (trade, group(point))).collect(),
@@ -245,13 +301,13 @@ fn no_reference(study: &Study) -> String {
 
 /// What is shown while runs are at work.
 struct Progress {
-    shown: sweep::Progress,
+    shown: crate::progress::Progress,
     budget: f64,
 }
 
 impl Progress {
     fn new(quiet: bool, json: bool, budget: f64) -> Self {
-        Self { shown: sweep::Progress::new(quiet, json, true), budget }
+        Self { shown: crate::progress::Progress::new(quiet, json, true), budget }
     }
 
     fn begin(&self, study: &Study, label: &str) {

@@ -1,9 +1,9 @@
 //! The strategy with a runner that computes nothing: values and costs follow formulas.
 
-use super::knobs::{Base, of};
+use super::knobs::{Base, Point, Space, of};
 use super::plan::RUNS;
-use super::point::{Point, Space};
-use super::result::{Outcome, Purpose, Status, tests::done};
+use super::result::tests::done;
+use super::result::{Outcome, Purpose, Status};
 use super::store::{Identity, Store};
 use super::study::Study;
 use super::{Arguments, Progress, Work, explore, report};
@@ -81,7 +81,7 @@ fn study(given: &[(&str, f64)]) -> Study {
         measures: Vec::new(),
         given: given.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect(),
         runs: Vec::new(),
-        reference: super::reference::Reference::default(),
+        reference: super::result::Reference::default(),
     }
 }
 
