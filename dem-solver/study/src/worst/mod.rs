@@ -2,33 +2,27 @@
 //!
 //! A study alone computes no net: `rockfall ensemble --barrier` has these scenes computed, one by one.
 //!
-//! - [`choose`](mod@choose): which members; [`barrier`]: the scene of a member with the barrier
+//! - [`barrier`]: the scene of a member with the barrier
 
 pub mod barrier;
-pub mod choose;
 
 use super::base::Base;
 use super::member::Member;
 use super::record::Record;
 use super::runner::{Flight, Runner, flight_before};
-use super::track::{Crossing, place};
+use super::track::Crossing;
 use barrier::Barrier;
-use choose::{Arrival, Choice, choose};
 use dem_solid::geometry::plan::{self, distance_from};
 use interface_defs::diagnostic::Diagnostic;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
+use std::collections::BTreeSet;
 use std::io;
 use std::path::Path;
-use toolkit::files;
-use toolkit::run_dir;
 use toolkit::summary::RunStatus;
+use toolkit::{files, run_dir};
 
 /// Which members were chosen, and what they bring to the line.
 pub const CHOSEN: &str = "chosen.json";
-
-/// What is known of a chosen member.
-const COLUMNS: &str = "member,chosen_for,rank,line_time_s,line_x_m,line_y_m,line_z_m,along_m,edge_m,passing_height_m,centre_height_m,\
-                       speed_m_per_s,kinetic_energy_J,rotation_energy_J,start_time_s";
 
 /// How a member comes to the line for the first time.
 #[derive(Debug, Clone, PartialEq)]
@@ -65,14 +59,8 @@ impl Comings {
     fn arrivals(&self, base: &Base) -> Vec<Arrival> {
         let length = plan::length(&base.lines[usize::from(self.line)]);
         let of = |coming: &Coming| {
-            let values = &coming.crossing.values;
-            let along = values[place::ALONG];
-            Arrival {
-                member: coming.member,
-                energy: values[place::ENERGY],
-                height: values[place::HEIGHT],
-                edge: along.min(length - along),
-            }
+            let Crossing { energy, height, along, .. } = coming.crossing;
+            Arrival { member: coming.member, energy, height, edge: along.min(length - along) }
         };
         self.all.iter().map(of).collect()
     }
@@ -94,14 +82,16 @@ impl Comings {
             let (text, flight) = scene(base, barrier, &member, &coming.crossing)?;
             let file = format!("{}.toml", member.number);
             files::write(&dir.join(&file), text.as_bytes()).map_err(fault)?;
-            rows.push(row(base, &member, coming, &arrivals[choice.at], &choice, flight.as_ref()));
+            rows.push(row(base, coming, &arrivals[choice.at], &choice, flight.as_ref()));
         }
+        let columns: Vec<&str> = rows.first().into_iter().flatten().map(|(name, _)| *name).collect();
+        let named = |row: &Row| row.iter().map(|(name, value)| ((*name).into(), value.clone())).collect();
+        let chosen: Vec<Map<String, Value>> = rows.iter().map(named).collect();
         let index = json!({
             "line": barrier.line, "members": base.members(), "computed": self.computed, "reach": arrivals.len(),
-            "columns": COLUMNS.split(',').collect::<Vec<_>>(), "chosen": rows,
+            "columns": columns, "chosen": chosen,
         });
-        let text = serde_json::to_string_pretty(&index).map_err(io::Error::from).map_err(fault)?;
-        files::write(&dir.join(CHOSEN), (text + "\n").as_bytes()).map_err(fault)
+        files::write_json(&dir.join(CHOSEN), &index).map_err(fault)
     }
 }
 
@@ -113,7 +103,7 @@ pub fn scene(
     crossing: &Crossing,
 ) -> Result<(String, Option<Flight>), Diagnostic> {
     let fault = Base::of_member(member);
-    let time = crossing.values[place::TIME];
+    let time = crossing.time;
     let line = &base.lines[usize::from(crossing.line)];
     let reach = base.model(member, None).map_err(&fault)?.rocks[0].reach;
     let is_far = |at| distance_from(line, &at) > barrier.margin + reach;
@@ -147,23 +137,108 @@ pub fn scene_of_one(base: &Base, barrier: &Barrier, number: u64) -> Result<Strin
     text(base, barrier, &member, None, &table)
 }
 
-fn row(
-    base: &Base,
-    member: &Member,
-    coming: &Coming,
-    arrival: &Arrival,
-    choice: &Choice,
-    flight: Option<&Flight>,
-) -> Value {
-    let values = &coming.crossing.values;
-    let at = |axis: usize| values[place::POSITION + axis] + base.ground.origin[axis];
-    json!({
-        "member": member.number, "chosen_for": choice.reason, "rank": choice.rank,
-        "line_time_s": values[place::TIME], "line_x_m": at(0), "line_y_m": at(1), "line_z_m": at(2),
-        "along_m": values[place::ALONG], "edge_m": arrival.edge,
-        "passing_height_m": values[place::HEIGHT], "centre_height_m": values[place::CENTRE],
-        "speed_m_per_s": values[place::SPEED],
-        "kinetic_energy_J": values[place::ENERGY], "rotation_energy_J": values[place::ROTATION],
-        "start_time_s": flight.map_or(0.0, |flight| flight.time),
-    })
+/// What is known of a chosen member, by column.
+type Row = Vec<(&'static str, Value)>;
+
+fn row(base: &Base, coming: &Coming, arrival: &Arrival, choice: &Choice, flight: Option<&Flight>) -> Row {
+    let crossing = &coming.crossing;
+    let [x, y, z] = [0, 1, 2].map(|axis| crossing.position[axis] + base.ground.origin[axis]);
+    vec![
+        ("member", json!(coming.member)),
+        ("chosen_for", json!(choice.reason)),
+        ("rank", json!(choice.rank)),
+        ("line_time_s", json!(crossing.time)),
+        ("line_x_m", json!(x)),
+        ("line_y_m", json!(y)),
+        ("line_z_m", json!(z)),
+        ("along_m", json!(crossing.along)),
+        ("edge_m", json!(arrival.edge)),
+        ("passing_height_m", json!(crossing.height)),
+        ("centre_height_m", json!(crossing.centre)),
+        ("speed_m_per_s", json!(crossing.speed)),
+        ("kinetic_energy_J", json!(crossing.energy)),
+        ("rotation_energy_J", json!(crossing.rotation)),
+        ("start_time_s", json!(flight.map_or(0.0, |flight| flight.time))),
+    ]
+}
+
+/// What a member brings to the line.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Arrival {
+    /// Its number.
+    pub member: u64,
+    /// Kinetic energy [J].
+    pub energy: f64,
+    /// Height of its lowest point above the ground [m]; not a number where that is not known.
+    pub height: f64,
+    /// Distance from the nearer end of the line, along it [m].
+    pub edge: f64,
+}
+
+/// Why a member is chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Choice {
+    /// The member, by its place among all.
+    pub at: usize,
+    /// For which quantity.
+    pub reason: &'static str,
+    /// Its rank in that, from 1.
+    pub rank: usize,
+}
+
+/// A quantity that is worse the larger it is: its name, and its value.
+type Order = (&'static str, fn(&Arrival) -> f64);
+
+/// The three orders, in the order of their turns.
+const ORDERS: [Order; 3] = [("energy", |a| a.energy), ("height", |a| a.height), ("edge", |a| -a.edge)];
+
+/// Choose `count` members, in turn the worst by each order that is not chosen yet. Of equal ones the first.
+pub fn choose(arrivals: &[Arrival], count: usize) -> Vec<Choice> {
+    let mut lists = ORDERS.map(|(reason, of)| {
+        let mut list: Vec<usize> = (0..arrivals.len()).filter(|at| !of(&arrivals[*at]).is_nan()).collect();
+        list.sort_by(|a, b| of(&arrivals[*b]).total_cmp(&of(&arrivals[*a])).then(a.cmp(b)));
+        (reason, list.into_iter().enumerate())
+    });
+    let (mut chosen, mut known) = (Vec::new(), BTreeSet::new());
+    let count = count.min(arrivals.len());
+    while chosen.len() < count {
+        let before = chosen.len();
+        for (reason, list) in &mut lists {
+            if chosen.len() < count
+                && let Some((rank, at)) = list.find(|(_, at)| known.insert(*at))
+            {
+                chosen.push(Choice { at, reason, rank: rank + 1 });
+            }
+        }
+        if chosen.len() == before {
+            break;
+        }
+    }
+    chosen
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn members_are_chosen_in_turn_and_each_once() {
+        let of = |member, energy, height, edge| Arrival { member, energy, height, edge };
+        let all = [
+            of(1, 5.0, 1.0, 9.0),
+            of(2, 9.0, 3.0, 8.0),
+            of(3, 9.0, 2.0, 0.5),
+            of(4, 1.0, f64::NAN, 1.0),
+            of(5, 0.0, 0.0, 20.0),
+        ];
+        let names = |count| {
+            let chosen = choose(&all, count);
+            chosen.iter().map(|c| format!("{} {} {}", all[c.at].member, c.reason, c.rank)).collect::<Vec<_>>()
+        };
+        // The highest is the one with the most energy, the first of two: the next in height has its turn.
+        assert_eq!(names(4), ["2 energy 1", "3 height 2", "4 edge 2", "1 energy 3"]);
+        assert_eq!(names(2), names(4)[..2]);
+        assert_eq!(names(20).len(), 5);
+        assert_eq!(choose(&[], 3), []);
+    }
 }
