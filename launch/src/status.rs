@@ -14,15 +14,8 @@ use toolkit::exit::Exit;
 use toolkit::files::{self, Dir};
 use toolkit::manifest;
 use toolkit::owner::holder;
-use toolkit::run_dir::{BARRIER, HISTORY, SUMMARY};
+use toolkit::run_dir::{BARRIER, CHUNK_ENDS, CHUNKS, HISTORY, JOURNAL, MEMBERS, STUDY_RECORD, SUMMARY};
 use toolkit::summary::{RunStatus, Summary};
-
-/// What a study is, its rows, its chunks.
-const STUDY: &str = "study.json";
-const MEMBERS: &str = "members.csv";
-const CHUNKS: &str = "chunks";
-/// What a run over all members has begun.
-const JOURNAL: &str = "main.journal";
 
 /// The text for the screen, and the exit code.
 pub fn status(dir: &Path) -> Result<(String, Exit), Stop> {
@@ -34,8 +27,8 @@ pub fn status(dir: &Path) -> Result<(String, Exit), Stop> {
         Some(pid) => format!("process {pid} is writing to it"),
         None => "a process is writing to it".into(),
     });
-    if dir.join(STUDY).exists() {
-        let study: serde_json::Value = files::read_json(&dir.join(STUDY)).unwrap_or_default();
+    if dir.join(STUDY_RECORD).exists() {
+        let study: serde_json::Value = files::read_json(&dir.join(STUDY_RECORD)).unwrap_or_default();
         return Ok(of_study(dir, study["members"].as_u64().unwrap_or(0), running));
     }
     if dir.join(SUMMARY).exists() {
@@ -164,10 +157,10 @@ fn chunks(dir: &Path) -> (Vec<[u64; 2]>, Vec<[u64; 2]>) {
         let (Some(stem), Some(end)) = (path.file_stem(), path.extension()) else { continue };
         let range = stem.to_str().and_then(|s| s.split_once('-'));
         let Some((Ok(first), Ok(last))) = range.map(|(a, b)| (a.parse(), b.parse())) else { continue };
-        match end.to_str() {
-            Some("chunk") => complete.push([first, last]),
-            Some("part") => begun.push([first, last]),
-            _ => {}
+        match CHUNK_ENDS.iter().position(|known| end == *known) {
+            Some(0) => complete.push([first, last]),
+            Some(_) => begun.push([first, last]),
+            None => {}
         }
     }
     complete.sort_unstable();
@@ -258,7 +251,7 @@ mod tests {
     fn a_study_is_as_far_as_its_rows_and_chunks() {
         let temp = tempfile::tempdir().expect("a directory");
         let dir = temp.path();
-        std::fs::write(dir.join(STUDY), "{\"members\": 200}").expect("written");
+        std::fs::write(dir.join(STUDY_RECORD), "{\"members\": 200}").expect("written");
         std::fs::create_dir(dir.join(CHUNKS)).expect("created");
         for name in ["00000001-00000050.chunk", "00000051-00000060.part", "main.journal"] {
             std::fs::write(dir.join(CHUNKS).join(name), "").expect("written");
@@ -285,7 +278,7 @@ mod tests {
         let temp = tempfile::tempdir().expect("a directory");
         let dir = temp.path();
         let barrier = dir.join(BARRIER);
-        std::fs::write(dir.join(STUDY), "{\"members\": 200}").expect("written");
+        std::fs::write(dir.join(STUDY_RECORD), "{\"members\": 200}").expect("written");
         Summary::new(RunStatus::Done).write(dir).expect("written");
         let plain = status(dir).expect("a study");
         assert!(plain.1 == Exit::Done && !plain.0.contains("barrier"), "{}", plain.0);

@@ -1,15 +1,15 @@
 //! `dem-solver ensemble`: a study from its file to its results.
 
 use super::base::Base;
-use super::directory::{Directory, Index, MEMBERS};
+use super::directory::{Directory, Index};
 use super::record::{Found, Journal, Record, taken};
 use super::results::design::Reliability;
 use super::runner::Runner;
 use super::settings::{STUDY, StudySettings};
 use super::summary::Numbers;
 use super::table::Table;
+use super::worst::Comings;
 use super::worst::barrier::Barrier;
-use super::worst::{self, Comings};
 use super::{gate, results};
 use clap::{ArgMatches, Args, FromArgMatches};
 use interface_defs::diagnostic::{Diagnostic, Place, Severity, code};
@@ -147,7 +147,7 @@ impl Study<'_> {
             return Err(Diagnostic::in_file("--scene-of", what));
         }
         let text = match self.barrier {
-            Some(barrier) => worst::scene_of_one(base, barrier, number)?,
+            Some(barrier) => Comings::new(base, barrier).scene_of_one(number)?,
             None => {
                 let member = base.member(number);
                 base.text(&member, "", &base.scene_of(&member)?)?
@@ -306,7 +306,7 @@ impl Study<'_> {
 
     /// Compute what is missing; the table follows as far as all members before are known. False: a signal has ended it.
     fn fill(&self, index: &mut Index, journal: &mut Journal, todo: &[u64]) -> io::Result<bool> {
-        let mut table = Table::create(&self.directory.path(MEMBERS), self.base)?;
+        let mut table = Table::create(&self.directory.path(run_dir::MEMBERS), self.base)?;
         follow(self.base, index, &mut table, 1)?;
         let whole = self.compute(todo, self.base.members(), &mut |record| {
             index.add(journal.add(&record)?);
@@ -375,9 +375,8 @@ impl Study<'_> {
         if !self.arguments.quiet {
             show(&summary.table(owner.dir()));
         }
-        if let Some((comings, barrier)) = comings.zip(self.barrier) {
-            let count = self.arguments.worst as usize;
-            comings.write(self.base, barrier, &owner.dir().join(run_dir::BARRIER), count)?;
+        if let Some(comings) = comings {
+            comings.write(&owner.dir().join(run_dir::BARRIER), self.arguments.worst as usize)?;
         }
         manifest::seal(owner.dir());
         // With a barrier more follows, and its command says it at its own end.

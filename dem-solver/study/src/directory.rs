@@ -13,22 +13,15 @@ use std::io;
 use std::path::{Path, PathBuf};
 use toolkit::files::{self, Dir};
 use toolkit::input_file::{self, hash, named_files, with_absolute_files};
-use toolkit::run_dir::{BARRIER, CLUSTERS, MANIFEST, SCENE, SUMMARY};
+use toolkit::run_dir::{
+    BARRIER, CHUNK_ENDS, CHUNKS, CLUSTERS, JOURNAL, MANIFEST, MEMBERS, SCENE, STUDY_RECORD, SUMMARY,
+};
 use toolkit::scene::Scene;
 
-/// What the study was computed from ([`inputs`]).
-pub const RECORD: &str = "study.json";
 /// The study file as it was.
 pub const STUDY: &str = "study.toml";
-/// One row for each member.
-pub const MEMBERS: &str = "members.csv";
-/// Journals and chunks.
-pub const CHUNKS: &str = "chunks";
-/// The journal of a run over all members.
-const MAIN: &str = "main.journal";
-/// What ends the name of a chunk that is complete, and of one at work.
-const DONE: &str = "chunk";
-const PART: &str = "part";
+/// What ends the name of a chunk that is complete.
+const DONE: &str = CHUNK_ENDS[0];
 
 /// The directory of a study.
 pub struct Directory {
@@ -61,12 +54,12 @@ impl Directory {
 
     /// The journal of all members.
     pub fn main(&self) -> PathBuf {
-        self.dir.join(CHUNKS).join(MAIN)
+        self.dir.join(CHUNKS).join(JOURNAL)
     }
 
     /// The files of the members from `first` to `last`: complete, and at work.
     pub fn chunk(&self, first: u64, last: u64) -> [PathBuf; 2] {
-        [DONE, PART].map(|end| self.dir.join(CHUNKS).join(format!("{first:08}-{last:08}.{end}")))
+        CHUNK_ENDS.map(|end| self.dir.join(CHUNKS).join(format!("{first:08}-{last:08}.{end}")))
     }
 
     /// A fault of it.
@@ -81,10 +74,10 @@ impl Directory {
 
     /// Whether this study has begun here; another one is refused. Nothing is changed.
     pub fn holds(&self, base: &Base, file: &Scene) -> Result<bool, Diagnostic> {
-        if !self.path(RECORD).exists() {
+        if !self.path(STUDY_RECORD).exists() {
             return Ok(false);
         }
-        let known: Value = files::read_json(&self.path(RECORD)).unwrap_or_default();
+        let known: Value = files::read_json(&self.path(STUDY_RECORD)).unwrap_or_default();
         if known["fingerprint"].as_str() == Some(&base.fingerprint) {
             return Ok(true);
         }
@@ -106,18 +99,18 @@ impl Directory {
         // Tasks begin at the same time.
         files::write(&self.path(STUDY), file.text().as_bytes())
             .and_then(|()| files::write(&self.path(SCENE), base.scene.text().as_bytes()))
-            .and_then(|()| files::write_json(&self.path(RECORD), &record))
+            .and_then(|()| files::write_json(&self.path(STUDY_RECORD), &record))
             .and_then(|()| base.keep_clusters(&self.path(CLUSTERS)))
             .map_err(unwritable)
     }
 
     /// Remove what a study has written here, and no other file.
     pub fn clear(&self) -> io::Result<()> {
-        for name in [RECORD, STUDY, SCENE, MEMBERS, SUMMARY, MANIFEST] {
+        for name in [STUDY_RECORD, STUDY, SCENE, MEMBERS, SUMMARY, MANIFEST] {
             files::remove(&self.path(name))?;
         }
         for (folder, ends) in [
-            (CHUNKS, &[DONE, PART, "journal"][..]),
+            (CHUNKS, &[CHUNK_ENDS[0], CHUNK_ENDS[1], "journal"][..]),
             (CLUSTERS, &["xyzr"]),
             (results::MAPS, &["tif", "svg", "geojson"]),
             (results::LINES, &["csv", "svg"]),

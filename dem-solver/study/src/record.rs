@@ -208,60 +208,50 @@ pub struct Quantity {
     pub unit: &'static str,
     /// Its value.
     pub of: fn(&Ended) -> f64,
-    /// Whether the summary has its quantiles.
-    pub quantiles: bool,
+    /// Whether the summary has its quantiles, and in which direction they are worse.
+    pub quantiles: Option<Worse>,
     /// Whether trajectories and ends on the map have it.
     pub mapped: bool,
     /// Whether it is known of rocks that came to rest alone: of others it is at least that at which they were seen last.
     pub at_rest: bool,
-    /// In which direction it is worse.
-    pub worse: Worse,
 }
 
 impl Quantity {
-    const fn new(name: &'static str, unit: &'static str, of: fn(&Ended) -> f64) -> Self {
-        let (quantiles, mapped, at_rest) = (false, false, false);
-        Self { name, unit, of, quantiles, mapped, at_rest, worse: Worse::Neither }
-    }
-
-    const fn quantiles(mut self, worse: Worse) -> Self {
-        (self.quantiles, self.worse) = (true, worse);
-        self
-    }
-
-    const fn mapped(mut self) -> Self {
-        self.mapped = true;
-        self
-    }
-
-    const fn at_rest(mut self) -> Self {
-        self.at_rest = true;
-        self
-    }
-
     /// Name of its column.
     pub fn column(&self) -> String {
         column(self.name, self.unit)
     }
 }
 
+const fn quantity(
+    name: &'static str,
+    unit: &'static str,
+    of: fn(&Ended) -> f64,
+    quantiles: Option<Worse>,
+) -> Quantity {
+    Quantity { name, unit, of, quantiles, mapped: false, at_rest: false }
+}
+
 /// All of them, in the order of their columns. A new one takes a line here.
 pub const QUANTITIES: [Quantity; 9] = [
-    Quantity::new("time", "s", |fall| fall.time).quantiles(Worse::Neither).mapped().at_rest(),
-    Quantity::new("run_out", "m", |fall| fall.run_out).quantiles(Worse::Larger).mapped().at_rest(),
-    Quantity::new("max_speed", "m/s", |fall| fall.path.fastest.0).quantiles(Worse::Larger).mapped(),
-    Quantity::new("max_kinetic_energy", "J", |fall| fall.path.most_energy.0)
-        .quantiles(Worse::Larger)
-        .mapped(),
-    Quantity::new("max_jump_height", "m", |fall| fall.path.highest.0).quantiles(Worse::Larger).mapped(),
-    Quantity::new("impacts", "1", |fall| fall.path.impacts as f64).quantiles(Worse::Neither),
-    Quantity::new("contact_time_fraction", "1", |fall| match fall.time > 0.0 {
-        true => fall.path.in_contact / fall.time,
-        false => 0.0,
-    }),
-    Quantity::new("max_penetration", "1", |fall| fall.penetration),
-    Quantity::new("energy_error", "1", |fall| fall.energy_error),
+    Quantity { mapped: true, at_rest: true, ..quantity("time", "s", |fall| fall.time, Some(Worse::Neither)) },
+    Quantity { mapped: true, at_rest: true, ..quantity("run_out", "m", |fall| fall.run_out, LARGER) },
+    Quantity { mapped: true, ..quantity("max_speed", "m/s", |fall| fall.path.fastest.0, LARGER) },
+    Quantity { mapped: true, ..quantity("max_kinetic_energy", "J", |fall| fall.path.most_energy.0, LARGER) },
+    Quantity { mapped: true, ..quantity("max_jump_height", "m", |fall| fall.path.highest.0, LARGER) },
+    quantity("impacts", "1", |fall| fall.path.impacts as f64, Some(Worse::Neither)),
+    quantity("contact_time_fraction", "1", |fall| fall.contact_time_fraction(), None),
+    quantity("max_penetration", "1", |fall| fall.penetration, None),
+    quantity("energy_error", "1", |fall| fall.energy_error, None),
 ];
+
+const LARGER: Option<Worse> = Some(Worse::Larger);
+
+impl Ended<'_> {
+    fn contact_time_fraction(&self) -> f64 {
+        if self.time > 0.0 { self.path.in_contact / self.time } else { 0.0 }
+    }
+}
 
 /// What a file begins with.
 const MAGIC: &str = "rockfall members 2";

@@ -112,8 +112,8 @@ impl Numbers {
             report(name.into(), count as f64, "1", worse);
         }
         let (mut none, mut unknown, mut wide) = (Vec::new(), Vec::new(), Vec::new());
-        let quantities = self.values.iter_mut().zip(&QUANTITIES);
-        for (values, column) in quantities.filter(|(_, quantity)| quantity.quantiles) {
+        for (values, column) in self.values.iter_mut().zip(&QUANTITIES) {
+            let Some(worse) = column.quantiles else { continue };
             if values.known.is_empty() && values.at_least.is_empty() {
                 none.push(column.name);
                 continue;
@@ -127,7 +127,7 @@ impl Numbers {
                     unknown.push(format!("{name} (at least {least:.3} {unit})"));
                     continue;
                 }
-                report(name.clone(), most, unit, column.worse);
+                report(name.clone(), most, unit, worse);
                 if most - least > WIDE * most.abs() {
                     wide.push(format!("{name} from {least:.3} to {most:.3} {unit}"));
                 }
@@ -135,7 +135,7 @@ impl Numbers {
             match values.known.last().filter(|_| values.at_least.is_empty()) {
                 Some(most) => {
                     let name = format!("{}_largest", column.name);
-                    report(name, *most, column.unit, column.worse);
+                    report(name, *most, column.unit, worse);
                 }
                 None => unknown.push(format!("{}_largest", column.name)),
             }

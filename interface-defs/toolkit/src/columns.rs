@@ -130,9 +130,9 @@ mod tests {
     fn a_column_is_declared_once_for_all_forms() {
         let table =
             Columns::new().text("name", |row: &(&str, f64)| row.0.into()).number("x_m", |row| Some(row.1));
-        let rows = [("=cmd", -1.5), ("a|b", 20.0)];
-        assert_eq!(table.csv(&rows).expect("text"), "name,x_m\n'=cmd,-1.5\na|b,20\n");
+        let rows = [("=cmd", -1.53125), ("a|b", 20.0)];
+        assert_eq!(table.csv(&rows).expect("text"), "name,x_m\n'=cmd,-1.53125\na|b,20\n");
         assert_eq!(table.markdown(&rows[1..]), "| name | x_m |\n|---|---|\n| a\\|b | 20 |\n\n");
-        assert_eq!(table.aligned(&rows), "name   x_m\n'=cmd  -1.5\na|b    20\n");
+        assert_eq!(table.aligned(&rows), "name  x_m\n=cmd  -1.53\na|b   20\n");
     }
 }

@@ -79,8 +79,6 @@ pub struct Atlas<'a, 'w> {
     pub study: &'a mut Study,
     /// What computes and keeps.
     pub work: &'a mut Work<'w>,
-    /// Wall time of all runs together [s].
-    pub budget: f64,
     /// The longest window that was found to hold [s], by arm.
     pub longest_windows: Vec<(Point, f64)>,
 }
@@ -175,7 +173,7 @@ impl Atlas<'_, '_> {
                 let slowest = self.study.outcome(&Point::new()).map_or(0.0, |run| run.seconds);
                 let limit =
                     PATIENCE.0 * slowest * self.study.space.dearer(&Point::new(), &push.arm) + PATIENCE.1;
-                if self.study.spent() + slowest > self.budget {
+                if self.study.spent() + slowest > self.work.budget {
                     return Ok(Fared::Not("search ended: the budget is used up".into()));
                 }
                 let value = push.knob.number_at(factor).map_or(String::new(), three);
@@ -184,7 +182,7 @@ impl Atlas<'_, '_> {
                 let run = Finished { point: Point::new(), key, purpose, sets, outcome };
                 self.work.make(self.study, run, limit, &label)?;
                 let label = format!("{}, {label}", self.study.space.label(&push.arm));
-                self.work.progress.ended(self.study, &label);
+                self.work.ended(self.study, &label);
                 self.study.runs.len() - 1
             }
         };

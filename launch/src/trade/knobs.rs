@@ -39,29 +39,32 @@ pub struct Spec {
     pub growth: f64,
     /// Used only with this name of that knob.
     pub needs: Option<(&'static str, &'static str)>,
+    /// Where the scene has no value, this number of `check` is the one in use.
     reported: Option<&'static str>,
 }
 
 /// All knobs, one line each. To add one, add its line: `ladder` for numbers, each with its power of two per rung; `choice` for
-/// names. `arm`: all other knobs are tried anew with each name; `refines`: the reference refines it, too; `costs`: how many
-/// times dearer one rung finer may be; `needs`: used only with that name of another knob; `reported`: where the scene has no
-/// value, this number of `check` is the one in use.
+/// names.
 const REGISTRY: &[Spec] = &[
-    choice("scheme", &[("coupling.scheme", 0)], &["weak", "strong", YIELDING]).arm(),
-    choice("integrator", &[("fem.integrator", 0)], &["central_difference", "generalized_alpha"]).arm(),
-    ladder("window", &[("coupling.time_window", 1)]).refines(),
+    Spec { arm: true, ..choice("scheme", &[("coupling.scheme", 0)], &["weak", "strong", YIELDING]) },
+    Spec { arm: true, ..choice("integrator", &[("fem.integrator", 0)], INTEGRATORS) },
+    Spec { refines: true, ..ladder("window", &[("coupling.time_window", 1)]) },
     ladder("samples", &[("coupling.samples", -1)]),
-    ladder("tolerance", TOLERANCES).refines().costs(1.5).needs("scheme", "strong"),
-    ladder("yielding_tolerance", OF_YIELDING).refines().costs(1.5).needs("scheme", YIELDING),
-    ladder("dem_step", &[("dem.time_step", 1)]).refines().reported("dem.time_step"),
-    ladder("steps_per_contact", &[("dem.steps_per_contact", -1)]).refines(),
-    ladder("fem_step", &[("fem.time_step", 1)]).refines().reported("fem.time_step"),
-    ladder("spheres", &[("rock.*.cluster.spheres", -3)]).model().costs(8.0),
-    ladder("refinement", NET).model().costs(8.0),
-    ladder("modulus", &[("contact.*.young", -2), ("contact.*.stiffness", -2)]).model(),
-    choice("contact_selection", &[("dem.contact_selection", 0)], &["nearest", "continuous"]).model(),
+    Spec { needs: Some(("scheme", "strong")), ..tolerance("tolerance", TOLERANCES) },
+    Spec { needs: Some(("scheme", YIELDING)), ..tolerance("yielding_tolerance", OF_YIELDING) },
+    Spec { refines: true, reported: Some("dem.time_step"), ..ladder("dem_step", &[("dem.time_step", 1)]) },
+    Spec { refines: true, ..ladder("steps_per_contact", &[("dem.steps_per_contact", -1)]) },
+    Spec { refines: true, reported: Some("fem.time_step"), ..ladder("fem_step", &[("fem.time_step", 1)]) },
+    Spec { class: Class::Model, growth: 8.0, ..ladder("spheres", &[("rock.*.cluster.spheres", -3)]) },
+    Spec { class: Class::Model, growth: 8.0, ..ladder("refinement", NET) },
+    Spec { class: Class::Model, ..ladder("modulus", MODULI) },
+    Spec { class: Class::Model, ..choice("contact_selection", &[("dem.contact_selection", 0)], SELECTIONS) },
 ];
 
+const INTEGRATORS: &[&str] = &["central_difference", "generalized_alpha"];
+const SELECTIONS: &[&str] = &["nearest", "continuous"];
+/// How stiff a contact is, by whichever its law has.
+const MODULI: &[(&str, i32)] = &[("contact.*.young", -2), ("contact.*.stiffness", -2)];
 /// Both tolerances of strong coupling.
 const TOLERANCES: &[(&str, i32)] = &[("coupling.tolerance", 2), ("coupling.absolute_tolerance", 2)];
 /// Name of strong coupling with a net that yields in the contact solver: weak coupling accepts what that has not judged.
@@ -87,6 +90,10 @@ const fn ladder(name: &'static str, keys: &'static [(&'static str, i32)]) -> Spe
     }
 }
 
+const fn tolerance(name: &'static str, keys: &'static [(&'static str, i32)]) -> Spec {
+    Spec { refines: true, growth: 1.5, ..ladder(name, keys) }
+}
+
 const fn choice(
     name: &'static str,
     keys: &'static [(&'static str, i32)],
@@ -96,25 +103,6 @@ const fn choice(
 }
 
 impl Spec {
-    const fn arm(self) -> Self {
-        Self { arm: true, ..self }
-    }
-    const fn refines(self) -> Self {
-        Self { refines: true, ..self }
-    }
-    const fn costs(self, growth: f64) -> Self {
-        Self { growth, ..self }
-    }
-    const fn model(self) -> Self {
-        Self { class: Class::Model, ..self }
-    }
-    const fn needs(self, knob: &'static str, name: &'static str) -> Self {
-        Self { needs: Some((knob, name)), ..self }
-    }
-    const fn reported(self, key: &'static str) -> Self {
-        Self { reported: Some(key), ..self }
-    }
-
     /// This knob of the scene; `None` if it has none.
     fn of(&self, scene: &Base) -> Option<Knob> {
         let own: Vec<Part> =
@@ -219,7 +207,7 @@ impl Knob {
     #[cfg(test)]
     pub fn number(name: &'static str, key: &str, base: f64) -> Self {
         let parts = vec![Part { key: key.into(), base: Number::Float(base), power: 1 }];
-        Self { spec: ladder(name, &[]).refines(), turned: true, parts, names: Vec::new() }
+        Self { spec: Spec { refines: true, ..ladder(name, &[]) }, turned: true, parts, names: Vec::new() }
     }
 
     /// The `--set`s of a rung; `None` if it has none there, or if it is what another one is.

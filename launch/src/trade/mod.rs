@@ -18,9 +18,11 @@ mod tests;
 
 use crate::children::Events;
 use crate::prepared::Prepared;
+use crate::progress::Progress;
 use crate::record;
 use crate::stop::Stop;
 use crate::sweep;
+use atlas::Found;
 use clap::Args;
 use interface_defs::diagnostic::code;
 use knobs::{Base, Point, Space, rung};
@@ -144,9 +146,9 @@ pub fn trade(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
         runs,
         reference: Reference::default(),
     };
-    let mut progress = Progress::new(arguments.quiet, json, arguments.budget);
+    let progress = Progress::new(arguments.quiet, json, true);
     if !study.runs.is_empty() {
-        progress.shown.say(&format!("{} runs are there already, and count", study.runs.len()));
+        progress.say(&format!("{} runs are there already, and count", study.runs.len()));
     }
     let Input { scene, sets: own } = &arguments.input;
     let mut runner = |sets: &[String], dir: &Path, limit: f64| {
@@ -154,14 +156,15 @@ pub fn trade(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
         let run = sweep::Task { scene, sets, dir, shortcuts: true, limit };
         Ok(Outcome::of_run(run.run(&events, &mut |_| {})?, limit))
     };
-    let mut work = Work { runner: &mut runner, store: &mut store, progress: &mut progress };
+    let budget = arguments.budget;
+    let mut work = Work { runner: &mut runner, store: &mut store, progress: &progress, budget };
     let mut found = Vec::new();
-    let ended = match arguments.atlas {
-        false => explore(&mut study, &mut work, arguments, plan::next),
-        true => explore(&mut study, &mut work, arguments, plan::next_of_reference)
-            .and_then(|()| push_all(&mut study, &mut work, arguments, &events, &mut found)),
-    };
-    progress.shown.finish();
+    let next = if arguments.atlas { plan::next_of_reference } else { plan::next };
+    let mut ended = work.explore(&mut study, &arguments.measures, next);
+    if arguments.atlas && ended.is_ok() {
+        (found, ended) = work.push_all(&mut study, &arguments.input, &events);
+    }
+    progress.finish();
     let written = match arguments.atlas {
         false => write(&study, &store, &setup.facts),
         true => write_atlas(&study, &found, &store, &setup.facts),
@@ -187,17 +190,23 @@ pub fn trade(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
 /// Runs the scene with these `--set`s into a directory; ends it after so many seconds. An error ends the study.
 type Runner<'a> = &'a mut dyn FnMut(&[String], &Path, f64) -> Result<Outcome, Stop>;
 
+/// Which run comes next within a budget [s].
+type Next = fn(&Study, f64) -> Option<Task>;
+
 /// What computes, what keeps it, what shows it.
 struct Work<'a> {
     runner: Runner<'a>,
     store: &'a mut Store,
-    progress: &'a mut Progress,
+    progress: &'a Progress,
+    /// Wall time of all runs together [s].
+    budget: f64,
 }
 
 impl Work<'_> {
     /// Make the run that `run` describes, for no more than `limit` [s], and keep it.
     fn make(&mut self, study: &mut Study, mut run: Finished, limit: f64, label: &str) -> Result<(), Stop> {
-        self.progress.begin(study, label);
+        let (spent, budget) = (seconds(study.spent()), seconds(self.budget));
+        self.progress.begin(&format!("{spent} of {budget}: {label}"));
         run.outcome = (self.runner)(&run.sets, &self.store.next(), limit)?;
         if study.runs.is_empty() && run.outcome.status == Status::Refused {
             return Err(Stop { exit: Exit::BadInput, errors: run.outcome.errors });
@@ -206,54 +215,72 @@ impl Work<'_> {
         study.runs.push(run);
         Ok(())
     }
-}
 
-/// All runs that the plan asks for.
-fn explore(
-    study: &mut Study,
-    work: &mut Work,
-    arguments: &Arguments,
-    next: fn(&Study, f64) -> Option<Task>,
-) -> Result<(), Stop> {
-    study::choose(study, &arguments.measures)?;
-    study.refresh();
-    while let Some(task) = next(study, arguments.budget) {
-        let (Some(key), Some(sets)) = (study.space.key(&task.point), study.space.sets(&task.point)) else {
-            break;
-        };
-        let label = study.space.label(&task.point);
-        let (purpose, outcome) = (task.purpose, Outcome::default());
-        let run = Finished { point: task.point, key, purpose, sets, outcome };
-        work.make(study, run, task.limit, &label)?;
-        study::choose(study, &arguments.measures)?;
+    /// All runs that the plan asks for.
+    fn explore(&mut self, study: &mut Study, asked: &[String], next: Next) -> Result<(), Stop> {
+        study.choose_measures(asked)?;
         study.refresh();
-        work.progress.ended(study, &label);
-    }
-    Ok(())
-}
-
-/// Push every knob until the scene breaks.
-fn push_all(
-    study: &mut Study,
-    work: &mut Work,
-    arguments: &Arguments,
-    events: &Events,
-    found: &mut Vec<atlas::Found>,
-) -> Result<(), Stop> {
-    if study.reference.0.is_empty() {
-        return Ok(());
-    }
-    let pushes = atlas::pushes(&study.space);
-    let mut atlas = atlas::Atlas { study, work, budget: arguments.budget, longest_windows: Vec::new() };
-    pushes.iter().try_for_each(|push| {
-        let theory = atlas::theory(push, &atlas.study.space, &arguments.input, events);
-        found.push(atlas::Found { theory, ..atlas.push(push)? });
+        while let Some(task) = next(study, self.budget) {
+            let (Some(key), Some(sets)) = (study.space.key(&task.point), study.space.sets(&task.point))
+            else {
+                break;
+            };
+            let label = study.space.label(&task.point);
+            let (purpose, outcome) = (task.purpose, Outcome::default());
+            let run = Finished { point: task.point, key, purpose, sets, outcome };
+            self.make(study, run, task.limit, &label)?;
+            study.choose_measures(asked)?;
+            study.refresh();
+            self.ended(study, &label);
+        }
         Ok(())
-    })
+    }
+
+    /// Push every knob until the scene breaks.
+    fn push_all(
+        &mut self,
+        study: &mut Study,
+        input: &Input,
+        events: &Events,
+    ) -> (Vec<Found>, Result<(), Stop>) {
+        let mut found = Vec::new();
+        let pushes = if study.reference.0.is_empty() { Vec::new() } else { atlas::pushes(&study.space) };
+        let mut atlas = atlas::Atlas { study, work: self, longest_windows: Vec::new() };
+        let pushed = pushes.iter().try_for_each(|push| {
+            let theory = atlas::theory(push, &atlas.study.space, input, events);
+            found.push(Found { theory, ..atlas.push(push)? });
+            Ok(())
+        });
+        (found, pushed)
+    }
+
+    /// Say what came of the last run.
+    fn ended(&self, study: &Study, label: &str) {
+        let Some(run) = study.runs.last() else { return };
+        let outcome = &run.outcome;
+        let what = match (study.error(outcome), outcome.status) {
+            // The first run has nothing to be compared with.
+            (Some(error), _) if study.reference.uncertainty().is_some() => {
+                format!("error {}", percent(error))
+            }
+            (Some(_), _) | (None, Status::Done) => "done".into(),
+            (None, _) => report::why(outcome),
+        };
+        let purpose = match run.purpose {
+            Purpose::Explore => "",
+            Purpose::Repeat => " (again, for its time)",
+            Purpose::Confirm => " (again, to confirm)",
+            Purpose::Atlas => " (pushed)",
+        };
+        let number = study.runs.len();
+        let spent = seconds(study.spent());
+        self.progress
+            .say(&format!("{number:>4}  {spent:>12}  {label}{purpose}: {what}, {}", seconds(outcome.wall)));
+    }
 }
 
 /// Page and table of the limits; what the screen shows.
-fn write_atlas(study: &Study, found: &[atlas::Found], store: &Store, facts: &Facts) -> Result<String, Stop> {
+fn write_atlas(study: &Study, found: &[Found], store: &Store, facts: &Facts) -> Result<String, Stop> {
     let page = atlas::page(study, found, facts);
     let path = store.write("atlas.md", &page)?;
     store.write("atlas.csv", &atlas::table(study, found).map_err(|e| unwritten("atlas.csv", &e))?)?;
@@ -297,44 +324,4 @@ fn no_reference(study: &Study) -> String {
         "there is nothing to compare with: of {tried} runs, each twice as fine as the one before, the finest is not done; raise \
          --budget, or give the value with --reference NAME=VALUE. The last run: {last}"
     )
-}
-
-/// What is shown while runs are at work.
-struct Progress {
-    shown: crate::progress::Progress,
-    budget: f64,
-}
-
-impl Progress {
-    fn new(quiet: bool, json: bool, budget: f64) -> Self {
-        Self { shown: crate::progress::Progress::new(quiet, json, true), budget }
-    }
-
-    fn begin(&self, study: &Study, label: &str) {
-        let spent = seconds(study.spent());
-        self.shown.begin(&format!("{spent} of {}: {label}", seconds(self.budget)));
-    }
-
-    fn ended(&self, study: &Study, label: &str) {
-        let Some(run) = study.runs.last() else { return };
-        let outcome = &run.outcome;
-        let what = match (study.error(outcome), outcome.status) {
-            // The first run has nothing to be compared with.
-            (Some(error), _) if study.reference.uncertainty().is_some() => {
-                format!("error {}", percent(error))
-            }
-            (Some(_), _) | (None, Status::Done) => "done".into(),
-            (None, _) => report::why(outcome),
-        };
-        let purpose = match run.purpose {
-            Purpose::Explore => "",
-            Purpose::Repeat => " (again, for its time)",
-            Purpose::Confirm => " (again, to confirm)",
-            Purpose::Atlas => " (pushed)",
-        };
-        let number = study.runs.len();
-        let spent = seconds(study.spent());
-        self.shown
-            .say(&format!("{number:>4}  {spent:>12}  {label}{purpose}: {what}, {}", seconds(outcome.wall)));
-    }
 }

@@ -56,6 +56,43 @@ pub struct Recommended {
 }
 
 impl Study {
+    /// Choose the measures of the study as soon as a run has some: those that are asked for, those with a given reference, else the
+    /// usual ones.
+    pub fn choose_measures(&mut self, asked: &[String]) -> Result<(), Stop> {
+        if !self.measures.is_empty() {
+            return Ok(());
+        }
+        let Some(run) = self.runs.iter().find(|run| !run.outcome.measures.is_empty()) else {
+            return Ok(());
+        };
+        let there = &run.outcome.measures;
+        let known: Vec<&String> = there.keys().collect();
+        let given = self.given.keys().map(|name| (name, "--reference"));
+        let named = asked.iter().map(|name| (name, "--measure")).chain(given);
+        for (name, option) in named {
+            if !there.contains_key(name) {
+                let what = format!("{option} {name}: this scene gives no measure of that name");
+                let cure = suggestion(name, &known).unwrap_or_default();
+                return Err(Diagnostic::new(what).try_instead(cure).into());
+            }
+        }
+        let chosen = if asked.is_empty() { usual(&known) } else { asked.to_vec() };
+        let mut unique = Vec::new();
+        for name in chosen.into_iter().chain(self.given.keys().cloned()) {
+            if !unique.contains(&name) {
+                unique.push(name);
+            }
+        }
+        if unique.is_empty() {
+            let list: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
+            let what = "none of the usual measures is given by this scene";
+            let cure = format!("name some with --measure; known here: {}", list.join(", "));
+            return Err(Diagnostic::new(what).try_instead(cure).into());
+        }
+        self.measures = unique;
+        Ok(())
+    }
+
     /// Wall time of all runs so far [s].
     pub fn spent(&self) -> f64 {
         self.runs.iter().map(|run| run.outcome.seconds).sum()
@@ -230,43 +267,6 @@ const DEFAULTS: &[&[&[&str]]] = &[
 ];
 /// Most gauges that are compared by default, where there is nothing else.
 const GAUGES: usize = 4;
-
-/// Choose the measures of `study` as soon as a run has some: those that are asked for, those with a given reference, else the
-/// usual ones.
-pub fn choose(study: &mut Study, asked: &[String]) -> Result<(), Stop> {
-    if !study.measures.is_empty() {
-        return Ok(());
-    }
-    let Some(run) = study.runs.iter().find(|run| !run.outcome.measures.is_empty()) else {
-        return Ok(());
-    };
-    let there = &run.outcome.measures;
-    let known: Vec<&String> = there.keys().collect();
-    let given = study.given.keys().map(|name| (name, "--reference"));
-    let named = asked.iter().map(|name| (name, "--measure")).chain(given);
-    for (name, option) in named {
-        if !there.contains_key(name) {
-            let what = format!("{option} {name}: this scene gives no measure of that name");
-            let cure = suggestion(name, &known).unwrap_or_default();
-            return Err(Diagnostic::new(what).try_instead(cure).into());
-        }
-    }
-    let chosen = if asked.is_empty() { usual(&known) } else { asked.to_vec() };
-    let mut unique = Vec::new();
-    for name in chosen.into_iter().chain(study.given.keys().cloned()) {
-        if !unique.contains(&name) {
-            unique.push(name);
-        }
-    }
-    if unique.is_empty() {
-        let list: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
-        let what = "none of the usual measures is given by this scene";
-        let cure = format!("name some with --measure; known here: {}", list.join(", "));
-        return Err(Diagnostic::new(what).try_instead(cure).into());
-    }
-    study.measures = unique;
-    Ok(())
-}
 
 fn usual(known: &[&String]) -> Vec<String> {
     let has = |name: &&&str| known.iter().any(|k| k == *name);

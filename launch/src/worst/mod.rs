@@ -25,12 +25,9 @@ use toolkit::exit::Exit;
 use toolkit::ground::Area;
 use toolkit::manifest;
 use toolkit::owner::{Claim, Owner, holder};
-use toolkit::run_dir::{self, BARRIER};
+use toolkit::run_dir::{self, BARRIER, CHOSEN};
 use toolkit::scene::Scene;
 use toolkit::summary::{RunStatus, Summary};
-
-/// The list of members that the rocks' program leaves in the folder of the barrier.
-const CHOSEN: &str = "chosen.json";
 
 /// How often a member is looked at that another process runs.
 const LOOK: Duration = Duration::from_millis(500);

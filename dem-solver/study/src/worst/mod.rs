@@ -10,7 +10,7 @@ use super::base::Base;
 use super::member::Member;
 use super::record::Record;
 use super::runner::{Flight, Runner, flight_before};
-use super::track::Crossing;
+use super::track::{Crossing, Track};
 use barrier::Barrier;
 use dem_solid::geometry::plan::{self, distance_from};
 use interface_defs::diagnostic::Diagnostic;
@@ -18,11 +18,9 @@ use serde_json::{Map, Value, json};
 use std::collections::BTreeSet;
 use std::io;
 use std::path::Path;
+use toolkit::files;
+use toolkit::run_dir::{CHOSEN, CLUSTERS};
 use toolkit::summary::RunStatus;
-use toolkit::{files, run_dir};
-
-/// Which members were chosen, and what they bring to the line.
-pub const CHOSEN: &str = "chosen.json";
 
 /// How a member comes to the line for the first time.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,18 +30,26 @@ pub struct Coming {
 }
 
 /// The first crossings of the barrier's line.
-#[derive(Debug, Default)]
-pub struct Comings {
+pub struct Comings<'a> {
+    base: &'a Base,
+    barrier: &'a Barrier,
     line: u16,
     computed: u64,
     all: Vec<Coming>,
 }
 
-impl Comings {
+/// What is known of a chosen member, by column.
+type Row = Vec<(&'static str, Value)>;
+
+impl<'a> Comings<'a> {
     /// None so far.
-    pub fn new(base: &Base, barrier: &Barrier) -> Self {
+    pub fn new(base: &'a Base, barrier: &'a Barrier) -> Self {
         let line = base.study.lines.iter().position(|line| line.name == barrier.line);
-        Self { line: line.unwrap_or_default() as u16, ..Self::default() }
+        Self { base, barrier, line: line.unwrap_or_default() as u16, computed: 0, all: Vec::new() }
+    }
+
+    fn first<'t>(&self, track: &'t Track) -> Option<&'t Crossing> {
+        track.crossings.iter().find(|crossing| crossing.line == self.line)
     }
 
     /// Take in a member.
@@ -52,12 +58,12 @@ impl Comings {
             return;
         }
         self.computed += 1;
-        let first = record.track.crossings.iter().find(|crossing| crossing.line == self.line);
-        self.all.extend(first.map(|crossing| Coming { member: record.number, crossing: *crossing }));
+        let first = self.first(&record.track).copied();
+        self.all.extend(first.map(|crossing| Coming { member: record.number, crossing }));
     }
 
-    fn arrivals(&self, base: &Base) -> Vec<Arrival> {
-        let length = plan::length(&base.lines[usize::from(self.line)]);
+    fn arrivals(&self) -> Vec<Arrival> {
+        let length = plan::length(&self.base.lines[usize::from(self.line)]);
         let of = |coming: &Coming| {
             let Crossing { energy, height, along, .. } = coming.crossing;
             Arrival { member: coming.member, energy, height, edge: along.min(length - along) }
@@ -66,8 +72,8 @@ impl Comings {
     }
 
     /// Write the scenes of the worst members, and which they are.
-    pub fn write(&self, base: &Base, barrier: &Barrier, dir: &Path, count: usize) -> Result<(), Diagnostic> {
-        let arrivals = self.arrivals(base);
+    pub fn write(&self, dir: &Path, count: usize) -> Result<(), Diagnostic> {
+        let (base, barrier, arrivals) = (self.base, self.barrier, self.arrivals());
         if arrivals.is_empty() {
             let what = format!("no member of the study reaches the line `{}`", barrier.line);
             return Err(Diagnostic::in_file(barrier.file().display().to_string(), what)
@@ -75,14 +81,13 @@ impl Comings {
         }
         let fault = |e: io::Error| Diagnostic::in_file(dir.display().to_string(), e.to_string());
         files::Dir::create(dir).map_err(fault)?;
-        base.keep_clusters(&dir.join(run_dir::CLUSTERS)).map_err(fault)?;
-        let mut rows = Vec::new();
+        base.keep_clusters(&dir.join(CLUSTERS)).map_err(fault)?;
+        let mut rows: Vec<Row> = Vec::new();
         for choice in choose(&arrivals, count) {
-            let (coming, member) = (&self.all[choice.at], base.member(self.all[choice.at].member));
-            let (text, flight) = scene(base, barrier, &member, &coming.crossing)?;
-            let file = format!("{}.toml", member.number);
-            files::write(&dir.join(&file), text.as_bytes()).map_err(fault)?;
-            rows.push(row(base, coming, &arrivals[choice.at], &choice, flight.as_ref()));
+            let coming = &self.all[choice.at];
+            let (text, flight) = self.scene(&base.member(coming.member), &coming.crossing)?;
+            files::write(&dir.join(format!("{}.toml", coming.member)), text.as_bytes()).map_err(fault)?;
+            rows.push(self.row(&choice, &arrivals[choice.at], flight.as_ref()));
         }
         let columns: Vec<&str> = rows.first().into_iter().flatten().map(|(name, _)| *name).collect();
         let named = |row: &Row| row.iter().map(|(name, value)| ((*name).into(), value.clone())).collect();
@@ -93,73 +98,58 @@ impl Comings {
         });
         files::write_json(&dir.join(CHOSEN), &index).map_err(fault)
     }
-}
 
-/// The scene of a member with the barrier: from a flight before the line on where there is one, else from its release.
-pub fn scene(
-    base: &Base,
-    barrier: &Barrier,
-    member: &Member,
-    crossing: &Crossing,
-) -> Result<(String, Option<Flight>), Diagnostic> {
-    let fault = Base::of_member(member);
-    let time = crossing.time;
-    let line = &base.lines[usize::from(crossing.line)];
-    let reach = base.model(member, None).map_err(&fault)?.rocks[0].reach;
-    let is_far = |at| distance_from(line, &at) > barrier.margin + reach;
-    let flight = flight_before(base, member, time, &is_far).map_err(fault)?;
-    let table = barrier.with(base, member, flight.as_ref(), time)?;
-    Ok((text(base, barrier, member, flight.as_ref(), &table)?, flight))
-}
-
-/// A scene with a head that says from where on it is computed.
-fn text(
-    base: &Base,
-    barrier: &Barrier,
-    member: &Member,
-    flight: Option<&Flight>,
-    table: &toml::Table,
-) -> Result<String, Diagnostic> {
-    let from = flight.map_or("its release".into(), |flight| format!("its flight at {} s", flight.time));
-    base.text(member, &format!(" against {}, from {from} on", barrier.name()), table)
-}
-
-/// The same of one member that has not been computed yet; one that does not reach the line starts at its release.
-pub fn scene_of_one(base: &Base, barrier: &Barrier, number: u64) -> Result<String, Diagnostic> {
-    let member = base.member(number);
-    let line = Comings::new(base, barrier).line;
-    let track = Runner::new(base).run(&member).map(|(_, track)| track).unwrap_or_default();
-    if let Some(crossing) = track.crossings.iter().find(|crossing| crossing.line == line) {
-        return Ok(scene(base, barrier, &member, crossing)?.0);
+    fn row(&self, choice: &Choice, arrival: &Arrival, flight: Option<&Flight>) -> Row {
+        let Coming { member, crossing } = &self.all[choice.at];
+        let [x, y, z] = [0, 1, 2].map(|axis| crossing.position[axis] + self.base.ground.origin[axis]);
+        vec![
+            ("member", json!(member)),
+            ("chosen_for", json!(choice.reason)),
+            ("rank", json!(choice.rank)),
+            ("line_time_s", json!(crossing.time)),
+            ("line_x_m", json!(x)),
+            ("line_y_m", json!(y)),
+            ("line_z_m", json!(z)),
+            ("along_m", json!(crossing.along)),
+            ("edge_m", json!(arrival.edge)),
+            ("passing_height_m", json!(crossing.height)),
+            ("centre_height_m", json!(crossing.centre)),
+            ("speed_m_per_s", json!(crossing.speed)),
+            ("kinetic_energy_J", json!(crossing.energy)),
+            ("rotation_energy_J", json!(crossing.rotation)),
+            ("start_time_s", json!(flight.map_or(0.0, |flight| flight.time))),
+        ]
     }
-    tracing::warn!("member {number} does not reach the line of the barrier: its scene begins at its release");
-    let table = barrier.with(base, &member, None, 0.0)?;
-    text(base, barrier, &member, None, &table)
-}
 
-/// What is known of a chosen member, by column.
-type Row = Vec<(&'static str, Value)>;
+    /// The scene of a member with the barrier: from a flight before the line on where there is one, else from its release.
+    fn scene(&self, member: &Member, crossing: &Crossing) -> Result<(String, Option<Flight>), Diagnostic> {
+        let (base, fault) = (self.base, Base::of_member(member));
+        let line = &base.lines[usize::from(crossing.line)];
+        let reach = base.model(member, None).map_err(&fault)?.rocks[0].reach;
+        let is_far = |at| distance_from(line, &at) > self.barrier.margin + reach;
+        let flight = flight_before(base, member, crossing.time, &is_far).map_err(fault)?;
+        Ok((self.text(member, flight.as_ref(), crossing.time)?, flight))
+    }
 
-fn row(base: &Base, coming: &Coming, arrival: &Arrival, choice: &Choice, flight: Option<&Flight>) -> Row {
-    let crossing = &coming.crossing;
-    let [x, y, z] = [0, 1, 2].map(|axis| crossing.position[axis] + base.ground.origin[axis]);
-    vec![
-        ("member", json!(coming.member)),
-        ("chosen_for", json!(choice.reason)),
-        ("rank", json!(choice.rank)),
-        ("line_time_s", json!(crossing.time)),
-        ("line_x_m", json!(x)),
-        ("line_y_m", json!(y)),
-        ("line_z_m", json!(z)),
-        ("along_m", json!(crossing.along)),
-        ("edge_m", json!(arrival.edge)),
-        ("passing_height_m", json!(crossing.height)),
-        ("centre_height_m", json!(crossing.centre)),
-        ("speed_m_per_s", json!(crossing.speed)),
-        ("kinetic_energy_J", json!(crossing.energy)),
-        ("rotation_energy_J", json!(crossing.rotation)),
-        ("start_time_s", json!(flight.map_or(0.0, |flight| flight.time))),
-    ]
+    /// The same from this flight on, or from the release, with a head that says so.
+    fn text(&self, member: &Member, flight: Option<&Flight>, crossing: f64) -> Result<String, Diagnostic> {
+        let table = self.barrier.with(self.base, member, flight, crossing)?;
+        let from = flight.map_or("its release".into(), |flight| format!("its flight at {} s", flight.time));
+        self.base.text(member, &format!(" against {}, from {from} on", self.barrier.name()), &table)
+    }
+
+    /// The scene of one member that has not been computed yet; one that does not reach the line starts at its release.
+    pub fn scene_of_one(&self, number: u64) -> Result<String, Diagnostic> {
+        let member = self.base.member(number);
+        let track = Runner::new(self.base).run(&member).map(|(_, track)| track).unwrap_or_default();
+        if let Some(crossing) = self.first(&track) {
+            return Ok(self.scene(&member, crossing)?.0);
+        }
+        tracing::warn!(
+            "member {number} does not reach the line of the barrier: its scene begins at its release"
+        );
+        self.text(&member, None, 0.0)
+    }
 }
 
 /// What a member brings to the line.
