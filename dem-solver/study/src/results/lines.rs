@@ -140,7 +140,7 @@ pub fn write(base: &Base, dir: &Path, all: All, study: &Reliability, found: &mut
             report(&format!("{name}_largest"), most, unit);
         }
         if let Some(design) = &line.design {
-            let [energy, _, height, speed] = &passing.largest;
+            let [energy, _, height, speed, ..] = &passing.largest;
             let path = dir.join(format!("{name}_design.csv"));
             passing.masses.sort_by(f64::total_cmp);
             let rocks = Rocks { energy, height, speed, mass: &passing.masses };
