@@ -1,4 +1,4 @@
-//! The command line.
+//! The command line, and the manual page of it.
 
 use crate::plan::own_program;
 use crate::stop::Stop;

@@ -1,4 +1,4 @@
-//! A scene before its start: who takes part, what each program says of it, and what was chosen where it leaves something open.
+//! A scene before its start: that it is one, who takes part, what each program says of it, and what was chosen where it leaves something open.
 
 use crate::children::{self, Events, Job, Rules};
 use crate::choice::{self, Chosen};

@@ -1,4 +1,4 @@
-//! The directory of a study: what belongs to which file, and what is computed already.
+//! The directory of a study: what belongs to which file, what is computed already, and what it was computed from.
 //!
 //! `chunks/main.journal` has the members that `ensemble` without `--members` computed, `chunks/A-B.chunk` those of a finished
 //! `--members A..B`, `chunks/A-B.part` those of one at work. `clusters` has the spheres of its rocks, which every later start reads.

@@ -1,4 +1,8 @@
-//! What is kept of a member, and its frame in a journal: length, content as in messages, a hash of both.
+//! What is kept of a member, with the quantities of its fall, each declared once ([`QUANTITIES`]); and the files of such records.
+//!
+//! In a file members stand as they are computed, one frame (length, content as in messages, a hash of both) behind the other, whole
+//! whenever the process ends. It begins with a line that says which study it belongs to, and with the build and the layout of its
+//! records. What a killed process has left of a frame is cut off.
 
 use super::base::Base;
 use super::grid::Grid;

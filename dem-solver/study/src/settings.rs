@@ -1,4 +1,4 @@
-//! The study file: which scene, how many releases from where, what varies.
+//! The study file: which scene, how many releases from where, what varies; and what editors know of it.
 
 use super::design::Design;
 pub use super::vary::{Quantity, Variable};

@@ -1,4 +1,5 @@
-//! The knobs of a scene: which there are, one line each in [`REGISTRY`], and what a setting of one is in `--set`s.
+//! The knobs of a scene: which there are, one line each in [`REGISTRY`], what a setting of one is in `--set`s, and points among them:
+//! the rungs of those that are not the scene's own.
 //!
 //! A knob belongs to a scene by presence: its key stands in the resolved scene, or a program reports its value. A *rung* is the
 //! number of steps away from the scene's own value, above 0 towards what is coarser and cheaper; a ladder doubles or halves.

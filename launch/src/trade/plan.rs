@@ -3,6 +3,10 @@
 //! In this order, each up to its share of the budget: the scene and the reference; one knob at a time, both ways, for the scene
 //! and for each of its arms; knobs of the model; combinations near the front; repeats of what is on the front, so that the
 //! medians decide; each recommendation once more.
+//!
+//! Combinations are those that look cheaper than all known ones, from what each setting does alone: deviations are taken to add up
+//! and costs to multiply. That is a guess, which a run then proves or refutes: what is coarser in everything than a point that was
+//! refuted is not tried.
 
 use super::knobs::{Class, Point, rung, with};
 use super::result::{Outcome, Purpose, Status};

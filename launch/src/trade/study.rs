@@ -1,4 +1,4 @@
-//! What is known so far: all finished runs of a study, and what follows from them.
+//! What is known so far: all finished runs of a study, which measures of them are compared, and what follows from them.
 
 use super::knobs::{Class, Point, Space};
 use super::result::{Outcome, Purpose, Reference, Status, median};

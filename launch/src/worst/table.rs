@@ -1,4 +1,5 @@
-//! What the barrier did to all chosen members: a row for each, counts, envelopes.
+//! What the barrier did to all chosen members: a row for each, counts, envelopes; and where in the user's file that stands which is
+//! wrong in the scene of a member, most of which is the barrier's own.
 
 use crate::stop::Stop;
 use crate::sweep::{self, Ran};

@@ -1,6 +1,6 @@
 //! The members of a study that are hardest on a barrier: which they are, and each as a scene with the barrier in its place.
 //!
-//! A study alone computes no net: `rockfall ensemble --barrier` has these scenes computed, one by one.
+//! In turn the one with the most energy, the highest, the nearest to an end of the line. A study alone computes no net: `rockfall ensemble --barrier` has these scenes computed, one by one.
 //!
 //! - [`barrier`]: the scene of a member with the barrier
 
