@@ -3,25 +3,25 @@
 //! Each child leads a process group of its own, so that Ctrl-C reaches this program alone, which ends the others in order; and
 //! so that what a child has started ends with it. What is wrong a child of this project says as data, see [`Errors`].
 
-use crate::events::{Event, Events};
-use crate::logs::{self, Log};
 use crate::stop::Stop;
 use interface_defs::diagnostic::{Diagnostic, code};
-use rustix::fs::{MemfdFlags, memfd_create};
+use interface_defs::ipc::interrupt;
+use rustix::fs::{FallocateFlags, MemfdFlags, OFlags, fallocate, fcntl_setfl, memfd_create};
 use rustix::process::{Pid, Signal, kill_process_group};
 use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, Write};
 use std::os::fd::AsRawFd;
+use std::os::unix::fs::FileExt;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Output, Stdio};
-use std::sync::mpsc::{RecvTimeoutError, Sender};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 use toolkit::arguments::Input;
 use toolkit::exit::Exit;
 use toolkit::progress::Line;
-use toolkit::screen;
+use toolkit::{files, screen};
 
 /// What the others are given to end by themselves when a process has failed or the leader has ended.
 const GRACE: Duration = Duration::from_secs(2);
@@ -79,14 +79,6 @@ impl Job {
     }
 }
 
-/// What is said while children are at work.
-pub enum Said<'a> {
-    /// A line of progress.
-    Line(&'a Line),
-    /// Seconds since the start, now and then.
-    Seconds(u64),
-}
-
 /// How children are watched; by default each for itself, silently, and all are killed by a signal.
 #[derive(Default)]
 pub struct Rules<'a> {
@@ -97,7 +89,9 @@ pub struct Rules<'a> {
     /// They are ended after this time.
     pub limit: Option<Duration>,
     /// Who is told how far they are.
-    pub say: Option<&'a mut dyn FnMut(Said)>,
+    pub progress: Option<&'a mut dyn FnMut(&Line)>,
+    /// Who is told the seconds since the start, now and then.
+    pub seconds: Option<&'a mut dyn FnMut(u64)>,
 }
 
 /// How a process has ended.
@@ -344,12 +338,12 @@ impl Watch<'_> {
         while self.running.iter().any(|r| r.alive) {
             let now = Instant::now();
             if self.looks <= now {
-                self.looks = now + logs::LOOK;
+                self.looks = now + LOOK;
                 self.running.iter_mut().filter_map(|one| one.log.as_mut()).for_each(Log::look);
             }
             let next = [self.deadline, self.limit].into_iter().flatten().fold(self.says, Instant::min);
             match events.receiver.recv_timeout(next.min(self.looks).saturating_duration_since(now)) {
-                Ok(Event::Progress(line)) => self.say(Said::Line(&line)),
+                Ok(Event::Progress(line)) => self.rules.progress.iter_mut().for_each(|told| told(&line)),
                 Ok(Event::Ended(index, output)) => self.ended(index, output),
                 Ok(Event::Signal) => self.signalled(),
                 Err(RecvTimeoutError::Timeout) => self.timed_out(Instant::now()),
@@ -358,16 +352,11 @@ impl Watch<'_> {
         }
     }
 
-    fn say(&mut self, what: Said) {
-        if let Some(say) = &mut self.rules.say {
-            say(what);
-        }
-    }
-
     fn timed_out(&mut self, now: Instant) {
         if self.says <= now {
             self.says = now + SAID;
-            self.say(Said::Seconds(self.begun.elapsed().as_secs()));
+            let seconds = self.begun.elapsed().as_secs();
+            self.rules.seconds.iter_mut().for_each(|told| told(seconds));
         }
         if self.limit.is_some_and(|limit| limit <= now) {
             self.limit = None;
@@ -430,5 +419,145 @@ impl Watch<'_> {
         }
         self.pressure = pressure;
         self.deadline = (pressure < Pressure::Killed).then(|| Instant::now() + GRACE_BEFORE_KILL);
+    }
+}
+
+/// What happens while other programs are at work: they end, they say how far they are, the user wants to stop.
+pub enum Event {
+    /// The process with this number has ended, with what it printed where that is kept.
+    Ended(usize, io::Result<Output>),
+    /// Ctrl-C, SIGTERM, or a closed terminal.
+    Signal,
+    /// How far the leader is.
+    Progress(Line),
+}
+
+/// All that happens, from the start of the program on: a signal ends it in order at any moment.
+pub struct Events {
+    /// To it.
+    pub sender: Sender<Event>,
+    /// From it.
+    pub receiver: Receiver<Event>,
+}
+
+impl Events {
+    /// From now on signals are events. One that is ignored stays so, as `nohup` wants it.
+    pub fn watch() -> Result<Self, Stop> {
+        let (sender, receiver) = channel();
+        let mut signals = signal_hook::iterator::Signals::new(interrupt::ending())
+            .map_err(|e| Stop::failed(code::PROCESS, format!("signals cannot be watched: {e}")))?;
+        let to_main = sender.clone();
+        std::thread::spawn(move || signals.forever().all(|_| to_main.send(Event::Signal).is_ok()));
+        Ok(Self { sender, receiver })
+    }
+
+    /// Whether a signal has come. To be asked while nothing is at work: other events are passed over.
+    pub fn interrupted(&self) -> bool {
+        self.receiver.try_iter().any(|event| matches!(event, Event::Signal))
+    }
+}
+
+/// What is kept of the beginning of a log, and of its end [bytes].
+const KEPT: u64 = 8 << 20;
+/// How often its length is looked at.
+const LOOK: Duration = Duration::from_millis(250);
+
+/// Where the output of a process goes.
+pub fn log_file(dir: &Path, name: &str) -> PathBuf {
+    dir.join(format!("{name}.log"))
+}
+
+/// A log that others write to, of bounded length: a program that prints without end fills no disk. A process writes into it itself,
+/// so that its last words are there even if this program was killed. What lies between the beginning and the end is given back to
+/// the disk while it goes on, and left out when it has ended.
+#[derive(Debug)]
+struct Log {
+    file: File,
+    /// Where the beginning ends.
+    head: u64,
+    /// Up to where what is behind the beginning was given back.
+    freed: u64,
+}
+
+impl Log {
+    /// Of the file at `path`, with a handle for those who write to it.
+    fn open(path: &Path) -> io::Result<(Self, File)> {
+        let to = files::append(path)?.into_file();
+        // Two writers share it, and none overwrites the other; one that was created here appends too.
+        fcntl_setfl(&to, OFlags::APPEND)?;
+        let length = to.metadata()?.len();
+        let file = files::reopen(path, length)?.into_file();
+        let head = length + KEPT;
+        Ok((Self { file, head, freed: head }, to))
+    }
+
+    /// Give back what is in the middle. A file system that cannot do that keeps it until the end.
+    fn look(&mut self) {
+        let end = self.file.metadata().map_or(0, |data| data.len()).saturating_sub(KEPT);
+        if end > self.freed {
+            let flags = FallocateFlags::PUNCH_HOLE | FallocateFlags::KEEP_SIZE;
+            let _ = fallocate(&self.file, flags, self.freed, end - self.freed);
+            self.freed = end;
+        }
+    }
+
+    /// Nobody writes to it any more: leave the middle out.
+    fn finish(&mut self) -> io::Result<()> {
+        self.look();
+        let length = self.file.metadata()?.len();
+        // Somebody may have emptied it meanwhile.
+        if self.freed == self.head || length < self.freed {
+            return Ok(());
+        }
+        let kept = (length - self.freed).min(KEPT);
+        let mut tail = vec![0; kept as usize];
+        self.file.read_exact_at(&mut tail, length - kept)?;
+        let line = tail.iter().position(|byte| *byte == b'\n').map_or(0, |at| at + 1);
+        let left_out = length - self.head - (tail.len() - line) as u64;
+        let mut end = format!("\n[{left_out} bytes were left out here]\n").into_bytes();
+        end.extend_from_slice(&tail[line..]);
+        self.file.write_all_at(&end, self.head)?;
+        self.file.set_len(self.head + end.len() as u64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write;
+
+    #[test]
+    fn the_beginning_and_the_end_are_kept_and_the_middle_takes_no_room() {
+        use std::os::unix::fs::MetadataExt;
+        let temp = tempfile::tempdir().expect("a directory");
+        let path = log_file(temp.path(), "dem");
+        let (mut log, mut to) = Log::open(&path).expect("opened");
+        let line = |n: u64| format!("line {n:>10}\n");
+        let lines = 5 * KEPT / 16;
+        for n in 0..lines {
+            to.write_all(line(n).as_bytes()).expect("written");
+            if n % 100_000 == 0 {
+                log.look();
+            }
+        }
+        log.look();
+        let data = path.metadata().expect("there");
+        assert!(data.blocks() * 512 <= 3 * KEPT, "{} blocks of {} bytes", data.blocks(), data.len());
+        log.finish().expect("shortened");
+        let text = std::fs::read_to_string(&path).expect("text");
+        assert!(text.len() as u64 <= 2 * KEPT + 100, "{}", text.len());
+        assert!(text.starts_with(&line(0)) && text.ends_with(&line(lines - 1)));
+        let note = text.lines().find(|line| line.ends_with("left out here]")).expect("it is said");
+        let bytes: u64 = note[1..].split(' ').next().expect("a number").parse().expect("a number");
+        let kept = text.len() as u64 - note.len() as u64 - 2;
+        assert_eq!(bytes + kept, 16 * lines);
+        // What is short stays as it is, and a second one goes on behind the first.
+        let short = temp.path().join("short.log");
+        for _ in 0..2 {
+            let (mut log, mut to) = Log::open(&short).expect("opened");
+            to.write_all(b"a\n").expect("written");
+            log.finish().expect("nothing to do");
+        }
+        assert_eq!(std::fs::read(&short).expect("there"), b"a\na\n");
     }
 }

@@ -1,7 +1,7 @@
 //! `rockfall check`: what would run, critical steps, windows, cost, from the programs' own numbers.
 
+use crate::children::Events;
 use crate::choice::Preset;
-use crate::events::Events;
 use crate::numbers::{Numbers, Side};
 use crate::prepared::Prepared;
 use crate::record;

@@ -1,19 +1,21 @@
-//! A scene before its start: who takes part, what each program says of it, and what was chosen where it leaves something open.
+//! A scene before its start: that it is one, who takes part, what each program says of it, and what was chosen where it leaves something open.
 
+use crate::children::{self, Events, Job, Rules};
 use crate::choice::{self, Chosen};
-use crate::events::Events;
 use crate::ground::Ground;
-use crate::kind;
 use crate::numbers::Numbers;
-use crate::plan::{Part, Plan};
+use crate::plan::{Member, Part, Plan};
 use crate::record;
 use crate::stop::Stop;
-use crate::validate::validate;
-use interface_defs::diagnostic::{Diagnostic, Severity};
-use std::path::PathBuf;
+use interface_defs::InterfaceMesh;
+use interface_defs::diagnostic::{Diagnostic, Severity, code};
+use std::path::{Path, PathBuf};
+use std::process::Command;
 use toml::Table;
 use toolkit::arguments::Input;
 use toolkit::check::CheckReport;
+use toolkit::exit::Exit;
+use toolkit::files;
 use toolkit::limits::Limits;
 use toolkit::output::Output;
 use toolkit::scene::Scene;
@@ -41,7 +43,7 @@ impl Prepared {
         home: impl FnOnce(&Scene) -> Option<PathBuf>,
         events: &Events,
     ) -> Result<Self, Stop> {
-        let (scene, plan) = kind::load(input)?;
+        let (scene, plan) = load(input)?;
         let ground = Ground::of(&scene, &plan, input, home(&scene).as_deref(), events)?;
         let mut reports = validate(&plan, ground.input(), events)?;
         let chosen = choice::complete(&scene, &plan, &mut reports)?;
@@ -86,5 +88,119 @@ impl Prepared {
             }
         }
         Ok(all)
+    }
+}
+
+/// What a study has, and no scene.
+const OF_STUDY: [&str; 2] = ["scene", "release"];
+/// What a structure that waits for rocks has, and none alone.
+const OF_BARRIER: [&str; 3] = ["contact", "dem", "coupling"];
+
+/// A scene, and not another file that belongs to this program, with who takes part in it.
+fn load(input: &Input) -> Result<(Scene, Plan), Stop> {
+    let scene = input.load().map_err(|e| study(&input.scene).unwrap_or_else(|| e.into()))?;
+    let plan = Plan::of(&scene).map_err(|e| for_study(&scene, e.into()))?;
+    Ok((scene, plan))
+}
+
+/// What is said of a study where a scene is asked for; `None`: it is none.
+pub fn study(path: &Path) -> Option<Stop> {
+    let text = String::from_utf8(files::read_input(path, files::TEXT).ok()?).ok()?;
+    let table: toml::Table = text.parse().ok()?;
+    let name = path.display();
+    let says = format!("{name}: this is a study, not a scene; write rockfall ensemble {name}");
+    OF_STUDY.iter().all(|key| table.contains_key(*key)).then(|| Stop::input(code::ARGUMENT, says))
+}
+
+/// A barrier that is run with the members of a study has no rock of its own.
+fn for_study(scene: &Scene, stop: Stop) -> Stop {
+    let alone = scene.has("structure") && !scene.has("rock") && !scene.has("spheres");
+    if !alone || !OF_BARRIER.iter().any(|key| scene.has(key)) {
+        return stop;
+    }
+    let name = scene.path().display();
+    let cure = format!(
+        "if it is a barrier for a study: rockfall ensemble STUDY --barrier {name}, which checks it with a rock of the study"
+    );
+    stop.hinted(&cure)
+}
+
+/// Ask every own program of `plan` what it makes of the scene, all at once; but the rocks' after the structure's, which
+/// says where the net is. The programs that the scene names are not asked. What is wrong is reported once, however many
+/// programs find it. A signal ends them all.
+fn validate(plan: &Plan, input: &Input, events: &Events) -> Result<Vec<(Part, CheckReport)>, Stop> {
+    let own = || plan.members.iter().filter(|member| !member.foreign);
+    let has_net = own().any(|member| member.part == Part::Fem);
+    let (later, now): (Vec<_>, Vec<_>) = own().partition(|member| has_net && member.part == Part::Dem);
+    let mut reports = Vec::new();
+    let mut faults: Vec<Stop> = Vec::new();
+    for members in [now, later] {
+        let net = reports.iter().find_map(|(_, report): &(Part, CheckReport)| report.interface.as_ref());
+        let jobs = members.iter().map(|member| question(member, input, net)).collect::<Result<_, _>>()?;
+        // They have nothing to lose.
+        let mut outcome = children::watch(jobs, Rules::default(), events)?;
+        if outcome.interrupted {
+            return Err(Stop::interrupted());
+        }
+        outcome.ends.sort_by_key(|end| end.index);
+        for (member, end) in members.into_iter().zip(outcome.ends) {
+            match end.text().and_then(|text| read(member, &text)) {
+                Ok(report) => reports.push((member.part, report)),
+                Err(fault) => faults.push(fault),
+            }
+        }
+    }
+    if faults.is_empty() {
+        return Ok(reports);
+    }
+    let exit = if faults.iter().any(|f| f.exit == Exit::BadInput) { Exit::BadInput } else { Exit::Failed };
+    let mut errors: Vec<Diagnostic> = Vec::new();
+    for error in faults.into_iter().filter(|fault| fault.exit == exit).flat_map(|fault| fault.errors) {
+        if !errors.contains(&error) {
+            errors.push(error);
+        }
+    }
+    Err(Stop { exit, errors })
+}
+
+/// The check of one program; the `net` goes to it over its stdin.
+fn question(member: &Member, input: &Input, net: Option<&InterfaceMesh>) -> Result<Job, Stop> {
+    let mut command = Command::new(&member.program);
+    command.args(&member.arguments).arg("check").args(children::scene(input)).arg("--format=json");
+    let Some(net) = net.filter(|_| member.part == Part::Dem) else { return Ok(Job::of(command)) };
+    command.arg("--interface=-");
+    let input = serde_json::to_vec(net).map_err(|e| Stop::failed(code::CONTRACT, e.to_string()))?;
+    Ok(Job { input: Some(input), ..Job::of(command) })
+}
+
+fn read(member: &Member, text: &str) -> Result<CheckReport, Stop> {
+    CheckReport::from_json(text).map_err(|e| {
+        let program = member.program.display();
+        Stop::failed(code::CONTRACT, format!("{program} check: {e}; are all programs of one version?"))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_study_and_a_barrier_for_one_are_named_as_what_they_are() {
+        let temp = tempfile::tempdir().expect("a directory");
+        let said = |name: &str, text: &str| {
+            let scene = temp.path().join(name);
+            std::fs::write(&scene, text).expect("written");
+            let Err(stop) = load(&Input { scene, sets: Vec::new() }) else { panic!("{name} is a scene") };
+            assert_eq!(stop.exit, toolkit::exit::Exit::BadInput);
+            stop.errors[0].to_string()
+        };
+        let study = said("study.toml", "scene = \"fall.toml\"\n[[release]]\ncount = 2\n");
+        assert!(study.contains("this is a study") && study.contains("rockfall ensemble "), "{study}");
+        let barrier =
+            said("barrier.toml", "end_time = 1.0\n[structure]\nfile = \"a\"\n[dem]\ntime_step = 1e-5\n");
+        assert!(barrier.contains("nothing will use [dem]"), "{barrier}");
+        assert!(barrier.contains("rockfall ensemble STUDY --barrier "), "{barrier}");
+        let typo = said("scene.toml", "end_tim = 1.0\n");
+        assert!(typo.contains("unknown key") && !typo.contains("ensemble"), "{typo}");
     }
 }

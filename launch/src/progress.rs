@@ -1,7 +1,7 @@
-//! How far a run is: the bar on a terminal (simulated time, windows, iterations, residual, expected end), and by its files.
+//! How far runs are: on a terminal (simulated time, windows, iterations, residual, expected end), and by the files of a run.
 
 use indicatif::{ProgressBar, ProgressStyle};
-use std::io::{Read, Seek, SeekFrom};
+use std::io::{self, IsTerminal, Read, Seek, SeekFrom};
 use std::path::Path;
 use std::time::{Duration, Instant};
 use toolkit::files;
@@ -13,51 +13,61 @@ const TAIL: u64 = 1 << 16;
 /// Parts of the bar's length.
 const PARTS: u64 = 1000;
 
-/// A bar, or nothing where nobody looks.
-pub struct Bar {
-    bar: Option<ProgressBar>,
+/// What is shown while runs are at work.
+pub struct Progress {
+    quiet: bool,
+    json: bool,
+    moving: Option<ProgressBar>,
     /// When the simulated time began to move, and from where.
-    moving: Option<(Instant, f64)>,
+    since: Option<(Instant, f64)>,
 }
 
-impl Bar {
-    /// A bar on stderr if `show`.
-    pub fn new(show: bool) -> Self {
-        let bar = show.then(|| {
-            let bar = ProgressBar::new(PARTS);
-            let style = ProgressStyle::with_template("{spinner} {bar:24} {msg}");
-            bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-            bar.set_message("starting");
-            bar.enable_steady_tick(Duration::from_millis(200));
-            bar
-        });
-        Self { bar, moving: None }
+impl Progress {
+    /// Lines on stderr, or with `json` in the log; `moves`: and on a terminal what is at work.
+    pub fn new(quiet: bool, json: bool, moves: bool) -> Self {
+        let moves = moves && !quiet && !json && io::stderr().is_terminal();
+        let moving = moves.then(ProgressBar::new_spinner);
+        moving.iter().for_each(|moving| moving.enable_steady_tick(Duration::from_millis(200)));
+        Self { quiet, json, moving, since: None }
     }
 
-    /// Show what a process has reported.
-    pub fn update(&mut self, line: &Line) {
-        let Some(bar) = &self.bar else { return };
-        if line.t <= 0.0 {
-            bar.set_message(line.what.clone());
-            return;
+    /// Whether it shows what is at work.
+    pub fn moves(&self) -> bool {
+        self.moving.is_some()
+    }
+
+    /// A line that stays.
+    pub fn say(&self, line: &str) {
+        match &self.moving {
+            _ if self.json => tracing::info!("{line}"),
+            _ if self.quiet => {}
+            Some(moving) => moving.println(line),
+            None => eprintln!("{line}"),
         }
-        let (since, from) = *self.moving.get_or_insert_with(|| (Instant::now(), line.t));
+    }
+
+    /// What is at work.
+    pub fn begin(&self, what: &str) {
+        self.moving.iter().for_each(|moving| moving.set_message(what.to_owned()));
+    }
+
+    /// How far it is, as a process has reported.
+    pub fn update(&mut self, line: &Line) {
+        let Some(bar) = self.moving.as_ref().filter(|_| line.t > 0.0) else { return self.begin(&line.what) };
+        let (since, from) = *self.since.get_or_insert_with(|| {
+            let style = ProgressStyle::with_template("{spinner} {bar:24} {msg}");
+            bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+            bar.set_length(PARTS);
+            (Instant::now(), line.t)
+        });
         bar.set_position(((line.t / line.end).clamp(0.0, 1.0) * PARTS as f64) as u64);
-        bar.set_message(describe(line, left(line, since.elapsed(), from)));
+        bar.set_message(describe(line, line.left(since.elapsed(), from)));
     }
 
     /// Take it off the screen.
     pub fn finish(&self) {
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
-        }
+        self.moving.iter().for_each(ProgressBar::finish_and_clear);
     }
-}
-
-/// Seconds that are left, if the rest goes as fast as what was done since `from` [s].
-fn left(line: &Line, elapsed: Duration, from: f64) -> Option<f64> {
-    let done = line.t - from;
-    (done > 0.0).then(|| elapsed.as_secs_f64() * (line.end - line.t).max(0.0) / done)
 }
 
 fn describe(line: &Line, left: Option<f64>) -> String {
@@ -116,8 +126,8 @@ mod tests {
             residual: Some(1.5e-6),
             what: String::new(),
         };
-        assert_eq!(left(&line, Duration::from_secs(1), 0.25), Some(6.0));
-        assert_eq!(left(&line, Duration::from_secs(1), 0.5), None);
+        assert_eq!(line.left(Duration::from_secs(1), 0.25), Some(6.0));
+        assert_eq!(line.left(Duration::from_secs(1), 0.5), None);
         assert_eq!(
             describe(&line, Some(6.0)),
             "0.5000 of 2 s, 7 windows, 21 iterations, residual 1.5e-6, 6 s left"

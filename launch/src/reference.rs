@@ -1,12 +1,17 @@
-//! The reference of all keys of a scene and of all results, as Markdown: `rockfall schema --reference`.
+//! `rockfall schema`: the schema of a whole scene, what each program says of its tables put together, and that of a study; with
+//! `--reference` the reference of all keys of a scene and of all results, as Markdown.
 //!
 //! Every word of it comes from the schema, that is from the doc comments of what the programs read.
 
+use crate::children::{self, Events};
+use crate::plan::own_program;
+use crate::stop::Stop;
 use interface_defs::diagnostic::code;
 use serde_json::{Map, Value};
 use std::fmt::Write as _;
+use toolkit::processes::Processes;
 use toolkit::scene::KEYS;
-use toolkit::schema::{Entry, Share};
+use toolkit::schema::{Entry, Share, Tables};
 
 const HEAD: &str = "\
 # Reference
@@ -314,6 +319,39 @@ fn toml_text(value: &Value) -> String {
         }
         other => other.to_string(),
     }
+}
+
+/// Programs with tables of their own.
+const PROGRAMS: [&str; 3] = ["dem-solver", "fem-solver", "coupler"];
+
+/// Ask every program of this project for its share.
+pub fn share() -> Result<Share, Stop> {
+    let mut all = Tables::common().key::<Processes>("processes").share();
+    for program in PROGRAMS {
+        all.merge(ask(program, "schema")?).map_err(|name| {
+            let what = format!("{program} and another program describe `{name}` differently");
+            Stop::failed(code::NAME_TAKEN, what)
+        })?;
+    }
+    Ok(all)
+}
+
+/// Ask the rocks' program, which computes studies, for the keys of one.
+pub fn study() -> Result<Share, Stop> {
+    ask("dem-solver", "study-schema")
+}
+
+fn ask(program: &str, command: &str) -> Result<Share, Stop> {
+    let text = children::ask(&own_program(program)?, &[command.into()], &Events::watch()?)?;
+    Share::from_json(&text).map_err(|e| {
+        let what = format!("{program} {command}: {e}; are all programs of one version?");
+        Stop::failed(code::CONTRACT, what)
+    })
+}
+
+/// A schema as JSON text.
+pub fn json(document: &Value) -> String {
+    serde_json::to_string_pretty(document).expect("maps of text are valid JSON") + "\n"
 }
 
 #[cfg(test)]

@@ -1,34 +1,29 @@
-//! `rockfall run`.
+//! `rockfall run`, and how a run ended: one exit code, and why.
 
-use crate::children::{self, Goes, Job, Rules, Said};
-use crate::events::Events;
+use crate::children::{self, End, Events, Goes, Job, Outcome, Rules, how};
 use crate::ground;
-use crate::logs;
 use crate::plan::{Member, Part, Plan};
 use crate::prepared::Prepared;
-use crate::progress::Bar;
-use crate::record;
-use crate::resume::{self, Resume};
+use crate::progress::Progress;
+use crate::record::{self, Resume};
 use crate::stop::Stop;
-use crate::verdict::verdict;
-use crate::verify;
 use clap::Args;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc::{self, Wait};
 use std::ffi::OsString;
-use std::io::{self, IsTerminal};
+use std::fmt::Write;
+use std::io;
 use std::path::Path;
 use std::process::Command;
 use toolkit::arguments::{Input, Results};
 use toolkit::exit::Exit;
-use toolkit::files::Dir;
+use toolkit::files::{self, Dir};
 use toolkit::owner::{Claim, Owner};
 use toolkit::program::Savings;
-use toolkit::run_dir;
+use toolkit::progress::Line;
 use toolkit::scene::Scene;
-use toolkit::screen;
-use toolkit::start_from;
 use toolkit::summary::{RunStatus, Summary};
+use toolkit::{manifest, run_dir, screen, start_from};
 
 /// What the command line asks for.
 #[derive(Debug, Args)]
@@ -69,8 +64,8 @@ pub fn run(request: &Arguments, json: bool) -> Result<Exit, Stop> {
     start_from::refuse_own(&scene, &out)?;
     let resume = match request.results.resume {
         true => {
-            resume::await_end(&out, || events.interrupted());
-            resume::decide(&out, &scene, &resolved, &ground, &plan.members[0])?
+            record::await_end(&out, || events.interrupted());
+            record::decide(&out, &scene, &resolved, &ground, &plan.members[0])?
         }
         false => Resume::Anew,
     };
@@ -84,7 +79,9 @@ pub fn run(request: &Arguments, json: bool) -> Result<Exit, Stop> {
     if results.resume && !request.quiet {
         say(&resume, &out);
     }
-    let show = !request.quiet && !json && io::stderr().is_terminal();
+    let mut progress = Progress::new(request.quiet, json, true);
+    progress.begin("starting");
+    let show = progress.moves();
     let commands: Vec<(&str, Vec<OsString>)> = (plan.members.iter())
         .map(|m| (m.part.name(), words(m, &plan, request, &owner, (show, goes_on))))
         .collect();
@@ -101,21 +98,17 @@ pub fn run(request: &Arguments, json: bool) -> Result<Exit, Stop> {
     drop(ground);
     owner.share_with_children();
 
-    let mut bar = Bar::new(show);
     let jobs = commands.iter().enumerate().map(|(index, (name, words))| {
-        let output = Goes::Log { file: logs::path(&log, name), progress: index == 0 && show };
+        let output = Goes::Log { file: children::log_file(&log, name), progress: index == 0 && show };
         let mut command = Command::new(&words[0]);
         command.args(&words[1..]);
         Job { name: (*name).into(), command, input: None, output }
     });
     let grace = Some(children::GRACE_OF_LEADER);
-    let mut say = |said: Said| match said {
-        Said::Line(line) => bar.update(line),
-        Said::Seconds(_) => {}
-    };
-    let rules = Rules { together: true, grace, limit: None, say: Some(&mut say) };
+    let mut told = |line: &Line| progress.update(line);
+    let rules = Rules { together: true, grace, progress: Some(&mut told), ..Rules::default() };
     let outcome = children::watch(jobs.collect(), rules, &events);
-    bar.finish();
+    progress.finish();
     let outcome = outcome?;
     let judged = verdict(&outcome, commands[0].0, &log)
         .and_then(|()| owner.check().map_err(|what| Stop::failed(code::RESULT_DIRECTORY, what)))
@@ -135,7 +128,7 @@ pub fn run(request: &Arguments, json: bool) -> Result<Exit, Stop> {
     let ended = with_warnings(summary(&owner, status, judged.as_ref().err()), &warnings, &out);
     // What was interrupted goes on.
     if ended.status != RunStatus::Interrupted && owner.check().is_ok() {
-        verify::seal(&out);
+        manifest::seal(&out);
     }
     if !request.quiet {
         ended.print_table(&out);
@@ -152,7 +145,10 @@ pub fn run(request: &Arguments, json: bool) -> Result<Exit, Stop> {
 fn keep_logs(log: &Path, commands: &[(&str, Vec<OsString>)]) -> io::Result<()> {
     Dir::create(log)?;
     for (name, _) in commands {
-        match std::fs::rename(logs::path(log, name), logs::path(log, &format!("{name}.before"))) {
+        match std::fs::rename(
+            children::log_file(log, name),
+            children::log_file(log, &format!("{name}.before")),
+        ) {
             Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(e),
             _ => {}
         }
@@ -164,7 +160,7 @@ fn keep_logs(log: &Path, commands: &[(&str, Vec<OsString>)]) -> io::Result<()> {
 fn is_over(summary: &Summary, out: &Path, quiet: bool) -> Exit {
     // It was killed between its summary and its manifest.
     if !out.join(run_dir::MANIFEST).exists() {
-        verify::seal(out);
+        manifest::seal(out);
     }
     if !quiet {
         summary.print_table(out);
@@ -300,4 +296,219 @@ fn words(
         words.push("--resume".into());
     }
     words
+}
+
+/// Lines of a log that are quoted.
+const QUOTED: usize = 10;
+
+/// What became of the run that `leader` led; `Ok` if it is done.
+fn verdict(outcome: &Outcome, leader: &str, log: &Path) -> Result<(), Stop> {
+    let at = outcome.ends.iter().position(|end| end.name == leader);
+    let Some(at) = at else { return Err(Stop::failed(code::PROCESS, format!("{leader} was never started"))) };
+    let lead = &outcome.ends[at];
+    // Who ended first, before its time: the cause, unless the leader names another one.
+    let first = outcome.ends[..at].first().filter(|end| !end.forced);
+    if lead.status.success() {
+        return Ok(());
+    }
+    if outcome.interrupted {
+        return Err(Stop::interrupted());
+    }
+    if lead.forced {
+        return Err(match first {
+            Some(end) => lost(end, log),
+            None => Stop::failed(code::PROCESS, format!("{leader} did not end and was ended")),
+        });
+    }
+    if lead.status.code().is_none() || lead.errors.is_empty() {
+        return Err(match lead.exit() {
+            exit @ Exit::Unreliable => {
+                let what = format!("{leader} ended with exit code 3: unreliable");
+                Stop { exit, ..Stop::failed(code::TRUST, what) }
+            }
+            _ => lost(lead, log),
+        });
+    }
+    let mut errors = lead.errors.clone();
+    if let Some(end) = first {
+        let key = about(end);
+        let is_of = |error: &&mut Diagnostic| error.code == code::PROCESS && error.key.as_ref() == Some(&key);
+        if let Some(error) = errors.iter_mut().find(is_of) {
+            let _ =
+                write!(error.message, "\n{} ended: {}{}", end.name, how(end.status), quote(log, &end.name));
+        }
+    }
+    Err(Stop { exit: lead.exit(), errors })
+}
+
+/// The key of the scene that a process stands for.
+fn about(end: &End) -> String {
+    format!("processes.{}", end.name)
+}
+
+/// A process that ended without a word from the leader about it.
+fn lost(end: &End, log: &Path) -> Stop {
+    let name = &end.name;
+    if end.errors.is_empty() {
+        let what = match end.status.code() {
+            Some(0) => format!("{name} ended before the run was over"),
+            _ => format!("{name} was lost ({})", how(end.status)),
+        };
+        let error = Diagnostic::error(code::PROCESS, what + &quote(log, name)).about(about(end));
+        let exit = if end.exit() == Exit::BadInput { Exit::BadInput } else { Exit::Failed };
+        return Stop { exit, errors: vec![error] };
+    }
+    if end.exit() == Exit::BadInput {
+        return Stop { exit: Exit::BadInput, errors: end.errors.clone() };
+    }
+    let mut errors = end.errors.clone();
+    errors.iter_mut().for_each(|error| error.message = format!("{name} failed: {}", error.message));
+    Stop { exit: Exit::Failed, errors }
+}
+
+/// The last lines of a log.
+fn quote(log: &Path, name: &str) -> String {
+    let path = children::log_file(log, name);
+    let text = String::from_utf8_lossy(&files::read(&path, files::TEXT).unwrap_or_default()).into_owned();
+    let lines: Vec<&str> = text.lines().collect();
+    if lines.is_empty() {
+        return format!("; it printed nothing ({})", path.display());
+    }
+    let mut out = format!("\nlast lines of {}:", path.display());
+    for line in &lines[lines.len().saturating_sub(QUOTED)..] {
+        let _ = write!(out, "\n  | {line}");
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::os::unix::process::ExitStatusExt;
+    use std::process::ExitStatus;
+
+    const KILLED: i32 = 9;
+
+    fn status(code: i32) -> i32 {
+        code << 8
+    }
+
+    /// `ends`: name, raw status, whether it was forced, what it said.
+    fn judge(
+        ends: &[(&str, i32, bool, Option<Diagnostic>)],
+        interrupted: bool,
+        logs: &[(&str, &str)],
+    ) -> Result<(), Stop> {
+        let temp = tempfile::tempdir().expect("a directory");
+        let dir = temp.path();
+        for (name, text) in logs {
+            std::fs::write(children::log_file(dir, name), text).expect("written");
+        }
+        let end = |(index, (name, raw, forced, said)): (usize, &(&str, i32, bool, Option<Diagnostic>))| End {
+            index,
+            name: (*name).into(),
+            status: ExitStatus::from_raw(*raw),
+            forced: *forced,
+            stdout: Vec::new(),
+            stderr: Vec::new(),
+            errors: said.iter().cloned().collect(),
+        };
+        let ends = ends.iter().enumerate().map(end).collect();
+        verdict(&Outcome { ends, interrupted, too_slow: false }, "coupler", dir)
+    }
+
+    fn says(what: &str) -> Option<Diagnostic> {
+        Some(Diagnostic::error(code::OTHER, what))
+    }
+
+    #[test]
+    fn a_run_is_done_when_its_leader_says_so() {
+        let fine = [("dem", 0, false, None), ("fem", 0, false, None), ("coupler", 0, false, None)];
+        assert_eq!(judge(&fine, false, &[]), Ok(()));
+        assert_eq!(judge(&[("coupler", 0, false, None), ("fem", KILLED, true, None)], true, &[]), Ok(()));
+    }
+
+    #[test]
+    fn the_error_of_the_coupler_stays_and_the_log_of_the_lost_one_is_quoted() {
+        let what = "fem was lost: its process ended in window 3";
+        let of_process = |key: &str| Some(Diagnostic::error(code::PROCESS, what).about(key));
+        let ends = |key| {
+            let said = of_process(key);
+            [
+                ("fem", KILLED, false, None),
+                ("dem", status(1), false, None),
+                ("coupler", status(1), false, said),
+            ]
+        };
+        let stop = judge(&ends("processes.fem"), false, &[("fem", "a\nb\n")]).expect_err("failed");
+        assert_eq!((stop.exit, stop.errors.len()), (Exit::Failed, 1));
+        let message = &stop.errors[0].message;
+        assert!(
+            message.starts_with(&format!("{what}\nfem ended: killed by signal 9\nlast lines of ")),
+            "{message}"
+        );
+        assert!(message.ends_with("fem.log:\n  | a\n  | b"), "{message}");
+        // It decides by the key, and not by the words.
+        let other = judge(&ends("processes.dem"), false, &[("fem", "a\nb\n")]).expect_err("failed");
+        assert_eq!(other.errors[0].message, what);
+    }
+
+    #[test]
+    fn a_failure_of_the_coupling_itself_quotes_nobody() {
+        let coupler = ("coupler", status(1), false, says("window 3: not converged"));
+        let stop = judge(&[("dem", status(1), false, says("ended by the coupler")), coupler], false, &[]);
+        assert_eq!(stop, Err(Stop::failed(code::OTHER, "window 3: not converged")));
+        assert_eq!(
+            judge(&[("coupler", status(2), false, says("no"))], false, &[]),
+            Err(Stop::input(code::OTHER, "no"))
+        );
+    }
+
+    #[test]
+    fn a_run_beyond_a_bound_of_trust_is_unreliable_with_the_words_of_its_leader() {
+        for (said, due) in [
+            (says("unreliable: energy_error is 48 %"), "unreliable: energy_error is 48 %"),
+            (None, "coupler ended with exit code 3: unreliable"),
+        ] {
+            let stop = judge(&[("coupler", status(3), false, said)], false, &[]).expect_err("unreliable");
+            assert_eq!((stop.exit, stop.errors[0].message.as_str()), (Exit::Unreliable, due));
+        }
+    }
+
+    /// What a program of others prints is quoted, and decides nothing.
+    #[test]
+    fn who_says_nothing_as_data_is_quoted() {
+        let log = [("coupler", "error: s.toml:1:2: no such law\n")];
+        let stop = judge(&[("coupler", status(1), false, None)], false, &log).expect_err("failed");
+        assert!(
+            stop.errors[0].message.starts_with("coupler was lost (exit code 1)\nlast lines of"),
+            "{stop:?}"
+        );
+        assert!(stop.errors[0].message.ends_with("  | error: s.toml:1:2: no such law"), "{stop:?}");
+    }
+
+    #[test]
+    fn a_coupler_that_is_killed_is_named() {
+        let ends = [("coupler", KILLED, false, None), ("dem", status(1), false, None)];
+        let stop = judge(&ends, false, &[]).expect_err("failed");
+        assert!(stop.errors[0].message.starts_with("coupler was lost (killed by signal 9)"), "{stop:?}");
+    }
+
+    #[test]
+    fn who_ended_before_the_coupler_could_see_it_is_named_with_its_own_words() {
+        let coupler = || ("coupler", status(1), true, says("interrupted"));
+        let stop = judge(&[("fem", status(2), false, says("no such law")), coupler()], false, &[]);
+        assert_eq!(stop, Err(Stop::input(code::OTHER, "no such law")));
+        let stop = judge(&[("fem", 0, false, None), coupler()], false, &[]).expect_err("failed");
+        assert!(
+            stop.errors[0].message.starts_with("fem ended before the run was over; it printed nothing"),
+            "{stop:?}"
+        );
+    }
+
+    #[test]
+    fn an_interrupted_run_says_so_and_nothing_else() {
+        let ends = [("coupler", status(1), false, says("interrupted")), ("dem", KILLED, true, None)];
+        assert_eq!(judge(&ends, true, &[]), Err(Stop::interrupted()));
+    }
 }

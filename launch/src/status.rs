@@ -1,24 +1,21 @@
-//! `rockfall status`: how far a run or a study is, by the files in its directory. Nothing is started or changed.
+//! `rockfall status`: how far a run or a study is, by the files in its directory; `rockfall verify`: whether that is what its run or
+//! study wrote. Nothing is started or changed.
 
 use crate::progress::far;
 use crate::stop::Stop;
 use crate::worst;
-use interface_defs::diagnostic::code;
+use interface_defs::diagnostic::{Severity, code};
+use serde_json::json;
 use std::path::Path;
 use std::time::SystemTime;
+use toolkit::check::Format;
 use toolkit::checkpoint::{self, Found};
 use toolkit::exit::Exit;
 use toolkit::files::{self, Dir};
+use toolkit::manifest;
 use toolkit::owner::holder;
-use toolkit::run_dir::{BARRIER, HISTORY, SUMMARY};
+use toolkit::run_dir::{BARRIER, CHUNK_ENDS, CHUNKS, HISTORY, JOURNAL, MEMBERS, STUDY_RECORD, SUMMARY};
 use toolkit::summary::{RunStatus, Summary};
-
-/// What a study is, its rows, its chunks.
-const STUDY: &str = "study.json";
-const MEMBERS: &str = "members.csv";
-const CHUNKS: &str = "chunks";
-/// What a run over all members has begun.
-const JOURNAL: &str = "main.journal";
 
 /// The text for the screen, and the exit code.
 pub fn status(dir: &Path) -> Result<(String, Exit), Stop> {
@@ -30,8 +27,8 @@ pub fn status(dir: &Path) -> Result<(String, Exit), Stop> {
         Some(pid) => format!("process {pid} is writing to it"),
         None => "a process is writing to it".into(),
     });
-    if let Ok(text) = files::read_text(&dir.join(STUDY)) {
-        let study: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+    if dir.join(STUDY_RECORD).exists() {
+        let study: serde_json::Value = files::read_json(&dir.join(STUDY_RECORD)).unwrap_or_default();
         return Ok(of_study(dir, study["members"].as_u64().unwrap_or(0), running));
     }
     if dir.join(SUMMARY).exists() {
@@ -160,10 +157,10 @@ fn chunks(dir: &Path) -> (Vec<[u64; 2]>, Vec<[u64; 2]>) {
         let (Some(stem), Some(end)) = (path.file_stem(), path.extension()) else { continue };
         let range = stem.to_str().and_then(|s| s.split_once('-'));
         let Some((Ok(first), Ok(last))) = range.map(|(a, b)| (a.parse(), b.parse())) else { continue };
-        match end.to_str() {
-            Some("chunk") => complete.push([first, last]),
-            Some("part") => begun.push([first, last]),
-            _ => {}
+        match CHUNK_ENDS.iter().position(|known| end == *known) {
+            Some(0) => complete.push([first, last]),
+            Some(_) => begun.push([first, last]),
+            None => {}
         }
     }
     complete.sort_unstable();
@@ -184,14 +181,40 @@ fn age(path: &Path) -> String {
     format!("{} s ago", age.as_secs())
 }
 
+/// The answer, and the exit code. An error: there is nothing to compare with.
+pub fn verify(dir: &Path, format: Format) -> Result<(String, Exit), Stop> {
+    let name = dir.display();
+    if !dir.is_dir() {
+        return Err(Stop::input(code::ARGUMENT, format!("{name}: there is no such directory")));
+    }
+    let found = manifest::verify(dir);
+    if let Some(none) = found.iter().find(|what| what.code == code::RESULT_DIRECTORY) {
+        return Err(none.clone().into());
+    }
+    let changed = found.iter().filter(|what| what.severity == Severity::Error).count();
+    let text = match format {
+        Format::Json => {
+            let answer = json!({ "directory": name.to_string(), "changed": changed, "diagnostics": found });
+            format!("{answer}\n")
+        }
+        Format::Text => {
+            let outcome = match changed {
+                0 => "all files are as they were written".into(),
+                n => format!("{n} files are not as they were written"),
+            };
+            found.iter().fold(format!("{name}: {outcome}\n"), |text, what| text + &format!("  {what}\n"))
+        }
+    };
+    Ok((text, if changed == 0 { Exit::Done } else { Exit::Failed }))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use interface_defs::verdict::{Ending, Fate, Verdict};
     use std::fs::File;
     use std::time::Duration;
-    use toolkit::run_dir::CHECKPOINT;
-    use toolkit::run_dir::SCENE;
+    use toolkit::run_dir::{CHECKPOINT, SCENE};
 
     #[test]
     fn a_run_is_as_far_as_its_last_whole_row() {
@@ -228,7 +251,7 @@ mod tests {
     fn a_study_is_as_far_as_its_rows_and_chunks() {
         let temp = tempfile::tempdir().expect("a directory");
         let dir = temp.path();
-        std::fs::write(dir.join(STUDY), "{\"members\": 200}").expect("written");
+        std::fs::write(dir.join(STUDY_RECORD), "{\"members\": 200}").expect("written");
         std::fs::create_dir(dir.join(CHUNKS)).expect("created");
         for name in ["00000001-00000050.chunk", "00000051-00000060.part", "main.journal"] {
             std::fs::write(dir.join(CHUNKS).join(name), "").expect("written");
@@ -255,7 +278,7 @@ mod tests {
         let temp = tempfile::tempdir().expect("a directory");
         let dir = temp.path();
         let barrier = dir.join(BARRIER);
-        std::fs::write(dir.join(STUDY), "{\"members\": 200}").expect("written");
+        std::fs::write(dir.join(STUDY_RECORD), "{\"members\": 200}").expect("written");
         Summary::new(RunStatus::Done).write(dir).expect("written");
         let plain = status(dir).expect("a study");
         assert!(plain.1 == Exit::Done && !plain.0.contains("barrier"), "{}", plain.0);
@@ -270,5 +293,27 @@ mod tests {
         let (text, exit) = status(dir).expect("a study");
         assert!(text.contains("barrier: unreliable"), "{text}");
         assert_eq!(exit, Exit::Unreliable);
+    }
+
+    #[test]
+    fn what_is_new_is_a_note_and_what_changed_has_another_exit_code_than_what_is_no_run() {
+        let temp = tempfile::tempdir().expect("a directory");
+        let dir = temp.path();
+        let said = |format| verify(dir, format).expect("a run");
+        std::fs::write(dir.join("history.csv"), "time_s\n0\n").expect("written");
+        assert_eq!(verify(dir, Format::Text).expect_err("no run").exit, Exit::BadInput);
+        assert_eq!(verify(&dir.join("none"), Format::Text).expect_err("not there").exit, Exit::BadInput);
+        manifest::write(dir).expect("written");
+        assert_eq!(said(Format::Text).1, Exit::Done);
+        std::fs::write(dir.join("notes.txt"), "mine").expect("written");
+        let (text, exit) = said(Format::Text);
+        assert!(exit == Exit::Done && text.contains("notes.txt: no file of the run"), "{text}");
+        std::fs::write(dir.join("history.csv"), "time_s\n1\n").expect("written");
+        let (text, exit) = said(Format::Json);
+        let answer: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        assert_eq!((exit, &answer["changed"]), (Exit::Failed, &json!(1)));
+        assert_eq!(answer["diagnostics"][0]["code"], "provenance");
+        let place = answer["diagnostics"][0]["place"]["file"].as_str().expect("a place");
+        assert!(place.ends_with("history.csv"), "{place}");
     }
 }

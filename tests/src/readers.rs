@@ -169,7 +169,7 @@ pub const TARGETS: &[Target] = &[
         |path| {
             let own = with_own_program(&std::fs::read(path).expect("read"));
             std::fs::write(path, own).expect("written");
-            study::journal::complete(path, "study").is_ok_and(|found| !found.is_empty())
+            study::record::complete(path, "study").is_ok_and(|found| !found.is_empty())
         },
         made::journal
     ),

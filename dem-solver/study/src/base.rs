@@ -2,7 +2,6 @@
 
 use super::grid::{self, Grid};
 use super::place::ground_at;
-use super::refuse::refuse;
 use super::sampling::Sampler;
 use super::settings::{Quantity, Release, Sampling, StudySettings};
 use dem_contact::contact::whole_rock::Whole;
@@ -14,6 +13,7 @@ use dem_solid::cluster::kept;
 use dem_solid::geometry::plan::{Area, Point};
 use dem_terrain::{Terrain, system};
 use interface_defs::diagnostic::Diagnostic;
+use nalgebra::Vector3;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -102,23 +102,19 @@ impl Base {
         let model = solver.into_model();
         let Some(ground) = model.ground.clone() else {
             let what = format!("{} has no [terrain]", scene.path().display());
-            return refuse(file, "scene", what, "releases need a terrain to fall on");
+            return file.refuse("scene", what, "releases need a terrain to fall on");
         };
         let own = model.rocks.first().and_then(|rock| rock.made.clone());
         let prototypes = prototypes(&study, file, &scene, model, clusters)?;
         let settings = Settings::of(&scene)?;
         put_zones(&mut document, &settings);
-        check_masses(&study, &prototypes, file)?;
-        check_layers(&study, &settings, &scene, file)?;
-        check_places(&study, &ground, file)?;
         let local = |all: &[Point]| all.iter().map(|place| local(&ground, place)).collect::<Vec<_>>();
         let area = |release: &Release| {
             let place = release.place();
             (place.form == Form::Polygon).then(|| Area::new(&local(place.corners)))
         };
         let areas = study.releases.iter().map(area).collect();
-        check_lines(&study, &ground, file)?;
-        let grid = grid(&study, &ground, file)?;
+        let grid = study.maps.as_ref().map(|maps| Grid::new(&ground, maps.cell));
         let lines = study.lines.iter().map(|line| local(&line.points)).collect();
         let counts = study.counts();
         let sampler = |(at, count): (usize, &u64)| {
@@ -127,7 +123,7 @@ impl Base {
         let samplers = counts.iter().enumerate().map(sampler).collect();
         let mut starts = vec![0];
         counts.iter().for_each(|count| starts.push(starts[starts.len() - 1] + count));
-        Ok(Self {
+        let base = Self {
             study,
             scene,
             document,
@@ -144,7 +140,9 @@ impl Base {
             warnings,
             fingerprint: String::new(),
             shortcuts,
-        })
+        };
+        base.check(file)?;
+        Ok(base)
     }
 
     /// Write the spheres that were made for its rocks to a folder, where they are not there yet: no later start makes them again.
@@ -207,13 +205,13 @@ fn drawn(study: &StudySettings, at: usize) -> Vec<(String, u64)> {
     let own = ["place", "place across", "turn 1", "turn 2", "turn 3", "axis 1", "axis 2"];
     let mut all: Vec<(String, u64)> =
         own.iter().map(|name| ((*name).to_owned(), if *name == "place" { places } else { 0 })).collect();
-    all.extend(study.variables.iter().map(|v| (v.name.clone(), v.distribution.levels())));
+    all.extend(study.variables.iter().map(|v| (v.name.clone(), v.distribution.levels)));
     all
 }
 
 fn check_scene(scene: &Scene, file: &Scene) -> Result<(), Diagnostic> {
     let refuse =
-        |what: &str, cure: &str| refuse(file, "scene", format!("{}: {what}", scene.path().display()), cure);
+        |what: &str, cure: &str| file.refuse("scene", format!("{}: {what}", scene.path().display()), cure);
     if scene.has("structure") {
         let what = "it has a [structure], and members of a study fall over terrain alone";
         return refuse(what, "leave it out");
@@ -274,61 +272,8 @@ fn prototypes(
     values.iter().map(of).collect()
 }
 
-/// Refuse a mass that nothing turns into a volume.
-fn check_masses(study: &StudySettings, prototypes: &[Prototype], file: &Scene) -> Result<(), Diagnostic> {
-    let dense = study.varies(Quantity::Density) || prototypes[0].table.density.is_some();
-    for (quantity, name) in [(Quantity::Mass, "mass"), (Quantity::Volume, "volume")] {
-        if study.varies(quantity) && !dense {
-            let what = format!("{name} varies, and the rock of the scene has no density");
-            return refuse(
-                file,
-                &format!("vary.{name}"),
-                what,
-                "write density in place of mass in the scene",
-            );
-        }
-    }
-    Ok(())
-}
-
-/// The cells of the maps.
-fn grid(study: &StudySettings, ground: &Terrain, file: &Scene) -> Result<Option<Grid>, Diagnostic> {
-    let Some(maps) = &study.maps else { return Ok(None) };
-    let size = ground.highest - ground.lowest;
-    if let Some(cell) = maps.cell.filter(|cell| (size.x / cell + 1.0) * (size.y / cell + 1.0) > grid::MOST) {
-        let (x, y, most) = (size.x, size.y, grid::MOST);
-        let what = format!("cells of {cell} m on a terrain of {x:.0} m x {y:.0} m are more than {most:.0e}");
-        return refuse(file, "maps.cell", what, "make them larger, or leave `cell` out");
-    }
-    Ok(Some(Grid::new(ground, maps.cell)))
-}
-
-/// Refuse releases and lines of layers in another coordinate system than that of the terrain.
-fn check_layers(
-    study: &StudySettings,
-    settings: &Settings,
-    scene: &Scene,
-    file: &Scene,
-) -> Result<(), Diagnostic> {
-    let own = settings.terrain.as_ref().and_then(|terrain| system::of_file(&scene.resolve(&terrain.file)));
-    let named = study.maps.as_ref().and_then(|maps| maps.epsg);
-    let own = own.map(u32::from).or(named);
-    for (at, release) in study.releases.iter().enumerate() {
-        for (name, _, all) in release.geometries() {
-            if let Some(all) = all {
-                all.check_system(own, &format!("release.{at}.{name}"), file)?;
-            }
-        }
-    }
-    for (at, line) in study.lines.iter().enumerate() {
-        line.points.check_system(own, &format!("line.{at}.points"), file)?;
-    }
-    Ok(())
-}
-
 /// What is wrong with a place that lies beside the terrain, as far as it can be guessed.
-fn guess([x, y]: [f64; 2], ground: &Terrain) -> String {
-    let [low, high] = [ground.lowest, ground.highest].map(|corner| corner + ground.origin);
+fn guess([x, y]: Point, [low, high]: [Vector3<f64>; 2]) -> String {
     let within = |x: f64, y: f64| (low.x..=high.x).contains(&x) && (low.y..=high.y).contains(&y);
     let terrain =
         format!("the terrain lies from ({:.1}, {:.1}) to ({:.1}, {:.1})", low.x, low.y, high.x, high.y);
@@ -341,38 +286,98 @@ fn guess([x, y]: [f64; 2], ground: &Terrain) -> String {
     }
 }
 
-/// Refuse lines that lie beside all of the terrain.
-fn check_lines(study: &StudySettings, ground: &Terrain, file: &Scene) -> Result<(), Diagnostic> {
-    let (low, high) = (ground.lowest + ground.origin, ground.highest + ground.origin);
-    for (at, line) in study.lines.iter().enumerate() {
-        let beside = |axis: usize| {
-            line.points.iter().all(|p| p[axis] < low[axis])
-                || line.points.iter().all(|p| p[axis] > high[axis])
-        };
-        if beside(0) || beside(1) {
-            let what = format!("the line `{}` lies beside the terrain", line.name);
-            return refuse(file, &format!("line.{at}.points"), what, guess(line.points[0], ground));
+impl Base {
+    fn check(&self, file: &Scene) -> Result<(), Diagnostic> {
+        self.check_masses(file)?;
+        self.check_layers(file)?;
+        self.check_places(file)?;
+        self.check_lines(file)?;
+        let size = self.ground.highest - self.ground.lowest;
+        let cell = self.study.maps.as_ref().and_then(|maps| maps.cell);
+        match cell.filter(|cell| (size.x / cell + 1.0) * (size.y / cell + 1.0) > grid::MOST) {
+            None => Ok(()),
+            Some(cell) => {
+                let (x, y, most) = (size.x, size.y, grid::MOST);
+                let what =
+                    format!("cells of {cell} m on a terrain of {x:.0} m x {y:.0} m are more than {most:.0e}");
+                file.refuse("maps.cell", what, "make them larger, or leave `cell` out")
+            }
         }
     }
-    Ok(())
-}
 
-/// Refuse places without ground.
-fn check_places(study: &StudySettings, ground: &Terrain, file: &Scene) -> Result<(), Diagnostic> {
-    let (low, high) = (ground.lowest + ground.origin, ground.highest + ground.origin);
-    for (at, release) in study.releases.iter().enumerate() {
-        let place = release.place();
-        for (k, corner @ [x, y]) in place.corners.iter().enumerate() {
-            let key = format!("release.{at}.{}.{k}", place.key);
-            if !(low.x..=high.x).contains(x) || !(low.y..=high.y).contains(y) {
-                let what = format!("({x}, {y}) lies beside the terrain");
-                return refuse(file, &key, what, guess(*corner, ground));
-            }
-            if ground_at(ground, local(ground, corner)).is_none() {
-                let what = format!("there is no ground at ({x}, {y}): the terrain has a hole there");
-                return refuse(file, &key, what, "move the release, or fill the hole");
+    /// Refuse a mass that nothing turns into a volume.
+    fn check_masses(&self, file: &Scene) -> Result<(), Diagnostic> {
+        let dense = self.study.varies(Quantity::Density) || self.prototypes[0].table.density.is_some();
+        for (quantity, name) in [(Quantity::Mass, "mass"), (Quantity::Volume, "volume")] {
+            if self.study.varies(quantity) && !dense {
+                let what = format!("{name} varies, and the rock of the scene has no density");
+                let cure = "write density in place of mass in the scene";
+                return file.refuse(&format!("vary.{name}"), what, cure);
             }
         }
+        Ok(())
     }
-    Ok(())
+
+    /// The code of the coordinate system that the terrain's file names, or the `.prj` beside it.
+    pub fn system(&self) -> Option<u16> {
+        system::of_file(&self.scene.resolve(&self.settings.terrain.as_ref()?.file))
+    }
+
+    /// Refuse releases and lines of layers in another coordinate system than that of the terrain.
+    fn check_layers(&self, file: &Scene) -> Result<(), Diagnostic> {
+        let named = self.study.maps.as_ref().and_then(|maps| maps.epsg);
+        let own = self.system().map(u32::from).or(named);
+        for (at, release) in self.study.releases.iter().enumerate() {
+            for (name, _, all) in release.geometries() {
+                if let Some(all) = all {
+                    all.check_system(own, &format!("release.{at}.{name}"), file)?;
+                }
+            }
+        }
+        for (at, line) in self.study.lines.iter().enumerate() {
+            line.points.check_system(own, &format!("line.{at}.points"), file)?;
+        }
+        Ok(())
+    }
+
+    /// Lowest and highest corner of the terrain, in its own coordinates.
+    fn extent(&self) -> [Vector3<f64>; 2] {
+        [self.ground.lowest, self.ground.highest].map(|corner| corner + self.ground.origin)
+    }
+
+    /// Refuse lines that lie beside all of the terrain.
+    fn check_lines(&self, file: &Scene) -> Result<(), Diagnostic> {
+        let [low, high] = self.extent();
+        for (at, line) in self.study.lines.iter().enumerate() {
+            let beside = |axis: usize| {
+                line.points.iter().all(|p| p[axis] < low[axis])
+                    || line.points.iter().all(|p| p[axis] > high[axis])
+            };
+            if beside(0) || beside(1) {
+                let what = format!("the line `{}` lies beside the terrain", line.name);
+                return file.refuse(&format!("line.{at}.points"), what, guess(line.points[0], [low, high]));
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuse places without ground.
+    fn check_places(&self, file: &Scene) -> Result<(), Diagnostic> {
+        let [low, high] = self.extent();
+        for (at, release) in self.study.releases.iter().enumerate() {
+            let place = release.place();
+            for (k, corner @ [x, y]) in place.corners.iter().enumerate() {
+                let key = format!("release.{at}.{}.{k}", place.key);
+                if !(low.x..=high.x).contains(x) || !(low.y..=high.y).contains(y) {
+                    let what = format!("({x}, {y}) lies beside the terrain");
+                    return file.refuse(&key, what, guess(*corner, [low, high]));
+                }
+                if ground_at(&self.ground, self.local(corner)).is_none() {
+                    let what = format!("there is no ground at ({x}, {y}): the terrain has a hole there");
+                    return file.refuse(&key, what, "move the release, or fill the hole");
+                }
+            }
+        }
+        Ok(())
+    }
 }

@@ -1,17 +1,16 @@
 //! `dem-solver ensemble`: a study from its file to its results.
 
 use super::base::Base;
-use super::directory::{Directory, Index, MEMBERS};
-use super::gate;
-use super::journal::{Found, Journal, taken};
-use super::record::Record;
-use super::results::{self, design::Reliability};
+use super::directory::{Directory, Index};
+use super::record::{Found, Journal, Record, taken};
+use super::results::design::Reliability;
 use super::runner::Runner;
 use super::settings::{STUDY, StudySettings};
 use super::summary::Numbers;
 use super::table::Table;
+use super::worst::Comings;
 use super::worst::barrier::Barrier;
-use super::worst::{self, Comings};
+use super::{gate, results};
 use clap::{ArgMatches, Args, FromArgMatches};
 use interface_defs::diagnostic::{Diagnostic, Place, Severity, code};
 use interface_defs::ipc::interrupt;
@@ -25,15 +24,13 @@ use std::sync::mpsc::{Sender, channel};
 use std::time::{Duration, Instant};
 use toolkit::arguments::{EnsembleArguments, MemberRange};
 use toolkit::exit::Exit;
-use toolkit::files;
-use toolkit::manifest;
 use toolkit::owner::{Claim, Owner};
 use toolkit::program::Extra;
 use toolkit::progress::{Line, Reporter};
-use toolkit::run_dir;
 use toolkit::scene::Scene;
 use toolkit::screen::{complain, show};
 use toolkit::summary::RunStatus;
+use toolkit::{files, manifest, run_dir};
 
 /// The subcommand.
 pub const COMMAND: Extra = Extra { command, run };
@@ -60,30 +57,24 @@ struct Progress {
     bar: bool,
     /// How often it is shown.
     every: Duration,
-    total: u64,
-    done: u64,
+    line: Line,
     begun: Instant,
-    before: u64,
+    before: f64,
     shown: Instant,
 }
 
 impl Progress {
     fn step(&mut self) {
-        self.done += 1;
-        let (done, end) = (self.done, self.total);
-        self.reporter.report(|| Line {
-            t: done as f64,
-            end: end as f64,
-            windows: done,
-            what: "members".into(),
-            ..Line::default()
-        });
+        self.line.t += 1.0;
+        self.line.windows += 1;
+        self.reporter.report(|| self.line.clone());
         if self.shown.elapsed() >= self.every {
             self.shown = Instant::now();
-            let rate = (done - self.before) as f64 / self.begun.elapsed().as_secs_f64();
-            let left = if rate > 0.0 { (end - done) as f64 / rate } else { 0.0 };
+            let (Line { t, end, .. }, elapsed) = (&self.line, self.begun.elapsed());
+            let rate = (t - self.before) / elapsed.as_secs_f64();
+            let left = self.line.left(elapsed, self.before).unwrap_or(0.0);
             let (from, to) = if self.bar { ("\r", "   ") } else { ("", "\n") };
-            let _ = write!(io::stderr(), "{from}{done} of {end} members, {rate:.1}/s, {left:.0} s left{to}");
+            let _ = write!(io::stderr(), "{from}{t} of {end} members, {rate:.1}/s, {left:.0} s left{to}");
         }
     }
 
@@ -156,7 +147,7 @@ impl Study<'_> {
             return Err(Diagnostic::in_file("--scene-of", what));
         }
         let text = match self.barrier {
-            Some(barrier) => worst::scene_of_one(base, barrier, number)?,
+            Some(barrier) => Comings::new(base, barrier).scene_of_one(number)?,
             None => {
                 let member = base.member(number);
                 base.text(&member, "", &base.scene_of(&member)?)?
@@ -191,11 +182,9 @@ impl Study<'_> {
             true => SHOWN,
             false => LINES,
         };
-        Progress { reporter, bar, every, total, done: before, begun, before, shown: begun }
-    }
-
-    fn fault(&self, what: impl std::fmt::Display) -> Diagnostic {
-        Diagnostic::in_file(self.directory.place().display().to_string(), what.to_string())
+        let (end, t) = (total as f64, before as f64);
+        let line = Line { t, end, windows: before, what: "members".into(), ..Line::default() };
+        Progress { reporter, bar, every, line, begun, before: t, shown: begun }
     }
 
     /// The members from `first` to `last` into a file of their own, which gets its name when it is complete.
@@ -216,7 +205,7 @@ impl Study<'_> {
         match self.compute(&todo, last - first + 1, &mut |record| journal.add(&record).map(drop)) {
             Err(e) => return failed(&unwritten(&part, &e)),
             Ok(false) => return interrupted(),
-            Ok(true) => journal.finish(&done).map_err(|e| self.fault(e))?,
+            Ok(true) => journal.finish(&done).map_err(|e| self.directory.fault(e))?,
         }
         Ok(Exit::Done)
     }
@@ -249,7 +238,7 @@ impl Study<'_> {
             match Journal::open(part, &self.base.fingerprint)? {
                 Some(ours) if !done.exists() => return Ok(Some(ours)),
                 // The other one has ended meanwhile, and what was opened here is empty.
-                Some(_) => files::remove(part).map_err(|e| self.fault(e))?,
+                Some(_) => files::remove(part).map_err(|e| self.directory.fault(e))?,
                 None if interrupt::requested() => break,
                 None => {
                     if !std::mem::replace(&mut announced, true) {
@@ -266,9 +255,12 @@ impl Study<'_> {
     fn whole(&self, file: &Scene) -> Result<Exit, Diagnostic> {
         let EnsembleArguments { force, resume, .. } = *self.arguments;
         if self.directory.has_begun() && !force && !resume {
-            return Err(self.fault("this directory holds a study that has begun already").try_instead(
-                "go on with it with --resume, begin anew with --force, or choose another with --out",
-            ));
+            return Err(self
+                .directory
+                .fault("this directory holds a study that has begun already")
+                .try_instead(
+                    "go on with it with --resume, begin anew with --force, or choose another with --out",
+                ));
         }
         // Before the directory is claimed, which removes the summary: who is refused changes nothing.
         if !force {
@@ -280,7 +272,7 @@ impl Study<'_> {
         let owner =
             Owner::claim(out, &Claim { force: force || self.directory.has_begun(), ..Claim::default() })?;
         if force {
-            self.directory.clear().map_err(|e| self.fault(e))?;
+            self.directory.clear().map_err(|e| self.directory.fault(e))?;
         }
         let (mut journal, mut index) = self.open(file).inspect_err(|_| {
             // A damaged chunk is found only now. It is the refusal that the user is told of.
@@ -314,12 +306,13 @@ impl Study<'_> {
 
     /// Compute what is missing; the table follows as far as all members before are known. False: a signal has ended it.
     fn fill(&self, index: &mut Index, journal: &mut Journal, todo: &[u64]) -> io::Result<bool> {
-        let mut table = Table::create(&self.directory.path(MEMBERS), self.base)?;
+        let mut table = Table::create(&self.directory.path(run_dir::MEMBERS), self.base)?;
         follow(self.base, index, &mut table, 1)?;
         let whole = self.compute(todo, self.base.members(), &mut |record| {
             index.add(journal.add(&record)?);
-            table.add(self.base, &self.base.member(record.number), &record)?;
-            follow(self.base, index, &mut table, record.number + 1)
+            let due = record.number + 1;
+            table.add(record)?;
+            follow(self.base, index, &mut table, due)
         })?;
         journal.sync()?;
         table.sync()?;
@@ -353,14 +346,15 @@ impl Study<'_> {
             comings.iter_mut().for_each(|comings| comings.add(record));
             Ok(())
         })
-        .map_err(|e| self.fault(e))?;
+        .map_err(|e| self.directory.fault(e))?;
         let mut summary = numbers.summary(self.base.study.most_failed);
         let study = Reliability {
             is_unreliable: summary.status != RunStatus::Done,
             doubts: self.base.warnings.len(),
         };
-        self.directory.sweep().map_err(|e| self.fault(e))?;
-        let found = results::write(self.base, owner.dir(), &study, &mut all).map_err(|e| self.fault(e))?;
+        self.directory.sweep().map_err(|e| self.directory.fault(e))?;
+        let found =
+            results::write(self.base, owner.dir(), &study, &mut all).map_err(|e| self.directory.fault(e))?;
         let of_lines = found.sentences.into_iter();
         let notes = of_lines.map(|sentence| Diagnostic::of(Severity::Note, code::OTHER, sentence));
         summary.warnings.splice(1..1, notes);
@@ -381,13 +375,10 @@ impl Study<'_> {
         if !self.arguments.quiet {
             show(&summary.table(owner.dir()));
         }
-        if let Some((comings, barrier)) = comings.zip(self.barrier) {
-            let count = self.arguments.worst as usize;
-            comings.write(self.base, barrier, &owner.dir().join(run_dir::BARRIER), count)?;
+        if let Some(comings) = comings {
+            comings.write(&owner.dir().join(run_dir::BARRIER), self.arguments.worst as usize)?;
         }
-        if let Err(e) = manifest::write(owner.dir()) {
-            tracing::warn!("{}: no manifest: {e}", owner.dir().display());
-        }
+        manifest::seal(owner.dir());
         // With a barrier more follows, and its command says it at its own end.
         if summary.status != RunStatus::Done && self.barrier.is_none() {
             summary.complain();
@@ -410,7 +401,7 @@ fn unwritten(path: &Path, e: &io::Error) -> Diagnostic {
 fn follow(base: &Base, index: &mut Index, table: &mut Table, due: u64) -> io::Result<()> {
     for number in due..=base.members() {
         let Some(record) = index.record(number)? else { break };
-        table.add(base, &base.member(number), &record)?;
+        table.add(record)?;
     }
     Ok(())
 }

@@ -3,12 +3,12 @@
 //! Both take quantiles of what passes the line and multiply them by factors. The factors depend on how well block and slope are
 //! known, and on what is at risk: the study states them. Only two have a default, which is in the standard itself.
 
-use crate::refuse::refuse;
+use super::distribution::number;
 use dem_rocks::gate::units::short;
 use interface_defs::diagnostic::{Diagnostic, code};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use toolkit::scene::Scene;
+use toolkit::scene::{Scene, at};
 
 /// What a barrier there must be able to do: the barrier, as far as it is known, and by which standards it is judged.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
@@ -105,7 +105,8 @@ impl Uni {
 
 /// A number of a design with what it may be.
 struct Bounds {
-    name: &'static str,
+    /// Its key in the table of the design.
+    key: &'static str,
     unit: &'static str,
     /// Outside these it is certainly wrong.
     possible: [f64; 2],
@@ -118,12 +119,12 @@ struct Bounds {
 }
 
 impl Bounds {
-    /// Refuse `value` at `key` of the design, or say what is to be doubted.
+    /// Refuse `value` at `key` of the study, or say what is to be doubted.
     fn check(&self, value: f64, key: &str, study: &Scene) -> Result<Option<Diagnostic>, Diagnostic> {
-        let Self { name, unit, possible, usual, why, units } = self;
-        let key = format!("{key}.{name}");
+        let Self { unit, possible, usual, why, units, .. } = self;
+        let name = key.rsplit('.').next().unwrap_or(key);
         if value <= 0.0 {
-            return Err(study.invalid(&key, format!("{name} = {value}: it must lie above 0")));
+            return Err(study.invalid(key, format!("{name} = {value}: it must lie above 0")));
         }
         let inside = |[low, high]: &[f64; 2], value: f64| (*low..=*high).contains(&value);
         if inside(usual, value) {
@@ -144,39 +145,51 @@ impl Bounds {
 }
 
 const LENGTHS: &[(&str, f64)] = &[("cm", 1e-2), ("mm", 1e-3)];
+const ENERGIES: &[(&str, f64)] = &[("kJ", 1e3), ("MJ", 1e6)];
+const MASSES: &[(&str, f64)] = &[("tonnes", 1e3), ("grams", 1e-3)];
 const PERCENT: &str = "a factor of safety is 1 or more; 5 % are 1.05";
 const OF_UNI: &str = "UNI 11211-4 has 1.02 to 1.10; 5 % are 1.05";
+const OF_BLOCKS: &str = "the blocks that barriers are made for have 100 to 50000 kg";
 
-const fn length(name: &'static str, usual: [f64; 2], most: f64, why: &'static str) -> Bounds {
-    Bounds { name, unit: "m", possible: [0.0, most], usual, why, units: LENGTHS }
+const fn length(key: &'static str, usual: [f64; 2], most: f64, why: &'static str) -> Bounds {
+    Bounds { key, unit: "m", possible: [0.0, most], usual, why, units: LENGTHS }
 }
 
-const fn factor(name: &'static str, usual: [f64; 2], why: &'static str) -> Bounds {
-    Bounds { name, unit: "", possible: [1.0, 3.0], usual, why, units: &[] }
+const fn factor(key: &'static str, usual: [f64; 2], why: &'static str) -> Bounds {
+    Bounds { key, unit: "", possible: [1.0, 3.0], usual, why, units: &[] }
 }
 
-const ENERGY: Bounds = Bounds {
-    name: "barrier_energy",
-    unit: "J",
-    possible: [1e4, 1e8],
-    usual: [5e4, 2e7],
-    why: "barriers are tested for 1e5 to 1e7 J",
-    units: &[("kJ", 1e3), ("MJ", 1e6)],
-};
-const HEIGHT: Bounds = length("barrier_height", [1.0, 15.0], 100.0, "barriers are 2 to 10 m high");
-const ELONGATION: Bounds =
-    length("barrier_elongation", [0.2, 15.0], 30.0, "in tests barriers elongate by 1 to 10 m");
-const DISTANCE: Bounds =
-    length("distance", [0.0, 1e4], 1e6, "it is that from the barrier down to what it protects");
-const BLOCK: Bounds = Bounds {
-    name: "block_mass",
-    unit: "kg",
-    possible: [1.0, 1e6],
-    usual: [20.0, 1e5],
-    why: "the blocks that barriers are made for have 100 to 50000 kg",
-    units: &[("tonnes", 1e3), ("grams", 1e-3)],
-};
-const FREE_BORDER: Bounds = length("free_border", [0.5, 5.0], 30.0, "free borders are 0.5 to 2 m");
+/// All numbers of a design.
+const BOUNDS: [Bounds; 14] = [
+    Bounds {
+        key: "barrier_energy",
+        unit: "J",
+        possible: [1e4, 1e8],
+        usual: [5e4, 2e7],
+        why: "barriers are tested for 1e5 to 1e7 J",
+        units: ENERGIES,
+    },
+    length("barrier_height", [1.0, 15.0], 100.0, "barriers are 2 to 10 m high"),
+    length("barrier_elongation", [0.2, 15.0], 30.0, "in tests barriers elongate by 1 to 10 m"),
+    length("distance", [0.0, 1e4], 1e6, "it is that from the barrier down to what it protects"),
+    Bounds {
+        key: "uni_11211_4.block_mass",
+        unit: "kg",
+        possible: [1.0, 1e6],
+        usual: [20.0, 1e5],
+        why: OF_BLOCKS,
+        units: MASSES,
+    },
+    length("uni_11211_4.free_border", [0.5, 5.0], 30.0, "free borders are 0.5 to 2 m"),
+    factor("uni_11211_4.trajectories", [1.02, 1.10], OF_UNI),
+    factor("uni_11211_4.topography", [1.02, 1.10], OF_UNI),
+    factor("uni_11211_4.block_survey", [1.02, 1.10], OF_UNI),
+    factor("uni_11211_4.weight", [1.0, 2.0], PERCENT),
+    factor("uni_11211_4.energy_factor", [1.0, 2.0], PERCENT),
+    factor("uni_11211_4.distance_factor", [1.0, 2.0], PERCENT),
+    factor("onr_24810.energy_factor", [1.0, 1.5], PERCENT),
+    factor("onr_24810.height_factor", [1.0, 1.5], PERCENT),
+];
 
 impl Design {
     /// Refuse what is certainly wrong, and warn of what is unusual; `key` is that of the table.
@@ -184,87 +197,38 @@ impl Design {
         if self.uni_11211_4.is_none() && self.onr_24810.is_none() {
             let what = "no standard says what the barrier must be able to do";
             let cure = "add a table [line.design.uni_11211_4] or [line.design.onr_24810]";
-            return refuse(study, key, what, cure);
+            return study.refuse(key, what, cure);
         }
         if self.barrier_fields == Some(0) {
             let what = "barrier_fields = 0: a barrier has one field at least";
             let cure = "write the number of spans between its posts, or leave it out";
-            return refuse(study, &format!("{key}.barrier_fields"), what, cure);
+            return study.refuse(&format!("{key}.barrier_fields"), what, cure);
         }
-        let own = [
-            (&ENERGY, self.barrier_energy),
-            (&HEIGHT, self.barrier_height),
-            (&ELONGATION, self.barrier_elongation),
-            (&DISTANCE, self.distance),
-        ];
-        let mut said = check_all(&own, key, study)?;
         if let Some(uni) = &self.uni_11211_4 {
             let key = format!("{key}.uni_11211_4");
-            said.extend(uni.check(&key, study)?);
+            if uni.free_border < 0.5 {
+                let what =
+                    format!("free_border = {} m: UNI 11211-4 asks for 0.5 m at least", uni.free_border);
+                return Err(study.invalid(&format!("{key}.free_border"), what));
+            }
             if self.barrier_elongation.is_some() && uni.distance_factor(self.barrier_fields).is_none() {
                 let what = "with SEL the distance over the elongation has no default";
-                return refuse(study, &key, what, "add distance_factor");
+                return study.refuse(&key, what, "add distance_factor");
             }
         }
-        if let Some(onr) = &self.onr_24810 {
-            said.extend(onr.check(&format!("{key}.onr_24810"), study)?);
+        let mut quantiles = self.onr_24810.iter().flat_map(|onr| {
+            [("energy_quantile", onr.energy_quantile), ("height_quantile", onr.height_quantile)]
+        });
+        if let Some((name, value)) = quantiles.find(|(_, value)| !(50.0..100.0).contains(value)) {
+            let what = format!("{name} = {value}: a quantile in %, from 50 to less than 100");
+            return study.refuse(&format!("{key}.onr_24810.{name}"), what, "95 or 99");
         }
-        Ok(said)
-    }
-}
-
-/// The numbers that are there, each within its bounds.
-fn check_all(
-    all: &[(&Bounds, Option<f64>)],
-    key: &str,
-    study: &Scene,
-) -> Result<Vec<Diagnostic>, Diagnostic> {
-    let each = all.iter().filter_map(|(bounds, value)| bounds.check((*value)?, key, study).transpose());
-    each.collect()
-}
-
-impl Uni {
-    fn check(&self, key: &str, study: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
-        if self.free_border < 0.5 {
-            let what = format!("free_border = {} m: UNI 11211-4 asks for 0.5 m at least", self.free_border);
-            return Err(study.invalid(&format!("{key}.free_border"), what));
-        }
-        let (stated, any) = ([1.02, 1.10], [1.0, 2.0]);
-        check_all(
-            &[
-                (&BLOCK, Some(self.block_mass)),
-                (&FREE_BORDER, Some(self.free_border)),
-                (&factor("trajectories", stated, OF_UNI), Some(self.trajectories)),
-                (&factor("topography", stated, OF_UNI), Some(self.topography)),
-                (&factor("block_survey", stated, OF_UNI), Some(self.block_survey)),
-                (&factor("weight", any, PERCENT), Some(self.weight)),
-                (&factor("energy_factor", any, PERCENT), self.energy_factor),
-                (&factor("distance_factor", any, PERCENT), self.distance_factor),
-            ],
-            key,
-            study,
-        )
-    }
-}
-
-impl Onr {
-    fn check(&self, key: &str, study: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
-        for (name, value) in
-            [("energy_quantile", self.energy_quantile), ("height_quantile", self.height_quantile)]
-        {
-            if !(50.0..100.0).contains(&value) {
-                let what = format!("{name} = {value}: a quantile in %, from 50 to less than 100");
-                return Err(study.invalid(&format!("{key}.{name}"), what).try_instead("95 or 99"));
-            }
-        }
-        let usual = [1.0, 1.5];
-        check_all(
-            &[
-                (&factor("energy_factor", usual, PERCENT), Some(self.energy_factor)),
-                (&factor("height_factor", usual, PERCENT), Some(self.height_factor)),
-            ],
-            key,
-            study,
-        )
+        let document = study.document()?;
+        let each = BOUNDS.iter().filter_map(|bounds| {
+            let key = format!("{key}.{}", bounds.key);
+            let value = number(at(&document, &key)?)?;
+            bounds.check(value, &key, study).transpose()
+        });
+        each.collect()
     }
 }

@@ -1,34 +1,27 @@
-//! The directory of a study: what belongs to which file, and what is computed already.
+//! The directory of a study: what belongs to which file, what is computed already, and what it was computed from.
 //!
 //! `chunks/main.journal` has the members that `ensemble` without `--members` computed, `chunks/A-B.chunk` those of a finished
 //! `--members A..B`, `chunks/A-B.part` those of one at work. `clusters` has the spheres of its rocks, which every later start reads.
 //! All other files are made of these, in the order of the members.
 
 use super::base::Base;
-use super::inputs;
-use super::journal::{Found, Records, complete};
-use super::record::Record;
+use super::record::{Found, Record, Records, complete};
 use super::results;
 use interface_defs::diagnostic::Diagnostic;
+use serde_json::{Map, Value, json};
 use std::io;
 use std::path::{Path, PathBuf};
 use toolkit::files::{self, Dir};
-use toolkit::run_dir::{BARRIER, CLUSTERS, MANIFEST, SCENE, SUMMARY};
+use toolkit::input_file::{self, hash, named_files, with_absolute_files};
+use toolkit::run_dir::{
+    BARRIER, CHUNK_ENDS, CHUNKS, CLUSTERS, JOURNAL, MANIFEST, MEMBERS, SCENE, STUDY_RECORD, SUMMARY,
+};
 use toolkit::scene::Scene;
 
-/// What the study was computed from ([`inputs`]).
-pub const RECORD: &str = "study.json";
 /// The study file as it was.
 pub const STUDY: &str = "study.toml";
-/// One row for each member.
-pub const MEMBERS: &str = "members.csv";
-/// Journals and chunks.
-pub const CHUNKS: &str = "chunks";
-/// The journal of a run over all members.
-const MAIN: &str = "main.journal";
-/// What ends the name of a chunk that is complete, and of one at work.
-const DONE: &str = "chunk";
-const PART: &str = "part";
+/// What ends the name of a chunk that is complete.
+const DONE: &str = CHUNK_ENDS[0];
 
 /// The directory of a study.
 pub struct Directory {
@@ -61,15 +54,16 @@ impl Directory {
 
     /// The journal of all members.
     pub fn main(&self) -> PathBuf {
-        self.dir.join(CHUNKS).join(MAIN)
+        self.dir.join(CHUNKS).join(JOURNAL)
     }
 
     /// The files of the members from `first` to `last`: complete, and at work.
     pub fn chunk(&self, first: u64, last: u64) -> [PathBuf; 2] {
-        [DONE, PART].map(|end| self.dir.join(CHUNKS).join(format!("{first:08}-{last:08}.{end}")))
+        CHUNK_ENDS.map(|end| self.dir.join(CHUNKS).join(format!("{first:08}-{last:08}.{end}")))
     }
 
-    fn fault(&self, what: impl std::fmt::Display) -> Diagnostic {
+    /// A fault of it.
+    pub fn fault(&self, what: impl std::fmt::Display) -> Diagnostic {
         Diagnostic::in_file(self.dir.display().to_string(), what.to_string())
     }
 
@@ -80,12 +74,14 @@ impl Directory {
 
     /// Whether this study has begun here; another one is refused. Nothing is changed.
     pub fn holds(&self, base: &Base, file: &Scene) -> Result<bool, Diagnostic> {
-        let Ok(text) = files::read_text(&self.path(RECORD)) else { return Ok(false) };
-        let known: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+        if !self.path(STUDY_RECORD).exists() {
+            return Ok(false);
+        }
+        let known: Value = files::read_json(&self.path(STUDY_RECORD)).unwrap_or_default();
         if known["fingerprint"].as_str() == Some(&base.fingerprint) {
             return Ok(true);
         }
-        let changes = inputs::changes(&known, &inputs::record(base, file)?);
+        let changes = changes(&known, &record(base, file)?);
         Err(self
             .fault(format!("this directory holds another study: {changes}"))
             .try_instead("choose another with --out, or begin anew with --force"))
@@ -99,24 +95,22 @@ impl Directory {
         if known {
             return base.keep_clusters(&self.path(CLUSTERS)).map_err(unwritable);
         }
-        let text = inputs::record(base, file)?;
-        let text = serde_json::to_string_pretty(&text).map_err(io::Error::from).map_err(unwritable)?;
-        let copies = [(STUDY, file.text()), (SCENE, base.scene.text()), (RECORD, &(text + "\n"))];
+        let record = record(base, file)?;
         // Tasks begin at the same time.
-        copies
-            .iter()
-            .try_for_each(|(name, text)| files::write(&self.path(name), text.as_bytes()))
+        files::write(&self.path(STUDY), file.text().as_bytes())
+            .and_then(|()| files::write(&self.path(SCENE), base.scene.text().as_bytes()))
+            .and_then(|()| files::write_json(&self.path(STUDY_RECORD), &record))
             .and_then(|()| base.keep_clusters(&self.path(CLUSTERS)))
             .map_err(unwritable)
     }
 
     /// Remove what a study has written here, and no other file.
     pub fn clear(&self) -> io::Result<()> {
-        for name in [RECORD, STUDY, SCENE, MEMBERS, SUMMARY, MANIFEST] {
+        for name in [STUDY_RECORD, STUDY, SCENE, MEMBERS, SUMMARY, MANIFEST] {
             files::remove(&self.path(name))?;
         }
         for (folder, ends) in [
-            (CHUNKS, &[DONE, PART, "journal"][..]),
+            (CHUNKS, &[CHUNK_ENDS[0], CHUNK_ENDS[1], "journal"][..]),
             (CLUSTERS, &["xyzr"]),
             (results::MAPS, &["tif", "svg", "geojson"]),
             (results::LINES, &["csv", "svg"]),
@@ -185,5 +179,92 @@ impl Index {
             None => open.insert(Records::open(path)?),
         };
         records.at(at).map(Some)
+    }
+}
+
+/// What `base` is computed from: program, every `--set`, and the hashes of all files that are read, by path.
+pub fn record(base: &Base, file: &Scene) -> Result<Value, Diagnostic> {
+    let mut inputs = Map::new();
+    for scene in [file, &base.scene] {
+        let mut table = scene.document()?;
+        with_absolute_files(&mut table, scene)?;
+        let (text, barrier) = scene.parts();
+        for path in named_files(&table).into_iter().chain(barrier.map(absolute)) {
+            let name = path.display().to_string();
+            inputs.insert(name, hash(&input_file::read(&path, files::STATE)?).into());
+        }
+        // As it was read.
+        inputs.insert(absolute(scene.path()).display().to_string(), hash(text.as_bytes()).into());
+    }
+    Ok(json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "study": file.path().display().to_string(),
+        "scene": base.scene.path().display().to_string(),
+        "sets": file.sets().collect::<Vec<_>>(),
+        "shortcuts": base.shortcuts,
+        "members": base.members(),
+        "inputs": inputs,
+        "fingerprint": base.fingerprint,
+    }))
+}
+
+fn absolute(path: &Path) -> PathBuf {
+    std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
+}
+
+/// What differs between two records, in words.
+pub fn changes(before: &Value, now: &Value) -> String {
+    let mut all = Vec::new();
+    let other = || "it was computed by another program".to_owned();
+    // Of a program that recorded no more than the name.
+    if before["inputs"].is_null() {
+        return other();
+    }
+    if before["version"] != now["version"] {
+        all.push(format!("it was computed by version {}", before["version"].as_str().unwrap_or("?")));
+    }
+    if before["shortcuts"] != now["shortcuts"] {
+        all.push("--no-shortcuts is not as it was".into());
+    }
+    let sets = |of: &Value| -> Vec<String> {
+        of["sets"].as_array().into_iter().flatten().filter_map(|set| Some(set.as_str()?.to_owned())).collect()
+    };
+    let (old, new) = (sets(before), sets(now));
+    all.extend(new.iter().filter(|set| !old.contains(set)).map(|set| format!("--set {set} is new")));
+    all.extend(old.iter().filter(|set| !new.contains(set)).map(|set| format!("--set {set} is missing")));
+    let files = |of: &Value| of["inputs"].as_object().cloned().unwrap_or_default();
+    let (old, new) = (files(before), files(now));
+    for (path, hash) in &new {
+        match old.get(path) {
+            None => all.push(format!("{path} was not read then")),
+            Some(known) if known != hash => all.push(format!("{path} has changed")),
+            Some(_) => {}
+        }
+    }
+    let gone = old.keys().filter(|path| !new.contains_key(*path));
+    all.extend(gone.map(|path| format!("{path} is not read now")));
+    if all.is_empty() {
+        all.push(other());
+    }
+    all.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_differs_is_said_and_nothing_that_is_not_known() {
+        let record = |version: &str, sets: &[&str], inputs: Value| json!({"version": version, "shortcuts": true, "sets": sets, "inputs": inputs});
+        let before = record("0.1.0", &["seed=1"], json!({"/a": "1", "/b": "1"}));
+        let of = |now: Value| changes(&before, &now);
+        assert_eq!(of(record("0.1.0", &["seed=1"], json!({"/a": "1", "/b": "2"}))), "/b has changed");
+        assert_eq!(
+            of(record("0.2.0", &[], json!({"/a": "1", "/c": "1"}))),
+            "it was computed by version 0.1.0, --set seed=1 is missing, /c was not read then, /b is not read now"
+        );
+        // The same inputs, and a record of an earlier program that does not have them.
+        assert_eq!(of(before.clone()), "it was computed by another program");
+        assert_eq!(changes(&json!({"version": "0.1.0"}), &before), "it was computed by another program");
     }
 }

@@ -61,7 +61,8 @@ const FORMS: [&str; 4] = ["uniform", "normal", "lognormal", "choice"];
 #[derive(Debug, Clone, PartialEq)]
 pub struct Distribution {
     form: Form,
-    levels: u64,
+    /// Number of levels of a full factorial.
+    pub levels: u64,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -79,7 +80,7 @@ enum Form {
 }
 
 /// A number or not.
-fn number(value: &toml::Value) -> Option<f64> {
+pub fn number(value: &toml::Value) -> Option<f64> {
     value.as_float().or_else(|| value.as_integer().map(|i| i as f64))
 }
 
@@ -108,16 +109,6 @@ impl Distribution {
         let form = spec.form().map_err(|(what, cure)| study.invalid(key, what).try_instead(cure))?;
         let levels = if let Form::Choice(values, _) = &form { values.len() as u64 } else { levels };
         Ok(Self { form, levels })
-    }
-
-    /// Number of levels of a full factorial.
-    pub fn levels(&self) -> u64 {
-        self.levels
-    }
-
-    /// Whether it is one value.
-    pub fn is_fixed(&self) -> bool {
-        matches!(&self.form, Form::Choice(values, _) if values.len() == 1)
     }
 
     /// The values of a choice.
@@ -313,10 +304,10 @@ mod tests {
         let choice = of("v = { choice = [1, 2.5, 3], weights = [1, 2, 1] }");
         let drawn = [0.0, 0.24, 0.26, 0.74, 0.76, 0.999].map(|u| choice.quantile(u));
         assert_eq!(drawn, [1.0, 1.0, 2.5, 2.5, 3.0, 3.0]);
-        assert_eq!((choice.range(), choice.levels()), (Some([1.0, 3.0]), 3));
+        assert_eq!((choice.range(), choice.levels), (Some([1.0, 3.0]), 3));
         assert_eq!(of("v = { choice = [2, 3.5, 1] }").ends(), [1.into(), 3.5.into()]);
         let fixed = of("v = 7");
-        assert!(fixed.is_fixed() && fixed.quantile(0.3) == 7.0);
+        assert!(fixed.levels == 1 && fixed.quantile(0.3) == 7.0);
     }
 
     #[test]

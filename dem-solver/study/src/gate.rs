@@ -7,7 +7,6 @@ use super::base::Base;
 use super::member::Member;
 use super::place::ground_at;
 use super::record;
-use super::results::raster::System;
 use super::settings::{Quantity, Variable};
 use dem_contact::settings::Settings;
 use dem_rocks::gate::contacts::of_contact;
@@ -259,7 +258,7 @@ fn of_system(base: &Base, file: &Scene) -> Result<Option<Diagnostic>, Diagnostic
             format!("EPSG:{epsg} is in degrees of longitude and latitude, and the terrain is in metres");
         return refuse(what, "write the code of the system that the terrain is in, as 2056 in Switzerland");
     }
-    let own = System::of_terrain(base).map(u32::from).filter(|own| *own != epsg);
+    let own = base.system().map(u32::from).filter(|own| *own != epsg);
     Ok(own.map(|own| {
         let what = format!(
             "epsg = {epsg}, and the terrain's file says EPSG:{own}: maps keep the terrain's coordinates and are called EPSG:{epsg}"

@@ -3,12 +3,12 @@
 //! Terrain, trees and spheres are read and built once, members are computed on all cores, and each is the run of its scene
 //! alone: the same windows, the same steps, the same bytes (`dem-solver/tests/study`).
 //!
-//! - [`settings`], [`vary`], [`distribution`]: the study file; [`reference`](mod@reference): what editors know of it; [`design`]: what a barrier on a line is judged by
+//! - [`settings`], [`vary`], [`distribution`]: the study file, and what editors know of it; [`design`]: what a barrier on a line is judged by
 //! - [`sampling`]: numbers from 0 to 1, a function of seed and member alone
 //! - [`base`](mod@base): what all members share; [`gate`]: what can be known of them before the start; [`member`]: what one has of its own, and its scene; [`place`]: where it starts
 //! - [`runner`]: one member from start to end
-//! - [`quantity`]: the quantities of a fall, each a line of one table
-//! - [`record`], [`journal`], [`directory`]: what is kept of each, so that a killed process loses nothing; [`inputs`]: what they were computed from
+//! - [`record`], [`directory`]: what is kept of each, the quantities of its fall a line of one table, so that a killed process loses
+//!   nothing; and what they were computed from
 //! - [`table`], [`summary`]: `members.csv`, `summary.json`
 //! - [`track`]: what is kept of a member's trajectory, by the cells of [`grid`]; [`results`]: maps, lines, trajectories of all
 //! - [`worst`]: the members that are hardest on a barrier, each as a scene with it
@@ -21,14 +21,9 @@ pub mod directory;
 pub mod distribution;
 pub mod gate;
 pub mod grid;
-pub mod inputs;
-pub mod journal;
 pub mod member;
 pub mod place;
-pub mod quantity;
 pub mod record;
-pub mod reference;
-mod refuse;
 pub mod results;
 pub mod runner;
 pub mod sampling;

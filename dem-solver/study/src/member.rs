@@ -1,6 +1,7 @@
 //! One member: its numbers, the model that it is computed with, and its scene: what a run of it computes is what the study has computed.
 
 use super::base::{Base, put_shape, rock_of};
+use super::distribution::number;
 use super::place::{above_ground, line_of_fall};
 use super::settings::{Place, Quantity};
 use dem_contact::contact::whole_rock::Whole;
@@ -130,8 +131,7 @@ impl Base {
     /// A quantity of a member, where it varies.
     pub fn quantity(&self, member: &Member, quantity: Quantity) -> Option<f64> {
         let at = self.study.variables.iter().position(|v| v.quantity == quantity)?;
-        let value = &member.values[at];
-        value.as_float().or_else(|| value.as_integer().map(|i| i as f64))
+        number(&member.values[at])
     }
 
     /// The model of a member; `kept` is what the one before has left. Errs with what is wrong.

@@ -1,15 +1,26 @@
-//! What is kept of a member, and its frame in a journal: length, content as in messages, a hash of both.
+//! What is kept of a member, with the quantities of its fall, each declared once ([`QUANTITIES`]); and the files of such records.
+//!
+//! In a file members stand as they are computed, one frame (length, content as in messages, a hash of both) behind the other, whole
+//! whenever the process ends. It begins with a line that says which study it belongs to, and with the build and the layout of its
+//! records. What a killed process has left of a frame is cut off.
 
 use super::base::Base;
 use super::grid::Grid;
-use super::quantity::{Ended, QUANTITIES};
 use super::track::Track;
 use dem_rocks::model::Model;
-use interface_defs::diagnostic::Diagnostic;
+use dem_rocks::model::runout::RunOut;
+use interface_defs::diagnostic::{Code, Diagnostic, code};
 use interface_defs::ipc::run_id::fnv1a;
-use interface_defs::message::{pack, unpack};
+use interface_defs::message::{Worse, pack, unpack};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
+use std::fs::{File, TryLockError};
+use std::io::{self, BufReader, Read, Seek, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+use toolkit::files::{self, Dir, Stream};
+use toolkit::history::column;
+use toolkit::provenance::{self, Reader};
 use toolkit::scene::Scene;
 use toolkit::summary::RunStatus;
 
@@ -61,7 +72,7 @@ impl How {
 }
 
 /// What became of a member. Lengths in m.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// Whether it is to be trusted.
     pub status: RunStatus,
@@ -90,26 +101,9 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    fn empty(status: RunStatus, fault: Option<Diagnostic>) -> Self {
-        Self {
-            status,
-            how: How::None,
-            start: [0.0; 3],
-            velocity: [0.0; 3],
-            orientation: [0.0; 4],
-            spin: [0.0; 3],
-            volume: 0.0,
-            mass: 0.0,
-            end: [0.0; 3],
-            end_velocity: [0.0; 3],
-            values: [0.0; QUANTITIES.len()],
-            fault,
-        }
-    }
-
     /// Of a member that could not start.
     pub fn failed(fault: Diagnostic) -> Self {
-        Self::empty(RunStatus::Failed, Some(fault))
+        Self { status: RunStatus::Failed, fault: Some(fault), ..Self::default() }
     }
 
     /// Of one that starts as `model` has it.
@@ -122,7 +116,7 @@ impl Outcome {
             spin: table.angular_velocity,
             volume: rock.solid.volume(),
             mass: rock.mass,
-            ..Self::empty(RunStatus::Done, None)
+            ..Self::default()
         }
     }
 
@@ -159,6 +153,9 @@ pub struct Record {
     pub outcome: Outcome,
 }
 
+/// Calls what it is given with every record, in order.
+pub type All<'a> = &'a mut dyn FnMut(&mut dyn FnMut(&Record) -> io::Result<()>) -> io::Result<()>;
+
 /// Bytes of a frame before its content, and after it.
 const HEAD: usize = 8;
 const TAIL: usize = 8;
@@ -187,16 +184,230 @@ impl Record {
 
     /// Whether its cells and lines are those of the study: a file may have been made by others.
     pub fn fits(&self, base: &Base) -> bool {
-        let cells = base.grid.as_ref().map_or(0, Grid::len);
+        let cells = base.grid.as_ref().map_or(0, Grid::cells);
         self.track.visits.iter().all(|visit| (visit.cell as usize) < cells)
             && self.track.crossings.iter().all(|crossing| usize::from(crossing.line) < base.lines.len())
+    }
+}
+
+/// What is known of a fall that has ended.
+pub struct Ended<'a> {
+    /// When it ended [s].
+    pub time: f64,
+    /// How far from its start, seen from above [m].
+    pub run_out: f64,
+    /// What was followed on its course.
+    pub path: &'a RunOut,
+    /// Deepest overlap over the radius.
+    pub penetration: f64,
+    /// Largest imbalance of energy over that of the largest impact.
+    pub energy_error: f64,
+}
+
+/// A quantity of every member.
+pub struct Quantity {
+    /// Its name.
+    pub name: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Its value.
+    pub of: fn(&Ended) -> f64,
+    /// Whether the summary has its quantiles, and in which direction they are worse.
+    pub quantiles: Option<Worse>,
+    /// Whether trajectories and ends on the map have it.
+    pub mapped: bool,
+    /// Whether it is known of rocks that came to rest alone: of others it is at least that at which they were seen last.
+    pub at_rest: bool,
+}
+
+impl Quantity {
+    /// Name of its column.
+    pub fn column(&self) -> String {
+        column(self.name, self.unit)
+    }
+}
+
+const fn quantity(
+    name: &'static str,
+    unit: &'static str,
+    of: fn(&Ended) -> f64,
+    quantiles: Option<Worse>,
+) -> Quantity {
+    Quantity { name, unit, of, quantiles, mapped: false, at_rest: false }
+}
+
+/// All of them, in the order of their columns. A new one takes a line here.
+pub const QUANTITIES: [Quantity; 9] = [
+    Quantity { mapped: true, at_rest: true, ..quantity("time", "s", |fall| fall.time, Some(Worse::Neither)) },
+    Quantity { mapped: true, at_rest: true, ..quantity("run_out", "m", |fall| fall.run_out, LARGER) },
+    Quantity { mapped: true, ..quantity("max_speed", "m/s", |fall| fall.path.fastest.0, LARGER) },
+    Quantity { mapped: true, ..quantity("max_kinetic_energy", "J", |fall| fall.path.most_energy.0, LARGER) },
+    Quantity { mapped: true, ..quantity("max_jump_height", "m", |fall| fall.path.highest.0, LARGER) },
+    quantity("impacts", "1", |fall| fall.path.impacts as f64, Some(Worse::Neither)),
+    quantity("contact_time_fraction", "1", |fall| fall.contact_time_fraction(), None),
+    quantity("max_penetration", "1", |fall| fall.penetration, None),
+    quantity("energy_error", "1", |fall| fall.energy_error, None),
+];
+
+const LARGER: Option<Worse> = Some(Worse::Larger);
+
+impl Ended<'_> {
+    fn contact_time_fraction(&self) -> f64 {
+        if self.time > 0.0 { self.path.in_contact / self.time } else { 0.0 }
+    }
+}
+
+/// What a file begins with.
+const MAGIC: &str = "rockfall members 2";
+/// How often what was written is made to outlast a power cut.
+const SYNC: Duration = Duration::from_secs(1);
+/// Longest frame that is read [bytes].
+const LONGEST: u64 = 1 << 32;
+
+/// That the journal at `path` cannot be used.
+fn refused(path: &Path, code: Code, what: impl Into<String>) -> Diagnostic {
+    Diagnostic::in_file(path.display().to_string(), what).coded(code)
+}
+
+/// That another process writes to the journal at `path`.
+pub fn taken(path: &Path) -> Diagnostic {
+    refused(path, code::OTHER, "another process is computing these members")
+}
+
+fn fault(path: &Path) -> impl Fn(io::Error) -> Diagnostic {
+    move |e| refused(path, code::FILE, format!("cannot be read or written: {e}"))
+}
+
+/// What a file of this study begins with: a line, then what wrote its records.
+fn head(fingerprint: &str) -> Vec<u8> {
+    [format!("{MAGIC} {fingerprint}\n").into_bytes(), provenance::head::<Record>()].concat()
+}
+
+/// A record's place in a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Found {
+    /// Number of the member.
+    pub number: u64,
+    /// Where its frame begins [bytes].
+    pub at: u64,
+}
+
+/// All whole frames of the file at `path`, and where they end. A file without a whole head ends at 0.
+fn scan(file: &File, path: &Path, fingerprint: &str) -> Result<(Vec<Found>, u64), Diagnostic> {
+    let mut reader = BufReader::with_capacity(1 << 16, file);
+    let (own, mut begins) = (head(fingerprint), Vec::new());
+    reader.by_ref().take(own.len() as u64).read_to_end(&mut begins).map_err(fault(path))?;
+    if begins.len() < own.len() && own.starts_with(&begins) {
+        return Ok((Vec::new(), 0));
+    }
+    let line = own.len() - provenance::head::<Record>().len();
+    if !begins.starts_with(&own[..line]) {
+        return Err(refused(path, code::PROVENANCE, "belongs to another study, scene or terrain"));
+    }
+    provenance::open::<Record>(&begins[line..], Reader::SameBuild)
+        .map_err(|of_another| refused(path, of_another.code, of_another.message))?;
+    let (mut found, mut at) = (Vec::new(), own.len() as u64);
+    let mut frame = Vec::new();
+    while let Some(record) = next(&mut reader, &mut frame).map_err(fault(path))? {
+        found.push(Found { number: record.number, at });
+        at += frame.len() as u64;
+    }
+    Ok((found, at))
+}
+
+/// The next whole frame.
+fn next(reader: &mut impl Read, frame: &mut Vec<u8>) -> io::Result<Option<Record>> {
+    frame.clear();
+    reader.by_ref().take(HEAD as u64).read_to_end(frame)?;
+    let length = frame.first_chunk::<HEAD>().map(|length| u64::from_le_bytes(*length));
+    let Some(length) = length.filter(|length| *length <= LONGEST) else { return Ok(None) };
+    reader.take(length + TAIL as u64).read_to_end(frame)?;
+    Ok(Record::read(frame).map(|(record, _)| record))
+}
+
+/// The records of a complete file.
+pub fn complete(path: &Path, fingerprint: &str) -> Result<Vec<Found>, Diagnostic> {
+    Ok(scan(&files::source(path).map_err(fault(path))?, path, fingerprint)?.0)
+}
+
+/// Reads records of a file, best in their order.
+pub struct Records {
+    reader: BufReader<File>,
+    frame: Vec<u8>,
+}
+
+impl Records {
+    /// Of a file.
+    pub fn open(path: &Path) -> io::Result<Self> {
+        Ok(Self { reader: BufReader::with_capacity(1 << 16, files::source(path)?), frame: Vec::new() })
+    }
+
+    /// The record at a place.
+    pub fn at(&mut self, at: u64) -> io::Result<Record> {
+        let here = self.reader.stream_position()?;
+        // Within what is in memory already nothing is read again.
+        self.reader.seek_relative(at as i64 - here as i64)?;
+        next(&mut self.reader, &mut self.frame)?
+            .ok_or_else(|| io::Error::other("a record that was there is damaged"))
+    }
+}
+
+/// A file that records are added to.
+pub struct Journal {
+    path: PathBuf,
+    file: Stream,
+    end: u64,
+    synced: Instant,
+}
+
+impl Journal {
+    /// Create a file, or go on with it: its records, what is left of half a frame cut off. `None`: another process writes to it.
+    pub fn open(path: &Path, fingerprint: &str) -> Result<Option<(Self, Vec<Found>)>, Diagnostic> {
+        let mut file = files::append(path).map_err(fault(path))?;
+        // On a file system without locks two processes at one chunk write the same bytes.
+        if let Err(TryLockError::WouldBlock) = file.file().try_lock() {
+            return Ok(None);
+        }
+        let (found, mut end) = scan(file.file(), path, fingerprint)?;
+        file.cut(end).map_err(fault(path))?;
+        if end == 0 {
+            let head = head(fingerprint);
+            file.write_all(&head).map_err(fault(path))?;
+            end = head.len() as u64;
+        }
+        Ok(Some((Self { path: path.to_owned(), file, end, synced: Instant::now() }, found)))
+    }
+
+    /// Add a record; where it stands.
+    pub fn add(&mut self, record: &Record) -> io::Result<Found> {
+        let frame = record.frame();
+        let found = Found { number: record.number, at: self.end };
+        self.file.write_all(&frame)?;
+        self.end += frame.len() as u64;
+        if self.synced.elapsed() >= SYNC {
+            self.file.sync()?;
+            self.synced = Instant::now();
+        }
+        Ok(found)
+    }
+
+    /// Make what was written outlast a power cut.
+    pub fn sync(&self) -> io::Result<()> {
+        self.file.sync()
+    }
+
+    /// It is complete: give it its name, which nobody sees before.
+    pub fn finish(self, name: &Path) -> io::Result<()> {
+        self.file.sync()?;
+        std::fs::rename(&self.path, name)?;
+        Dir::open(name.parent().unwrap_or(name))?.sync()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::track::{Crossing, Visit};
+    use crate::track::{Crossing, Track, Visit};
 
     #[test]
     fn a_record_is_read_as_it_was_written_and_half_of_one_is_none() {
@@ -209,7 +420,7 @@ mod tests {
                 Visit { cell: 3, values: [1.0, 2.0, 0.5, 4.0] },
                 Visit { cell: 9, values: [0.0; 4] },
             ],
-            crossings: vec![Crossing { line: 1, values: [0.25; 13] }],
+            crossings: vec![Crossing { line: 1, time: 0.25, speed: 4.0, ..Crossing::default() }],
             path: vec![[1.0, 2.0, 3.0, 4.0]; 3],
         };
         let record = Record { number: 42, outcome, track };
@@ -246,5 +457,86 @@ mod tests {
         hostile[..HEAD].copy_from_slice(&16_u64.to_le_bytes());
         hostile.extend(fnv1a(&hostile).to_le_bytes());
         assert_eq!(Record::read(&hostile), None);
+    }
+
+    fn record(number: u64) -> Record {
+        Record {
+            number,
+            outcome: Outcome::failed(Diagnostic::new(format!("member {number}"))),
+            track: Track::default(),
+        }
+    }
+
+    /// Cut at every length a journal goes on to the same bytes as one that was never cut.
+    #[test]
+    fn a_journal_that_was_cut_anywhere_goes_on_to_the_same_bytes() {
+        let temp = tempfile::tempdir().expect("a directory");
+        let (whole, cut) = (temp.path().join("whole"), temp.path().join("cut"));
+        let (mut journal, found) = Journal::open(&whole, "abc").expect("opened").expect("free");
+        assert!(found.is_empty());
+        let places: Vec<Found> = (1..=3).map(|n| journal.add(&record(n)).expect("added")).collect();
+        drop(journal);
+        let bytes = std::fs::read(&whole).expect("read");
+        assert_eq!(complete(&whole, "abc").expect("whole"), places);
+        for length in 0..=bytes.len() {
+            std::fs::write(&cut, &bytes[..length]).expect("written");
+            let (mut journal, found) =
+                Journal::open(&cut, "abc").unwrap_or_else(|e| panic!("{length}: {e:?}")).expect("free");
+            assert_eq!(found, places[..found.len()]);
+            for n in found.len()..3 {
+                journal.add(&record(n as u64 + 1)).expect("added");
+            }
+            drop(journal);
+            assert_eq!(std::fs::read(&cut).expect("read"), bytes, "{length}");
+        }
+        let mut records = Records::open(&whole).expect("opened");
+        for at in [2, 0, 1] {
+            assert_eq!(records.at(places[at].at).expect("there"), record(places[at].number));
+        }
+    }
+
+    #[test]
+    fn a_journal_of_another_study_or_of_a_running_process_is_refused() {
+        let temp = tempfile::tempdir().expect("a directory");
+        let path = temp.path().join("a");
+        let (journal, _) = Journal::open(&path, "abc").expect("opened").expect("free");
+        assert!(Journal::open(&path, "abc").expect("read").is_none());
+        drop(journal);
+        assert!(Journal::open(&path, "abd").is_err_and(|e| e.code == code::PROVENANCE));
+        assert!(complete(&path, "abd").is_err_and(|e| e.code == code::PROVENANCE));
+    }
+
+    #[test]
+    fn a_journal_of_another_build_is_refused_and_names_both() {
+        let temp = tempfile::tempdir().expect("a directory");
+        let path = temp.path().join("a");
+        drop(Journal::open(&path, "abc").expect("opened"));
+        let mut bytes = std::fs::read(&path).expect("read");
+        let last = bytes.len() - 1;
+        bytes[last] ^= 1;
+        std::fs::write(&path, &bytes).expect("written");
+        let refused = Journal::open(&path, "abc").err().expect("refused");
+        let (own, theirs) = (&provenance::build_id().program, String::from_utf8_lossy(&bytes[last - 31..]));
+        assert_eq!(refused.code, code::PROVENANCE);
+        assert!(refused.message.contains(own) && refused.message.contains(&*theirs), "{refused}");
+        assert_eq!(std::fs::read(&path).expect("read"), bytes, "nothing is changed");
+    }
+
+    /// A length that no file has, and one of a record that nothing follows: the frames end there.
+    #[test]
+    fn hostile_lengths_end_a_journal() {
+        let temp = tempfile::tempdir().expect("a directory");
+        let path = temp.path().join("a");
+        let (mut journal, _) = Journal::open(&path, "abc").expect("opened").expect("free");
+        let first = journal.add(&record(1)).expect("added");
+        drop(journal);
+        let whole = std::fs::read(&path).expect("read");
+        for length in [u64::MAX, LONGEST, 1 << 31, 0] {
+            std::fs::write(&path, [&whole[..], &length.to_le_bytes(), &[7; 20]].concat()).expect("written");
+            assert_eq!(complete(&path, "abc").expect("read"), [first], "{length}");
+        }
+        std::fs::remove_file(&path).expect("removed");
+        std::os::unix::fs::symlink(temp.path().join("elsewhere"), &path).expect("a link");
+        assert!(Journal::open(&path, "abc").is_err() && !temp.path().join("elsewhere").exists());
     }
 }

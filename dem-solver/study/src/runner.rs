@@ -2,8 +2,7 @@
 
 use super::base::Base;
 use super::member::{Kept, Member};
-use super::quantity::Ended;
-use super::record::{How, Outcome};
+use super::record::{Ended, How, Outcome};
 use super::track::{Follower, Track};
 use dem_rocks::DemSolver;
 use dem_rocks::model::Model;

@@ -1,16 +1,19 @@
-//! The study file: which scene, how many releases from where, what varies.
+//! The study file: which scene, how many releases from where, what varies; and what editors know of it.
 
 use super::design::Design;
-use super::refuse::refuse;
-use super::vary::variables;
 pub use super::vary::{Quantity, Variable};
+use super::vary::{Vary, variables};
 use dem_solid::geometry::plan;
 use interface_defs::diagnostic::Diagnostic;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::path::PathBuf;
 use toolkit::coordinates::{Coordinates, Form};
+use toolkit::exit::Exit;
+use toolkit::program::Extra;
 use toolkit::scene::{Kind, Scene};
+use toolkit::schema::{Share, Tables};
+use toolkit::screen::show;
 
 /// What a study file may hold at its top.
 pub static STUDY: Kind = Kind {
@@ -70,15 +73,11 @@ pub struct Place<'a> {
 impl Release {
     /// With the points of its files in their place.
     fn read(&mut self, key: &str, study: &Scene) -> Result<(), Diagnostic> {
-        for (name, form, all) in [
-            ("points", Form::Points, &mut self.points),
-            ("line", Form::Line, &mut self.line),
-            ("polygon", Form::Polygon, &mut self.polygon),
-        ] {
-            if let Some(all) = all {
-                *all = all.read(form, &format!("{key}.{name}"), study)?;
-            }
-        }
+        let geometries = self.geometries().map(|(name, form, all)| {
+            all.as_ref().map(|all| all.read(form, &format!("{key}.{name}"), study)).transpose()
+        });
+        let [points, line, polygon] = geometries;
+        (self.points, self.line, self.polygon) = (points?, line?, polygon?);
         Ok(())
     }
 
@@ -166,7 +165,7 @@ impl StudySettings {
     pub fn of(study: &Scene) -> Result<Self, Diagnostic> {
         let Some(scene) = study.read("scene")? else {
             let cure = "name the scene of one fall, as in scene = \"fall.toml\"";
-            return refuse(study, "scene", "the key `scene` is missing", cure);
+            return study.refuse("scene", "the key `scene` is missing", cure);
         };
         let seed: i64 = study.read("seed")?.unwrap_or(1);
         let seed = u64::try_from(seed)
@@ -174,7 +173,7 @@ impl StudySettings {
         let mut releases: Vec<Release> = study.read("release")?.unwrap_or_default();
         if releases.is_empty() {
             let cure = "add a table [[release]] with points, line or polygon, and count";
-            return refuse(study, "release", "the study has no release", cure);
+            return study.refuse("release", "the study has no release", cure);
         }
         for (at, release) in releases.iter_mut().enumerate() {
             if release.name.is_empty() {
@@ -204,7 +203,7 @@ impl StudySettings {
     pub fn combinations(&self) -> u64 {
         match self.sampling {
             Sampling::FullFactorial => {
-                self.variables.iter().map(|v| v.distribution.levels()).fold(1, u64::saturating_mul)
+                self.variables.iter().map(|v| v.distribution.levels).fold(1, u64::saturating_mul)
             }
             _ => 1,
         }
@@ -230,18 +229,18 @@ impl StudySettings {
         let members = self.members();
         if members > MOST {
             let what = format!("{members} members: up to {MOST} are possible");
-            return refuse(study, "release", what, "lower count, or the levels in [vary]");
+            return study.refuse("release", what, "lower count, or the levels in [vary]");
         }
         if self.sampling == Sampling::Sobol
             && let Some((at, count)) = self.counts().iter().enumerate().find(|(_, n)| **n > MOST_OF_SOBOL)
         {
             let what = format!("{count} members of one release: a Sobol sequence has {MOST_OF_SOBOL}");
             let cure = "sampling = \"latin_hypercube\"";
-            return refuse(study, &format!("release.{at}.count"), what, cure);
+            return study.refuse(&format!("release.{at}.count"), what, cure);
         }
         if self.varies(Quantity::Volume) && self.varies(Quantity::Mass) {
             let what = "mass and volume together define one thing twice";
-            return refuse(study, "vary.mass", what, "vary volume and density");
+            return study.refuse("vary.mass", what, "vary volume and density");
         }
         Ok(())
     }
@@ -271,7 +270,7 @@ fn lines(study: &Scene) -> Result<Vec<ScreenLine>, Diagnostic> {
         }
         if plan::length(&line.points) <= 0.0 {
             let (key, cure) = (format!("line.{at}.points"), "points = [[x, y], [x, y]]");
-            return refuse(study, &key, "a line without length", cure);
+            return study.refuse(&key, "a line without length", cure);
         }
         let name = line.name.clone();
         if lines[..at].iter().any(|other| other.name == name) {
@@ -285,7 +284,7 @@ fn check_release(at: usize, release: &Release, study: &Scene) -> Result<(), Diag
     let key = |name: &str| format!("release.{at}.{name}");
     if release.geometries().iter().filter(|(.., corners)| corners.is_some()).count() != 1 {
         let what = "exactly one of points, line and polygon says where it is";
-        return refuse(study, &format!("release.{at}"), what, "polygon = [[x, y], [x, y], [x, y]]");
+        return study.refuse(&format!("release.{at}"), what, "polygon = [[x, y], [x, y], [x, y]]");
     }
     let Place { form, corners, key: own } = release.place();
     let (least, what) = match form {
@@ -308,7 +307,7 @@ fn check_release(at: usize, release: &Release, study: &Scene) -> Result<(), Diag
         Some(0) => return Err(study.invalid(&key("count"), "count = 0: a release has one member at least")),
         None if release.points.is_none() => {
             let cure = "add count = 1000, the number of members that start here";
-            return refuse(study, &format!("release.{at}"), "the key `count` is missing here", cure);
+            return study.refuse(&format!("release.{at}"), "the key `count` is missing here", cure);
         }
         _ => {}
     }
@@ -317,4 +316,49 @@ fn check_release(at: usize, release: &Release, study: &Scene) -> Result<(), Diag
         return Err(study.invalid(&key("height"), what));
     }
     Ok(())
+}
+
+/// The hidden subcommand that prints it as JSON.
+pub const COMMAND: Extra = Extra {
+    command: || clap::Command::new("study-schema").about("Print the JSON schema of a study file").hide(true),
+    run: |_| {
+        show(&share().to_json());
+        Ok(Exit::Done)
+    },
+};
+
+/// Keys of a study, with their texts.
+pub fn share() -> Share {
+    Tables::default()
+        .value::<String>("title", "Title of the study, for reports.")
+        .value::<String>(
+            "scene",
+            "Scene of one fall, of which each member is a variant: one `[[rock]]`, `[terrain]` and `[[contact]]`; relative to the study.",
+        )
+        .value::<u64>("seed", "Another number, other members. Default 1.")
+        .value::<Sampling>("sampling", "How members are spread over what varies. Default `latin_hypercube`.")
+        .value::<f64>(
+            "most_failed",
+            "Share of members that may fail or be unreliable in a study that is done. Default 0.01.",
+        )
+        .key::<Vec<Release>>("release")
+        .key::<Vary>("vary")
+        .key::<Maps>("maps")
+        .key::<Vec<ScreenLine>>("line")
+        .share()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_key_of_a_study_is_described_and_no_other() {
+        let share = share();
+        let mut known: Vec<&str> = share.properties.keys().map(String::as_str).collect();
+        let mut read = STUDY.keys.to_vec();
+        known.sort_unstable();
+        read.sort_unstable();
+        assert_eq!(known, read);
+    }
 }

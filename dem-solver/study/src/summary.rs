@@ -1,7 +1,6 @@
 //! What a study came to: counts of endings, quantiles over its members.
 
-use super::quantity::QUANTITIES;
-use super::record::{How, Outcome};
+use super::record::{How, Outcome, QUANTITIES};
 use interface_defs::diagnostic::{Diagnostic, Severity, code};
 use interface_defs::message::{Measure, Worse};
 use toolkit::limits::percent;
@@ -99,8 +98,8 @@ impl Numbers {
              {unreliable} of those computed are unreliable"
         );
         summary.warnings.push(Diagnostic::of(Severity::Note, code::OTHER, counts));
-        let mut report = |name: String, value: f64, unit: &str, rank: u16, worse: Worse| {
-            summary.measures.push(Measure::new(name, value, unit).ranked(rank, worse));
+        let mut report = |name: String, value: f64, unit: &str, worse: Worse| {
+            summary.measures.push(Measure::new(name, value, unit).ranked(Measure::ORDINARY, worse));
         };
         for (name, count, worse) in [
             ("members", members, Worse::Neither),
@@ -110,11 +109,11 @@ impl Numbers {
             ("members_unreliable", unreliable, Worse::Larger),
             ("members_failed", failed, Worse::Larger),
         ] {
-            report(name.into(), count as f64, "1", Measure::ORDINARY, worse);
+            report(name.into(), count as f64, "1", worse);
         }
         let (mut none, mut unknown, mut wide) = (Vec::new(), Vec::new(), Vec::new());
-        let quantities = self.values.iter_mut().zip(&QUANTITIES);
-        for (values, column) in quantities.filter(|(_, quantity)| quantity.quantiles) {
+        for (values, column) in self.values.iter_mut().zip(&QUANTITIES) {
+            let Some(worse) = column.quantiles else { continue };
             if values.known.is_empty() && values.at_least.is_empty() {
                 none.push(column.name);
                 continue;
@@ -128,7 +127,7 @@ impl Numbers {
                     unknown.push(format!("{name} (at least {least:.3} {unit})"));
                     continue;
                 }
-                report(name.clone(), most, unit, column.rank, column.worse);
+                report(name.clone(), most, unit, worse);
                 if most - least > WIDE * most.abs() {
                     wide.push(format!("{name} from {least:.3} to {most:.3} {unit}"));
                 }
@@ -136,7 +135,7 @@ impl Numbers {
             match values.known.last().filter(|_| values.at_least.is_empty()) {
                 Some(most) => {
                     let name = format!("{}_largest", column.name);
-                    report(name, *most, column.unit, column.rank, column.worse);
+                    report(name, *most, column.unit, worse);
                 }
                 None => unknown.push(format!("{}_largest", column.name)),
             }
@@ -212,7 +211,7 @@ impl Numbers {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::quantity::Ended;
+    use crate::record::Ended;
     use dem_rocks::model::runout::RunOut;
 
     /// Of a member that ended so far from its start [m].

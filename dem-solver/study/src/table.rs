@@ -2,12 +2,12 @@
 
 use super::base::Base;
 use super::member::Member;
-use super::quantity::{QUANTITIES, Quantity as OfFall};
-use super::record::Record;
+use super::record::{Outcome, QUANTITIES, Record};
 use super::settings::Quantity;
 use std::io::{self, BufWriter};
 use std::path::Path;
 use std::time::{Duration, Instant};
+use toolkit::columns::Columns;
 use toolkit::files::{self, Stream};
 use toolkit::history::csv_text;
 use toolkit::summary::RunStatus;
@@ -15,63 +15,82 @@ use toolkit::summary::RunStatus;
 /// How often rows are made to outlast a power cut, and to be seen by others.
 const SYNC: Duration = Duration::from_secs(1);
 
-/// Columns before those of what varies.
-const START: &str = "member,release,x_m,y_m,z_m,vx_m_per_s,vy_m_per_s,vz_m_per_s,orientation_w,orientation_x,orientation_y,\
-                     orientation_z,wx_rad_per_s,wy_rad_per_s,wz_rad_per_s,volume_m3,mass_kg";
+/// A member, with what became of it.
+type Row = (Member, Record);
 
-/// Columns after them, before those of the quantities.
-const END: &str = "status,ending,end_x_m,end_y_m,end_z_m,end_vx_m_per_s,end_vy_m_per_s,end_vz_m_per_s";
+/// Numbers that are written with the digits that it takes to read them again; a zero has no sign.
+fn of<const N: usize>(outcome: Option<&Outcome>, of: impl Fn(&Outcome) -> [f64; N]) -> Option<[f64; N]> {
+    outcome.map(|outcome| of(outcome).map(|number| number + 0.0))
+}
 
-/// A number with the digits that it takes to read it again; a zero has no sign.
-fn text(value: f64) -> String {
-    (value + 0.0).to_string()
+/// Of one that could start.
+fn started((_, record): &Row) -> Option<&Outcome> {
+    Some(&record.outcome).filter(|outcome| outcome.mass > 0.0)
+}
+
+/// Of one that was computed to an end.
+fn ended((_, record): &Row) -> Option<&Outcome> {
+    Some(&record.outcome).filter(|outcome| outcome.status != RunStatus::Failed)
+}
+
+/// Every column, in order. What is not known of a member that failed stays empty.
+fn columns(base: &Base) -> Columns<'_, Row> {
+    let mut columns = Columns::new()
+        .with("member", |(_, record): &Row| record.number.to_string())
+        .text("release", |(member, _)| base.study.releases[member.release].name.clone())
+        .numbers(["x_m", "y_m", "z_m"], |row| of(started(row), |it| it.start))
+        .numbers(["vx_m_per_s", "vy_m_per_s", "vz_m_per_s"], |row| of(started(row), |it| it.velocity))
+        .numbers(["orientation_w", "orientation_x", "orientation_y", "orientation_z"], |row| {
+            of(started(row), |it| it.orientation)
+        })
+        .numbers(["wx_rad_per_s", "wy_rad_per_s", "wz_rad_per_s"], |row| of(started(row), |it| it.spin))
+        .numbers(["volume_m3", "mass_kg"], |row| of(started(row), |it| [it.volume, it.mass]));
+    for (at, variable) in base.study.variables.iter().enumerate() {
+        let name = match variable.quantity {
+            Quantity::Key => csv_text(&variable.name).into_owned(),
+            _ => format!("vary_{}", variable.name),
+        };
+        columns = columns.with(name, move |(member, _)| match (variable.quantity, &member.values[at]) {
+            (Quantity::Shape, _) => (member.prototype + 1).to_string(),
+            (_, toml::Value::Float(number)) => (number + 0.0).to_string(),
+            (_, toml::Value::String(words)) => csv_text(words).into_owned(),
+            (_, other) => other.to_string(),
+        });
+    }
+    columns = columns
+        .with("status", |(_, record)| record.outcome.status.word().into())
+        .with("ending", |row| ended(row).map_or("", |it| it.how.word()).into())
+        .numbers(["end_x_m", "end_y_m", "end_z_m"], |row| of(ended(row), |it| it.end))
+        .numbers(["end_vx_m_per_s", "end_vy_m_per_s", "end_vz_m_per_s"], |row| {
+            of(ended(row), |it| it.end_velocity)
+        });
+    for (at, quantity) in QUANTITIES.iter().enumerate() {
+        columns = columns
+            .number(quantity.column(), move |row| of(ended(row), |it| [it.values[at]]).map(|[value]| value));
+    }
+    columns.text("message", |(_, record)| record.outcome.message())
 }
 
 /// The table on disk.
-pub struct Table {
+pub struct Table<'a> {
+    base: &'a Base,
+    columns: Columns<'a, Row>,
     rows: csv::Writer<BufWriter<Stream>>,
     synced: Instant,
 }
 
-impl Table {
+impl<'a> Table<'a> {
     /// A new one, with its header.
-    pub fn create(path: &Path, base: &Base) -> io::Result<Self> {
+    pub fn create(path: &Path, base: &'a Base) -> io::Result<Self> {
         let mut rows = csv::Writer::from_writer(BufWriter::new(files::create(path)?));
-        let varied = base.study.variables.iter().map(|v| match v.quantity {
-            Quantity::Key => csv_text(&v.name).into_owned(),
-            _ => format!("vary_{}", v.name),
-        });
-        let own = |names: &'static str| names.split(',').map(String::from);
-        let values = QUANTITIES.iter().map(OfFall::column).chain(["message".to_owned()]);
-        rows.write_record(own(START).chain(varied).chain(own(END)).chain(values))?;
-        Ok(Self { rows, synced: Instant::now() })
+        let columns = columns(base);
+        rows.write_record(columns.names())?;
+        Ok(Self { base, columns, rows, synced: Instant::now() })
     }
 
-    /// Add a row. What is not known of a member that failed stays empty.
-    pub fn add(&mut self, base: &Base, member: &Member, record: &Record) -> io::Result<()> {
-        let it = &record.outcome;
-        let release = csv_text(&base.study.releases[member.release].name);
-        let mut cells = vec![record.number.to_string(), release.into_owned()];
-        let started = it.mass > 0.0;
-        let mut number =
-            |known: bool, value: f64| cells.push(if known { text(value) } else { String::new() });
-        let start = it.start.iter().chain(&it.velocity).chain(&it.orientation).chain(&it.spin);
-        start.chain(&[it.volume, it.mass]).for_each(|value| number(started, *value));
-        for (variable, value) in base.study.variables.iter().zip(&member.values) {
-            cells.push(match (variable.quantity, value) {
-                (Quantity::Shape, _) => (member.prototype + 1).to_string(),
-                (_, toml::Value::Float(number)) => text(*number),
-                (_, toml::Value::String(words)) => csv_text(words).into_owned(),
-                (_, other) => other.to_string(),
-            });
-        }
-        cells.push(it.status.word().into());
-        let ended = it.status != RunStatus::Failed;
-        cells.push(if ended { it.how.word().into() } else { String::new() });
-        let mut number = |value: f64| cells.push(if ended { text(value) } else { String::new() });
-        it.end.iter().chain(&it.end_velocity).chain(&it.values).for_each(|value| number(*value));
-        cells.push(csv_text(&it.message()).into_owned());
-        self.rows.write_record(&cells)?;
+    /// Add a row.
+    pub fn add(&mut self, record: Record) -> io::Result<()> {
+        self.rows.write_record(self.columns.row(&(self.base.member(record.number), record)))?;
         if self.synced.elapsed() >= SYNC {
             self.sync()?;
         }
@@ -86,7 +105,7 @@ impl Table {
     }
 }
 
-impl Drop for Table {
+impl Drop for Table<'_> {
     fn drop(&mut self) {
         let _ = self.rows.flush();
     }

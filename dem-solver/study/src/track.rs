@@ -22,33 +22,28 @@ pub struct Visit {
 }
 
 /// Where a member crosses a line.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Crossing {
     /// Number of the line, from 0.
     pub line: u16,
-    /// Time [s], distance along the line [m], position (local) [m], height of the centre and of the lowest point above the ground
-    /// [m], speed [m/s], kinetic energy, that of rotation [J], velocity [m/s].
-    pub values: [f64; 13],
-}
-
-/// Places in [`Crossing::values`].
-pub mod place {
-    /// Time.
-    pub const TIME: usize = 0;
-    /// Distance along the line.
-    pub const ALONG: usize = 1;
-    /// Position.
-    pub const POSITION: usize = 2;
-    /// Height of the centre.
-    pub const CENTRE: usize = 5;
-    /// Height of the lowest point.
-    pub const HEIGHT: usize = 6;
-    /// Speed.
-    pub const SPEED: usize = 7;
-    /// Kinetic energy.
-    pub const ENERGY: usize = 8;
-    /// That of rotation.
-    pub const ROTATION: usize = 9;
+    /// When [s].
+    pub time: f64,
+    /// Distance along the line [m].
+    pub along: f64,
+    /// Where its centre is, local [m].
+    pub position: [f64; 3],
+    /// Height of its centre above the ground [m]; not a number beside the terrain and over holes in it.
+    pub centre: f64,
+    /// The same of its lowest point [m].
+    pub height: f64,
+    /// Speed [m/s].
+    pub speed: f64,
+    /// Kinetic energy, rotation included [J].
+    pub energy: f64,
+    /// That of rotation [J].
+    pub rotation: f64,
+    /// Velocity [m/s].
+    pub velocity: [f64; 3],
 }
 
 /// What is kept of a trajectory.
@@ -224,14 +219,21 @@ fn cross(piece: &Piece, number: u16, line: &[Point], found: &mut Vec<Crossing>) 
         if share > 0.0 && share <= 1.0 && (0.0..1.0).contains(&along) {
             let row = piece.row(share);
             let (place, origin, along) = (row.position(), piece.ground.origin, passed + along * length);
-            let [x, y, z] = [0, 1, 2].map(|k| place[k] - origin[k]);
             let [height, centre] = piece.heights(share, &row).unwrap_or([f64::NAN; 2]);
-            let (time, speed, [vx, vy, vz]) = (row.time(), row.speed(), row.velocity());
-            let (energy, rotation) = (row.kinetic_energy(), row.rotation_energy());
-            let values = [time, along, x, y, z, centre, height, speed, energy, rotation, vx, vy, vz];
-            found.push(Crossing { line: number, values });
+            found.push(Crossing {
+                line: number,
+                time: row.time(),
+                along,
+                position: [0, 1, 2].map(|k| place[k] - origin[k]),
+                centre,
+                height,
+                speed: row.speed(),
+                energy: row.kinetic_energy(),
+                rotation: row.rotation_energy(),
+                velocity: row.velocity(),
+            });
         }
         passed += length;
     }
-    found[before..].sort_by(|a, b| a.values[place::TIME].total_cmp(&b.values[place::TIME]));
+    found[before..].sort_by(|a, b| a.time.total_cmp(&b.time));
 }

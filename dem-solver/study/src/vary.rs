@@ -1,10 +1,10 @@
 //! `[vary]`: which quantities of the rock and which keys of the scene differ from member to member.
 
 use super::distribution::{Distribution, Spread};
-use super::refuse::refuse;
 use interface_defs::diagnostic::Diagnostic;
 use schemars::JsonSchema;
 use serde_json::{Map, Value};
+use std::ops::{Bound, RangeBounds};
 use toolkit::scene::Scene;
 
 /// Something that varies.
@@ -43,18 +43,23 @@ pub enum Quantity {
     Key,
 }
 
-/// Quantities by name; any other name is a key of the scene.
-const QUANTITIES: [(&str, Quantity); 9] = [
-    ("volume", Quantity::Volume),
-    ("mass", Quantity::Mass),
-    ("density", Quantity::Density),
-    ("shape", Quantity::Shape),
-    ("speed", Quantity::Speed),
-    ("azimuth", Quantity::Azimuth),
-    ("dip", Quantity::Dip),
-    ("spin", Quantity::Spin),
-    ("height", Quantity::Height),
+/// Quantities by name, with the least and the largest value that is possible; any other name is a key of the scene.
+const QUANTITIES: [(&str, Quantity, [Bound<f64>; 2]); 9] = [
+    ("volume", Quantity::Volume, [Bound::Excluded(0.0), Bound::Unbounded]),
+    ("mass", Quantity::Mass, [Bound::Excluded(0.0), Bound::Unbounded]),
+    ("density", Quantity::Density, [Bound::Excluded(0.0), Bound::Unbounded]),
+    ("shape", Quantity::Shape, [Bound::Unbounded; 2]),
+    ("speed", Quantity::Speed, [Bound::Included(0.0), Bound::Unbounded]),
+    ("azimuth", Quantity::Azimuth, [Bound::Included(-360.0), Bound::Included(360.0)]),
+    ("dip", Quantity::Dip, [Bound::Included(-90.0), Bound::Included(90.0)]),
+    ("spin", Quantity::Spin, [Bound::Included(0.0), Bound::Unbounded]),
+    ("height", Quantity::Height, [Bound::Included(0.0), Bound::Unbounded]),
 ];
+
+/// Their names.
+fn known() -> String {
+    QUANTITIES.map(|(known, ..)| known).join(", ")
+}
 
 /// What differs from member to member. A value is a number, or `{ uniform = [low, high] }`, `{ normal = [mean, standard
 /// deviation] }`, `{ lognormal = [median, factor] }` (both cut at three deviations or `within = [low, high]`), or `{ choice = [a,
@@ -112,21 +117,22 @@ pub fn variables(study: &Scene) -> Result<(Vec<Variable>, bool), Diagnostic> {
         if name == ORIENTATION {
             if value.as_str() != Some(UNIFORM) {
                 let what = "an orientation that varies is `uniform`: every one as likely as any other";
-                return refuse(study, &key, what, "one orientation for all stands in the scene");
+                return study.refuse(&key, what, "one orientation for all stands in the scene");
             }
             turned = true;
-        } else if let Some((_, quantity)) = QUANTITIES.iter().find(|(known, _)| known == name) {
+        } else if let Some((_, quantity, possible)) = QUANTITIES.iter().find(|(known, ..)| known == name) {
             let distribution = Distribution::of(value, &key, study)?;
-            check_quantity(*quantity, &distribution, &key, study)?;
-            found.push(Variable { name: name.clone(), quantity: *quantity, distribution });
+            let variable = Variable { name: name.clone(), quantity: *quantity, distribution };
+            variable.check(*possible, &key, study)?;
+            found.push(variable);
         } else if name.contains('.') || value.is_table() && !Distribution::is_one(value) {
             keys_below(name, value, study, &mut found)?;
         } else {
-            let known = QUANTITIES.map(|(known, _)| known).join(", ");
+            let known = known();
             let cure = format!(
                 "known here: {known}, {ORIENTATION}; or a key of the scene, as in contact.0.restitution"
             );
-            return refuse(study, &key, format!("unknown quantity `{name}`"), cure);
+            return study.refuse(&key, format!("unknown quantity `{name}`"), cure);
         }
     }
     Ok((found, turned))
@@ -147,55 +153,48 @@ fn keys_below(
     let key = format!("vary.{name}");
     let parts: Vec<&str> = name.split('.').collect();
     if !TABLES.contains(&parts[0]) || parts.len() < 2 {
-        let known = QUANTITIES.map(|(known, _)| known).join(", ");
+        let known = known();
         let cure = format!("keys of {} can; of the rock: {known}, {ORIENTATION}", TABLES.join(", "));
-        return refuse(study, &key, format!("`{name}` of the scene cannot vary"), cure);
+        return study.refuse(&key, format!("`{name}` of the scene cannot vary"), cure);
     }
     if let Some(part) = parts.iter().find(|part| SHARED.split(' ').any(|shared| shared == **part)) {
         let what = format!("`{part}` is the same for all members: they share one terrain and its laws");
-        return refuse(study, &key, what, "write one study for each");
+        return study.refuse(&key, what, "write one study for each");
     }
     let distribution = Distribution::of(value, &key, study)?;
     found.push(Variable { name: name.into(), quantity: Quantity::Key, distribution });
     Ok(())
 }
 
-fn check_quantity(
-    quantity: Quantity,
-    distribution: &Distribution,
-    key: &str,
-    study: &Scene,
-) -> Result<(), Diagnostic> {
-    if quantity == Quantity::Shape {
-        let tables = distribution.values().is_some_and(|v| v.iter().all(toml::Value::is_table));
-        let cure = "shape = { choice = [{ type = \"norm_rock\", form = \"111\", volume = 1.0 }, { type = \"sphere\", radius = 0.5 }] }";
-        return if tables { Ok(()) } else { refuse(study, key, "shapes are a choice of tables", cure) };
+impl Variable {
+    fn check(&self, possible: [Bound<f64>; 2], key: &str, study: &Scene) -> Result<(), Diagnostic> {
+        let Self { quantity, distribution, .. } = self;
+        if *quantity == Quantity::Shape {
+            let tables = distribution.values().is_some_and(|v| v.iter().all(toml::Value::is_table));
+            let cure = "shape = { choice = [{ type = \"norm_rock\", form = \"111\", volume = 1.0 }, { type = \"sphere\", radius = 0.5 }] }";
+            return if tables { Ok(()) } else { study.refuse(key, "shapes are a choice of tables", cure) };
+        }
+        let Some([low, high]) = distribution.range() else {
+            return Err(study.invalid(key, "numbers are needed here"));
+        };
+        if [low, high].iter().all(|value| (possible[0], possible[1]).contains(value)) {
+            return Ok(());
+        }
+        let bounds = match possible {
+            [Bound::Included(least), Bound::Included(most)] => format!("from {least} to {most}"),
+            [Bound::Excluded(least), _] => format!("above {least}"),
+            [Bound::Included(least), _] => format!("{least} or more"),
+            [Bound::Unbounded, _] => "any number".into(),
+        };
+        let what =
+            if low == high { format!("a value of {low}") } else { format!("values from {low} to {high}") };
+        let cure = match (distribution.has_tails(), quantity) {
+            (true, _) => "cut the distribution with within = [low, high]".into(),
+            (false, Quantity::Speed) => "a speed has no sign: azimuth and dip say where it points".into(),
+            (false, _) => format!("write values {bounds}"),
+        };
+        study.refuse(key, format!("{what}: {bounds} is possible"), cure)
     }
-    let Some([low, high]) = distribution.range() else {
-        return Err(study.invalid(key, "numbers are needed here"));
-    };
-    let (least, most, strict) = match quantity {
-        Quantity::Volume | Quantity::Mass | Quantity::Density => (0.0, f64::INFINITY, true),
-        Quantity::Azimuth => (-360.0, 360.0, false),
-        Quantity::Dip => (-90.0, 90.0, false),
-        _ => (0.0, f64::INFINITY, false),
-    };
-    let inside = if strict { low > least } else { low >= least };
-    if inside && high <= most {
-        return Ok(());
-    }
-    let bounds = match (most.is_finite(), strict) {
-        (true, _) => format!("from {least} to {most}"),
-        (false, true) => format!("above {least}"),
-        (false, false) => format!("{least} or more"),
-    };
-    let what = if low == high { format!("a value of {low}") } else { format!("values from {low} to {high}") };
-    let cure = match (distribution.has_tails(), quantity) {
-        (true, _) => "cut the distribution with within = [low, high]".into(),
-        (false, Quantity::Speed) => "a speed has no sign: azimuth and dip say where it points".into(),
-        (false, _) => format!("write values {bounds}"),
-    };
-    refuse(study, key, format!("{what}: {bounds} is possible"), cure)
 }
 
 #[cfg(test)]
@@ -208,7 +207,7 @@ mod tests {
         let mut known: Vec<&str> =
             schema["properties"].as_object().expect("keys").keys().map(String::as_str).collect();
         let mut read: Vec<&str> =
-            QUANTITIES.iter().map(|(name, _)| *name).chain([ORIENTATION]).chain(TABLES).collect();
+            QUANTITIES.iter().map(|(name, ..)| *name).chain([ORIENTATION]).chain(TABLES).collect();
         known.sort_unstable();
         read.sort_unstable();
         assert_eq!(known, read);

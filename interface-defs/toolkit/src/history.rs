@@ -34,12 +34,12 @@ pub struct Mark {
 /// How often is looked whether the file is still in its place.
 const LOOK: Duration = Duration::from_secs(1);
 
-/// Name of a column: `<name>_<unit>`, `/` as `_per_`; the unit `1` adds nothing.
+/// Name of a column: `<name>_<unit>`, `/` as `_per_`, `*` as `_`; the unit `1` adds nothing.
 pub fn column(name: &str, unit: &str) -> String {
     if unit.is_empty() || unit == "1" {
         name.to_owned()
     } else {
-        format!("{name}_{}", unit.replace('/', "_per_"))
+        format!("{name}_{}", unit.replace('/', "_per_").replace('*', "_"))
     }
 }
 

@@ -10,7 +10,7 @@
 //! - [`progress`]: lines from which a launcher draws its bar
 //! - [`check`]: what a program answers to `check`
 //! - [`ground`]: heights of the terrain for what is built on it
-//! - [`history`], [`summary`], [`vtu`]: result files
+//! - [`history`], [`summary`], [`vtu`]: result files; [`columns`]: tables of which every column is declared once
 //! - [`run_dir`], [`owner`]: the directory of a run, and who owns it; [`files`]: how every file is read and written
 //! - [`provenance`], [`manifest`]: which program wrote what, and whether a directory is what its run wrote
 //! - [`start_from`], [`state_file`]: a run that starts where another has ended, and the file that this one leaves for it
@@ -23,6 +23,7 @@ pub mod alloc;
 pub mod arguments;
 pub mod check;
 pub mod checkpoint;
+pub mod columns;
 pub mod coordinates;
 pub mod energy;
 mod exact;

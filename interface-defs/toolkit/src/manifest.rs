@@ -58,6 +58,13 @@ pub fn write(dir: &Path) -> io::Result<()> {
     files::write(&dir.join(MANIFEST), manifest.text()?.as_bytes())
 }
 
+/// [`write()`] it after the last file of a run or study. Without that the results are as good as with it.
+pub fn seal(dir: &Path) {
+    if let Err(e) = write(dir) {
+        tracing::warn!("{}: no manifest: {e}", dir.display());
+    }
+}
+
 /// What in `dir` is not as its run wrote it: errors for files that are missing or changed, notes for those that are new. Nothing:
 /// it is what its run wrote, byte for byte. Without a manifest the one error is of kind [`code::RESULT_DIRECTORY`].
 pub fn verify(dir: &Path) -> Vec<Diagnostic> {

@@ -12,7 +12,6 @@ use super::summary::{RunStatus, Summary};
 use interface_defs::{Diagnostic, RunId, code};
 use rustix::fs::{Mode, OFlags};
 use rustix::io::FdFlags;
-use serde::Serialize;
 use serde_json::{Map, Value, json};
 use std::fs::{File, TryLockError};
 use std::io::{self, Read, Seek, Write};
@@ -136,7 +135,7 @@ impl Owner {
         let words: Vec<_> = std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();
         let run = self.run.to_string();
         let record = json!({ "version": build.version, "build": build, "command_line": words, "run": run });
-        let begun = if self.first { write_json(&self.dir, &record) } else { Ok(()) };
+        let begun = if self.first { files::write_json(&self.dir.join(RECORD), &record) } else { Ok(()) };
         let (name, build) = (format!("{program} {}", build.version), build.to_string());
         begun
             .and_then(|()| note_programs(&self.dir, [(part, name.as_str(), Some(build.as_str()))]))
@@ -165,11 +164,8 @@ impl Owner {
             tracing::warn!("{}: the checkpoints cannot be removed: {e}", self.dir.display());
         }
         // What was interrupted goes on, and must end at once.
-        if self.first
-            && summary.status != RunStatus::Interrupted
-            && let Err(e) = manifest::write(&self.dir)
-        {
-            tracing::warn!("{}: no manifest: {e}", self.dir.display());
+        if self.first && summary.status != RunStatus::Interrupted {
+            manifest::seal(&self.dir);
         }
     }
 
@@ -197,7 +193,7 @@ pub fn note_programs<'p>(
         program.insert("name".into(), name.into());
         program.extend(build.map(|build| ("build".into(), build.into())));
     }
-    write_json(dir, &record)
+    files::write_json(&dir.join(RECORD), &record)
 }
 
 /// The object at this key, which is made where there is nothing.
@@ -206,11 +202,6 @@ fn below<'m>(map: &'m mut Map<String, Value>, key: &str) -> io::Result<&'m mut M
     value
         .as_object_mut()
         .ok_or_else(|| io::Error::new(io::ErrorKind::InvalidData, format!("`{key}` is no object")))
-}
-
-fn write_json(dir: &Path, record: &impl Serialize) -> io::Result<()> {
-    let text = serde_json::to_string_pretty(record)?;
-    files::write(&dir.join(RECORD), (text + "\n").as_bytes())
 }
 
 impl Drop for Owner {

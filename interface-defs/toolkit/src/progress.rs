@@ -31,6 +31,14 @@ pub struct Line {
     pub what: String,
 }
 
+impl Line {
+    /// Seconds that are left, if the rest goes as fast as what was done in the time `elapsed` since it was at `from`.
+    pub fn left(&self, elapsed: Duration, from: f64) -> Option<f64> {
+        let done = self.t - from;
+        (done > 0.0).then(|| elapsed.as_secs_f64() * (self.end - self.t).max(0.0) / done)
+    }
+}
+
 /// Prints lines, some five a second.
 #[derive(Debug, Default)]
 pub struct Reporter {

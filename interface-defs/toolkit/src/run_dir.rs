@@ -29,6 +29,18 @@ pub const RECORD: &str = "run.json";
 pub const CLUSTERS: &str = "clusters";
 /// Of a study with a barrier: its worst members, coupled.
 pub const BARRIER: &str = "barrier";
+/// The members that were chosen to run against it, and what they bring to its line.
+pub const CHOSEN: &str = "chosen.json";
+/// Of a study: what it was computed from, a row for each member, its journals and chunks.
+pub const STUDY_RECORD: &str = "study.json";
+/// Its rows.
+pub const MEMBERS: &str = "members.csv";
+/// Journals and chunks of members.
+pub const CHUNKS: &str = "chunks";
+/// The journal of a run over all members.
+pub const JOURNAL: &str = "main.journal";
+/// What ends the name of a chunk that is complete, and of one at work.
+pub const CHUNK_ENDS: [&str; 2] = ["chunk", "part"];
 /// State of the structure at the end of the run, for another run that starts from it.
 pub const STRUCTURE_STATE: &str = "structure.state";
 /// Checkpoints, from which a run that was killed goes on.

@@ -225,6 +225,16 @@ impl Scene {
         self.placed(Diagnostic::new(message).about(key))
     }
 
+    /// The same as a refusal, with what to write instead.
+    pub fn refuse<T>(
+        &self,
+        key: &str,
+        message: impl Into<String>,
+        cure: impl Into<String>,
+    ) -> Result<T, Diagnostic> {
+        Err(self.invalid(key, message).try_instead(cure))
+    }
+
     /// A diagnostic with the place of its key; one that has a place, or no key, as it is.
     pub fn placed(&self, diagnostic: Diagnostic) -> Diagnostic {
         let Some(key) = diagnostic.key.as_deref().filter(|_| diagnostic.place.is_none()) else {
@@ -305,6 +315,16 @@ impl Scene {
             None => Place::in_text(&self.path.display().to_string(), &self.text, span),
         }
     }
+}
+
+/// The value at a dotted key of a document, as `rock.0.mass`.
+pub fn at<'a>(document: &'a toml::Table, key: &str) -> Option<&'a toml::Value> {
+    let mut parts = key.split('.');
+    let first = document.get(parts.next()?)?;
+    parts.try_fold(first, |value, part| match part.parse::<usize>() {
+        Ok(item) if value.is_array() => value.get(item),
+        _ => value.get(part),
+    })
 }
 
 /// What a program has printed as TOML.

@@ -175,14 +175,12 @@ impl Summary {
     ///
     /// A number that is not finite is left out, and a warning names it.
     pub fn write(&self, dir: &Path) -> io::Result<()> {
-        let text = serde_json::to_string_pretty(&self.finite()).map_err(io::Error::from)?;
-        files::write(&dir.join(SUMMARY), (text + "\n").as_bytes())
+        files::write_json(&dir.join(SUMMARY), &self.finite())
     }
 
     /// Read `summary.json` of `dir`.
     pub fn read(dir: &Path) -> io::Result<Self> {
-        let text = files::read_text(&dir.join(SUMMARY))?;
-        serde_json::from_str(&text).map_err(io::Error::from)
+        files::read_json(&dir.join(SUMMARY))
     }
 
     /// The same without what is not finite.

@@ -3,16 +3,15 @@
 //! A knob is doubled until a run breaks, and the two last values are narrowed down to a factor of 1.1. Where the scene itself
 //! breaks, the knob is halved until a run holds. Bounds that only say what theory says are off for these runs.
 
-use super::knobs::{Class, Knob};
-use super::point::{Point, Space};
+use super::knobs::{Class, Knob, Point, Space};
 use super::result::{Outcome, Purpose, Status};
-use super::setup::numbers;
 use super::study::{Finished, Study};
 use super::{Work, report};
-use crate::columns::Columns;
-use crate::events::Events;
+use crate::children::Events;
+use crate::prepared::Prepared;
 use crate::stop::Stop;
 use toolkit::arguments::Input;
+use toolkit::columns::Columns;
 use toolkit::summary::three;
 
 /// A measure that is off by more is broken.
@@ -80,8 +79,6 @@ pub struct Atlas<'a, 'w> {
     pub study: &'a mut Study,
     /// What computes and keeps.
     pub work: &'a mut Work<'w>,
-    /// Wall time of all runs together [s].
-    pub budget: f64,
     /// The longest window that was found to hold [s], by arm.
     pub longest_windows: Vec<(Point, f64)>,
 }
@@ -176,7 +173,7 @@ impl Atlas<'_, '_> {
                 let slowest = self.study.outcome(&Point::new()).map_or(0.0, |run| run.seconds);
                 let limit =
                     PATIENCE.0 * slowest * self.study.space.dearer(&Point::new(), &push.arm) + PATIENCE.1;
-                if self.study.spent() + slowest > self.budget {
+                if self.study.spent() + slowest > self.work.budget {
                     return Ok(Fared::Not("search ended: the budget is used up".into()));
                 }
                 let value = push.knob.number_at(factor).map_or(String::new(), three);
@@ -185,7 +182,7 @@ impl Atlas<'_, '_> {
                 let run = Finished { point: Point::new(), key, purpose, sets, outcome };
                 self.work.make(self.study, run, limit, &label)?;
                 let label = format!("{}, {label}", self.study.space.label(&push.arm));
-                self.work.progress.ended(self.study, &label);
+                self.work.ended(self.study, &label);
                 self.study.runs.len() - 1
             }
         };
@@ -204,7 +201,7 @@ impl Atlas<'_, '_> {
             let Some(value) = outcome.measure(name) else {
                 return Fared::Broke(format!("{name} is absent: the window is too long to resolve it"));
             };
-            let off = super::reference::deviation(value, known.value);
+            let off = super::result::deviation(value, known.value);
             if off.abs() > OFF && class == Class::Numerical {
                 return Fared::Broke(format!("{name} is off by {}", report::percent(off)));
             }
@@ -252,7 +249,9 @@ const BEYOND: [(&str, &str); 3] = [
 
 /// The limit that `rockfall check` gives for a push.
 pub fn theory(push: &Push, space: &Space, input: &Input, events: &Events) -> Option<f64> {
-    let of = numbers(input, &space.sets(&push.arm)?, events)?;
+    let mut input = input.clone();
+    input.sets.extend(space.sets(&push.arm)?);
+    let of = Prepared::of(&input, |_| None, events).ok()?.numbers;
     match push.knob.name {
         "window" if of.weak => {
             of.limit.map(|limit| limit.stable.unwrap_or(f64::INFINITY)).filter(|w| w.is_finite())
@@ -291,40 +290,34 @@ pub fn page(study: &Study, all: &[Found], facts: &report::Facts) -> String {
          limit of stability that `rockfall check` computes.\n\n"
     );
     let table = columns(study)
-        .with("theory over what holds", |found| {
+        .number("theory over what holds", |found| {
             let holds = found.holds.filter(|_| found.breaks.is_some());
-            dash(found.theory.zip(holds).map(|(due, holds)| due / holds))
+            found.theory.zip(holds).map(|(due, holds)| due / holds)
         })
-        .with("symptom", symptom)
-        .with("cure", |found| if found.breaks.is_some() { cure(found) } else { "-" }.into());
+        .text("symptom", symptom)
+        .text("cure", |found| if found.breaks.is_some() { cure(found) } else { "-" }.into());
     text + &table.markdown(all)
-}
-
-impl Found {
-    /// The first value that breaks.
-    fn broke(&self) -> Option<f64> {
-        self.breaks.as_ref().map(|(value, _)| *value)
-    }
-}
-
-fn dash(value: Option<f64>) -> String {
-    value.map_or("-".into(), three)
 }
 
 /// The limits, for the screen.
 pub fn screen(study: &Study, all: &[Found]) -> String {
-    columns(study).with("symptom", symptom).aligned(all)
+    columns(study).text("symptom", symptom).aligned(all)
 }
 
-/// What page and screen say of a limit.
+/// The table, for programs.
+pub fn table(study: &Study, all: &[Found]) -> Result<String, csv::Error> {
+    columns(study).text("symptom", symptom).text("cure", |found| cure(found).into()).csv(all)
+}
+
+/// What is said of a limit everywhere.
 fn columns(study: &Study) -> Columns<'_, Found> {
     Columns::new()
-        .with("setting", name)
-        .with("others", |found: &Found| study.space.label(&found.push.arm))
-        .with("scene", |found| three(found.own))
-        .with("theory", |found| dash(found.theory))
-        .with("holds at", |found| dash(found.holds))
-        .with("breaks at", |found| dash(found.broke()))
+        .text("setting", name)
+        .text("others", |found: &Found| study.space.label(&found.push.arm))
+        .number("scene", |found| Some(found.own))
+        .number("theory", |found| found.theory)
+        .number("holds at", |found| found.holds)
+        .number("breaks at", |found| found.breaks.as_ref().map(|(value, _)| *value))
 }
 
 fn name(found: &Found) -> String {
@@ -339,18 +332,4 @@ fn name(found: &Found) -> String {
 fn symptom(found: &Found) -> String {
     let words = found.breaks.iter().map(|(_, symptom)| symptom.clone()).chain(found.note.clone());
     words.collect::<Vec<_>>().join("; ")
-}
-
-/// The table, for programs.
-pub fn table(study: &Study, all: &[Found]) -> Result<String, csv::Error> {
-    let table = Columns::new()
-        .text("setting", name)
-        .text("others", |found: &Found| study.space.label(&found.push.arm))
-        .number("scene", |found| Some(found.own))
-        .number("theory", |found| found.theory)
-        .number("holds_at", |found| found.holds)
-        .number("breaks_at", Found::broke)
-        .text("symptom", symptom)
-        .text("cure", |found| cure(found).into());
-    table.csv(all)
 }

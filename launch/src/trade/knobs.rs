@@ -1,12 +1,16 @@
-//! The knobs of a scene: which there are, one line each in [`REGISTRY`], and what a setting of one is in `--set`s.
+//! The knobs of a scene: which there are, one line each in [`REGISTRY`], what a setting of one is in `--set`s, and points among them:
+//! the rungs of those that are not the scene's own.
 //!
 //! A knob belongs to a scene by presence: its key stands in the resolved scene, or a program reports its value. A *rung* is the
 //! number of steps away from the scene's own value, above 0 towards what is coarser and cheaper; a ladder doubles or halves.
 
+use crate::stability;
 use interface_defs::diagnostic::Diagnostic;
+use std::collections::BTreeMap;
 use std::ops::Deref;
 use toml::{Table, Value};
 use toolkit::explain::suggestion;
+use toolkit::scene::at;
 
 /// What a knob changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,29 +40,32 @@ pub struct Spec {
     pub growth: f64,
     /// Used only with this name of that knob.
     pub needs: Option<(&'static str, &'static str)>,
+    /// Where the scene has no value, this number of `check` is the one in use.
     reported: Option<&'static str>,
 }
 
 /// All knobs, one line each. To add one, add its line: `ladder` for numbers, each with its power of two per rung; `choice` for
-/// names. `arm`: all other knobs are tried anew with each name; `refines`: the reference refines it, too; `costs`: how many
-/// times dearer one rung finer may be; `needs`: used only with that name of another knob; `reported`: where the scene has no
-/// value, this number of `check` is the one in use.
+/// names.
 const REGISTRY: &[Spec] = &[
-    choice("scheme", &[("coupling.scheme", 0)], &["weak", "strong", YIELDING]).arm(),
-    choice("integrator", &[("fem.integrator", 0)], &["central_difference", "generalized_alpha"]).arm(),
-    ladder("window", &[("coupling.time_window", 1)]).refines(),
+    Spec { arm: true, ..choice("scheme", &[("coupling.scheme", 0)], &["weak", "strong", YIELDING]) },
+    Spec { arm: true, ..choice("integrator", &[("fem.integrator", 0)], INTEGRATORS) },
+    Spec { refines: true, ..ladder("window", &[("coupling.time_window", 1)]) },
     ladder("samples", &[("coupling.samples", -1)]),
-    ladder("tolerance", TOLERANCES).refines().costs(1.5).needs("scheme", "strong"),
-    ladder("yielding_tolerance", OF_YIELDING).refines().costs(1.5).needs("scheme", YIELDING),
-    ladder("dem_step", &[("dem.time_step", 1)]).refines().reported("dem.time_step"),
-    ladder("steps_per_contact", &[("dem.steps_per_contact", -1)]).refines(),
-    ladder("fem_step", &[("fem.time_step", 1)]).refines().reported("fem.time_step"),
-    ladder("spheres", &[("rock.*.cluster.spheres", -3)]).model().costs(8.0),
-    ladder("refinement", NET).model().costs(8.0),
-    ladder("modulus", &[("contact.*.young", -2), ("contact.*.stiffness", -2)]).model(),
-    choice("contact_selection", &[("dem.contact_selection", 0)], &["nearest", "continuous"]).model(),
+    Spec { needs: Some(("scheme", "strong")), ..tolerance("tolerance", TOLERANCES) },
+    Spec { needs: Some(("scheme", YIELDING)), ..tolerance("yielding_tolerance", OF_YIELDING) },
+    Spec { refines: true, reported: Some("dem.time_step"), ..ladder("dem_step", &[("dem.time_step", 1)]) },
+    Spec { refines: true, ..ladder("steps_per_contact", &[("dem.steps_per_contact", -1)]) },
+    Spec { refines: true, reported: Some("fem.time_step"), ..ladder("fem_step", &[("fem.time_step", 1)]) },
+    Spec { class: Class::Model, growth: 8.0, ..ladder("spheres", &[("rock.*.cluster.spheres", -3)]) },
+    Spec { class: Class::Model, growth: 8.0, ..ladder("refinement", NET) },
+    Spec { class: Class::Model, ..ladder("modulus", MODULI) },
+    Spec { class: Class::Model, ..choice("contact_selection", &[("dem.contact_selection", 0)], SELECTIONS) },
 ];
 
+const INTEGRATORS: &[&str] = &["central_difference", "generalized_alpha"];
+const SELECTIONS: &[&str] = &["nearest", "continuous"];
+/// How stiff a contact is, by whichever its law has.
+const MODULI: &[(&str, i32)] = &[("contact.*.young", -2), ("contact.*.stiffness", -2)];
 /// Both tolerances of strong coupling.
 const TOLERANCES: &[(&str, i32)] = &[("coupling.tolerance", 2), ("coupling.absolute_tolerance", 2)];
 /// Name of strong coupling with a net that yields in the contact solver: weak coupling accepts what that has not judged.
@@ -84,6 +91,10 @@ const fn ladder(name: &'static str, keys: &'static [(&'static str, i32)]) -> Spe
     }
 }
 
+const fn tolerance(name: &'static str, keys: &'static [(&'static str, i32)]) -> Spec {
+    Spec { refines: true, growth: 1.5, ..ladder(name, keys) }
+}
+
 const fn choice(
     name: &'static str,
     keys: &'static [(&'static str, i32)],
@@ -93,49 +104,30 @@ const fn choice(
 }
 
 impl Spec {
-    const fn arm(self) -> Self {
-        Self { arm: true, ..self }
-    }
-    const fn refines(self) -> Self {
-        Self { refines: true, ..self }
-    }
-    const fn costs(self, growth: f64) -> Self {
-        Self { growth, ..self }
-    }
-    const fn model(self) -> Self {
-        Self { class: Class::Model, ..self }
-    }
-    const fn needs(self, knob: &'static str, name: &'static str) -> Self {
-        Self { needs: Some((knob, name)), ..self }
-    }
-    const fn reported(self, key: &'static str) -> Self {
-        Self { reported: Some(key), ..self }
-    }
-
     /// This knob of the scene; `None` if it has none.
     fn of(&self, scene: &Base) -> Option<Knob> {
         let own: Vec<Part> =
             self.keys.iter().flat_map(|(key, power)| parts(scene.resolved, key, *power)).collect();
-        let turn = if self.names.is_empty() {
+        let (mut parts, mut names) = (Vec::new(), Vec::new());
+        if self.names.is_empty() {
             let all_there =
                 self.keys.iter().all(|(key, _)| key.contains('*') || own.iter().any(|p| p.key == *key));
             let of_report = || {
                 let (key, value) = (self.reported?, scene.reported(self.reported?)?);
                 Some(vec![Part { key: key.into(), base: Number::Float(value), power: self.keys[0].1 }])
             };
-            Turn::Ladder(if own.is_empty() { of_report()? } else { all_there.then_some(own)? })
+            parts = if own.is_empty() { of_report()? } else { all_there.then_some(own)? };
         } else {
-            let key = self.keys[0].0;
-            let mut now = at(scene.resolved, key)?.as_str()?.to_owned();
+            let mut now = at(scene.resolved, self.keys[0].0)?.as_str()?;
             let yields = at(scene.resolved, YIELDING_NET).and_then(Value::as_bool);
             if self.names.contains(&YIELDING) && yields == Some(true) {
-                now = YIELDING.into();
+                now = YIELDING;
             }
-            let others = self.names.iter().map(|name| (*name).to_owned());
-            let others = others.filter(|name| *name != now && (name != YIELDING || yields.is_some()));
-            Turn::Choice { key: key.into(), names: std::iter::once(now.clone()).chain(others).collect() }
-        };
-        let knob = Knob { spec: *self, turned: true, turn };
+            let others =
+                self.names.iter().filter(|name| **name != now && (**name != YIELDING || yields.is_some()));
+            names = std::iter::once(&now).chain(others).map(|name| (*name).to_owned()).collect();
+        }
+        let knob = Knob { spec: *self, turned: true, parts, names };
         // A single sphere, a tolerance of zero: nothing to turn.
         [-1, 1].iter().any(|rung| knob.sets(*rung).is_some()).then_some(knob)
     }
@@ -181,7 +173,10 @@ pub struct Knob {
     spec: Spec,
     /// Whether it is to be turned; the reference refines it all the same.
     pub turned: bool,
-    turn: Turn,
+    /// The values of a ladder.
+    parts: Vec<Part>,
+    /// The names of a choice, the scene's own first.
+    names: Vec<String>,
 }
 
 impl Deref for Knob {
@@ -190,16 +185,6 @@ impl Deref for Knob {
     fn deref(&self) -> &Spec {
         &self.spec
     }
-}
-
-#[derive(Debug, Clone, PartialEq)]
-enum Turn {
-    Ladder(Vec<Part>),
-    /// The scene's own name first.
-    Choice {
-        key: String,
-        names: Vec<String>,
-    },
 }
 
 /// A value that a ladder changes.
@@ -222,34 +207,29 @@ impl Knob {
     /// A ladder for a test or a knob that no registry has.
     #[cfg(test)]
     pub fn number(name: &'static str, key: &str, base: f64) -> Self {
-        let turn = Turn::Ladder(vec![Part { key: key.into(), base: Number::Float(base), power: 1 }]);
-        Self { spec: ladder(name, &[]).refines(), turned: true, turn }
+        let parts = vec![Part { key: key.into(), base: Number::Float(base), power: 1 }];
+        Self { spec: Spec { refines: true, ..ladder(name, &[]) }, turned: true, parts, names: Vec::new() }
     }
 
     /// The `--set`s of a rung; `None` if it has none there, or if it is what another one is.
     pub fn sets(&self, rung: i32) -> Option<Vec<String>> {
-        match &self.turn {
-            Turn::Ladder(parts) => parts
-                .iter()
-                .map(|part| Some(format!("{}={}", part.key, part.base.scaled(part.power * rung)?)))
-                .collect(),
-            Turn::Choice { key, names } => {
-                let name = names.get(usize::try_from(rung).ok()?)?;
-                let yields = name == YIELDING;
-                let other = (yields || names[0] == YIELDING).then(|| format!("{YIELDING_NET}={yields}"));
-                let set = format!("{key}={}", if yields { "strong" } else { name });
-                Some(std::iter::once(set).chain(other).collect())
-            }
+        if self.is_ladder() {
+            let set = |part: &Part| Some(format!("{}={}", part.key, part.base.scaled(part.power * rung)?));
+            return self.parts.iter().map(set).collect();
         }
+        let name = self.value(rung)?;
+        let yields = name == YIELDING;
+        let other = (yields || self.names[0] == YIELDING).then(|| format!("{YIELDING_NET}={yields}"));
+        let set = format!("{}={}", self.keys[0].0, if yields { "strong" } else { &name });
+        Some(std::iter::once(set).chain(other).collect())
     }
 
     /// Its value at a rung, for people: the first of its values.
     pub fn value(&self, rung: i32) -> Option<String> {
-        if let Turn::Choice { names, .. } = &self.turn {
-            return names.get(usize::try_from(rung).ok()?).cloned();
+        match self.parts.first() {
+            Some(first) => self.sets(rung).and(first.base.scaled(first.power * rung)),
+            None => self.names.get(usize::try_from(rung).ok()?).cloned(),
         }
-        let sets = self.sets(rung)?;
-        sets.first().and_then(|set| set.split_once('=')).map(|(_, value)| value.to_owned())
     }
 
     /// Its value as a number.
@@ -259,31 +239,29 @@ impl Knob {
 
     /// The `--set`s of a value that lies between rungs, `factor` times as coarse as the scene's.
     pub fn sets_at(&self, factor: f64) -> Option<Vec<String>> {
-        let Turn::Ladder(parts) = &self.turn else { return None };
         let set = |part: &Part| Some(format!("{}={}", part.key, float(part.at(factor)?)));
-        parts.iter().map(set).collect()
+        if self.is_ladder() { self.parts.iter().map(set).collect() } else { None }
     }
 
     /// The first of its values there.
     pub fn number_at(&self, factor: f64) -> Option<f64> {
-        let Turn::Ladder(parts) = &self.turn else { return None };
-        parts.first()?.at(factor)
+        self.parts.first()?.at(factor)
     }
 
     /// The dotted keys.
     pub fn keys(&self) -> Vec<&str> {
-        match &self.turn {
-            Turn::Ladder(parts) => parts.iter().map(|part| part.key.as_str()).collect(),
-            Turn::Choice { key, .. } => vec![key],
-        }
+        let of_choice = self.spec.keys.iter().map(|(key, _)| *key).filter(|_| !self.is_ladder());
+        self.parts.iter().map(|part| part.key.as_str()).chain(of_choice).collect()
     }
 
-    /// Number of names; 0: a ladder.
-    pub fn names(&self) -> usize {
-        match &self.turn {
-            Turn::Ladder(_) => 0,
-            Turn::Choice { names, .. } => names.len(),
-        }
+    /// Whether its values are numbers, and not names to choose from.
+    pub fn is_ladder(&self) -> bool {
+        self.names.is_empty()
+    }
+
+    /// The rungs of its names beside the scene's own.
+    pub fn others(&self) -> impl Iterator<Item = i32> {
+        1..self.names.len() as i32
     }
 }
 
@@ -353,12 +331,128 @@ fn number(value: &Value) -> Option<Number> {
     }
 }
 
-/// The value at a dotted key.
-pub fn at<'a>(table: &'a Table, key: &str) -> Option<&'a Value> {
-    let (first, rest) = key.split_once('.').map_or((key, None), |(first, rest)| (first, Some(rest)));
-    rest.into_iter()
-        .flat_map(|rest| rest.split('.'))
-        .try_fold(table.get(first)?, |value, name| value.get(name))
+/// Rungs by knob; a knob at the scene's own value is left out.
+pub type Point = BTreeMap<&'static str, i32>;
+
+/// All points of a scene.
+pub struct Space {
+    /// Its knobs.
+    pub knobs: Vec<Knob>,
+    /// Dotted keys that the scene leaves open, so that what fills them may depend on others: every point that computes
+    /// otherwise than the scene names them.
+    pub open: Vec<String>,
+}
+
+/// `point` with the rung of one knob.
+pub fn with(point: &Point, knob: &'static str, rung: i32) -> Point {
+    let mut point = point.clone();
+    point.insert(knob, rung);
+    point.retain(|_, rung| *rung != 0);
+    point
+}
+
+/// Rung of a knob.
+pub fn rung(point: &Point, knob: &str) -> i32 {
+    point.get(knob).copied().unwrap_or(0)
+}
+
+impl Space {
+    /// The knob of this name.
+    pub fn knob(&self, name: &str) -> Option<&Knob> {
+        self.knobs.iter().find(|knob| knob.name == name)
+    }
+
+    /// Whether a knob changes anything there.
+    pub fn uses(&self, point: &Point, knob: &Knob) -> bool {
+        knob.needs.is_none_or(|(other, name)| {
+            let value = self.knob(other).and_then(|other| other.value(rung(point, other.name)));
+            value.as_deref() == Some(name)
+        })
+    }
+
+    /// The numerical knobs that are to be turned and that change anything there.
+    pub fn turned<'a>(&'a self, point: &'a Point) -> impl Iterator<Item = &'a Knob> {
+        let knobs = self.knobs.iter().filter(|knob| knob.turned && knob.class == Class::Numerical);
+        knobs.filter(|knob| self.uses(point, knob))
+    }
+
+    /// Whether the point changes the model.
+    pub fn class(&self, point: &Point) -> Class {
+        let changes = |knob: &&Knob| knob.class == Class::Model && point.contains_key(knob.name);
+        if self.knobs.iter().any(|knob| changes(&knob)) { Class::Model } else { Class::Numerical }
+    }
+
+    /// The `--set`s of a point; `None` if a knob has no such rung.
+    pub fn sets(&self, point: &Point) -> Option<Vec<String>> {
+        let computes_otherwise =
+            self.knobs.iter().any(|knob| knob.class == Class::Numerical && point.contains_key(knob.name));
+        let mut all = Vec::new();
+        for knob in &self.knobs {
+            let there = rung(point, knob.name);
+            let is_open = knob.keys().iter().any(|key| self.open.iter().any(|open| open == key));
+            if there != 0 || (computes_otherwise && is_open) {
+                all.extend(knob.sets(there)?);
+            }
+        }
+        Some(all)
+    }
+
+    /// What is computed there: two points of one key compute the same. A solver's step is cut to a whole part of a window.
+    pub fn key(&self, point: &Point) -> Option<String> {
+        self.sets(point)?;
+        let number = |name: &str| self.knob(name)?.as_number(rung(point, name));
+        let part = number("window").map(|window| window / number("samples").unwrap_or(1.0));
+        let mut words = Vec::new();
+        for knob in self.knobs.iter().filter(|knob| self.uses(point, knob)) {
+            let value = match (knob.name, part, knob.as_number(rung(point, knob.name))) {
+                ("dem_step" | "fem_step", Some(part), Some(step)) => {
+                    format!("{:.9e}", part / stability::steps(part, step) as f64)
+                }
+                _ => knob.value(rung(point, knob.name))?,
+            };
+            words.push(format!("{}={value}", knob.name));
+        }
+        Some(words.join(" "))
+    }
+
+    /// For people: what is not as in the scene.
+    pub fn label(&self, point: &Point) -> String {
+        let words: Vec<String> = (self.knobs.iter())
+            .filter(|knob| point.contains_key(knob.name))
+            .filter_map(|knob| Some(format!("{} {}", knob.name, knob.value(rung(point, knob.name))?)))
+            .collect();
+        if words.is_empty() { "the scene as it is".into() } else { words.join(", ") }
+    }
+
+    /// The scene, or with a name of one of its arms.
+    pub fn arms(&self) -> Vec<Point> {
+        let mut all = vec![Point::new()];
+        for knob in self.knobs.iter().filter(|knob| knob.turned && knob.arm && knob.class == Class::Numerical)
+        {
+            all.extend(knob.others().map(|name| Point::from([(knob.name, name)])));
+        }
+        all
+    }
+
+    /// `point`, so many rungs finer in all that the reference refines.
+    pub fn refined(&self, point: &Point, rungs: i32) -> Point {
+        let mut out = point.clone();
+        for knob in self.knobs.iter().filter(|knob| knob.refines && self.uses(point, knob)) {
+            out = with(&out, knob.name, rung(point, knob.name) - rungs);
+        }
+        out
+    }
+
+    /// How many times dearer than `from` the point `to` may be. What is coarser is not counted as a saving.
+    pub fn dearer(&self, from: &Point, to: &Point) -> f64 {
+        let mut factor = 1.0;
+        for knob in &self.knobs {
+            let (a, b) = (rung(from, knob.name), rung(to, knob.name));
+            let finer = if knob.is_ladder() { (a - b).max(0) } else { i32::from(a != b) };
+            factor *= knob.growth.powi(finer);
+        }
+        factor
+    }
 }
 
 #[cfg(test)]

@@ -1,46 +1,43 @@
 //! `rockfall trade`: what accuracy costs, measured over the knobs of a scene.
 //!
-//! - [`knobs`]: which knobs there are, one line each; [`point`]: settings of them
-//! - [`result`](mod@result): what one run gave; [`store`]: the runs on disk
-//! - [`study`]: what follows from them, with [`mod@reference`] and [`front`]; [`plan`] and [`combine`]: which run comes next
+//! - [`knobs`]: which knobs there are, one line each, and settings of them
+//! - [`result`](mod@result): what one run gave, and what it is compared with; [`store`]: the runs on disk
+//! - [`study`]: what follows from them; [`plan`]: which run comes next
 //! - [`atlas`]: `--atlas`, each knob pushed until the scene breaks
-//! - [`measures`]: which measures count; [`report`] and [`plot`]: the answer
+//! - [`report`]: the answer
 
 mod atlas;
-mod combine;
-mod front;
 mod knobs;
-mod measures;
 mod plan;
-mod plot;
-mod point;
-mod reference;
 mod report;
 mod result;
-mod setup;
 mod store;
 mod study;
 #[cfg(test)]
 mod tests;
 
-use crate::events::Events;
+use crate::children::Events;
+use crate::prepared::Prepared;
+use crate::progress::Progress;
+use crate::record;
 use crate::stop::Stop;
 use crate::sweep;
-use crate::verify;
+use atlas::Found;
 use clap::Args;
 use interface_defs::diagnostic::code;
+use knobs::{Base, Point, Space, rung};
 use plan::Task;
-use point::{Point, rung};
-use reference::Reference;
-use report::{Facts, percent, seconds};
+use report::{Facts, percent, quoted, seconds};
+use result::Reference;
 use result::{Outcome, Purpose, Status};
-use setup::Setup;
 use std::path::{Path, PathBuf};
-use store::Store;
+use store::{Identity, Store};
 use study::{Finished, Study};
 use toolkit::arguments::Input;
 use toolkit::exit::Exit;
+use toolkit::scene::at;
 use toolkit::screen::show;
+use toolkit::{manifest, provenance};
 
 /// What the command line asks for.
 #[derive(Debug, Clone, Args)]
@@ -49,7 +46,7 @@ pub struct Arguments {
     #[command(flatten)]
     pub input: Input,
     /// Wall time of all runs together, as in 90s, 10m or 1h30m. A larger one later goes on
-    #[arg(long, value_name = "TIME", default_value = "10m", value_parser = measures::duration)]
+    #[arg(long, value_name = "TIME", default_value = "10m", value_parser = study::duration)]
     pub budget: f64,
     /// Find the limits of stability instead: push each knob until the scene breaks, and write `atlas.md` and `atlas.csv`
     #[arg(long)]
@@ -59,7 +56,7 @@ pub struct Arguments {
     #[arg(long = "measure", value_name = "NAME")]
     pub measures: Vec<String>,
     /// Value to compare a measure with, instead of the finest runs, repeatable
-    #[arg(long = "reference", value_name = "NAME=VALUE", value_parser = measures::given)]
+    #[arg(long = "reference", value_name = "NAME=VALUE", value_parser = study::given)]
     pub references: Vec<(String, f64)>,
     /// Knob to turn, repeatable [default: all that the scene has]
     #[arg(long = "knob", value_name = "NAME")]
@@ -75,6 +72,67 @@ pub struct Arguments {
     pub quiet: bool,
 }
 
+/// What a study starts from.
+struct Setup {
+    /// Its knobs.
+    space: Space,
+    /// Directory of the study.
+    out: PathBuf,
+    /// What the study is of.
+    identity: Identity,
+    /// Set in every run: what costs time and is not measured.
+    always: Vec<String>,
+    /// For the page.
+    facts: Facts,
+}
+
+impl Setup {
+    /// Of a scene. Nothing has run yet where it is refused.
+    fn of(arguments: &Arguments, events: &Events) -> Result<Self, Stop> {
+        let input = &arguments.input;
+        let prepared = Prepared::of(input, |_| None, events)?;
+        let mut resolved = prepared.resolved()?;
+        prepared.ground.forget(&mut resolved);
+        let Prepared { scene, plan, numbers, .. } = &prepared;
+        let end_time = numbers.end_time;
+        let steps = [("dem.time_step", numbers.contact.step), ("fem.time_step", numbers.net.step)];
+        let in_use: Vec<_> = steps.iter().filter_map(|(key, step)| Some((*key, (*step)?))).collect();
+        let document = scene.document()?;
+        let chosen = prepared.choices().map(|choice| format!("{}.{}", choice.key.0, choice.key.1));
+        let unnamed = steps.iter().filter(|(key, _)| at(&document, key).is_none());
+        let open = chosen.chain(unnamed.map(|(key, _)| (*key).to_owned())).collect();
+        let mut knobs = knobs::of(&Base { resolved: &resolved, in_use: &in_use });
+        knobs::turn_only(&mut knobs, &arguments.knobs)?;
+        let space = Space { knobs, open };
+        let fault = |e: std::io::Error| {
+            let what = format!("{}: an input file cannot be read: {e}", scene.path().display());
+            Stop::input(code::FILE, what)
+        };
+        let foreign = plan.members.iter().filter(|member| member.foreign).map(|member| &member.program);
+        let hash = |program: &PathBuf| (program.display().to_string(), provenance::program(program).ok());
+        let identity = Identity {
+            scene: scene.fingerprint(),
+            inputs: record::hashes(scene, &resolved).map_err(fault)?,
+            build: sweep::build().clone(),
+            foreign: foreign.map(hash).collect(),
+        };
+        let out =
+            arguments.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-trade", scene.name())));
+        // Field files cost time and disk, and no measure comes from them.
+        let fields =
+            at(&document, "output.fields").map(|_| format!("output.fields={}", knobs::float(end_time)));
+        let sets = input.sets.iter().fold(String::new(), |all, set| all + " --set " + &quoted(set));
+        let facts = Facts {
+            scene: scene.name(),
+            command: quoted(&input.scene.display().to_string()) + &sets,
+            end_time,
+            budget: arguments.budget,
+            processors: std::thread::available_parallelism().map_or(1, usize::from),
+        };
+        Ok(Self { space, out, identity, always: fields.into_iter().collect(), facts })
+    }
+}
+
 /// The whole command.
 pub fn trade(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
     let events = Events::watch()?;
@@ -88,9 +146,9 @@ pub fn trade(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
         runs,
         reference: Reference::default(),
     };
-    let mut progress = Progress::new(arguments.quiet, json, arguments.budget);
+    let progress = Progress::new(arguments.quiet, json, true);
     if !study.runs.is_empty() {
-        progress.shown.say(&format!("{} runs are there already, and count", study.runs.len()));
+        progress.say(&format!("{} runs are there already, and count", study.runs.len()));
     }
     let Input { scene, sets: own } = &arguments.input;
     let mut runner = |sets: &[String], dir: &Path, limit: f64| {
@@ -98,14 +156,15 @@ pub fn trade(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
         let run = sweep::Task { scene, sets, dir, shortcuts: true, limit };
         Ok(Outcome::of_run(run.run(&events, &mut |_| {})?, limit))
     };
-    let mut work = Work { runner: &mut runner, store: &mut store, progress: &mut progress };
+    let budget = arguments.budget;
+    let mut work = Work { runner: &mut runner, store: &mut store, progress: &progress, budget };
     let mut found = Vec::new();
-    let ended = match arguments.atlas {
-        false => explore(&mut study, &mut work, arguments, plan::next),
-        true => explore(&mut study, &mut work, arguments, plan::next_of_reference)
-            .and_then(|()| push_all(&mut study, &mut work, arguments, &events, &mut found)),
-    };
-    progress.shown.finish();
+    let next = if arguments.atlas { plan::next_of_reference } else { plan::next };
+    let mut ended = work.explore(&mut study, &arguments.measures, next);
+    if arguments.atlas && ended.is_ok() {
+        (found, ended) = work.push_all(&mut study, &arguments.input, &events);
+    }
+    progress.finish();
     let written = match arguments.atlas {
         false => write(&study, &store, &setup.facts),
         true => write_atlas(&study, &found, &store, &setup.facts),
@@ -113,7 +172,7 @@ pub fn trade(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
     match ended {
         Ok(()) => {
             show(&written?);
-            verify::seal(&setup.out);
+            manifest::seal(&setup.out);
         }
         Err(stop) if stop.exit == Exit::BadInput => return Err(stop),
         Err(stop) => {
@@ -131,17 +190,23 @@ pub fn trade(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
 /// Runs the scene with these `--set`s into a directory; ends it after so many seconds. An error ends the study.
 type Runner<'a> = &'a mut dyn FnMut(&[String], &Path, f64) -> Result<Outcome, Stop>;
 
+/// Which run comes next within a budget [s].
+type Next = fn(&Study, f64) -> Option<Task>;
+
 /// What computes, what keeps it, what shows it.
 struct Work<'a> {
     runner: Runner<'a>,
     store: &'a mut Store,
-    progress: &'a mut Progress,
+    progress: &'a Progress,
+    /// Wall time of all runs together [s].
+    budget: f64,
 }
 
 impl Work<'_> {
     /// Make the run that `run` describes, for no more than `limit` [s], and keep it.
     fn make(&mut self, study: &mut Study, mut run: Finished, limit: f64, label: &str) -> Result<(), Stop> {
-        self.progress.begin(study, label);
+        let (spent, budget) = (seconds(study.spent()), seconds(self.budget));
+        self.progress.begin(&format!("{spent} of {budget}: {label}"));
         run.outcome = (self.runner)(&run.sets, &self.store.next(), limit)?;
         if study.runs.is_empty() && run.outcome.status == Status::Refused {
             return Err(Stop { exit: Exit::BadInput, errors: run.outcome.errors });
@@ -150,115 +215,46 @@ impl Work<'_> {
         study.runs.push(run);
         Ok(())
     }
-}
 
-/// All runs that the plan asks for.
-fn explore(
-    study: &mut Study,
-    work: &mut Work,
-    arguments: &Arguments,
-    next: fn(&Study, f64) -> Option<Task>,
-) -> Result<(), Stop> {
-    measures::choose(study, &arguments.measures)?;
-    study.refresh();
-    while let Some(task) = next(study, arguments.budget) {
-        let (Some(key), Some(sets)) = (study.space.key(&task.point), study.space.sets(&task.point)) else {
-            break;
-        };
-        let label = study.space.label(&task.point);
-        let (purpose, outcome) = (task.purpose, Outcome::default());
-        let run = Finished { point: task.point, key, purpose, sets, outcome };
-        work.make(study, run, task.limit, &label)?;
-        measures::choose(study, &arguments.measures)?;
+    /// All runs that the plan asks for.
+    fn explore(&mut self, study: &mut Study, asked: &[String], next: Next) -> Result<(), Stop> {
+        study.choose_measures(asked)?;
         study.refresh();
-        work.progress.ended(study, &label);
-    }
-    Ok(())
-}
-
-/// Push every knob until the scene breaks.
-fn push_all(
-    study: &mut Study,
-    work: &mut Work,
-    arguments: &Arguments,
-    events: &Events,
-    found: &mut Vec<atlas::Found>,
-) -> Result<(), Stop> {
-    if study.reference.0.is_empty() {
-        return Ok(());
-    }
-    let pushes = atlas::pushes(&study.space);
-    let mut atlas = atlas::Atlas { study, work, budget: arguments.budget, longest_windows: Vec::new() };
-    pushes.iter().try_for_each(|push| {
-        let theory = atlas::theory(push, &atlas.study.space, &arguments.input, events);
-        found.push(atlas::Found { theory, ..atlas.push(push)? });
+        while let Some(task) = next(study, self.budget) {
+            let (Some(key), Some(sets)) = (study.space.key(&task.point), study.space.sets(&task.point))
+            else {
+                break;
+            };
+            let label = study.space.label(&task.point);
+            let (purpose, outcome) = (task.purpose, Outcome::default());
+            let run = Finished { point: task.point, key, purpose, sets, outcome };
+            self.make(study, run, task.limit, &label)?;
+            study.choose_measures(asked)?;
+            study.refresh();
+            self.ended(study, &label);
+        }
         Ok(())
-    })
-}
-
-/// Page and table of the limits; what the screen shows.
-fn write_atlas(study: &Study, found: &[atlas::Found], store: &Store, facts: &Facts) -> Result<String, Stop> {
-    let page = atlas::page(study, found, facts);
-    let path = store.write("atlas.md", &page)?;
-    store.write("atlas.csv", &atlas::table(study, found).map_err(|e| unwritten("atlas.csv", &e))?)?;
-    Ok(format!("{}all limits   {}\n", atlas::screen(study, found), path.display()))
-}
-
-/// Page, table and picture; what the screen shows.
-fn write(study: &Study, store: &Store, facts: &Facts) -> Result<String, Stop> {
-    let page = store.write("trade.md", &report::page(study, facts))?;
-    store.write("trade.csv", &report::table(study, facts).map_err(|e| unwritten("trade.csv", &e))?)?;
-    let picture = picture(study, facts);
-    if !picture.marks.is_empty() {
-        store.write("trade.svg", &plot::draw(&picture).map_err(|e| unwritten("trade.svg", &e))?)?;
-    }
-    Ok(format!("{}all runs     {}\n", report::screen(study), page.display()))
-}
-
-fn unwritten(file: &str, why: &dyn std::fmt::Display) -> Stop {
-    Stop::failed(code::NOT_WRITTEN, format!("{file} cannot be made: {why}"))
-}
-
-fn picture(study: &Study, facts: &Facts) -> plot::Picture {
-    let space = &study.space;
-    let arms = space.arms();
-    let group = |run: &Point| {
-        let same = |arm: &Point| space.knobs.iter().all(|k| !k.arm || rung(arm, k.name) == rung(run, k.name));
-        arms.iter().position(same).unwrap_or(0)
-    };
-    plot::Picture {
-        title: format!("{}: accuracy against cost", facts.scene),
-        groups: arms.iter().map(|arm| space.label(arm)).collect(),
-        marks: study.trades().into_iter().map(|(point, trade)| (trade, group(point))).collect(),
-        front: study.front().into_iter().map(|(point, trade)| (trade, space.label(point))).collect(),
-    }
-}
-
-fn no_reference(study: &Study) -> String {
-    let last = study.runs.last().map_or(String::new(), |run| run.outcome.message());
-    let tried = study.refinements().len();
-    format!(
-        "there is nothing to compare with: of {tried} runs, each twice as fine as the one before, the finest is not done; raise \
-         --budget, or give the value with --reference NAME=VALUE. The last run: {last}"
-    )
-}
-
-/// What is shown while runs are at work.
-struct Progress {
-    shown: sweep::Progress,
-    budget: f64,
-}
-
-impl Progress {
-    fn new(quiet: bool, json: bool, budget: f64) -> Self {
-        Self { shown: sweep::Progress::new(quiet, json, true), budget }
     }
 
-    fn begin(&self, study: &Study, label: &str) {
-        let spent = seconds(study.spent());
-        self.shown.begin(&format!("{spent} of {}: {label}", seconds(self.budget)));
+    /// Push every knob until the scene breaks.
+    fn push_all(
+        &mut self,
+        study: &mut Study,
+        input: &Input,
+        events: &Events,
+    ) -> (Vec<Found>, Result<(), Stop>) {
+        let mut found = Vec::new();
+        let pushes = if study.reference.0.is_empty() { Vec::new() } else { atlas::pushes(&study.space) };
+        let mut atlas = atlas::Atlas { study, work: self, longest_windows: Vec::new() };
+        let pushed = pushes.iter().try_for_each(|push| {
+            let theory = atlas::theory(push, &atlas.study.space, input, events);
+            found.push(Found { theory, ..atlas.push(push)? });
+            Ok(())
+        });
+        (found, pushed)
     }
 
+    /// Say what came of the last run.
     fn ended(&self, study: &Study, label: &str) {
         let Some(run) = study.runs.last() else { return };
         let outcome = &run.outcome;
@@ -278,7 +274,54 @@ impl Progress {
         };
         let number = study.runs.len();
         let spent = seconds(study.spent());
-        self.shown
+        self.progress
             .say(&format!("{number:>4}  {spent:>12}  {label}{purpose}: {what}, {}", seconds(outcome.wall)));
     }
+}
+
+/// Page and table of the limits; what the screen shows.
+fn write_atlas(study: &Study, found: &[Found], store: &Store, facts: &Facts) -> Result<String, Stop> {
+    let page = atlas::page(study, found, facts);
+    let path = store.write("atlas.md", &page)?;
+    store.write("atlas.csv", &atlas::table(study, found).map_err(|e| unwritten("atlas.csv", &e))?)?;
+    Ok(format!("{}all limits   {}\n", atlas::screen(study, found), path.display()))
+}
+
+/// Page, table and picture; what the screen shows.
+fn write(study: &Study, store: &Store, facts: &Facts) -> Result<String, Stop> {
+    let page = store.write("trade.md", &report::page(study, facts))?;
+    store.write("trade.csv", &report::table(study, facts).map_err(|e| unwritten("trade.csv", &e))?)?;
+    let picture = picture(study, facts);
+    if !picture.marks.is_empty() {
+        store.write("trade.svg", &report::draw(&picture).map_err(|e| unwritten("trade.svg", &e))?)?;
+    }
+    Ok(format!("{}all runs     {}\n", report::screen(study), page.display()))
+}
+
+fn unwritten(file: &str, why: &dyn std::fmt::Display) -> Stop {
+    Stop::failed(code::NOT_WRITTEN, format!("{file} cannot be made: {why}"))
+}
+
+fn picture(study: &Study, facts: &Facts) -> report::Picture {
+    let space = &study.space;
+    let arms = space.arms();
+    let group = |run: &Point| {
+        let same = |arm: &Point| space.knobs.iter().all(|k| !k.arm || rung(arm, k.name) == rung(run, k.name));
+        arms.iter().position(same).unwrap_or(0)
+    };
+    report::Picture {
+        title: format!("{}: accuracy against cost", facts.scene),
+        groups: arms.iter().map(|arm| space.label(arm)).collect(),
+        marks: study.trades().into_iter().map(|(point, trade)| (trade, group(point))).collect(),
+        front: study.front().into_iter().map(|(point, trade)| (trade, space.label(point))).collect(),
+    }
+}
+
+fn no_reference(study: &Study) -> String {
+    let last = study.runs.last().map_or(String::new(), |run| run.outcome.message());
+    let tried = study.refinements().len();
+    format!(
+        "there is nothing to compare with: of {tried} runs, each twice as fine as the one before, the finest is not done; raise \
+         --budget, or give the value with --reference NAME=VALUE. The last run: {last}"
+    )
 }

@@ -1,12 +1,11 @@
-//! The study as a page (`trade.md`), as a table for programs (`trade.csv`), and on the screen.
+//! The study as a page (`trade.md`), as a table for programs (`trade.csv`), as a picture (`trade.svg`), and on the screen.
 
-use super::knobs::Class;
-use super::point::Point;
-use super::reference::{Known, deviation};
-use super::result::{Outcome, Status};
-use super::study::{FINEST_ACCURACY, Finished, Recommended, Study};
-use crate::columns::Columns;
+use super::knobs::{Class, Point};
+use super::result::{Known, Outcome, Status, deviation};
+use super::study::{ACCURACIES, FINEST_ACCURACY, Finished, Recommended, Study, Trade};
+use plotters::prelude::*;
 use std::fmt::Write;
+use toolkit::columns::Columns;
 use toolkit::summary::{short, three};
 
 /// What the page says of the study besides its runs.
@@ -199,6 +198,7 @@ fn numerical(study: &Study, facts: &Facts, text: &mut String) {
     let front: Vec<&Point> = study.front().into_iter().map(|(point, _)| point).collect();
     let error = |run: &Finished| study.error(&run.outcome).filter(|_| !study.is_alone());
     let is_marked = |run: &Finished| front.contains(&&run.point) && error(run).is_some();
+    let processes = processes(study);
     let mut table = Columns::new()
         .with("", |run: &&Finished| if is_marked(run) { "*".into() } else { String::new() })
         .with("settings", |run| study.space.label(&run.point))
@@ -211,9 +211,9 @@ fn numerical(study: &Study, facts: &Facts, text: &mut String) {
         .with("`energy_error`", |run| dash(run.outcome.measure("energy_error"), percent))
         .with("wall [s]", |run| three(study.cost(&run.point).unwrap_or(run.outcome.wall)))
         .with("loop [s]", |run| dash(run.outcome.time_loop, three));
-    for name in processes(study) {
-        table = table
-            .with(format!("CPU {name} [s]"), move |run| dash(run.outcome.cpu.get(&name).copied(), three));
+    for name in &processes {
+        table =
+            table.with(format!("CPU {name} [s]"), move |run| dash(run.outcome.cpu.get(name).copied(), three));
     }
     let table = table
         .with("passes per ms", |run| dash(facts.passes_per_ms(&run.outcome), three))
@@ -285,6 +285,7 @@ pub fn table(study: &Study, facts: &Facts) -> Result<String, csv::Error> {
     let front: Vec<&Point> = study.front().into_iter().map(|(point, _)| point).collect();
     let class = |run: &Finished| study.space.class(&run.point);
     let is_own = |run: &Finished| class(run) == Class::Numerical;
+    let processes = processes(study);
     let mut table = Columns::new()
         .with("run", |(number, _): &(usize, &Finished)| (number + 1).to_string())
         .with("purpose", |(_, run)| format!("{:?}", run.purpose).to_lowercase())
@@ -304,8 +305,8 @@ pub fn table(study: &Study, facts: &Facts) -> Result<String, csv::Error> {
         .number("wall_s", |(_, run)| Some(run.outcome.wall))
         .number("loop_s", |(_, run)| run.outcome.time_loop)
         .number("command_s", |(_, run)| Some(run.outcome.seconds));
-    for name in processes(study) {
-        table = table.number(format!("cpu_{name}_s"), move |(_, run)| run.outcome.cpu.get(&name).copied());
+    for name in &processes {
+        table = table.number(format!("cpu_{name}_s"), move |(_, run)| run.outcome.cpu.get(name).copied());
     }
     let table = table
         .number("passes_per_ms", |(_, run)| facts.passes_per_ms(&run.outcome))
@@ -344,4 +345,141 @@ pub fn screen(study: &Study) -> String {
         let _ = writeln!(text, "{:<12} {what}", percent(one.accuracy));
     }
     text
+}
+
+/// What is drawn.
+pub struct Picture {
+    /// Above it.
+    pub title: String,
+    /// Names of the groups.
+    pub groups: Vec<String>,
+    /// All runs that have an error, each with its group: the first is the scene's own arm.
+    pub marks: Vec<(Trade, usize)>,
+    /// The front, the cheapest first, with what to write beside it.
+    pub front: Vec<(Trade, String)>,
+}
+
+const SIZE: (u32, u32) = (900, 620);
+/// Height of a line of text below the plot [px].
+const LINE: u32 = 17;
+const INK: RGBColor = RGBColor(40, 40, 40);
+const GRID: RGBColor = RGBColor(205, 205, 205);
+const COLOURS: [RGBColor; 6] = [
+    RGBColor(3, 83, 164),
+    RGBColor(193, 18, 31),
+    RGBColor(0, 121, 107),
+    RGBColor(123, 44, 191),
+    RGBColor(181, 101, 29),
+    RGBColor(90, 90, 90),
+];
+/// Errors below are drawn there: the plot has no room for less.
+const LEAST: f64 = 1e-7;
+
+/// The picture as SVG; there is one mark at least.
+pub fn draw(picture: &Picture) -> Result<String, String> {
+    let mut text = String::new();
+    {
+        let size = (SIZE.0, SIZE.1 + LINE * picture.front.len() as u32 + 10);
+        let root = SVGBackend::with_string(&mut text, size).into_drawing_area();
+        draw_page(&root, picture).and_then(|()| root.present()).map_err(|e| e.to_string())?;
+    }
+    Ok(text)
+}
+
+type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
+
+fn font(size: i32) -> TextStyle<'static> {
+    ("sans-serif", size).into_font().color(&INK)
+}
+
+/// From a bit below the least to a bit above the largest.
+fn extent(values: impl Iterator<Item = f64>, room: f64) -> std::ops::Range<f64> {
+    let (low, high) = values.fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
+    low / room..high * room
+}
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
+
+/// The plot, and below it what the numbers at the front mean.
+fn draw_page(root: &Area, picture: &Picture) -> Drawn {
+    root.fill(&WHITE)?;
+    let (plot, words) = root.split_vertically(SIZE.1);
+    chart(&plot, picture)?;
+    for (line, (trade, settings)) in picture.front.iter().enumerate() {
+        let text = format!("{}: {settings}; {}, {}", line + 1, percent(trade.error), seconds(trade.cost));
+        words.draw(&Text::new(text, (82, (LINE * line as u32) as i32), font(13)))?;
+    }
+    Ok(())
+}
+
+fn chart(root: &Area, picture: &Picture) -> Drawn {
+    let shown = |trade: &Trade| (trade.cost, trade.error.max(LEAST));
+    let costs = extent(picture.marks.iter().map(|(trade, _)| trade.cost), 1.6);
+    let errors = extent(picture.marks.iter().map(|(trade, _)| shown(trade).1), 2.5);
+    let mut chart = ChartBuilder::on(root)
+        .caption(&picture.title, font(19))
+        .margin(14)
+        .x_label_area_size(46)
+        .y_label_area_size(82)
+        .build_cartesian_2d(costs.clone().log_scale(), errors.clone().log_scale())?;
+    chart
+        .configure_mesh()
+        .bold_line_style(GRID)
+        .light_line_style(GRID.mix(0.35))
+        .label_style(font(13))
+        .axis_desc_style(font(15))
+        .x_desc("wall time of a run [s]")
+        .y_desc("largest error of the measures")
+        .x_label_formatter(&|s| format!("{s}"))
+        .y_label_formatter(&|e| percent(*e))
+        .draw()?;
+    for accuracy in ACCURACIES.iter().filter(|accuracy| errors.contains(accuracy)) {
+        let ends = [(costs.start, *accuracy), (costs.end, *accuracy)];
+        chart.draw_series(DashedLineSeries::new(ends, 6, 5, INK.mix(0.55).stroke_width(1)))?;
+    }
+    let front: Vec<(f64, f64)> = picture.front.iter().map(|(trade, _)| shown(trade)).collect();
+    chart
+        .draw_series(LineSeries::new(front.iter().copied(), INK.stroke_width(2)))?
+        .label("front")
+        .legend(|(x, y)| PathElement::new([(x, y), (x + 18, y)], INK.stroke_width(2)));
+    for (group, name) in picture.groups.iter().enumerate() {
+        let colour = COLOURS[group % COLOURS.len()];
+        let of_group = picture.marks.iter().filter(|(_, of)| *of == group);
+        chart
+            .draw_series(of_group.map(|(trade, _)| Circle::new(shown(trade), 4, colour.mix(0.75).filled())))?
+            .label(name)
+            .legend(move |(x, y)| Circle::new((x + 9, y), 4, colour.filled()));
+    }
+    chart.draw_series(front.iter().map(|place| Circle::new(*place, 7, INK.stroke_width(2))))?;
+    chart.draw_series(front.iter().enumerate().map(|(number, place)| {
+        EmptyElement::at(*place) + Text::new((number + 1).to_string(), (9, -15), font(13))
+    }))?;
+    chart
+        .configure_series_labels()
+        .position(SeriesLabelPosition::UpperRight)
+        .background_style(WHITE.mix(0.85))
+        .border_style(GRID)
+        .label_font(font(13))
+        .draw()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_run_is_a_mark_and_the_front_is_drawn_over_them() {
+        let at = |cost, error| Trade { cost, error };
+        let marks = [(1.0, 0.1, 0), (3.0, 0.01, 1), (2.0, 0.5, 0)];
+        let picture = Picture {
+            title: "Drop & test".into(),
+            groups: vec!["as it is".into(), "strong".into()],
+            marks: marks.iter().map(|(c, e, group)| (at(*c, *e), *group)).collect(),
+            front: vec![(at(1.0, 0.1), "window 2e-4".into()), (at(3.0, 0.01), "scheme strong".into())],
+        };
+        let svg = draw(&picture).expect("drawn");
+        // Three runs, two rings of the front, two of the legend.
+        assert_eq!(svg.matches("<circle").count(), 7, "{svg}");
+        assert!(svg.contains("1: window 2e-4; 10 %, 1 s") && svg.contains("Drop &amp; test"), "{svg}");
+    }
 }

@@ -1,6 +1,6 @@
 //! The directory of a study: which scene it is of, and every finished run, so that the same command goes on with it.
 
-use super::point::Space;
+use super::knobs::Space;
 use super::study::Finished;
 use crate::stop::Stop;
 use crate::sweep::{self, Build};
@@ -46,17 +46,16 @@ impl Store {
             Diagnostic::in_file(out.display().to_string(), format!("no study can be written here: {e}"))
         };
         let owner = Owner::claim(out, &Claim { force, ..Claim::default() })?;
-        let there = files::read_text(&out.join(STUDY)).ok();
-        let known = there.as_ref().and_then(|text| serde_json::from_str::<Identity>(text).ok());
+        let place = out.join(STUDY);
+        let known: Option<Identity> = files::read_json(&place).ok();
         if force || known.as_ref() != Some(identity) {
-            if there.is_some() {
+            if place.exists() {
                 if !force {
                     return Err(another(out, known.as_ref(), identity).into());
                 }
                 std::fs::remove_dir_all(out.join(RUNS)).or_else(absent).map_err(fault)?;
             }
-            let text = serde_json::to_string_pretty(identity).map_err(io::Error::from).map_err(fault)?;
-            files::write(&out.join(STUDY), (text + "\n").as_bytes()).map_err(fault)?;
+            files::write_json(&place, identity).map_err(fault)?;
         }
         Dir::create(&out.join(RUNS)).map_err(fault)?;
         Ok(Self { out: out.to_owned(), _owner: owner, last: 0 })
@@ -129,9 +128,9 @@ fn another(out: &Path, there: Option<&Identity>, identity: &Identity) -> Diagnos
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::trade::knobs::Knob;
-    use crate::trade::point::Point;
-    use crate::trade::result::{Purpose, tests::done};
+    use crate::trade::knobs::{Knob, Point};
+    use crate::trade::result::Purpose;
+    use crate::trade::result::tests::done;
 
     fn identity(scene: &str, build: &str) -> Identity {
         let build = Build::from([("coupler".into(), Some(build.into()))]);

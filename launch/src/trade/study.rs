@@ -1,12 +1,12 @@
-//! What is known so far: all finished runs of a study, and what follows from them.
+//! What is known so far: all finished runs of a study, which measures of them are compared, and what follows from them.
 
-use super::front::{self, Trade};
-use super::knobs::Class;
-use super::point::{Point, Space};
-use super::reference::Reference;
-use super::result::{Outcome, Purpose, Status, median};
+use super::knobs::{Class, Point, Space};
+use super::result::{Outcome, Purpose, Reference, Status, median};
+use crate::stop::Stop;
+use interface_defs::diagnostic::Diagnostic;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use toolkit::explain::suggestion;
 
 /// Accuracies for which settings are recommended, the coarsest first.
 pub const ACCURACIES: [f64; 4] = [0.1, 0.03, 0.01, 0.001];
@@ -56,6 +56,43 @@ pub struct Recommended {
 }
 
 impl Study {
+    /// Choose the measures of the study as soon as a run has some: those that are asked for, those with a given reference, else the
+    /// usual ones.
+    pub fn choose_measures(&mut self, asked: &[String]) -> Result<(), Stop> {
+        if !self.measures.is_empty() {
+            return Ok(());
+        }
+        let Some(run) = self.runs.iter().find(|run| !run.outcome.measures.is_empty()) else {
+            return Ok(());
+        };
+        let there = &run.outcome.measures;
+        let known: Vec<&String> = there.keys().collect();
+        let given = self.given.keys().map(|name| (name, "--reference"));
+        let named = asked.iter().map(|name| (name, "--measure")).chain(given);
+        for (name, option) in named {
+            if !there.contains_key(name) {
+                let what = format!("{option} {name}: this scene gives no measure of that name");
+                let cure = suggestion(name, &known).unwrap_or_default();
+                return Err(Diagnostic::new(what).try_instead(cure).into());
+            }
+        }
+        let chosen = if asked.is_empty() { usual(&known) } else { asked.to_vec() };
+        let mut unique = Vec::new();
+        for name in chosen.into_iter().chain(self.given.keys().cloned()) {
+            if !unique.contains(&name) {
+                unique.push(name);
+            }
+        }
+        if unique.is_empty() {
+            let list: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
+            let what = "none of the usual measures is given by this scene";
+            let cure = format!("name some with --measure; known here: {}", list.join(", "));
+            return Err(Diagnostic::new(what).try_instead(cure).into());
+        }
+        self.measures = unique;
+        Ok(())
+    }
+
     /// Wall time of all runs so far [s].
     pub fn spent(&self) -> f64 {
         self.runs.iter().map(|run| run.outcome.seconds).sum()
@@ -162,7 +199,7 @@ impl Study {
 
     /// Points that no other beats, the cheapest first.
     pub fn front(&self) -> Vec<(&Point, Trade)> {
-        front::front(self.trades())
+        front(self.trades())
     }
 
     /// The cheapest point for each accuracy. None where errors are only the distance from the scene itself.
@@ -185,5 +222,171 @@ impl Study {
         };
         let bound = |run: &Finished| run.outcome.seconds * self.space.dearer(&run.point, point);
         self.runs.iter().filter(ended).map(bound).min_by(f64::total_cmp)
+    }
+}
+
+/// A point's cost and error.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Trade {
+    /// [s]
+    pub cost: f64,
+    /// Relative.
+    pub error: f64,
+}
+
+impl Trade {
+    fn is_finite(&self) -> bool {
+        self.cost.is_finite() && self.error.is_finite()
+    }
+}
+
+/// Those that no other beats, the cheapest first.
+pub fn front<P>(mut all: Vec<(P, Trade)>) -> Vec<(P, Trade)> {
+    all.retain(|(_, trade)| trade.is_finite());
+    all.sort_by(|(_, a), (_, b)| a.cost.total_cmp(&b.cost).then(a.error.total_cmp(&b.error)));
+    let mut best = f64::INFINITY;
+    all.retain(|(_, trade)| {
+        let before = best;
+        best = best.min(trade.error);
+        trade.error < before
+    });
+    all
+}
+
+/// Those that would be on the front if they cost `factor` times less: the noise of one run may hide them.
+pub fn near_front<P: Copy>(all: &[(P, Trade)], factor: f64) -> Vec<P> {
+    let beaten =
+        |one: &Trade| all.iter().any(|(_, other)| other.error <= one.error && other.cost < one.cost / factor);
+    all.iter().filter(|(_, trade)| trade.is_finite() && !beaten(trade)).map(|(point, _)| *point).collect()
+}
+
+/// Measures by default: the first of each line that the scene has. A later block counts where an earlier has none.
+const DEFAULTS: &[&[&[&str]]] = &[
+    &[&["max_deflection", "max_travel", "max_elongation"], &["max_reaction_1ms"]],
+    &[&["runout_distance"], &["max_speed"], &["max_jump_height"]],
+];
+/// Most gauges that are compared by default, where there is nothing else.
+const GAUGES: usize = 4;
+
+fn usual(known: &[&String]) -> Vec<String> {
+    let has = |name: &&&str| known.iter().any(|k| k == *name);
+    for block in DEFAULTS {
+        let first = block.iter().filter_map(|line| line.iter().find(has));
+        let found: Vec<String> = first.map(|name| (*name).to_owned()).collect();
+        if !found.is_empty() {
+            return found;
+        }
+    }
+    // Extremes of gauges, of which the scene says that they matter.
+    let extremes = known.iter().filter(|name| name.ends_with("_min") || name.ends_with("_max"));
+    extremes.take(GAUGES).map(|name| (*name).clone()).collect()
+}
+
+/// A duration as 90s, 10m, 1h30m; a bare number is seconds.
+pub fn duration(text: &str) -> Result<f64, String> {
+    let refuse = || format!("{text} is no duration; write 90s, 10m or 1h30m");
+    let mut total = 0.0;
+    let mut rest = text.trim();
+    while !rest.is_empty() {
+        let digits = rest.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(rest.len());
+        let value: f64 = rest[..digits].parse().map_err(|_| refuse())?;
+        let unit = rest[digits..].find(|c: char| c.is_ascii_digit()).map_or(rest.len(), |at| digits + at);
+        total += value
+            * match rest[digits..unit].trim() {
+                "s" | "" => 1.0,
+                "m" | "min" => 60.0,
+                "h" => 3600.0,
+                _ => return Err(refuse()),
+            };
+        rest = &rest[unit..];
+    }
+    if total > 0.0 { Ok(total) } else { Err(refuse()) }
+}
+
+/// `NAME=VALUE`.
+pub fn given(text: &str) -> Result<(String, f64), String> {
+    let pair =
+        text.split_once('=').and_then(|(name, value)| Some((name.trim(), value.trim().parse::<f64>().ok()?)));
+    match pair {
+        Some((name, value)) if value.is_finite() && !name.is_empty() => Ok((name.to_owned(), value)),
+        _ => Err(format!("{text} is no value of a measure; write NAME=VALUE, as in max_deflection=0.495")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn trades(all: &[(f64, f64)]) -> Vec<(usize, Trade)> {
+        all.iter().map(|(cost, error)| Trade { cost: *cost, error: *error }).enumerate().collect()
+    }
+
+    fn places(all: Vec<(usize, Trade)>) -> Vec<usize> {
+        all.into_iter().map(|(place, _)| place).collect()
+    }
+
+    #[test]
+    fn the_front_holds_those_that_no_other_beats() {
+        let all = trades(&[
+            (4.0, 0.001),
+            (1.0, 0.1),
+            (2.0, 0.2),
+            (2.0, 0.05),
+            (3.0, 0.05),
+            (f64::NAN, 0.0),
+            (0.5, f64::INFINITY),
+        ]);
+        assert_eq!(places(front(all.clone())), [1, 3, 0]);
+        // By definition.
+        for (i, one) in &all {
+            let beats = |(_, o): &(usize, Trade)| {
+                o.cost <= one.cost && o.error <= one.error && (o.cost < one.cost || o.error < one.error)
+            };
+            let finite = one.cost.is_finite() && one.error.is_finite();
+            assert_eq!(places(front(all.clone())).contains(i), finite && !all.iter().any(beats), "{i}");
+        }
+        assert!(front::<usize>(Vec::new()).is_empty());
+    }
+
+    #[test]
+    fn what_noise_may_hide_is_near_the_front() {
+        let all = trades(&[(1.0, 0.1), (1.4, 0.1), (1.6, 0.1), (1.6, 0.05), (3.0, 0.05)]);
+        assert_eq!(near_front(&all, 1.5), [0, 1, 3]);
+        assert_eq!(near_front(&all, 1.0), places(front(all)));
+    }
+
+    #[test]
+    fn a_duration_has_units() {
+        for (text, seconds) in
+            [("90s", 90.0), ("10m", 600.0), ("1h30m", 5400.0), ("2.5m", 150.0), ("45", 45.0)]
+        {
+            assert_eq!(duration(text), Ok(seconds));
+        }
+        for text in ["", "0s", "10x", "m", "-5m"] {
+            assert!(duration(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_reference_has_a_name_and_a_number() {
+        assert_eq!(given("max_deflection=0.49514"), Ok(("max_deflection".into(), 0.49514)));
+        for text in ["max_deflection", "=1", "a=b", "a=inf"] {
+            assert!(given(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn the_usual_measures_are_those_that_are_there() {
+        let pick = |names: &[&str]| {
+            let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
+            usual(&names.iter().collect::<Vec<_>>())
+        };
+        assert_eq!(
+            pick(&["max_elongation", "max_reaction_1ms", "max_travel"]),
+            ["max_travel", "max_reaction_1ms"]
+        );
+        assert_eq!(pick(&["max_speed", "x_min"]), ["max_speed"]);
+        assert_eq!(pick(&["sag", "x_min", "x_max"]), ["x_min", "x_max"]);
+        assert!(pick(&["sag"]).is_empty());
     }
 }

@@ -1,12 +1,13 @@
 //! The strategy with a runner that computes nothing: values and costs follow formulas.
 
-use super::knobs::{Base, of};
+use super::knobs::{Base, Point, Space, of};
 use super::plan::RUNS;
-use super::point::{Point, Space};
-use super::result::{Outcome, Purpose, Status, tests::done};
+use super::result::tests::done;
+use super::result::{Outcome, Purpose, Status};
 use super::store::{Identity, Store};
 use super::study::Study;
-use super::{Arguments, Progress, Work, explore, report};
+use super::{Arguments, Work, report};
+use crate::progress::Progress;
 use crate::stop::Stop;
 use crate::sweep::Build;
 use clap::Parser;
@@ -81,7 +82,7 @@ fn study(given: &[(&str, f64)]) -> Study {
         measures: Vec::new(),
         given: given.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect(),
         runs: Vec::new(),
-        reference: super::reference::Reference::default(),
+        reference: super::result::Reference::default(),
     }
 }
 
@@ -95,10 +96,10 @@ fn session(study: &mut Study, runner: &mut Formula, out: &Path, words: &[&str]) 
     let arguments = arguments(words);
     let mut store = Store::open(out, &identity(), false).expect("opened");
     study.runs = store.load(&study.space).expect("of this build");
-    let mut progress = Progress::new(true, false, arguments.budget);
+    let (progress, budget) = (Progress::new(true, false, false), arguments.budget);
     let mut runner = |sets: &[String], dir: &Path, limit: f64| runner.run(sets, dir, limit);
-    let mut work = Work { runner: &mut runner, store: &mut store, progress: &mut progress };
-    explore(study, &mut work, &arguments, super::plan::next)
+    let mut work = Work { runner: &mut runner, store: &mut store, progress: &progress, budget };
+    work.explore(study, &arguments.measures, super::plan::next)
 }
 
 fn front(study: &Study) -> Vec<&Point> {
@@ -254,7 +255,7 @@ fn a_run_that_is_slower_than_it_should_be_is_ended() {
     let arguments = arguments(&["--budget", "1000"]);
     let mut store = Store::open(temp.path(), &identity(), false).expect("opened");
     let mut study = study(&[]);
-    let (mut formula, mut progress) = (Formula::default(), Progress::new(true, false, 1000.0));
+    let (mut formula, progress, budget) = (Formula::default(), Progress::new(true, false, false), 1000.0);
     let mut runner = |sets: &[String], dir: &Path, limit: f64| {
         if sets.iter().any(|set| set.ends_with("strong")) {
             assert!(limit < 100.0, "{limit}");
@@ -262,8 +263,8 @@ fn a_run_that_is_slower_than_it_should_be_is_ended() {
         }
         formula.run(sets, dir, limit)
     };
-    let mut work = Work { runner: &mut runner, store: &mut store, progress: &mut progress };
-    explore(&mut study, &mut work, &arguments, super::plan::next).expect("explored");
+    let mut work = Work { runner: &mut runner, store: &mut store, progress: &progress, budget };
+    work.explore(&mut study, &arguments.measures, super::plan::next).expect("explored");
     let stopped = study.runs.iter().filter(|run| run.outcome.status == Status::Stopped);
     assert!(stopped.clone().count() > 0);
     assert!(stopped.clone().all(|run| !front(&study).contains(&&run.point)));
@@ -278,12 +279,12 @@ fn a_push_ends_where_the_scene_breaks() {
     let arguments = arguments(&["--budget", "10000"]);
     let mut store = Store::open(temp.path(), &identity(), false).expect("opened");
     let mut study = study(&[]);
-    let (mut formula, mut progress) = (Formula::default(), Progress::new(true, false, 1e4));
+    let (mut formula, progress, budget) = (Formula::default(), Progress::new(true, false, false), 1e4);
     let mut runner = |sets: &[String], dir: &Path, limit: f64| formula.run(sets, dir, limit);
-    let mut work = Work { runner: &mut runner, store: &mut store, progress: &mut progress };
-    explore(&mut study, &mut work, &arguments, super::plan::next_of_reference).expect("explored");
+    let mut work = Work { runner: &mut runner, store: &mut store, progress: &progress, budget };
+    work.explore(&mut study, &arguments.measures, super::plan::next_of_reference).expect("explored");
     let all = pushes(&study.space);
-    let mut atlas = Atlas { study: &mut study, work: &mut work, budget: 1e4, longest_windows: Vec::new() };
+    let mut atlas = Atlas { study: &mut study, work: &mut work, longest_windows: Vec::new() };
     let found: Vec<_> = all.iter().map(|push| atlas.push(push).expect("pushed")).collect();
     let one = |name: &str, strong: bool| {
         let at = found.iter().find(|f| f.push.knob.name == name && f.push.arm.is_empty() != strong);

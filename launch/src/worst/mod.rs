@@ -3,42 +3,31 @@
 //! The rocks' program computes the study, chooses the members and writes the scene of each; the structure's program says where the
 //! barrier stands. Here each of these scenes is run, one after the other, and what came of them is put together.
 //!
-//! - [`place`]: where in the user's file that is wrong which a member's scene has from it;
-//!   [`case`]: a chosen member with what became of it; [`table`]: the results of all
+//! - [`table`]: chosen members with what became of them, and the results of all
 
-mod case;
-mod place;
 mod table;
 
-pub use table::outcome;
-
-use crate::children::{self, Goes, Job, Rules};
-use crate::command_line::own_program;
-use crate::events::{Event, Events};
-use crate::ground;
-use crate::kind;
-use crate::prepared::Prepared;
-use crate::progress::far;
-use crate::scratch::Scratch;
+use crate::children::{self, Event, Events, Goes, Job, Rules};
+use crate::ground::{self, Scratch};
+use crate::plan::own_program;
+use crate::prepared::{self, Prepared};
+use crate::progress::{Progress, far};
 use crate::stop::Stop;
-use crate::sweep::{self, Progress, Task};
-use crate::verify;
-use case::{Case, Chosen};
+use crate::sweep::{self, Task};
 use interface_defs::diagnostic::{Diagnostic, code};
-use place::Generated;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
+pub use table::outcome;
+use table::{Case, Chosen, Generated};
 use toolkit::arguments::{EnsembleArguments, Input};
 use toolkit::exit::Exit;
 use toolkit::ground::Area;
+use toolkit::manifest;
 use toolkit::owner::{Claim, Owner, holder};
-use toolkit::run_dir::{self, BARRIER};
+use toolkit::run_dir::{self, BARRIER, CHOSEN};
 use toolkit::scene::Scene;
 use toolkit::summary::{RunStatus, Summary};
-
-/// The list of members that the rocks' program leaves in the folder of the barrier.
-const CHOSEN: &str = "chosen.json";
 
 /// How often a member is looked at that another process runs.
 const LOOK: Duration = Duration::from_millis(500);
@@ -57,7 +46,8 @@ pub fn worst(arguments: &EnsembleArguments, json: bool) -> Result<Exit, Stop> {
         return Err(Stop::input(code::ARGUMENT, "--barrier is missing"));
     };
     let (_, sets) = arguments.sets()?;
-    let scene = Scene::load(barrier, &sets).map_err(|e| kind::study(barrier).unwrap_or_else(|| e.into()))?;
+    let scene =
+        Scene::load(barrier, &sets).map_err(|e| prepared::study(barrier).unwrap_or_else(|| e.into()))?;
     let work = Work {
         arguments,
         barrier,
@@ -68,7 +58,7 @@ pub fn worst(arguments: &EnsembleArguments, json: bool) -> Result<Exit, Stop> {
         progress: Progress::new(arguments.quiet || json, false, false),
     };
     if arguments.scene_of.is_some() || arguments.members.is_some() {
-        return work.study(&work.of_part());
+        return work.study();
     }
     let name = Scene::from_text(&arguments.study.display().to_string(), "")?;
     let out = run_dir::location(arguments.dir.out.as_deref(), &name).join(BARRIER);
@@ -76,7 +66,7 @@ pub fn worst(arguments: &EnsembleArguments, json: bool) -> Result<Exit, Stop> {
         return work.one(&out, member);
     }
     work.check(out.parent().unwrap_or(&out))?;
-    let exit = work.study(&work.of_all())?;
+    let exit = work.study()?;
     if !matches!(exit, Exit::Done | Exit::Unreliable) {
         return Ok(exit);
     }
@@ -150,35 +140,25 @@ impl Work<'_> {
         Ok(command)
     }
 
-    /// Options of a call for a part of the study, or for the scene of one member.
-    fn of_part(&self) -> Vec<String> {
+    /// The study, a part of it, or the scene of one member, by its program. A study that is there is gone on with.
+    fn study(&self) -> Result<Exit, Stop> {
         let it = self.arguments;
-        let number = it.scene_of.map(|number| format!("--scene-of={number}"));
-        let output = it.output.as_ref().map(|path| format!("--output={}", path.display()));
-        let members = it.members.as_ref().map(|members| format!("--members={members}"));
-        number.into_iter().chain(output).chain(members).chain(self.of_any()).collect()
-    }
-
-    /// Options of the call that computes the study. A study that is there is gone on with.
-    fn of_all(&self) -> Vec<String> {
-        let begin = if self.arguments.force { "--force" } else { "--resume" };
-        let own = [format!("--worst={}", self.arguments.worst), begin.into()];
-        own.into_iter().chain(self.of_any()).collect()
-    }
-
-    fn of_any(&self) -> impl Iterator<Item = String> {
-        let threads = self.arguments.threads.map(|threads| format!("--threads={threads}"));
-        let out = self.arguments.dir.out.as_ref().map(|dir| format!("--out={}", dir.display()));
-        threads.into_iter().chain(out)
-    }
-
-    fn study(&self, options: &[String]) -> Result<Exit, Stop> {
+        let whole = it.scene_of.is_none() && it.members.is_none();
+        let options = [
+            it.scene_of.map(|number| format!("--scene-of={number}")),
+            it.output.as_ref().map(|path| format!("--output={}", path.display())),
+            it.members.as_ref().map(|members| format!("--members={members}")),
+            whole.then(|| format!("--worst={}", it.worst)),
+            whole.then(|| if it.force { "--force" } else { "--resume" }.into()),
+            it.threads.map(|threads| format!("--threads={threads}")),
+            it.dir.out.as_ref().map(|dir| format!("--out={}", dir.display())),
+        ];
         let mut command = self.command()?;
-        if self.arguments.list_worst {
+        command.args(options.into_iter().flatten());
+        if it.list_worst {
             // The list alone is printed there.
             command.stdout(Stdio::null());
         }
-        command.args(options);
         // What is wrong it has said itself.
         Ok(self.wait(Job { output: Goes::Shown, ..Job::of(command) })?.exit())
     }
@@ -259,7 +239,7 @@ impl Work<'_> {
         let mut summary = table::summary(&chosen, &cases, &self.barrier.display().to_string());
         owner.write_summary(&mut summary).map_err(|what| Stop::failed(code::NOT_WRITTEN, what))?;
         // With the study that it belongs to.
-        verify::seal(dir.parent().unwrap_or(dir));
+        manifest::seal(dir.parent().unwrap_or(dir));
         if !self.arguments.quiet {
             toolkit::screen::show(&table::screen(&summary, &cases, dir));
         }

@@ -1,15 +1,20 @@
-//! What the barrier did to all chosen members: a row for each, counts, envelopes.
+//! What the barrier did to all chosen members: a row for each, counts, envelopes; and where in the user's file that stands which is
+//! wrong in the scene of a member, most of which is the barrier's own.
 
-use super::case::{Case, Chosen};
-use crate::columns::Columns;
+use crate::stop::Stop;
+use crate::sweep::{self, Ran};
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::message::{Measure, Worse};
 use interface_defs::verdict::Fate;
+use serde::Deserialize;
 use serde_json::{Value, json};
 use std::io;
 use std::path::Path;
-use toolkit::files;
+use toolkit::columns::Columns;
+use toolkit::history::column;
+use toolkit::scene::{Scene, at};
 use toolkit::summary::{RunStatus, Summary, short};
+use toolkit::{files, input_file};
 
 /// One row for each member.
 pub const VERDICTS: &str = "verdicts.csv";
@@ -28,14 +33,6 @@ fn measures<'a>(cases: &[&'a Case]) -> Vec<&'a Measure> {
     found
 }
 
-/// The name of a column with its unit.
-fn column(measure: &Measure) -> String {
-    match measure.unit.as_str() {
-        "1" => measure.name.clone(),
-        unit => format!("{}_{}", measure.name, unit.replace('/', "_per_").replace('*', "_")),
-    }
-}
-
 /// Write the rows.
 pub fn write_rows(keys: &[String], cases: &[Case], dir: &Path) -> io::Result<()> {
     let cases: Vec<&Case> = cases.iter().collect();
@@ -51,7 +48,8 @@ pub fn write_rows(keys: &[String], cases: &[Case], dir: &Path) -> io::Result<()>
         .with("fate", |case| case.fate().map_or("", Fate::name).into())
         .with("status", |case| case.status.word().into());
     for measure in measures(&cases) {
-        table = table.number(column(measure), move |case: &&Case| case.measure(&measure.name));
+        table = table
+            .number(column(&measure.name, &measure.unit), move |case: &&Case| case.measure(&measure.name));
     }
     let table = table
         .text("sentence", |case| case.sentence().unwrap_or_default())
@@ -198,9 +196,165 @@ pub fn screen(summary: &Summary, cases: &[Case], dir: &Path) -> String {
     table.aligned(&rows) + "\n" + &outcome + &summary.table(dir)
 }
 
+/// What the rocks' program leaves: which members, and what they bring to the line.
+#[derive(Debug, Deserialize)]
+pub struct Chosen {
+    /// Members of the study.
+    pub members: u64,
+    /// How many of them reach the line.
+    pub reach: u64,
+    /// What is known of each chosen one, in order.
+    pub columns: Vec<String>,
+    /// A table for each chosen one.
+    pub chosen: Vec<Value>,
+}
+
+impl Chosen {
+    /// Read the file.
+    pub fn read(path: &Path) -> Result<Self, Stop> {
+        files::read_json(path).map_err(|e| {
+            let what = format!("{}: {e}; are all programs of one version?", path.display());
+            Stop::failed(code::FILE_CONTENT, what)
+        })
+    }
+}
+
+/// A chosen member with what became of it.
+#[derive(Debug)]
+pub struct Case {
+    /// What it brings to the line.
+    pub entry: Value,
+    /// How its run ended.
+    pub status: RunStatus,
+    /// Why it is not done.
+    pub reasons: Vec<Diagnostic>,
+    /// What it came to, where it was computed.
+    pub summary: Option<Summary>,
+    /// What its run warns of, without places in its own scene.
+    pub warnings: Vec<Diagnostic>,
+}
+
+impl Case {
+    /// The case whose run in `place` has ended before, of the same scene. An error: programs of another build computed it.
+    pub fn finished(entry: &Value, place: &Path) -> Result<Option<Self>, Diagnostic> {
+        let Some((of, ())) = sweep::kept(place)? else { return Ok(None) };
+        let Ok(summary) = Summary::read(place) else { return Ok(None) };
+        let case = Self::of(entry, summary);
+        // A process that was lost says nothing of the scene.
+        let lost = case.status == RunStatus::Interrupted
+            || case.reasons.iter().any(|reason| reason.code == code::PROCESS);
+        let same = scene(place).is_ok_and(|now| now == of);
+        Ok(Some(case).filter(|_| same && !lost))
+    }
+
+    /// The case whose run has ended now.
+    pub fn ended(entry: &Value, place: &Path, ran: Ran) -> Result<Self, Stop> {
+        let Some(summary) = ran.summary else {
+            let (entry, status, reasons) = (entry.clone(), RunStatus::Failed, ran.errors);
+            return Ok(Self { entry, status, reasons, summary: None, warnings: Vec::new() });
+        };
+        let of = scene(place).map_err(|e| Stop::failed(code::FILE, format!("{}: {e}", place.display())))?;
+        sweep::keep(place, &of, ())?;
+        Ok(Self::of(entry, summary))
+    }
+
+    fn of(entry: &Value, summary: Summary) -> Self {
+        let placeless = |warning: &Diagnostic| Diagnostic { place: None, ..warning.clone() };
+        // Which measures are not there is of less weight than what is wrong.
+        let (absent, mut warnings): (Vec<_>, Vec<_>) =
+            summary.warnings.iter().map(placeless).partition(|warning| warning.code == code::ABSENT_MEASURE);
+        warnings.extend(absent);
+        let reasons = summary.reasons.clone();
+        Self { entry: entry.clone(), status: summary.status, reasons, summary: Some(summary), warnings }
+    }
+
+    /// Its number.
+    pub fn member(&self) -> u64 {
+        self.entry["member"].as_u64().unwrap_or_default()
+    }
+
+    /// A number that it brings to the line.
+    pub fn number(&self, key: &str) -> Option<f64> {
+        self.entry[key].as_f64()
+    }
+
+    /// What became of it, in a sentence.
+    pub fn sentence(&self) -> Option<String> {
+        let sentences = self.summary.as_ref()?.sentences();
+        (!sentences.is_empty()).then(|| sentences.join("; "))
+    }
+
+    /// What became of its rock; `None`: it could not be computed.
+    pub fn fate(&self) -> Option<Fate> {
+        let computed = self.summary.as_ref().filter(|summary| summary.status != RunStatus::Failed)?;
+        computed.verdict.first().map(|verdict| verdict.fate)
+    }
+
+    /// A result of its run.
+    pub fn measure(&self, name: &str) -> Option<f64> {
+        self.summary.as_ref()?.measure(name)
+    }
+
+    /// Why it is not done, in one line.
+    pub fn reason(&self) -> String {
+        let all: Vec<String> = self.reasons.iter().map(Diagnostic::headline).collect();
+        all.join("; ").replace('\n', "; ")
+    }
+
+    /// The same, and what its run warns of.
+    pub fn notes(&self) -> String {
+        let reason = Some(self.reason()).filter(|reason| !reason.is_empty());
+        let warnings = self.warnings.iter().map(|warning| format!("warning: {warning}"));
+        reason.into_iter().chain(warnings).collect::<Vec<_>>().join("; ").replace('\n', "; ")
+    }
+
+    /// What the screen shows of it.
+    pub fn words(&self) -> String {
+        match self.status {
+            RunStatus::Done => self.sentence().unwrap_or_else(|| "no verdict".into()),
+            status => format!("{}: {}", status.word(), self.reason()),
+        }
+    }
+}
+
+/// Hash of the scene that the run in `place` is of.
+fn scene(place: &Path) -> io::Result<String> {
+    files::read(&place.with_extension("toml"), files::TEXT).map(|bytes| input_file::hash(&bytes))
+}
+
+/// What a member's scene has from the study, or from both.
+const OF_STUDY: [&str; 6] = ["rock", "terrain", "gravity", "contact", "end_time", "title"];
+
+/// The scene of a member that was made to be checked.
+pub struct Generated<'a> {
+    /// Its file, as diagnostics name it.
+    pub file: String,
+    /// The barrier that it was made with.
+    pub barrier: &'a Scene,
+}
+
+impl Generated<'_> {
+    /// What is said of it, as something about the barrier's file where the key is from there.
+    pub fn placed(&self, mut said: Diagnostic) -> Diagnostic {
+        if said.key.as_deref().is_some_and(|key| self.is_of_barrier(key)) {
+            return self.barrier.placed(Diagnostic { place: None, ..said });
+        }
+        if let Some(place) = said.place.as_deref_mut().filter(|place| place.file == self.file) {
+            place.file = format!("the scene of member 1 against {}", self.barrier.path().display());
+        }
+        said
+    }
+
+    fn is_of_barrier(&self, key: &str) -> bool {
+        let first = key.split('.').next().unwrap_or_default();
+        !OF_STUDY.contains(&first) && self.barrier.document().is_ok_and(|table| at(&table, key).is_some())
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use interface_defs::diagnostic::{Place, code};
     use interface_defs::verdict::{Ending, Verdict};
 
     fn case(member: u64, status: RunStatus, fate: Fate, elongation: f64) -> Case {
@@ -308,5 +462,28 @@ mod tests {
             cases[2].notes(),
             "why; this; warning: structure: posts have turned by 8 degrees; warning: b is absent: no impact"
         );
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_in_the_file_of_the_user() {
+        let own = "# mine\n[dem]\ntime_step = 1e-2\n[[structure.parts]]\nname = \"a\"\n[[structure.parts]]\nname = \"b\"\n";
+        let barrier = Scene::from_text("barrier.toml", own).expect("valid");
+        let generated = Generated { file: "/t/m.toml".into(), barrier: &barrier };
+        let at = |key: &str| {
+            let place = Place::in_text("/t/m.toml", "end_time = 1.5\n[dem]\ntime_step = 0.01\n", 33..37);
+            Diagnostic::error(code::TIME_STEP, "too long").about(key).try_instead("shorten it").at(place)
+        };
+        let said = generated.placed(at("dem.time_step")).to_string();
+        assert!(said.starts_with("barrier.toml:3:13: too long"), "{said}");
+        assert!(said.contains("3 | time_step = 1e-2") && said.ends_with("= shorten it"), "{said}");
+        assert!(generated.placed(at("structure.parts.1.name")).to_string().starts_with("barrier.toml:7:"));
+        for key in ["rock.0.density", "dem.steps_per_contact"] {
+            let said = generated.placed(at(key)).to_string();
+            assert!(said.starts_with("the scene of member 1 against barrier.toml:3:"), "{said}");
+        }
+        let warning = Diagnostic::warning(code::OTHER, "a post has turned");
+        assert_eq!(generated.placed(warning.clone()), warning);
+        let long = Diagnostic::warning(code::TIME_STEP, "long").about("dem.time_step");
+        assert_eq!(generated.placed(long).to_string(), "barrier.toml:3:13: dem.time_step: long");
     }
 }

@@ -3,7 +3,7 @@
 use coupler::coupling::{Committed, Coupling, KeptRun, Observer};
 use coupler::settings::CouplingSettings;
 use coupler::side::Side;
-use dem_solver::study::journal::Journal;
+use dem_solver::study::record::Journal;
 use dem_solver::study::record::{Outcome, Record};
 use dem_solver::study::track::{Crossing, Track, Visit};
 use in_process::{Any, InProcess};
@@ -117,7 +117,7 @@ pub(super) fn records() -> [Record; 2] {
     let failed = Outcome::failed(Diagnostic::new("member 1"));
     let track = Track {
         visits: vec![Visit { cell: 1, values: [1.0; 4] }],
-        crossings: vec![Crossing { line: 0, values: [2.0; 13] }],
+        crossings: vec![Crossing { time: 2.0, speed: 2.0, ..Crossing::default() }],
         ..Track::default()
     };
     [1, 2].map(|number| Record { number, outcome: failed.clone(), track: track.clone() })

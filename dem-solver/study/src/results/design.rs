@@ -40,15 +40,6 @@ struct Row {
     weak: Option<String>,
 }
 
-/// Whether a barrier has what it must have.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Finding<'a> {
-    Satisfied,
-    NotSatisfied,
-    /// It has what was found, and what was found is not enough to say so.
-    NotJudged(&'a str),
-}
-
 impl Row {
     /// A number, and how it was made.
     fn new(standard: &'static str, name: &'static str, value: f64, unit: &'static str, how: String) -> Self {
@@ -68,12 +59,18 @@ impl Row {
         Self { over, ..self }
     }
 
-    fn finding(&self) -> Option<Finding<'_>> {
+    /// Whether the barrier has it: for the table, and in words.
+    fn finding(&self) -> Option<(&'static str, String)> {
         Some(match (self.has? >= self.value, &self.weak) {
-            (true, None) => Finding::Satisfied,
-            (true, Some(why)) => Finding::NotJudged(why),
-            (false, _) => Finding::NotSatisfied,
+            (false, _) => ("no", "not satisfied".into()),
+            (true, None) => ("yes", "satisfied".into()),
+            // What was found is not enough to say so.
+            (true, Some(why)) => ("not judged", format!("not judged, {why}")),
         })
+    }
+
+    fn is_satisfied(&self) -> bool {
+        self.has.is_some_and(|has| has >= self.value) && self.weak.is_none()
     }
 }
 
@@ -193,8 +190,8 @@ pub fn write(
     design: &Design,
     passing: &Passing,
     study: &Reliability,
-) -> io::Result<Checked> {
-    let mut checked = Checked::default();
+    checked: &mut Checked,
+) -> io::Result<()> {
     let of_uni = design.uni_11211_4.as_ref().and_then(|uni| of_uni(uni, design, passing, study));
     let of_onr = design.onr_24810.as_ref().and_then(|onr| of_onr(onr, design, passing, study));
     checked.warnings.extend(design.uni_11211_4.as_ref().and_then(|uni| block(name, uni, passing)));
@@ -206,12 +203,7 @@ pub fn write(
     for rows in [of_uni, of_onr].into_iter().flatten() {
         for row in &rows {
             let has = row.has.map_or(String::new(), |has| has.to_string());
-            let satisfied = match row.finding() {
-                None => "",
-                Some(Finding::Satisfied) => "yes",
-                Some(Finding::NotSatisfied) => "no",
-                Some(Finding::NotJudged(_)) => "not judged",
-            };
+            let satisfied = row.finding().map_or("", |(satisfied, _)| satisfied);
             let value = row.value.to_string();
             let how = row.more.as_ref().map_or(row.how.clone(), |more| format!("{}; {more}", row.how));
             table.write_record([row.standard, row.name, &value, row.unit, &how, &has, satisfied])?;
@@ -231,8 +223,7 @@ pub fn write(
         let few = Diagnostic::warning(code::FEW_SAMPLES, what);
         checked.warnings.push(few.try_instead("more members are required"));
     }
-    table.flush()?;
-    Ok(checked)
+    table.flush()
 }
 
 /// Largest design block over the largest rock that passes of which nothing is said.
@@ -285,20 +276,14 @@ fn sentence(name: &str, rows: &[Row], study: &Reliability) -> String {
         let must = format!("{what} {} {}", short(row.value), row.unit);
         let more = row.more.as_ref().map_or(String::new(), |more| format!(" ({more})"));
         let must = must + &more;
-        let Some((has, finding)) = row.has.zip(row.finding()) else { return must };
+        let Some((has, (_, finding))) = row.has.zip(row.finding()) else { return must };
         let over = row.over.as_ref().map_or(String::new(), |over| format!(" ({over})"));
-        let has = format!("{must}, the barrier has {}{over}", short(has));
-        match finding {
-            Finding::Satisfied => format!("{has}: satisfied"),
-            Finding::NotSatisfied => format!("{has}: not satisfied"),
-            Finding::NotJudged(why) => format!("{has}: not judged, {why}"),
-        }
+        format!("{must}, the barrier has {}{over}: {finding}", short(has))
     });
     let parts: Vec<String> = parts.collect();
-    let satisfied = rows.iter().any(|row| row.finding() == Some(Finding::Satisfied));
     let doubts = match study.doubts {
         0 => String::new(),
-        _ if !satisfied => String::new(),
+        _ if !rows.iter().any(Row::is_satisfied) => String::new(),
         1 => "; a warning about the input of this study is open".into(),
         count => format!("; {count} warnings about the input of this study are open"),
     };

@@ -11,6 +11,7 @@ use std::io;
 use std::path::Path;
 use toolkit::coordinates::Form;
 use toolkit::files;
+use toolkit::summary::three;
 
 /// Width of the map, and its largest height [px].
 const WIDTH: f64 = 900.0;
@@ -72,22 +73,6 @@ fn colour(share: f64) -> [u8; 3] {
     })
 }
 
-/// A number with three digits that count.
-pub fn short(value: f64) -> String {
-    if value == 0.0 {
-        return "0".into();
-    }
-    let size = value.abs();
-    if !(1e-3..1e6).contains(&size) {
-        return format!("{value:.2e}");
-    }
-    let power = 10_f64.powf(2.0 - size.log10().floor());
-    let value = (value * power).round() / power;
-    let digits = (2.0 - size.log10().floor()).max(0.0) as usize;
-    let text = format!("{value:.digits$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
-}
-
 impl<'a> Sheet<'a> {
     /// Of a study with so many members that were computed.
     pub fn new(base: &'a Base, grid: &'a Grid, members: u64) -> Self {
@@ -137,7 +122,7 @@ impl<'a> Sheet<'a> {
         let notes: String = [map.note.as_deref(), log].iter().flatten().map(|n| format!("; {n}")).collect();
         let [width, height] = self.size;
         let [wide, high] = [LEFT + width + RIGHT, TOP + height + BELOW];
-        let (title, members, cell) = (capital(&title), self.members, short(self.grid.cell));
+        let (title, members, cell) = (capital(&title), self.members, three(self.grid.cell));
         let mut text = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{wide:.0}\" height=\"{high:.0}\" viewBox=\"0 0 {wide:.0} {high:.0}\" \
              font-family=\"sans-serif\" font-size=\"13\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n\
@@ -207,7 +192,7 @@ impl<'a> Sheet<'a> {
             "<rect x=\"{LEFT}\" y=\"{TOP}\" width=\"{width:.1}\" height=\"{height:.1}\" fill=\"none\" stroke=\"black\"/>\n\
              <path d=\"M{LEFT} {y:.1} v6 h{length:.1} v-6\" fill=\"none\" stroke=\"black\" stroke-width=\"1.5\"/>\n"
         );
-        *text += &label([LEFT + length + 6.0, base + 42.0], "", &format!("{} m", short(bar)));
+        *text += &label([LEFT + length + 6.0, base + 42.0], "", &format!("{} m", three(bar)));
         let corner = |x: f64, y: f64| format!("({:.0}, {:.0})", x + origin.x, y + origin.y);
         let grey = " fill=\"#444\" font-size=\"11\"";
         let south_west = corner(west, north - extent[1]);
@@ -237,7 +222,7 @@ impl<'a> Sheet<'a> {
                 Scale::Linear => least + share * (most - least),
                 Scale::Log => least * (most / least).powf(share),
             };
-            *text += &label([x + 26.0, top + height * (1.0 - share) + 4.0], "", &short(value));
+            *text += &label([x + 26.0, top + height * (1.0 - share) + 4.0], "", &three(value));
         }
         *text += &label([x, top + height + 30.0], " fill=\"#0050b0\"", "releases");
         if !self.base.lines.is_empty() {
@@ -266,6 +251,6 @@ mod tests {
         assert_eq!(colour(0.0), [255, 245, 190]);
         assert_eq!(colour(1.0), [90, 0, 60]);
         assert_eq!(colour(0.125), [255, 223, 140]);
-        assert_eq!([0.0, 12.34, 0.5, 1234.0, 2.5e7].map(short), ["0", "12.3", "0.5", "1230", "2.50e7"]);
+        assert_eq!([0.0, 12.34, 0.5, 1234.0, 2.5e7].map(three), ["0", "12.3", "0.5", "1230", "2.5e7"]);
     }
 }

@@ -366,6 +366,16 @@ pub fn read_text(path: &Path) -> io::Result<String> {
     String::from_utf8(read(path, TEXT)?).map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e))
 }
 
+/// [`write()`] a value as JSON, for people and programs.
+pub fn write_json(path: &Path, value: &impl serde::Serialize) -> io::Result<()> {
+    write(path, (serde_json::to_string_pretty(value)? + "\n").as_bytes())
+}
+
+/// A value of a JSON file, as text of a limited length.
+pub fn read_json<T: serde::de::DeserializeOwned>(path: &Path) -> io::Result<T> {
+    Ok(serde_json::from_str(&read_text(path)?)?)
+}
+
 /// An error of this module for whoever runs a solver: bad input if it carries a [`Diagnostic`], else a file that failed.
 pub fn fault(error: io::Error) -> Fault {
     match error.downcast::<Diagnostic>() {

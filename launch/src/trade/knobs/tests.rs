@@ -119,3 +119,41 @@ fn every_number_reads_back_bit_for_bit_as_a_float() {
         assert_eq!(read["x"].as_float(), Some(value));
     }
 }
+
+fn space(open: &[&str]) -> Space {
+    let text = "[dem]\ntime_step = 1e-5\n[coupling]\nscheme = \"weak\"\ntime_window = 4e-5\nsamples = 1\ntolerance = 1e-4\n\
+        absolute_tolerance = 1e-6\n[[contact]]\nyoung = 1e8\n";
+    let resolved = text.parse().expect("TOML");
+    let knobs = of(&Base { resolved: &resolved, in_use: &[("fem.time_step", 2e-5)] });
+    Space { knobs, open: open.iter().map(|key| (*key).to_owned()).collect() }
+}
+
+#[test]
+fn steps_that_no_window_lets_be_longer_are_one_point() {
+    let space = space(&[]);
+    let key = |rungs: &[(&'static str, i32)]| space.key(&rungs.iter().copied().collect());
+    assert_eq!(key(&[("dem_step", 2)]), key(&[("dem_step", 5)]), "cut to the window of 4e-5 s");
+    assert_ne!(key(&[("dem_step", 1)]), key(&[("dem_step", 2)]));
+    assert_ne!(key(&[("dem_step", 2), ("window", 1)]), key(&[("dem_step", 3), ("window", 1)]));
+    // Weak coupling does not use its tolerance.
+    assert_eq!(key(&[("tolerance", 1)]), key(&[]));
+    assert_ne!(key(&[("tolerance", 1), ("scheme", 1)]), key(&[("scheme", 1)]));
+}
+
+#[test]
+fn what_the_scene_leaves_open_is_named_where_it_is_computed_otherwise() {
+    let space = space(&["fem.time_step"]);
+    let sets = |rungs: &[(&'static str, i32)]| space.sets(&rungs.iter().copied().collect()).expect("a point");
+    assert!(sets(&[]).is_empty());
+    assert_eq!(sets(&[("window", 1)]), ["coupling.time_window=8e-5", "fem.time_step=2e-5"]);
+    assert_eq!(sets(&[("modulus", 1)]), ["contact.0.young=2.5e7"], "a model keeps the program's own choice");
+}
+
+#[test]
+fn a_finer_point_costs_its_factors_and_a_coarser_one_no_less() {
+    let space = space(&[]);
+    let p = |rungs: &[(&'static str, i32)]| rungs.iter().copied().collect::<Point>();
+    assert_eq!(space.dearer(&p(&[("window", 1)]), &p(&[("window", -1), ("dem_step", 3)])), 4.0);
+    assert_eq!(space.refined(&p(&[]), 2), p(&[("window", -2), ("dem_step", -2), ("fem_step", -2)]));
+    assert_eq!(space.arms(), [p(&[]), p(&[("scheme", 1)])]);
+}

@@ -1,0 +1,267 @@
+//! The maps: per cell how many rocks passed or stopped there, and quantiles of how fast, how strong, how high. Each is a GeoTIFF,
+//! one band of numbers, north up, in the terrain's coordinate system, and a picture. Trajectories and ends of members are GeoJSON, with
+//! what became of each.
+//!
+//! Source: OGC GeoTIFF 1.1, 7.1 and B; the mark of cells without a value is GDAL's.
+
+use super::picture::{self, Map, Scale};
+use crate::base::Base;
+use crate::grid::Grid;
+use crate::record::{All, How, QUANTITIES, Record};
+use crate::summary::quantile;
+use dem_terrain::system::{PROJECTED_TYPE, USER_DEFINED};
+use interface_defs::diagnostic::{Diagnostic, code};
+use serde_json::{Value, json};
+use std::io::{self, BufWriter, Cursor, Write};
+use std::path::Path;
+use tiff::TiffResult;
+use tiff::encoder::colortype::Gray32Float;
+use tiff::encoder::compression::DeflateLevel;
+use tiff::encoder::{Compression, TiffEncoder};
+use tiff::tags::Tag;
+use toolkit::files::{self, Stream};
+use toolkit::summary::RunStatus;
+
+/// The quantities of a visit, in its order: name of the file, and what the picture says.
+const VISITED: [(&str, &str); 4] = [
+    ("speed", "speed [m/s]"),
+    ("kinetic_energy", "kinetic energy [J]"),
+    ("rotation_energy", "energy of rotation [J]"),
+    ("jump_height", "jump height of the lowest point [m]"),
+];
+
+/// Shares of which there are maps [%]: those that a design asks for.
+const SHARES: [u32; 4] = [50, 90, 95, 99];
+
+/// Where few rocks pass, a high quantile is between the two largest of them.
+fn note(share: u32) -> Option<String> {
+    let few = 100 / (100 - share) + 1;
+    (share >= 90).then(|| format!("where up to {few} rocks pass (see count): between the two largest"))
+}
+
+/// Write all maps of a study.
+pub fn write(base: &Base, grid: &Grid, system: &System, dir: &Path, all: All) -> io::Result<()> {
+    let (mut count, mut ends, mut computed) = (vec![0_u32; grid.cells()], vec![0_u32; grid.cells()], 0_u64);
+    all(&mut |record| {
+        if record.outcome.status == RunStatus::Failed {
+            return Ok(());
+        }
+        computed += 1;
+        record.track.visits.iter().for_each(|visit| count[visit.cell as usize] += 1);
+        let [x, y, _] = record.outcome.end;
+        let place = base.local(&[x, y]);
+        if let Some(cell) = grid.at(place).filter(|_| record.outcome.how == How::Rest) {
+            ends[cell as usize] += 1;
+        }
+        Ok(())
+    })?;
+    let picture = picture::Sheet::new(base, grid, computed);
+    let put = |name: &str, title: String, note, scale, values: &[f32]| {
+        write_band(&dir.join(format!("{name}.tif")), base, grid, system, values)?;
+        picture.write(&dir.join(format!("{name}.svg")), &Map { title, note, scale, values })
+    };
+    let known = |of: &dyn Fn(usize) -> f32| -> Vec<f32> {
+        (0..grid.cells()).map(|cell| if count[cell] > 0 { of(cell) } else { f32::NAN }).collect()
+    };
+    let passing = known(&|cell| count[cell] as f32);
+    put("count", "number of rocks passing".into(), None, Scale::Log, &passing)?;
+    let shares = known(&|cell| (f64::from(count[cell]) / computed.max(1) as f64) as f32);
+    put("share", "share of rocks passing".into(), None, Scale::Log, &shares)?;
+    let stopped: Vec<f32> = ends.iter().map(|n| if *n > 0 { *n as f32 } else { f32::NAN }).collect();
+    put("deposition", "number of rocks at rest".into(), None, Scale::Linear, &stopped)?;
+    // Where the values of each cell begin in one long row.
+    let mut starts = vec![0_usize];
+    count.iter().for_each(|n| starts.push(starts[starts.len() - 1] + *n as usize));
+    for (number, (name, title)) in VISITED.into_iter().enumerate() {
+        let mut values = vec![0.0_f32; starts[grid.cells()]];
+        let mut next = starts.clone();
+        all(&mut |record| {
+            if record.outcome.status == RunStatus::Failed {
+                return Ok(());
+            }
+            for visit in &record.track.visits {
+                let place = &mut next[visit.cell as usize];
+                values[*place] = visit.values[number];
+                *place += 1;
+            }
+            Ok(())
+        })?;
+        let mut maps = vec![vec![f32::NAN; grid.cells()]; SHARES.len()];
+        let mut sorted = Vec::new();
+        for cell in (0..grid.cells()).filter(|cell| count[*cell] > 0) {
+            sorted.clear();
+            sorted.extend(values[starts[cell]..starts[cell + 1]].iter().map(|v| f64::from(*v)));
+            sorted.sort_by(f64::total_cmp);
+            for (map, share) in maps.iter_mut().zip(SHARES) {
+                map[cell] = quantile(&sorted, f64::from(share) / 100.0) as f32;
+            }
+        }
+        for (map, share) in maps.iter().zip(SHARES) {
+            let title = format!("{share} % quantile of the {title}");
+            put(&format!("{name}_q{share}"), title, note(share), Scale::Linear, map)?;
+        }
+    }
+    Ok(())
+}
+
+/// Value of cells without one.
+const NOTHING: f32 = -9999.0;
+/// Geo keys, and their values.
+const MODEL: u16 = 1024;
+const PROJECTED: u16 = 1;
+const RASTER: u16 = 1025;
+const PIXEL_IS_AREA: u16 = 1;
+const LINEAR_UNITS: u16 = 3076;
+const METRE: u16 = 9001;
+
+/// The coordinate system of the maps.
+pub struct System {
+    /// Its EPSG code.
+    pub epsg: Option<u16>,
+}
+
+impl System {
+    /// That which the study names, else that of the terrain's file.
+    pub fn of(base: &Base) -> Self {
+        let named = base.study.maps.as_ref().and_then(|maps| maps.epsg);
+        // Checked: there is no such code above.
+        let named = named.and_then(|code| u16::try_from(code).ok());
+        Self { epsg: named.or_else(|| base.system()) }
+    }
+
+    /// What the user should know of it.
+    pub fn warning(&self) -> Option<Diagnostic> {
+        self.epsg.is_none().then(|| {
+            let what = "maps have no coordinate system: the terrain's file names none";
+            Diagnostic::warning(code::PLACE, what)
+                .try_instead("write its code in the study, as in maps.epsg = 2056")
+        })
+    }
+
+    /// For GeoJSON.
+    pub fn urn(&self) -> Option<String> {
+        self.epsg.map(|code| format!("urn:ogc:def:crs:EPSG::{code}"))
+    }
+}
+
+/// Write one band; NaN: no value.
+fn write_band(path: &Path, base: &Base, grid: &Grid, system: &System, values: &[f32]) -> io::Result<()> {
+    let mut file = Cursor::new(Vec::new());
+    encode(&mut file, base, grid, system, values).map_err(io::Error::other)?;
+    files::write(path, file.get_ref())
+}
+
+fn encode(
+    file: &mut Cursor<Vec<u8>>,
+    base: &Base,
+    grid: &Grid,
+    system: &System,
+    values: &[f32],
+) -> TiffResult<()> {
+    let [columns, rows] = grid.counts.map(|n| n as u32);
+    let mut encoder = TiffEncoder::new(file)?.with_compression(Compression::Deflate(DeflateLevel::default()));
+    let mut image = encoder.new_image::<Gray32Float>(columns, rows)?;
+    let [west, north] = [0, 1].map(|k| grid.corner[k] + base.ground.origin[k]);
+    let mut keys: Vec<u16> = Vec::new();
+    let mut key = |id: u16, value: u16| keys.extend([id, 0, 1, value]);
+    key(MODEL, PROJECTED);
+    key(RASTER, PIXEL_IS_AREA);
+    key(PROJECTED_TYPE, system.epsg.unwrap_or(USER_DEFINED));
+    if system.epsg.is_none() {
+        key(LINEAR_UNITS, METRE);
+    }
+    let head = [1, 1, 0, (keys.len() / 4) as u16];
+    let tags = image.encoder();
+    tags.write_tag(Tag::ModelPixelScaleTag, &[grid.cell, grid.cell, 0.0][..])?;
+    tags.write_tag(Tag::ModelTiepointTag, &[0.0, 0.0, 0.0, west, north, 0.0][..])?;
+    tags.write_tag(Tag::GeoKeyDirectoryTag, &[&head[..], &keys].concat()[..])?;
+    tags.write_tag(Tag::GdalNodata, &*format!("{NOTHING}"))?;
+    let filled: Vec<f32> = values.iter().map(|v| if v.is_nan() { NOTHING } else { *v }).collect();
+    image.write_data(&filled)
+}
+
+/// The trajectories of some members.
+pub const TRAJECTORIES: &str = "trajectories.geojson";
+/// Where each came to rest or left the terrain.
+pub const ENDS: &str = "ends.geojson";
+
+/// A file of features that is written one by one.
+struct Features {
+    file: BufWriter<Stream>,
+    any: bool,
+}
+
+impl Features {
+    fn create(path: &Path, name: &str, system: &System) -> io::Result<Self> {
+        let mut file = BufWriter::new(files::create(path)?);
+        write!(file, "{{\"type\": \"FeatureCollection\", \"name\": \"{name}\"")?;
+        if let Some(urn) = system.urn() {
+            let crs = json!({ "type": "name", "properties": { "name": urn } });
+            write!(file, ", \"crs\": {crs}")?;
+        }
+        write!(file, ", \"features\": [")?;
+        Ok(Self { file, any: false })
+    }
+
+    fn add(&mut self, geometry: &Value, properties: serde_json::Map<String, Value>) -> io::Result<()> {
+        let feature = json!({ "type": "Feature", "geometry": geometry, "properties": properties });
+        write!(self.file, "{}\n{feature}", if self.any { "," } else { "" })?;
+        self.any = true;
+        Ok(())
+    }
+
+    fn end(mut self) -> io::Result<()> {
+        write!(self.file, "\n]}}\n")?;
+        self.file.flush()
+    }
+}
+
+/// Millimetres are enough on a map.
+fn rounded(value: f64) -> f64 {
+    (value * 1e3).round() / 1e3
+}
+
+fn properties(base: &Base, record: &Record) -> serde_json::Map<String, Value> {
+    let it = &record.outcome;
+    let mut all = serde_json::Map::new();
+    let mut put = |name: &str, value: Value| {
+        all.insert(name.into(), value);
+    };
+    put("member", json!(record.number));
+    put("release", json!(base.study.releases[base.member(record.number).release].name));
+    put("status", json!(it.status.word()));
+    put("ending", json!(it.how.word()));
+    put("volume_m3", json!(it.volume));
+    put("mass_kg", json!(it.mass));
+    for (quantity, value) in QUANTITIES.iter().zip(it.values).filter(|(quantity, _)| quantity.mapped) {
+        put(&quantity.column(), json!(value));
+    }
+    all
+}
+
+/// Write the files of trajectories and ends.
+pub fn write_trajectories(base: &Base, system: &System, dir: &Path, all: All) -> io::Result<()> {
+    let mut lines = Features::create(&dir.join(TRAJECTORIES), "trajectories", system)?;
+    let mut ends = Features::create(&dir.join(ENDS), "ends", system)?;
+    let origin = base.ground.origin;
+    all(&mut |record| {
+        let path = &record.track.path;
+        if path.len() > 1 {
+            let places: Vec<[f64; 3]> = path
+                .iter()
+                .map(|[x, y, z, _]| {
+                    [f64::from(*x) + origin.x, f64::from(*y) + origin.y, f64::from(*z) + origin.z]
+                        .map(rounded)
+                })
+                .collect();
+            lines.add(&json!({ "type": "LineString", "coordinates": places }), properties(base, record))?;
+        }
+        if record.outcome.how != How::None {
+            let place = record.outcome.end.map(rounded);
+            ends.add(&json!({ "type": "Point", "coordinates": place }), properties(base, record))?;
+        }
+        Ok(())
+    })?;
+    lines.end()?;
+    ends.end()
+}
