@@ -165,8 +165,9 @@ impl MeshPairs {
 
     /// The same for nodes that stand where `nodes` has them at this instant, whatever their course.
     pub fn is_good_for(&self, rock: &Rock, now: &Motion, nodes: &NodeMotion) -> bool {
-        let moved = self.moved(nodes, (0, 0.0), &now.position);
-        self.valid && moved + rock.turned(&self.orientation, now) <= self.skin
+        // What is not valid may be of other nodes than these.
+        self.valid
+            && self.moved(nodes, (0, 0.0), &now.position) + rock.turned(&self.orientation, now) <= self.skin
     }
 
     /// Search the pairs at `now`; of nodes without a course these are good until [`MeshPairs::is_good_for`] says no.
