@@ -1,7 +1,6 @@
 //! What all members of a study share: the scene, its terrain, its rocks, the laws; built once.
 
 use super::grid::{self, Grid};
-use super::place::ground_at;
 use super::sampling::Sampler;
 use super::settings::{Quantity, Release, Sampling, StudySettings};
 use dem_contact::contact::whole_rock::Whole;
@@ -372,7 +371,7 @@ impl Base {
                     let what = format!("({x}, {y}) lies beside the terrain");
                     return file.refuse(&key, what, guess(*corner, [low, high]));
                 }
-                if ground_at(&self.ground, self.local(corner)).is_none() {
+                if self.ground.ground_at(self.local(corner)).is_none() {
                     let what = format!("there is no ground at ({x}, {y}): the terrain has a hole there");
                     return file.refuse(&key, what, "move the release, or fill the hole");
                 }

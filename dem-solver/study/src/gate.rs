@@ -5,7 +5,6 @@
 
 use super::base::Base;
 use super::member::Member;
-use super::place::ground_at;
 use super::record;
 use super::settings::{Quantity, Variable};
 use dem_contact::settings::Settings;
@@ -224,7 +223,7 @@ fn whole(values: &[toml::Value]) -> bool {
 fn of_line(base: &Base, at: usize, file: &Scene) -> Option<Diagnostic> {
     let (line, name) = (&base.lines[at], &base.study.lines[at].name);
     let places = (0..PIECES).map(|k| plan::along(line, (f64::from(k) + 0.5) / f64::from(PIECES)));
-    let beside = places.filter(|place| ground_at(&base.ground, *place).is_none()).count();
+    let beside = places.filter(|place| base.ground.ground_at(*place).is_none()).count();
     let length = plan::length(line);
     (beside > 0).then(|| {
         let (lost, all) = (short(length * beside as f64 / f64::from(PIECES)), short(length));

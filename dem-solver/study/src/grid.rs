@@ -1,5 +1,6 @@
 //! The cells of the maps: squares over the box around the terrain, counted row by row from the north-west.
 
+use dem_rocks::results::map::sheet::round_step;
 use dem_terrain::Terrain;
 
 /// Cells along the longer side where the study does not say how large they are, about.
@@ -18,17 +19,11 @@ pub struct Grid {
     pub counts: [usize; 2],
 }
 
-/// A cell that is about so long: 1, 2 or 5 times a power of ten, not shorter [m].
-fn round(length: f64) -> f64 {
-    let power = 10_f64.powf(length.log10().floor());
-    [1.0, 2.0, 5.0, 10.0].into_iter().map(|step| step * power).find(|step| *step >= length).unwrap_or(length)
-}
-
 impl Grid {
     /// Over a terrain. Edges lie at whole multiples of the cell in the terrain's coordinates.
     pub fn new(ground: &Terrain, cell: Option<f64>) -> Self {
         let size = ground.highest - ground.lowest;
-        let cell = cell.unwrap_or_else(|| round(size.x.max(size.y) / CELLS));
+        let cell = cell.unwrap_or_else(|| round_step(size.x.max(size.y) / CELLS));
         let edge = |value: f64, axis: usize, up: bool| {
             let at = (value + ground.origin[axis]) / cell;
             (if up { at.ceil() } else { at.floor() }) * cell - ground.origin[axis]
@@ -95,6 +90,6 @@ mod tests {
         assert_eq!(cuts, [0.25, 0.5, 0.75]);
         grid.cuts([1.0, 9.0], [1.5, 9.0], &mut cuts);
         assert!(cuts.is_empty());
-        assert_eq!([0.11, 0.4, 2.0, 3.1].map(round), [0.2, 0.5, 2.0, 5.0]);
+        assert_eq!([0.11, 0.4, 2.0, 3.1].map(round_step), [0.2, 0.5, 2.0, 5.0]);
     }
 }

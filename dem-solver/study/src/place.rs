@@ -16,15 +16,9 @@ const RISES: usize = 1000;
 /// Share by which bounds are taken wider, for rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// Height of the ground at a place seen from above, local [m]; `None` where there is none.
-pub fn ground_at(ground: &Terrain, [x, y]: [f64; 2]) -> Option<f64> {
-    let top = ground.highest.z + 1.0;
-    Some(top - ground.height(&Vector3::new(x, y, top), &-Vector3::z())?)
-}
-
 /// Unit vector down the line of fall of the ground at a place, over a distance of `size` [m]; level ground has none.
 pub fn line_of_fall(ground: &Terrain, [x, y]: [f64; 2], size: f64) -> Option<Vector3<f64>> {
-    let at = |dx: f64, dy: f64| ground_at(ground, [x + dx, y + dy]);
+    let at = |dx: f64, dy: f64| ground.ground_at([x + dx, y + dy]);
     let slope = |plus: Option<f64>, minus: Option<f64>| {
         let here = at(0.0, 0.0)?;
         Some(match (plus, minus) {
@@ -146,7 +140,7 @@ pub fn above_ground(
     height: f64,
 ) -> Option<Vector3<f64>> {
     let mut motion = Motion { position: Vector3::new(place[0], place[1], 0.0), ..*motion };
-    motion.position.z = ground_at(ground, place)? + 1.01 * rock.reach;
+    motion.position.z = ground.ground_at(place)? + 1.01 * rock.reach;
     for _ in 0..RISES {
         if !ground.is_near(&motion.position, rock.reach) {
             break;
@@ -244,7 +238,7 @@ mod tests {
             let turn = nalgebra::Quaternion::new(w, x, y, z);
             let motion = Motion { orientation: nalgebra::UnitQuaternion::from_quaternion(turn), ..own };
             let found = above_ground(&ground, (&rock, &tree), &motion, place, 0.0).expect("ground below");
-            let top = ground_at(&ground, place).expect("ground below") + 1.01 * rock.reach;
+            let top = ground.ground_at(place).expect("ground below") + 1.01 * rock.reach;
             let mut start = Motion { position: Vector3::new(place[0], place[1], top), ..motion };
             while ground.is_near(&start.position, rock.reach) {
                 start.position.z += 0.5 * rock.reach;

@@ -5,7 +5,6 @@
 //! taken at both ends and in the middle.
 
 use super::base::Base;
-use super::place::ground_at;
 use dem_rocks::results::trajectory::Row;
 use dem_solid::geometry::plan::Point;
 use dem_terrain::Terrain;
@@ -97,7 +96,7 @@ impl Piece<'_> {
     fn heights(&self, share: f64, row: &Row) -> Option<[f64; 2]> {
         let at = [0, 1].map(|k| self.from.at[k] + share * (self.to.at[k] - self.from.at[k]));
         let lowest = self.from.lowest? + share * (self.to.lowest? - self.from.lowest?);
-        let centre = row.position()[2] - self.ground.origin.z - ground_at(self.ground, at)?;
+        let centre = row.position()[2] - self.ground.origin.z - self.ground.ground_at(at)?;
         Some([centre - lowest, centre])
     }
 }
@@ -112,10 +111,8 @@ impl<'a> Follower<'a> {
     fn known(&self, row: &Row) -> Known {
         let (ground, place) = (&self.base.ground, row.position());
         let at = [place[0] - ground.origin.x, place[1] - ground.origin.y];
-        let lowest = row
-            .height()
-            .zip(ground_at(ground, at))
-            .map(|(height, z)| place[2] - ground.origin.z - z - height);
+        let lowest =
+            row.height().zip(ground.ground_at(at)).map(|(height, z)| place[2] - ground.origin.z - z - height);
         Known { row: *row, at, lowest }
     }
 

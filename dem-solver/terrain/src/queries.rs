@@ -144,10 +144,15 @@ impl Terrain {
         self.below(point, down).map(|(height, _)| height)
     }
 
-    /// Height of the highest surface at x and y, all in the user's coordinates [m].
+    /// Height of the highest surface at x and y, all relative to the origin [m]; `None` where there is none.
+    pub fn ground_at(&self, [x, y]: [f64; 2]) -> Option<f64> {
+        let top = self.highest.z + 1.0;
+        Some(top - self.height(&Vector3::new(x, y, top), &-Vector3::z())?)
+    }
+
+    /// The same with all in the user's coordinates [m].
     pub fn highest_at(&self, x: f64, y: f64) -> Option<f64> {
-        let above = Vector3::new(x - self.origin.x, y - self.origin.y, self.highest.z + 1.0);
-        Some(above.z - self.height(&above, &-Vector3::z())? + self.origin.z)
+        Some(self.ground_at([x - self.origin.x, y - self.origin.y])? + self.origin.z)
     }
 
     /// The same with the number of that triangle.

@@ -5,6 +5,7 @@ use crate::base::Base;
 use crate::record::All;
 use crate::summary::{SHARES, quantile};
 use crate::track::Crossing;
+use dem_rocks::results::map::sheet::{Axes, FINE, INK, LEFT, RIGHT, font, page, plot, px};
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::message::{Measure, Worse};
 use plotters::prelude::*;
@@ -147,8 +148,7 @@ pub fn write(base: &Base, dir: &Path, all: All, study: &Reliability, found: &mut
             design::write(&path, name, design, &rocks, study, found)?;
         }
         exceedance(&dir.join(format!("{name}_exceedance.csv")), &passing.largest, computed)?;
-        let mut svg = String::new();
-        curves(&mut svg, name, &passing.largest, share).map_err(|e| io::Error::other(e.to_string()))?;
+        let svg = curves(name, &passing.largest, share).map_err(io::Error::other)?;
         files::write(&dir.join(format!("{name}.svg")), svg.as_bytes())?;
     }
     Ok(())
@@ -170,53 +170,48 @@ fn exceedance(path: &Path, largest: &[Vec<f64>; STATISTICS.len()], computed: u64
     table.flush()
 }
 
+/// Width of a curve's panel, height of the page and of its title [px].
+const PANEL: i32 = 380;
+const HEIGHT: i32 = 400;
+const TITLE: i32 = 36;
+
 /// Exceedance of energy, passing height and speed.
-fn curves(
-    svg: &mut String,
-    name: &str,
-    largest: &[Vec<f64>; STATISTICS.len()],
-    share: f64,
-) -> Result<(), Box<dyn std::error::Error>> {
-    let page = SVGBackend::with_string(svg, (1080, 400)).into_drawing_area();
-    page.fill(&WHITE)?;
+fn curves(name: &str, largest: &[Vec<f64>; STATISTICS.len()], share: f64) -> Result<String, String> {
+    let drawn = largest.iter().zip(&STATISTICS).filter(|(values, _)| !values.is_empty());
+    let drawn: Vec<_> = drawn.filter_map(|(values, it)| Some((values, it.curve?))).collect();
     let share = 100.0 * share;
     let title =
         format!("Line {name}: {share:.1} % of all rocks pass; of these, the share that reaches or exceeds");
-    let page = page.titled(&title, ("sans-serif", 18))?;
-    let drawn = largest.iter().zip(&STATISTICS).filter_map(|(values, it)| Some((values, it.curve?)));
-    let drawn: Vec<_> = drawn.collect();
-    let panels = page.split_evenly((1, drawn.len()));
-    for (panel, (values, (title, scale))) in panels.iter().zip(drawn) {
-        if values.is_empty() {
-            continue;
+    page([PANEL * drawn.len() as i32, HEIGHT], "", |root| {
+        let (head, rest) = root.split_vertically(TITLE * FINE);
+        head.draw(&Text::new(title, (px(f64::from(LEFT)), px(10.0)), font(17.0)))?;
+        for (panel, (values, (title, scale))) in rest.split_evenly((1, drawn.len())).iter().zip(drawn) {
+            // With room for the words to the right of the largest one.
+            let most = (values[values.len() - 1] * scale).max(1e-9) * 1.3;
+            let least = (values[0] * scale).min(0.0);
+            let room = [12, RIGHT, 42, LEFT];
+            let axes =
+                Axes { room, titles: [title, "share of those that pass"], numbers: [6, 6], grid: true };
+            let chart = plot(panel, [[least, 0.0], [most, 1.0]], &axes)?;
+            let plot = chart.plotting_area();
+            let count = values.len() as f64;
+            let steps = values.iter().enumerate().flat_map(|(k, v)| {
+                [(v * scale, 1.0 - k as f64 / count), (v * scale, 1.0 - (k + 1) as f64 / count)]
+            });
+            let all: Vec<_> = std::iter::once((least, 1.0)).chain(steps).collect();
+            plot.draw(&PathElement::new(all, RGBColor(180, 40, 45).stroke_width(px(1.5) as u32)))?;
+            for (share, height) in [(0.95, 0.26), (0.99, 0.16)] {
+                let at = quantile(values, share) * scale;
+                plot.draw(&PathElement::new(
+                    vec![(at, 0.0), (at, height)],
+                    INK.stroke_width(px(1.0) as u32),
+                ))?;
+                let label = format!(" {:.0} %: {}", 100.0 * share, three(at));
+                // To the right of its line, where the curve is below.
+                let style = font(12.0).pos(Pos::new(HPos::Left, VPos::Center));
+                plot.draw(&Text::new(label, (at, height - 0.02), style))?;
+            }
         }
-        // With room for the words to the right of the largest one.
-        let most = (values[values.len() - 1] * scale).max(1e-9) * 1.3;
-        let least = (values[0] * scale).min(0.0);
-        let mut chart = ChartBuilder::on(panel)
-            .margin(12)
-            .x_label_area_size(40)
-            .y_label_area_size(48)
-            .build_cartesian_2d(least..most, 0.0..1.0)?;
-        let number = |value: &f64| three(*value);
-        let mut mesh = chart.configure_mesh();
-        mesh.x_desc(title).y_labels(6).x_labels(6).x_label_formatter(&number).y_label_formatter(&number);
-        mesh.light_line_style(WHITE).draw()?;
-        let count = values.len() as f64;
-        let steps = values.iter().enumerate().flat_map(|(k, v)| {
-            [(v * scale, 1.0 - k as f64 / count), (v * scale, 1.0 - (k + 1) as f64 / count)]
-        });
-        let all = std::iter::once((least, 1.0)).chain(steps);
-        chart.draw_series(LineSeries::new(all, RGBColor(180, 40, 45).stroke_width(2)))?;
-        for (share, height) in [(0.95, 0.26), (0.99, 0.16)] {
-            let at = quantile(values, share) * scale;
-            chart.draw_series(LineSeries::new([(at, 0.0), (at, height)], BLACK))?;
-            let label = format!(" {:.0} %: {}", 100.0 * share, three(at));
-            // To the right of its line, where the curve is below.
-            let style = TextStyle::from(("sans-serif", 12)).pos(Pos::new(HPos::Left, VPos::Center));
-            chart.draw_series(std::iter::once(Text::new(label, (at, height - 0.02), style)))?;
-        }
-    }
-    page.present()?;
-    Ok(())
+        Ok(())
+    })
 }

@@ -1,26 +1,31 @@
-//! A map to look at: colours over the shaded terrain, releases and lines, scale bar, north, legend.
+//! A map to look at: colours over the shaded terrain, releases and lines, legend.
 
 use crate::base::Base;
 use crate::grid::Grid;
-use crate::place::ground_at;
 use crate::settings::{Place, Release};
-use dem_rocks::results::map::page::round_step;
 use dem_rocks::results::map::shade::{ShadedGrid, coloured};
-use dem_solid::geometry::plan::Point;
+use dem_rocks::results::map::sheet::{Area, Chart, Drawn, FINE, Frame, INK, LEFT, font, north, page, px};
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::io;
 use std::path::Path;
 use toolkit::coordinates::Form;
 use toolkit::files;
 use toolkit::summary::three;
 
-/// Width of the map, and its largest height [px].
-const WIDTH: f64 = 900.0;
-const HIGHEST: f64 = 900.0;
-/// Room for the title, at the left, for the legend at the right, and below [px].
-const TOP: f64 = 56.0;
-const LEFT: f64 = 16.0;
-const RIGHT: f64 = 150.0;
-const BELOW: f64 = 64.0;
+/// Largest width and height of the map [px].
+const MOST: [f64; 2] = [900.0, 900.0];
+/// Room for the title, for the legend at the right, for the axis below, and below that for the scale bar [px].
+const TOP: i32 = 56;
+const RIGHT: i32 = 150;
+const BELOW: i32 = 44;
+const FOOT: i32 = 36;
+/// Height of the colours in the legend [px], and their steps.
+const HEIGHT: f64 = 220.0;
+const STEPS: i32 = 44;
+/// Where the legend ends [px].
+const LEGEND: i32 = 420;
+const RELEASES: RGBColor = RGBColor(0, 80, 176);
 /// Cells of the shading along the longer side.
 const SHADES: usize = 500;
 /// Colours from the least to the largest: light to dark, and told apart without hue.
@@ -60,8 +65,8 @@ pub struct Sheet<'a> {
     base: &'a Base,
     grid: &'a Grid,
     members: u64,
+    frame: Frame,
     shading: String,
-    size: [f64; 2],
 }
 
 fn colour(share: f64) -> [u8; 3] {
@@ -76,24 +81,11 @@ fn colour(share: f64) -> [u8; 3] {
 impl<'a> Sheet<'a> {
     /// Of a study with so many members that were computed.
     pub fn new(base: &'a Base, grid: &'a Grid, members: u64) -> Self {
-        let [west, north] = grid.corner;
-        let extent = grid.counts.map(|n| n as f64 * grid.cell);
-        let scale = (WIDTH / extent[0]).min(HIGHEST / extent[1]);
-        let height = |x: f64, y: f64| ground_at(&base.ground, [x, y]);
-        let corners = [[west, north - extent[1]], [west + extent[0], north]];
-        let shading = ShadedGrid::new(corners, SHADES, &height).image().unwrap_or_default();
-        Self { base, grid, members, shading, size: extent.map(|e| e * scale) }
-    }
-
-    /// Pixels per metre.
-    fn scale(&self) -> f64 {
-        self.size[0] / (self.grid.counts[0] as f64 * self.grid.cell)
-    }
-
-    /// Where a place (local) [m] is on the page.
-    fn pixel(&self, [x, y]: Point) -> [f64; 2] {
-        let scale = self.scale();
-        [LEFT + (x - self.grid.corner[0]) * scale, TOP + (self.grid.corner[1] - y) * scale]
+        let [west, north] = [0, 1].map(|k| grid.corner[k] + base.ground.origin[k]);
+        let [width, height] = grid.counts.map(|n| n as f64 * grid.cell);
+        let corners = [[west, north - height], [west + width, north]];
+        let shading = ShadedGrid::new(corners, SHADES, &|x, y| base.ground.highest_at(x, y)).image();
+        Self { base, grid, members, frame: Frame::new(corners, MOST), shading: shading.unwrap_or_default() }
     }
 
     /// Write the picture of a map.
@@ -120,28 +112,27 @@ impl<'a> Sheet<'a> {
         };
         let log = (map.scale == Scale::Log).then_some("colours on a logarithmic scale");
         let notes: String = [map.note.as_deref(), log].iter().flatten().map(|n| format!("; {n}")).collect();
-        let [width, height] = self.size;
-        let [wide, high] = [LEFT + width + RIGHT, TOP + height + BELOW];
         let (title, members, cell) = (capital(&title), self.members, three(self.grid.cell));
-        let mut text = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{wide:.0}\" height=\"{high:.0}\" viewBox=\"0 0 {wide:.0} {high:.0}\" \
-             font-family=\"sans-serif\" font-size=\"13\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n\
-             <text x=\"{LEFT}\" y=\"24\" font-size=\"18\">{title}</text>\n\
-             <text x=\"{LEFT}\" y=\"44\" fill=\"#444\">{members} members, cells of {cell} m{notes}</text>\n"
-        );
-        for (image, smooth) in [(&self.shading, "auto"), (&self.coloured(map, &share)?, "pixelated")] {
-            text += &format!(
-                "<image x=\"{LEFT}\" y=\"{TOP}\" width=\"{width:.1}\" height=\"{height:.1}\" preserveAspectRatio=\"none\" \
-                 style=\"image-rendering:{smooth}\" href=\"{image}\"/>\n"
-            );
-        }
-        self.outlines(&mut text);
-        self.furniture(&mut text);
-        if most.is_finite() {
-            self.legend(&mut text, map.scale, [least, most].map(|end| unit * end));
-        }
-        text += "</svg>\n";
-        Ok(text)
+        let below_title = format!("{members} members, cells of {cell} m{notes}");
+        let image = |style: &str, href: &str| {
+            let style = format!(" style=\"image-rendering:{style}\"");
+            self.frame.image([LEFT, TOP], &style, href)
+        };
+        let images = image("auto", &self.shading) + &image("pixelated", &self.coloured(map, &share)?);
+        let [width, height] = self.frame.size;
+        let (left, bottom) = (f64::from(LEFT), TOP + height + BELOW);
+        // A flat map is less high than the legend beside it.
+        let high = (bottom + FOOT).max(LEGEND);
+        Ok(page([LEFT + width + RIGHT, high], &images, |root| {
+            let (above, foot) = root.split_vertically(bottom * FINE);
+            above.draw(&Text::new(title, (px(left), px(8.0)), font(18.0)))?;
+            above.draw(&Text::new(below_title, (px(left), px(33.0)), font(13.0)))?;
+            self.outlines(&self.frame.plot(&above, [TOP, RIGHT, BELOW, LEFT])?)?;
+            self.frame.scale_bar(&foot, [left, 18.0])?;
+            north(root, [f64::from(LEFT + width + 40), f64::from(TOP + 8)])?;
+            let range = [least, most].map(|end| unit * end);
+            if most.is_finite() { self.legend(root, map.scale, range) } else { Ok(()) }
+        })?)
     }
 
     /// The cells in colours, as text for `href`.
@@ -154,86 +145,63 @@ impl<'a> Sheet<'a> {
             .map_err(io::Error::other)
     }
 
-    /// Releases and lines.
-    fn outlines(&self, text: &mut String) {
-        let outline = |shape: &str, pixels: &[Point], colour: &str| {
-            let points: Vec<String> = pixels.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
-            let points = points.join(" ");
-            format!("<{shape} points=\"{points}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\"/>\n")
-        };
+    /// Edge of the map, releases and lines.
+    fn outlines(&self, chart: &Chart) -> Drawn {
+        let (plot, Frame { lowest, highest, .. }) = (chart.plotting_area(), self.frame);
+        let corners = [lowest, highest].map(<(f64, f64)>::from);
+        plot.draw(&Rectangle::new(corners, INK.stroke_width(px(1.0) as u32)))?;
+        let wide = px(2.0) as u32;
         for Place { form, corners, .. } in self.base.study.releases.iter().map(Release::place) {
-            let pixels: Vec<Point> = corners.iter().map(|p| self.pixel(self.base.local(p))).collect();
-            match form {
-                Form::Points => pixels.iter().for_each(|[x, y]| {
-                    *text += &format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3\" fill=\"#0050b0\"/>\n");
-                }),
-                Form::Line => *text += &outline("polyline", &pixels, "#0050b0"),
-                Form::Polygon => *text += &outline("polygon", &pixels, "#0050b0"),
+            let mut places: Vec<(f64, f64)> = corners.iter().map(|corner| (*corner).into()).collect();
+            if form == Form::Points {
+                let dot = |place| plot.draw(&Circle::new(place, px(3.0), RELEASES.filled()));
+                places.into_iter().try_for_each(dot)?;
+                continue;
+            }
+            if form == Form::Polygon {
+                places.extend_from_within(..1);
+            }
+            plot.draw(&PathElement::new(places, RELEASES.stroke_width(wide)))?;
+        }
+        for line in &self.base.study.lines {
+            let pairs = line.points.windows(2).filter_map(|pair| self.frame.part([pair[0], pair[1]]));
+            let parts: Vec<_> = pairs.collect();
+            for part in &parts {
+                plot.draw(&PathElement::new(part.to_vec(), BLACK.stroke_width(wide)))?;
+            }
+            let style = font(13.0).pos(Pos::new(HPos::Left, VPos::Bottom));
+            let name = Text::new(line.name.clone(), (px(4.0), px(-4.0)), style);
+            if let Some([start, _]) = parts.first() {
+                plot.draw(&(EmptyElement::at(*start) + name))?;
             }
         }
-        for (line, named) in self.base.lines.iter().zip(&self.base.study.lines) {
-            let pixels: Vec<Point> = line.iter().map(|p| self.pixel(*p)).collect();
-            let ([x, y], name) = (pixels[0], &named.name);
-            *text += &outline("polyline", &pixels, "black");
-            *text += &label([x + 4.0, y - 4.0], "", name);
-        }
-    }
-
-    /// Frame, scale bar, north, coordinates of two corners.
-    fn furniture(&self, text: &mut String) {
-        let [width, height] = self.size;
-        let (origin, [west, north]) = (self.base.ground.origin, self.grid.corner);
-        let extent = self.grid.counts.map(|n| n as f64 * self.grid.cell);
-        let bar = round_step(0.15 * extent[0]);
-        let length = bar * self.scale();
-        let base = TOP + height;
-        let y = base + 34.0;
-        *text += &format!(
-            "<rect x=\"{LEFT}\" y=\"{TOP}\" width=\"{width:.1}\" height=\"{height:.1}\" fill=\"none\" stroke=\"black\"/>\n\
-             <path d=\"M{LEFT} {y:.1} v6 h{length:.1} v-6\" fill=\"none\" stroke=\"black\" stroke-width=\"1.5\"/>\n"
-        );
-        *text += &label([LEFT + length + 6.0, base + 42.0], "", &format!("{} m", three(bar)));
-        let corner = |x: f64, y: f64| format!("({:.0}, {:.0})", x + origin.x, y + origin.y);
-        let grey = " fill=\"#444\" font-size=\"11\"";
-        let south_west = corner(west, north - extent[1]);
-        *text += &format!("<text x=\"{LEFT}\" y=\"{:.1}\"{grey}>{south_west}</text>\n", base + 14.0);
-        let north_east = corner(west + extent[0], north);
-        let from_the_right = format!("{grey} text-anchor=\"end\"");
-        *text += &label([LEFT + width, TOP - 4.0], &from_the_right, &north_east);
-        let (x, y) = (LEFT + width + 40.0, TOP + 16.0);
-        *text += &format!("<path d=\"M{x:.1} {y:.1} l8 24 l-8 -6 l-8 6 z\" fill=\"black\"/>\n");
-        *text += &label([x, TOP + 12.0], " text-anchor=\"middle\"", "N");
+        Ok(())
     }
 
     /// The colours and their values.
-    fn legend(&self, text: &mut String, scale: Scale, [least, most]: [f64; 2]) {
-        let (x, top, height, steps) = (LEFT + self.size[0] + 24.0, TOP + 70.0, 220.0, 44);
-        for k in 0..steps {
-            let [r, g, b] = colour((f64::from(k) + 0.5) / f64::from(steps));
-            let part = height / f64::from(steps);
-            let (y, high) = (top + height - f64::from(k + 1) * part, part + 0.5);
-            *text += &format!(
-                "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"20\" height=\"{high:.1}\" fill=\"rgb({r},{g},{b})\"/>\n"
-            );
+    fn legend(&self, area: &Area, scale: Scale, [least, most]: [f64; 2]) -> Drawn {
+        let (x, bottom) = (f64::from(LEFT + self.frame.size[0] + 24), f64::from(TOP) + 70.0 + HEIGHT);
+        let at = |share: f64| px(bottom - HEIGHT * share);
+        for k in 0..STEPS {
+            let [from, to] = [k, k + 1].map(|k| f64::from(k) / f64::from(STEPS));
+            let [r, g, b] = colour(0.5 * (from + to));
+            let corners = [(px(x), at(to)), (px(x + 20.0), at(from))];
+            area.draw(&Rectangle::new(corners, RGBColor(r, g, b).filled()))?;
         }
-        for k in 0..=4 {
-            let share = f64::from(k) / 4.0;
+        let style = font(13.0).pos(Pos::new(HPos::Left, VPos::Center));
+        for share in [0.0, 0.25, 0.5, 0.75, 1.0] {
             let value = match scale {
                 Scale::Linear => least + share * (most - least),
                 Scale::Log => least * (most / least).powf(share),
             };
-            *text += &label([x + 26.0, top + height * (1.0 - share) + 4.0], "", &three(value));
+            area.draw(&Text::new(three(value), (px(x + 26.0), at(share)), style.clone()))?;
         }
-        *text += &label([x, top + height + 30.0], " fill=\"#0050b0\"", "releases");
+        area.draw(&Text::new("releases", (px(x), px(bottom + 26.0)), style.color(&RELEASES)))?;
         if !self.base.lines.is_empty() {
-            *text += &label([x, top + height + 48.0], "", "lines");
+            area.draw(&Text::new("lines", (px(x), px(bottom + 44.0)), style.color(&BLACK)))?;
         }
+        Ok(())
     }
-}
-
-/// Words at a place of the page, with attributes that begin with a blank.
-fn label([x, y]: [f64; 2], attributes: &str, words: &str) -> String {
-    format!("<text x=\"{x:.1}\" y=\"{y:.1}\"{attributes}>{words}</text>\n")
 }
 
 /// With a capital at its beginning.

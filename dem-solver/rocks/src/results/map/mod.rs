@@ -4,10 +4,11 @@
 
 mod contours;
 mod net;
-pub mod page;
+mod page;
 mod panels;
 mod plan;
 pub mod shade;
+pub mod sheet;
 
 use crate::model::Model;
 use crate::model::state::Body;
@@ -16,12 +17,10 @@ use dem_contact::interface_mesh::ContactMesh;
 use dem_terrain::Terrain;
 use nalgebra::Vector3;
 use net::Net;
-use page::{
-    Area, Drawn, FEW, FINE, HeightMap, INK, LEFT, LEGEND, Line, NAMES, TrajectoryPoint, WIDTH, colour, font,
-    number, px,
-};
+use page::{FEW, HeightMap, LEGEND, Line, NAMES, TrajectoryPoint, WIDTH, colour};
 use panels::{CURVES, PANEL, Panels};
 use plotters::prelude::*;
+use sheet::{Area, Drawn, FINE, INK, LEFT, font, number, px};
 use std::io;
 use std::path::Path;
 
@@ -65,30 +64,20 @@ fn draw(lines: &[Line], terrain: &HeightMap, net: &Net) -> Result<String, String
     let plan = plan::Plan::new(&lines, terrain, net);
     let panels = Panels::new(&lines, net);
     let total = LEGEND + plan.height() + panels.section_height() + CURVES.len() as i32 * PANEL;
-    let mut text = String::new();
-    {
-        let root = SVGBackend::with_string(&mut text, ((WIDTH * FINE) as u32, (total * FINE) as u32))
-            .into_drawing_area();
-        let drawn = draw_page(&root, &lines, &plan, &panels).and_then(|()| root.present());
-        drawn.map_err(|e| e.to_string())?;
-    }
-    Ok(finish(text, total, &plan))
-}
-
-fn draw_page(root: &Area, lines: &[&Line], plan: &plan::Plan, panels: &Panels) -> Drawn {
-    root.fill(&WHITE)?;
-    let (legend, rest) = root.split_vertically(LEGEND * FINE);
-    draw_legend(&legend, lines, plan.has_net(), plan.interval())?;
-    let (own, rest) = rest.split_vertically(plan.height() * FINE);
-    plan.draw(&own, lines)?;
-    let (own, mut rest) = rest.split_vertically(panels.section_height() * FINE);
-    panels.section(&own)?;
-    for number in 0..CURVES.len() {
-        let (own, below) = rest.split_vertically(PANEL * FINE);
-        panels.curve(&own, number)?;
-        rest = below;
-    }
-    Ok(())
+    sheet::page([WIDTH, total], &plan.image(LEGEND), |root| {
+        let (legend, rest) = root.split_vertically(LEGEND * FINE);
+        draw_legend(&legend, &lines, plan.has_net(), plan.interval())?;
+        let (own, rest) = rest.split_vertically(plan.height() * FINE);
+        plan.draw(&own, &lines)?;
+        let (own, mut rest) = rest.split_vertically(panels.section_height() * FINE);
+        panels.section(&own)?;
+        for number in 0..CURVES.len() {
+            let (own, below) = rest.split_vertically(PANEL * FINE);
+            panels.curve(&own, number)?;
+            rest = below;
+        }
+        Ok(())
+    })
 }
 
 fn draw_legend(area: &Area, lines: &[&Line], has_net: bool, interval: Option<f64>) -> Drawn {
@@ -131,20 +120,9 @@ fn draw_legend(area: &Area, lines: &[&Line], has_net: bool, interval: Option<f64
     area.draw(&label(x + 118.0, &text))
 }
 
-/// The page at its size in pixels, with the shading behind the lines of the plan.
-fn finish(text: String, total: i32, plan: &plan::Plan) -> String {
-    let drawn = format!("width=\"{}\" height=\"{}\"", WIDTH * FINE, total * FINE);
-    let text = text.replacen(&drawn, &format!("width=\"{WIDTH}\" height=\"{total}\""), 1);
-    // Behind everything but the white page, which is the first thing drawn.
-    match text.find("<rect").and_then(|at| text[at..].find("/>").map(|end| at + end + 2)) {
-        Some(at) => format!("{}\n{}{}", &text[..at], plan.image(LEGEND), &text[at..]),
-        None => text,
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::page::RIGHT;
+    use super::sheet::RIGHT;
     use super::*;
     use interface_defs::InterfaceMesh;
 

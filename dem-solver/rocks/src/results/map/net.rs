@@ -1,6 +1,7 @@
 //! The structure as it stands at the start: in the plan, and in the sections along trajectories.
 
-use super::page::{FINE, Line, px};
+use super::page::Line;
+use super::sheet::{FINE, px};
 use dem_contact::interface_mesh::{ContactMesh, Kind};
 use nalgebra::Vector3;
 use plotters::prelude::*;

@@ -1,7 +1,7 @@
-//! What the parts of the picture share: what is drawn, sizes, colours, numbers at axes.
+//! What the parts of `trajectory.svg` share: what is drawn, sizes, colours.
 
+use super::sheet::{LEFT, RIGHT};
 use crate::results::trajectory::Row;
-use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
 /// One moment of a trajectory.
@@ -69,16 +69,10 @@ pub struct HeightMap<'a> {
     pub height: &'a dyn Fn(f64, f64) -> Option<f64>,
 }
 
-/// Drawn in quarters of a pixel: the backend rounds to whole numbers.
-pub const FINE: i32 = 4;
 /// Width of the page [px].
 pub const WIDTH: i32 = 1000;
-/// Room left of the plots, for titles and numbers of the axes [px].
-pub const LEFT: i32 = 86;
-/// Free edge left of the titles of the axes [px].
-pub const EDGE: i32 = 10;
-/// Free edge right of the plots [px].
-pub const RIGHT: i32 = 22;
+/// Width of the plots over the distance, and largest width of the plan [px].
+pub const PLOT: f64 = (WIDTH - LEFT - RIGHT) as f64;
 /// Trajectories that are drawn along their length with a section of their own.
 pub const SECTIONS: usize = 3;
 /// Trajectories up to which impacts are marked.
@@ -96,65 +90,13 @@ pub const COLOURS: [RGBColor; 6] = [
     RGBColor(181, 101, 29),
     RGBColor(60, 60, 60),
 ];
-/// Colour of text and axes.
-pub const INK: RGBColor = RGBColor(40, 40, 40);
-
-/// What is drawn on.
-pub type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
-/// A plot with its axes.
-pub type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
-/// Whether it could be drawn.
-pub type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
-
-/// Pixels of the page in units of the drawing.
-pub fn px(pixels: f64) -> i32 {
-    (pixels * f64::from(FINE)).round() as i32
-}
-
-/// Text of this height [px].
-pub fn font<'a>(size: f64) -> TextStyle<'a> {
-    ("sans-serif", px(size)).into_font().color(&INK)
-}
 
 /// Colour of the line with this number; they repeat.
 pub fn colour(number: usize) -> RGBColor {
     COLOURS[number % COLOURS.len()]
 }
 
-/// 1, 2 or 5 times a power of ten, at least `step`.
-pub fn round_step(step: f64) -> f64 {
-    let power = 10_f64.powf(step.log10().floor());
-    [1.0, 2.0, 5.0, 10.0].into_iter().map(|f| f * power).find(|s| *s >= step * (1.0 - 1e-9)).unwrap_or(1.0)
-}
-
 /// How close points of a line may lie [px]: closer where there are few lines, so that the file stays small.
 pub fn spacing(lines: usize) -> f64 {
     0.5 * (lines as f64 / FEW as f64).max(1.0)
-}
-
-/// A number at an axis: as many digits as it has.
-pub fn number(value: &f64) -> String {
-    let text = format!("{value:.4}");
-    let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" { "0".into() } else { text.into() }
-}
-
-/// Points of a polyline without those that lie closer than this to the one before [px].
-pub fn thinned(
-    points: impl Iterator<Item = (f64, f64)>,
-    per_pixel: [f64; 2],
-    closer: f64,
-) -> Vec<(f64, f64)> {
-    let mut kept: Vec<(f64, f64)> = Vec::new();
-    let mut skipped = None;
-    for (x, y) in points {
-        let far =
-            kept.last().is_none_or(|(a, b)| ((x - a) / per_pixel[0]).hypot((y - b) / per_pixel[1]) > closer);
-        if far {
-            kept.push((x, y));
-        }
-        skipped = (!far).then_some((x, y));
-    }
-    kept.extend(skipped);
-    kept
 }

@@ -1,10 +1,8 @@
 //! Along the trajectories: a section of the terrain, jump height, speed, kinetic energy.
 
 use super::net::{self, Net};
-use super::page::{
-    Area, Chart, Drawn, EDGE, FEW, FINE, INK, LEFT, Line, RIGHT, SECTIONS, TrajectoryPoint, WIDTH, colour,
-    font, number, px, spacing, thinned,
-};
+use super::page::{FEW, Line, PLOT, SECTIONS, TrajectoryPoint, colour, spacing};
+use super::sheet::{Area, Axes, Chart, Drawn, LEFT, RIGHT, font, plot, px, thinned};
 use plotters::prelude::*;
 
 /// Height of a plain panel on the page [px].
@@ -62,7 +60,7 @@ impl<'a> Panels<'a> {
         let (low, high) = if low <= high { (low, high) } else { (0.0, 1.0) };
         let room = 0.06 * (high - low) + 0.01 * far;
         let levels = [low - room, high + room];
-        let per_pixel = far / f64::from(WIDTH - LEFT - RIGHT);
+        let per_pixel = far / PLOT;
         let even = (levels[1] - levels[0]) / per_pixel;
         let plot = even.clamp(SECTION[0], SECTION[1]);
         Self { lines, sections, nets, far, levels, plot, exaggeration: plot / even }
@@ -74,7 +72,7 @@ impl<'a> Panels<'a> {
     }
 
     fn metres_per_pixel(&self) -> f64 {
-        self.far / f64::from(WIDTH - LEFT - RIGHT)
+        self.far / PLOT
     }
 
     /// The terrain under the trajectory, and the trajectory over it.
@@ -152,29 +150,11 @@ impl<'a> Panels<'a> {
         unit: &str,
         levels: [f64; 2],
         below: i32,
-    ) -> Result<Chart<'b, 'c>, DrawingAreaErrorKind<std::io::Error>> {
-        let mut chart = ChartBuilder::on(area)
-            .margin_top(ABOVE * FINE)
-            .margin_right(RIGHT * FINE)
-            .margin_left(EDGE * FINE)
-            .x_label_area_size(below * FINE)
-            .y_label_area_size((LEFT - EDGE) * FINE)
-            .build_cartesian_2d(0.0..self.far, levels[0]..levels[1])?;
-        let mut mesh = chart.configure_mesh();
-        mesh.light_line_style(TRANSPARENT)
-            .bold_line_style(INK.mix(0.13).stroke_width(px(0.7) as u32))
-            .axis_style(INK.stroke_width(px(1.0) as u32))
-            .label_style(font(12.0))
-            .x_labels(11)
-            .y_labels(5)
-            .x_label_formatter(&number)
-            .y_label_formatter(&number)
-            .y_desc(unit)
-            .axis_desc_style(font(13.0));
-        if below == BELOW_LAST {
-            mesh.x_desc("horizontal distance along the trajectory [m]");
-        }
-        mesh.draw()?;
+    ) -> Drawn<Chart<'b, 'c>> {
+        let along = "horizontal distance along the trajectory [m]";
+        let titles = [if below == BELOW_LAST { along } else { "" }, unit];
+        let axes = Axes { room: [ABOVE, RIGHT, below, LEFT], titles, numbers: [11, 5], grid: true };
+        let chart = plot(area, [[0.0, levels[0]], [self.far, levels[1]]], &axes)?;
         area.draw(&Text::new(heading.to_owned(), (px(f64::from(LEFT)), px(7.0)), font(13.0)))?;
         Ok(chart)
     }

@@ -2,13 +2,10 @@
 
 use super::contours;
 use super::net::{self, Net};
-use super::page::{
-    Area, Chart, Drawn, EDGE, FEW, FINE, HeightMap, INK, LEFT, Line, RIGHT, WIDTH, colour, font, number, px,
-    round_step, spacing, thinned,
-};
+use super::page::{FEW, HeightMap, Line, PLOT, WIDTH, colour, spacing};
 use super::shade::ShadedGrid;
+use super::sheet::{Area, Chart, Drawn, Frame, LEFT, font, middle, north, px, round_step, thinned};
 use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// Highest plan [px].
 const HIGHEST: f64 = 640.0;
@@ -27,10 +24,7 @@ const BROWN: RGBColor = RGBColor(101, 67, 33);
 /// What the plan shows.
 pub struct Plan<'a> {
     net: &'a Net,
-    lowest: [f64; 2],
-    highest: [f64; 2],
-    /// Of the plot itself [px].
-    size: [i32; 2],
+    frame: Frame,
     shading: ShadedGrid,
     coarse: ShadedGrid,
 }
@@ -52,65 +46,34 @@ impl<'a> Plan<'a> {
         if (0..2).any(|a| highest[a].partial_cmp(&lowest[a]) != Some(std::cmp::Ordering::Greater)) {
             (lowest, highest) = (least, most);
         }
-        let extent = [0, 1].map(|a| (highest[a] - lowest[a]).max(1e-6));
-        let scale = (f64::from(WIDTH - LEFT - RIGHT) / extent[0]).min(HIGHEST / extent[1]);
-        let size = extent.map(|e| (e * scale).round().max(40.0) as i32);
+        let frame = Frame::new([lowest, highest], [PLOT, HIGHEST]);
         let grid = |cells| ShadedGrid::new([lowest, highest], cells, terrain.height);
-        Self { net, lowest, highest, size, shading: grid(FINE_CELLS), coarse: grid(CONTOUR_CELLS) }
+        Self { net, frame, shading: grid(FINE_CELLS), coarse: grid(CONTOUR_CELLS) }
     }
 
     /// Room that it takes on the page [px].
     pub fn height(&self) -> i32 {
-        self.size[1] + BELOW + ABOVE
+        self.frame.size[1] + BELOW + ABOVE
     }
 
     /// Where the plot begins on the page [px]; it stands in the middle.
     fn left(&self) -> i32 {
-        LEFT + (WIDTH - LEFT - RIGHT - self.size[0]) / 2
+        LEFT + (PLOT as i32 - self.frame.size[0]) / 2
     }
 
     /// The shading, `top` pixels below the top of the page.
     pub fn image(&self, top: i32) -> String {
-        let Ok(href) = self.shading.image() else { return String::new() };
-        format!(
-            "<image x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" preserveAspectRatio=\"none\" href=\"{href}\"/>\n",
-            self.left() * FINE,
-            (top + ABOVE) * FINE,
-            self.size[0] * FINE,
-            self.size[1] * FINE
-        )
-    }
-
-    fn per_pixel(&self) -> f64 {
-        (self.highest[0] - self.lowest[0]) / f64::from(self.size[0])
+        let corner = [self.left(), top + ABOVE];
+        self.shading.image().map_or(String::new(), |href| self.frame.image(corner, "", &href))
     }
 
     /// Draw it.
     pub fn draw(&self, area: &Area, lines: &[&Line]) -> Drawn {
-        let right = WIDTH - self.left() - self.size[0];
-        let mut chart = ChartBuilder::on(area)
-            .margin_top(ABOVE * FINE)
-            .margin_right(right * FINE)
-            .margin_left((self.left() - LEFT + EDGE) * FINE)
-            .x_label_area_size(BELOW * FINE)
-            .y_label_area_size((LEFT - EDGE) * FINE)
-            .build_cartesian_2d(self.lowest[0]..self.highest[0], self.lowest[1]..self.highest[1])?;
-        chart
-            .configure_mesh()
-            .disable_mesh()
-            .axis_style(INK.stroke_width(px(1.0) as u32))
-            .label_style(font(12.0))
-            .x_labels(7)
-            .y_labels((self.size[1] / 70).clamp(2, 9) as usize)
-            .x_label_formatter(&number)
-            .y_label_formatter(&number)
-            .x_desc("x (east) [m]")
-            .y_desc("y (north) [m]")
-            .axis_desc_style(font(13.0))
-            .draw()?;
+        let right = WIDTH - self.left() - self.frame.size[0];
+        let mut chart = self.frame.plot(area, [ABOVE, right, BELOW, self.left()])?;
         self.contours(&mut chart)?;
-        let per_pixel = [self.per_pixel(); 2];
-        for edge in net::drawn(self.net.plan(), [self.lowest, self.highest], per_pixel) {
+        let per_pixel = [self.frame.per_pixel(); 2];
+        for edge in net::drawn(self.net.plan(), [self.frame.lowest, self.frame.highest], per_pixel) {
             chart.plotting_area().draw(&PathElement::new(edge, net::style()))?;
         }
         let few = lines.len() <= FEW;
@@ -128,8 +91,9 @@ impl<'a> Plan<'a> {
             self.marks(&chart, line, colour(number), few)?;
         }
         let plot = chart.plotting_area().strip_coord_spec();
-        self.scale_bar(&plot)?;
-        self.north(&plot)
+        let [width, height] = self.frame.size.map(f64::from);
+        self.frame.scale_bar(&plot, [16.0, height - 18.0])?;
+        north(&plot, [width - 26.0, 14.0])
     }
 
     fn marks(&self, chart: &Chart, line: &Line, colour: RGBColor, few: bool) -> Drawn {
@@ -163,7 +127,7 @@ impl<'a> Plan<'a> {
     /// Whether a contour is closed and too short to mean more than the roughness of the terrain.
     fn is_islet(&self, line: &[(f64, f64)]) -> bool {
         let length: f64 = line.windows(2).map(|p| (p[1].0 - p[0].0).hypot(p[1].1 - p[0].1)).sum();
-        line.first() == line.last() && length < ISLET * self.per_pixel()
+        line.first() == line.last() && length < ISLET * self.frame.per_pixel()
     }
 
     fn contours(&self, chart: &mut Chart) -> Drawn {
@@ -179,7 +143,7 @@ impl<'a> Plan<'a> {
             let mut found = contours::lines(&self.coarse, level);
             found.retain(|line| !self.is_islet(line));
             for line in &found {
-                let line = thinned(line.iter().copied(), [self.per_pixel(); 2], 1.0);
+                let line = thinned(line.iter().copied(), [self.frame.per_pixel(); 2], 1.0);
                 chart.plotting_area().draw(&PathElement::new(line, style))?;
             }
             if thick && let Some(longest) = found.iter().max_by_key(|line| line.len()) {
@@ -198,14 +162,15 @@ impl<'a> Plan<'a> {
         step: f64,
         taken: &mut Vec<(f64, f64)>,
     ) -> Drawn {
-        let pixel = self.per_pixel();
+        let pixel = self.frame.per_pixel();
         let decimals = usize::from(step < 1.0);
         let text = format!("{level:.decimals$}");
         let half = [3.6 * text.len() as f64 * pixel, 7.0 * pixel];
         let fits = |(x, y): &(f64, f64)| {
             (0..2).all(|a| {
                 let v = [*x, *y][a];
-                v - half[a] > self.lowest[a] + 6.0 * pixel && v + half[a] < self.highest[a] - 6.0 * pixel
+                v - half[a] > self.frame.lowest[a] + 6.0 * pixel
+                    && v + half[a] < self.frame.highest[a] - 6.0 * pixel
             }) && taken.iter().all(|(a, b)| (x - a).abs() > 3.0 * half[0] || (y - b).abs() > 4.0 * half[1])
         };
         let Some(place) = [4, 3, 2, 5, 8].iter().map(|part| line[line.len() / part]).find(|p| fits(p)) else {
@@ -218,37 +183,4 @@ impl<'a> Plan<'a> {
         let style = font(10.5).color(&BROWN).pos(middle());
         plot.draw(&Text::new(text, place, style))
     }
-
-    /// A round length, about a fifth of the width.
-    fn scale_bar(&self, plot: &Area) -> Drawn {
-        let width = self.highest[0] - self.lowest[0];
-        let length = round_step(width / 10.0);
-        let long = length / self.per_pixel();
-        let (x, y) = (16.0, f64::from(self.size[1]) - 18.0);
-        let label = if length >= 1000.0 { format!("{} km", length / 1000.0) } else { format!("{length} m") };
-        let corners = [(px(x - 8.0), px(y - 20.0)), (px(x + long + 10.0), px(y + 10.0))];
-        plot.draw(&Rectangle::new(corners, WHITE.mix(0.75).filled()))?;
-        for (part, filled) in [(0.0, true), (0.5, false)] {
-            let corners = [(px(x + part * long), px(y)), (px(x + (part + 0.5) * long), px(y + 5.0))];
-            let style = if filled { INK.filled() } else { WHITE.filled() };
-            plot.draw(&Rectangle::new(corners, style))?;
-            plot.draw(&Rectangle::new(corners, INK.stroke_width(px(0.8) as u32)))?;
-        }
-        let style = font(11.5).pos(Pos::new(HPos::Center, VPos::Bottom));
-        plot.draw(&Text::new(label, (px(x + 0.5 * long), px(y - 3.0)), style))
-    }
-
-    /// North is up.
-    fn north(&self, plot: &Area) -> Drawn {
-        let (x, y) = (f64::from(self.size[0]) - 26.0, 14.0);
-        let corners = [(px(x - 14.0), px(y - 8.0)), (px(x + 14.0), px(y + 42.0))];
-        plot.draw(&Rectangle::new(corners, WHITE.mix(0.75).filled()))?;
-        let tip = [(x, y), (x + 6.5, y + 21.0), (x, y + 16.0), (x - 6.5, y + 21.0)];
-        plot.draw(&Polygon::new(tip.map(|(x, y)| (px(x), px(y))).to_vec(), INK.filled()))?;
-        plot.draw(&Text::new("N", (px(x), px(y + 31.0)), font(13.0).pos(middle())))
-    }
-}
-
-fn middle() -> Pos {
-    Pos::new(HPos::Center, VPos::Center)
 }
