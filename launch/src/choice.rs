@@ -15,8 +15,8 @@ use crate::stability;
 use interface_defs::diagnostic::Diagnostic;
 use toml::{Table, Value};
 use toolkit::check::CheckReport;
+use toolkit::numbers::{rounded, short, two_digits};
 use toolkit::scene::{Scene, at};
-use toolkit::summary::short;
 
 /// Longest weak window, and longest part of a strong one [s]: a tenth of the millisecond over which reactions are averaged.
 const RESOLVED: f64 = 1e-4;
@@ -49,7 +49,7 @@ pub fn complete(
         chosen.push(Chosen {
             key: ("coupling", "longest_weak_window"),
             // As it is printed, so that who names the printed window is within it.
-            value: short(limit.window).parse().unwrap_or(limit.window).into(),
+            value: rounded(limit.window, 6).into(),
         });
     }
     if open && Preset::of(&document).is_none() {
@@ -290,11 +290,4 @@ impl Preset {
             self.name
         )
     }
-}
-
-/// `value`, its first two digits.
-pub fn two_digits(value: f64) -> f64 {
-    let power = value.log10().floor() as i32 - 1;
-    // Read from text, so that the number is the one that a person would write.
-    format!("{}e{power}", (value / 10.0_f64.powi(power) * (1.0 + 1e-9)).floor()).parse().unwrap_or(value)
 }

@@ -6,7 +6,7 @@ use super::study::{ACCURACIES, FINEST_ACCURACY, Finished, Recommended, Study, Tr
 use plotters::prelude::*;
 use std::fmt::Write;
 use toolkit::columns::Columns;
-use toolkit::summary::{short, three};
+use toolkit::numbers::{percent, seconds, short, three};
 
 /// What the page says of the study besides its runs.
 pub struct Facts {
@@ -29,23 +29,9 @@ impl Facts {
     }
 }
 
-/// A share as a percentage of three digits.
-pub fn percent(share: f64) -> String {
-    format!("{} %", three(100.0 * share))
-}
-
 /// A share with its sign.
 fn signed(share: f64) -> String {
     if share > 0.0 { format!("+{}", percent(share)) } else { percent(share) }
-}
-
-/// Seconds as a person writes them.
-pub fn seconds(value: f64) -> String {
-    if value >= 100.0 {
-        format!("{:.0} min {:02.0} s", (value / 60.0).floor(), value % 60.0)
-    } else {
-        format!("{} s", three(value))
-    }
 }
 
 /// One line of a message, not too long, that no table breaks at.

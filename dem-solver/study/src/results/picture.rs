@@ -11,7 +11,7 @@ use std::io;
 use std::path::Path;
 use toolkit::coordinates::Form;
 use toolkit::files;
-use toolkit::summary::three;
+use toolkit::numbers::three;
 
 /// Width of the map, and its largest height [px].
 const WIDTH: f64 = 900.0;
