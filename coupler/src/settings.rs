@@ -6,9 +6,9 @@ use crate::mapping::AnyMapper;
 use interface_defs::diagnostic::{Code, Diagnostic, code};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use toolkit::numbers::short;
 use toolkit::output::Output;
 use toolkit::scene::Scene;
-use toolkit::summary::short;
 
 /// Weak or strong.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

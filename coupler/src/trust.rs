@@ -4,7 +4,8 @@ use crate::energy::Balance;
 use crate::observer::Counts;
 use crate::settings::{CouplingSettings, Scheme};
 use interface_defs::diagnostic::{Diagnostic, code};
-use toolkit::limits::{Evidence, Limits, percent};
+use toolkit::limits::{Evidence, Limits};
+use toolkit::numbers::percent;
 
 /// What the cause of an error is read from.
 pub struct Causes<'a> {

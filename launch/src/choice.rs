@@ -11,12 +11,12 @@
 
 use crate::numbers::Numbers;
 use crate::plan::{Part, Plan};
-use crate::stability;
+use crate::stability::divided;
 use interface_defs::diagnostic::Diagnostic;
 use toml::{Table, Value};
 use toolkit::check::CheckReport;
+use toolkit::numbers::{rounded, short, two_digits};
 use toolkit::scene::{Scene, at};
-use toolkit::summary::short;
 
 /// Longest weak window, and longest part of a strong one [s]: a tenth of the millisecond over which reactions are averaged.
 const RESOLVED: f64 = 1e-4;
@@ -49,7 +49,7 @@ pub fn complete(
         chosen.push(Chosen {
             key: ("coupling", "longest_weak_window"),
             // As it is printed, so that who names the printed window is within it.
-            value: short(limit.window).parse().unwrap_or(limit.window).into(),
+            value: rounded(limit.window, 6).into(),
         });
     }
     if open && Preset::of(&document).is_none() {
@@ -119,16 +119,15 @@ fn steps(document: &Table, numbers: &Numbers, chosen: &mut Vec<Chosen>) {
     let samples = find("samples").and_then(Value::as_integer).unwrap_or(numbers.samples.into());
     let Some(window) = window else { return };
     let part = window / samples as f64;
-    let divide = |longest: f64| part / stability::steps(part, longest) as f64;
     // Terrain and other rocks are touched in steps that the contact solver knows best.
     let named = ["dem.time_step", "dem.steps_per_contact"].iter().any(|key| at(document, key).is_some());
     let open = !named && !document.contains_key("terrain");
     if let (true, Some(longest)) = (open, numbers.contact.longest) {
-        chosen.push(Chosen { key: ("dem", "time_step"), value: divide(longest).into() });
+        chosen.push(Chosen { key: ("dem", "time_step"), value: divided(part, longest).into() });
     }
     let open = at(document, "fem.time_step").is_none();
     if let (true, Some(own)) = (open, numbers.net.step.filter(|step| step.is_finite())) {
-        chosen.push(Chosen { key: ("fem", "time_step"), value: divide(own).into() });
+        chosen.push(Chosen { key: ("fem", "time_step"), value: divided(part, own).into() });
     }
 }
 
@@ -262,18 +261,16 @@ impl Preset {
         let window = window.unwrap_or(two_digits((STEPS * step).min(LONGEST)));
         let samples = if open("coupling", "samples") { self.samples } else { numbers.samples };
         let part = window / f64::from(samples);
-        let divide = |longest: f64| part / stability::steps(part, longest) as f64;
         let on_node = numbers.node_mass.zip(numbers.stiffness).map(|(m, k)| self.contact * (m / k).sqrt());
         let longest = [numbers.contact.longest, on_node].into_iter().flatten().fold(part, f64::min);
-        let contact = divide(longest);
         let all: [((&str, &str), Value); 7] = [
             (("coupling", "scheme"), "strong".into()),
             (("coupling", "yielding_net"), true.into()),
             (("coupling", "time_window"), window.into()),
             (("coupling", "samples"), i64::from(samples).into()),
             (("coupling", "yielding_share"), self.share.into()),
-            (("dem", "time_step"), contact.into()),
-            (("fem", "time_step"), divide(step).into()),
+            (("dem", "time_step"), divided(part, longest).into()),
+            (("fem", "time_step"), divided(part, step).into()),
         ];
         let by_steps = document.contains_key("terrain") || !open("dem", "steps_per_contact");
         let left = |key: &(&str, &str)| open(key.0, key.1) && !(*key == ("dem", "time_step") && by_steps);
@@ -290,11 +287,4 @@ impl Preset {
             self.name
         )
     }
-}
-
-/// `value`, its first two digits.
-pub fn two_digits(value: f64) -> f64 {
-    let power = value.log10().floor() as i32 - 1;
-    // Read from text, so that the number is the one that a person would write.
-    format!("{}e{power}", (value / 10.0_f64.powi(power) * (1.0 + 1e-9)).floor()).parse().unwrap_or(value)
 }

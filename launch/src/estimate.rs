@@ -12,7 +12,7 @@ use std::fmt::Write;
 use std::path::Path;
 use toolkit::arguments::Input;
 use toolkit::check::Format;
-use toolkit::summary::short;
+use toolkit::numbers::short;
 
 /// A cost beyond this is worth a question: a day [s].
 const LONG: f64 = 86_400.0;

@@ -205,17 +205,14 @@ fn same_scene(out: &Path, resolved: &Table, ground: &Ground) -> Result<(), Stop>
     // Made from the rest of the scene, and lies in this directory.
     [&mut before, &mut now].into_iter().for_each(|table| ground.forget(table));
     let keys = before.keys().chain(now.keys().filter(|key| !before.contains_key(*key)));
-    let differs = |key: &&String| text(before.get(*key)) != text(now.get(*key));
+    // As it is written: a number that was given as a whole one is read as such.
+    let text = |table: &Table, key: &String| table.get(key).map(toml::Value::to_string);
+    let differs = |key: &&String| text(&before, key) != text(&now, key);
     let differing: Vec<String> = keys.filter(differs).map(|key| format!("`{key}`")).collect();
     if differing.is_empty() {
         return Ok(());
     }
     Err(refuse(out, format!("it holds a run of another scene, which differs in {}", differing.join(", "))))
-}
-
-/// As it is written: a number that was given as a whole one is read as such.
-fn text(value: Option<&toml::Value>) -> Option<String> {
-    value.map(toml::Value::to_string)
 }
 
 /// The files that the scene names must be those that the run has read.

@@ -145,13 +145,9 @@ pub fn run(request: &Arguments, json: bool) -> Result<Exit, Stop> {
 fn keep_logs(log: &Path, commands: &[(&str, Vec<OsString>)]) -> io::Result<()> {
     Dir::create(log)?;
     for (name, _) in commands {
-        match std::fs::rename(
-            children::log_file(log, name),
-            children::log_file(log, &format!("{name}.before")),
-        ) {
-            Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(e),
-            _ => {}
-        }
+        let before = children::log_file(log, &format!("{name}.before"));
+        let moved = std::fs::rename(children::log_file(log, name), before);
+        moved.or_else(|e| if e.kind() == io::ErrorKind::NotFound { Ok(()) } else { Err(e) })?;
     }
     Ok(())
 }

@@ -243,14 +243,11 @@ fn window_matrix(spring: &Spring, scheme: &Scheme, window: f64) -> Matrix {
     let frequency = ((spring.stiffness + spring.held) / spring.mass).sqrt();
     let square = frequency * frequency;
     let units = State::from([1.0, frequency, square, spring.mass * square]);
-    let mut matrix = Matrix::zeros();
-    for column in 0..4 {
+    Matrix::from_columns(&std::array::from_fn::<State, 4, _>(|column| {
         let mut state = State::zeros();
         state[column] = units[column];
-        let after = advance(spring, scheme, window, state);
-        matrix.set_column(column, &after.component_div(&units));
-    }
-    matrix
+        advance(spring, scheme, window, state).component_div(&units)
+    }))
 }
 
 /// One window of weak coupling.
@@ -272,6 +269,11 @@ fn advance(spring: &Spring, scheme: &Scheme, window: f64, start: State) -> State
 /// Number of equal steps in `length` [s], none longer than `step` [s].
 pub fn steps(length: f64, step: f64) -> usize {
     Window { number: 1, iteration: 1, start: 0.0, length }.steps(step)
+}
+
+/// The longest step that divides `length` [s] and is not longer than `step` [s].
+pub fn divided(length: f64, step: f64) -> f64 {
+    length / steps(length, step) as f64
 }
 
 /// The structure over a part of the window, under a force of this mean and this end.

@@ -6,7 +6,7 @@ use crate::stop::Stop;
 use crate::worst;
 use interface_defs::diagnostic::{Severity, code};
 use serde_json::json;
-use std::path::Path;
+use std::path::{Display, Path};
 use std::time::SystemTime;
 use toolkit::check::Format;
 use toolkit::checkpoint::{self, Found};
@@ -19,10 +19,7 @@ use toolkit::summary::{RunStatus, Summary};
 
 /// The text for the screen, and the exit code.
 pub fn status(dir: &Path) -> Result<(String, Exit), Stop> {
-    let name = dir.display();
-    if !dir.is_dir() {
-        return Err(Stop::input(code::ARGUMENT, format!("{name}: there is no such directory")));
-    }
+    let name = there(dir)?;
     let running = holder(dir).map(|(_, process)| match process {
         Some(pid) => format!("process {pid} is writing to it"),
         None => "a process is writing to it".into(),
@@ -54,6 +51,12 @@ pub fn status(dir: &Path) -> Result<(String, Exit), Stop> {
             (text + &resumable(dir), Exit::Failed)
         }
     })
+}
+
+/// The name of a directory, which must be there.
+fn there(dir: &Path) -> Result<Display<'_>, Stop> {
+    let none = || Stop::input(code::ARGUMENT, format!("{}: there is no such directory", dir.display()));
+    dir.is_dir().then(|| dir.display()).ok_or_else(none)
 }
 
 /// A run or a study that has a summary.
@@ -183,10 +186,7 @@ fn age(path: &Path) -> String {
 
 /// The answer, and the exit code. An error: there is nothing to compare with.
 pub fn verify(dir: &Path, format: Format) -> Result<(String, Exit), Stop> {
-    let name = dir.display();
-    if !dir.is_dir() {
-        return Err(Stop::input(code::ARGUMENT, format!("{name}: there is no such directory")));
-    }
+    let name = there(dir)?;
     let found = manifest::verify(dir);
     if let Some(none) = found.iter().find(|what| what.code == code::RESULT_DIRECTORY) {
         return Err(none.clone().into());

@@ -145,7 +145,7 @@ fn the_coupler_alone_says_who_chooses() {
     let scene = toolkit::scene::Scene::load(&file, &[]).expect("a scene");
     let settings = coupler::settings::CouplingSettings::of(&scene).expect("named");
     assert!(settings.time_window > 0.0);
-    let said = format!("coupling.time_window = {}", toolkit::summary::short(settings.time_window));
+    let said = format!("coupling.time_window = {}", toolkit::numbers::short(settings.time_window));
     assert!(printed.contains(&said), "{said} is not in {printed}");
 }
 

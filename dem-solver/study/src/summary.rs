@@ -3,7 +3,7 @@
 use super::record::{How, Outcome, QUANTITIES};
 use interface_defs::diagnostic::{Diagnostic, Severity, code};
 use interface_defs::message::{Measure, Worse};
-use toolkit::limits::percent;
+use toolkit::numbers::percent;
 use toolkit::summary::{RunStatus, Summary};
 
 /// Shares of which quantiles are reported [%].

@@ -60,7 +60,7 @@ impl CheckReport {
         }
         let width = self.numbers.keys().map(String::len).max().unwrap_or(0);
         for (name, value) in &self.numbers {
-            let _ = writeln!(text, "  {name:width$}  {}", super::summary::short(*value));
+            let _ = writeln!(text, "  {name:width$}  {}", super::numbers::short(*value));
         }
         for warning in &self.warnings {
             let _ = writeln!(text, "warning: {warning}");

@@ -1,7 +1,7 @@
 //! Tables of which every column is declared once, with its name and what stands in it: for programs, for a page, for the screen.
 
 use super::history::csv_text;
-use super::summary::three;
+use super::numbers::three;
 use std::fmt::Write;
 
 /// What stands in a cell.

@@ -1,6 +1,7 @@
 //! The balance of energy of a whole system, and the energy to which its error relates.
 
-use super::limits::{ENERGY_ERROR, Limits, percent};
+use super::limits::{ENERGY_ERROR, Limits};
+use super::numbers::percent;
 use super::summary::Summary;
 use interface_defs::{Diagnostic, Gauge, Measure, Role, Worse, code};
 use serde::{Deserialize, Serialize};

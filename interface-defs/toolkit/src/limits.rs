@@ -1,7 +1,8 @@
 //! The table `[limits]`: bounds of trust. A run that passes one is `unreliable`, never `done`.
 
+use super::numbers::{percent, short, three};
 use super::scene::Scene;
-use super::summary::{RunStatus, Summary, short, three};
+use super::summary::{RunStatus, Summary};
 use interface_defs::diagnostic::{Diagnostic, code};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -213,12 +214,6 @@ pub(super) fn cure(role: &str) -> &'static str {
         }
         _ => "shorten [fem] time_step, or choose an integrator that keeps the energy",
     }
-}
-
-/// A share, for a reader.
-pub fn percent(share: f64) -> String {
-    let percent = 100.0 * share;
-    if percent >= 1e6 { format!("{percent:.1e} %") } else { format!("{} %", three(percent)) }
 }
 
 #[cfg(test)]

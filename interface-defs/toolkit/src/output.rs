@@ -1,7 +1,7 @@
 //! The table `[output]`: what is written, and how often.
 
+use super::numbers::short;
 use super::scene::Scene;
-use super::summary::short;
 use interface_defs::diagnostic::{Diagnostic, code};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

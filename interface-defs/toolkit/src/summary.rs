@@ -3,6 +3,7 @@
 
 use super::exit::Exit;
 use super::files;
+use super::numbers::{short, short_in};
 use super::run_dir::SUMMARY;
 use super::screen::{complain, show};
 use interface_defs::{Diagnostic, Measure, Severity, Statistics, Torn, Verdict, code, verdict::NOTHING_TORE};
@@ -207,21 +208,6 @@ impl Summary {
     }
 }
 
-/// Six significant digits, for a reader.
-pub fn short(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return value.to_string();
-    }
-    let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
-    if (1e-4..1e7).contains(&rounded.abs()) { rounded.to_string() } else { format!("{rounded:e}") }
-}
-
-/// Three significant digits, for a reader.
-pub fn three(value: f64) -> String {
-    let rounded: f64 = format!("{value:.2e}").parse().unwrap_or(value);
-    short(rounded)
-}
-
 /// Counts of work done and skipped, over all solvers, and their peak memory: what `cost` shows beside each process.
 pub fn totals(cost: &mut Map<String, Value>, solvers: &[&Statistics]) {
     for solver in solvers {
@@ -400,13 +386,6 @@ fn row(m: &Measure) -> [String; 3] {
     let time = m.time.map_or(String::new(), |t| format!("at {} s", short(t)));
     let member = m.member.as_ref().map_or(String::new(), |member| format!(" ({member})"));
     [m.name.clone(), short_in(&m.unit, m.value), format!("{unit:<4} {time}{member}")]
-}
-
-/// Six significant digits; of metres to the millimetre where that is more: coordinates of a survey are large.
-fn short_in(unit: &str, value: f64) -> String {
-    // From here on six digits are coarser than a millimetre.
-    let large = value.is_finite() && value.abs() >= 999.999_5;
-    if unit == "m" && large { ((value * 1000.0).round() / 1000.0).to_string() } else { short(value) }
 }
 
 #[cfg(test)]

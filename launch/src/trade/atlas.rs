@@ -12,7 +12,7 @@ use crate::prepared::Prepared;
 use crate::stop::Stop;
 use toolkit::arguments::Input;
 use toolkit::columns::Columns;
-use toolkit::summary::three;
+use toolkit::numbers::{exact, percent, three};
 
 /// A measure that is off by more is broken.
 const OFF: f64 = 0.1;
@@ -203,7 +203,7 @@ impl Atlas<'_, '_> {
             };
             let off = super::result::deviation(value, known.value);
             if off.abs() > OFF && class == Class::Numerical {
-                return Fared::Broke(format!("{name} is off by {}", report::percent(off)));
+                return Fared::Broke(format!("{name} is off by {}", percent(off)));
             }
         }
         Fared::Held
@@ -223,7 +223,7 @@ impl Atlas<'_, '_> {
         // Where the scene's own window does not hold, the others are pushed with one that does.
         let (own, longest) = (window.as_number(0)?, self.longest_window(push));
         let length = longest.map_or(own, |longest| own.min(SAFE * longest));
-        let set = |length: f64| format!("coupling.time_window={}", super::knobs::float(length));
+        let set = |length: f64| format!("coupling.time_window={}", exact(length));
         if !push.knob.name.ends_with("_step") {
             sets.extend((length < own).then(|| set(length)));
             return Some(sets);
@@ -283,7 +283,7 @@ fn cure(found: &Found) -> &'static str {
 /// The table, as a page.
 pub fn page(study: &Study, all: &[Found], facts: &report::Facts) -> String {
     let report::Facts { scene, command, .. } = facts;
-    let (version, off) = (env!("CARGO_PKG_VERSION"), report::percent(OFF));
+    let (version, off) = (env!("CARGO_PKG_VERSION"), percent(OFF));
     let text = format!(
         "# Limits of stability: {scene}\n\n`rockfall trade {command} --atlas`, version {version}. One setting at a time was pushed until \
          a run was not done or a measure was off by more than {off}, and the limit was narrowed down to a factor of {NARROW}. Theory: the \

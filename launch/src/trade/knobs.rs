@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 use std::ops::Deref;
 use toml::{Table, Value};
 use toolkit::explain::suggestion;
+use toolkit::numbers::exact;
 use toolkit::scene::at;
 
 /// What a knob changes.
@@ -239,7 +240,7 @@ impl Knob {
 
     /// The `--set`s of a value that lies between rungs, `factor` times as coarse as the scene's.
     pub fn sets_at(&self, factor: f64) -> Option<Vec<String>> {
-        let set = |part: &Part| Some(format!("{}={}", part.key, float(part.at(factor)?)));
+        let set = |part: &Part| Some(format!("{}={}", part.key, exact(part.at(factor)?)));
         if self.is_ladder() { self.parts.iter().map(set).collect() } else { None }
     }
 
@@ -286,22 +287,13 @@ impl Number {
             (value >= 1.0 && differs && (!exact || value.fract() == 0.0)).then_some(value.round() as i64)
         };
         match self {
-            Self::Float(base) => (*base != 0.0).then(|| float(base * factor)),
+            Self::Float(base) => (*base != 0.0).then(|| exact(base * factor)),
             Self::Whole(n) => whole(*n, false).map(|n| n.to_string()),
             Self::Wholes(all) => {
                 let all: Option<Vec<_>> = all.iter().map(|n| whole(*n, true)).collect();
                 all.map(|all| format!("{all:?}"))
             }
         }
-    }
-}
-
-/// As TOML reads it back bit for bit, and as a person would write it.
-pub fn float(value: f64) -> String {
-    if value == 0.0 || (1e-2..1e5).contains(&value.abs()) {
-        format!("{value:?}")
-    } else {
-        format!("{value:e}")
     }
 }
 

@@ -27,7 +27,7 @@ use clap::Args;
 use interface_defs::diagnostic::code;
 use knobs::{Base, Point, Space, rung};
 use plan::Task;
-use report::{Facts, percent, quoted, seconds};
+use report::{Facts, quoted};
 use result::Reference;
 use result::{Outcome, Purpose, Status};
 use std::path::{Path, PathBuf};
@@ -35,6 +35,7 @@ use store::{Identity, Store};
 use study::{Finished, Study};
 use toolkit::arguments::Input;
 use toolkit::exit::Exit;
+use toolkit::numbers::{exact, percent, seconds};
 use toolkit::scene::at;
 use toolkit::screen::show;
 use toolkit::{manifest, provenance};
@@ -119,8 +120,7 @@ impl Setup {
         let out =
             arguments.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-trade", scene.name())));
         // Field files cost time and disk, and no measure comes from them.
-        let fields =
-            at(&document, "output.fields").map(|_| format!("output.fields={}", knobs::float(end_time)));
+        let fields = at(&document, "output.fields").map(|_| format!("output.fields={}", exact(end_time)));
         let sets = input.sets.iter().fold(String::new(), |all, set| all + " --set " + &quoted(set));
         let facts = Facts {
             scene: scene.name(),

@@ -4,9 +4,10 @@ use super::knobs::{Class, Point};
 use super::result::{Known, Outcome, Status, deviation};
 use super::study::{ACCURACIES, FINEST_ACCURACY, Finished, Recommended, Study, Trade};
 use plotters::prelude::*;
+use std::collections::BTreeSet;
 use std::fmt::Write;
 use toolkit::columns::Columns;
-use toolkit::summary::{short, three};
+use toolkit::numbers::{percent, seconds, short, three};
 
 /// What the page says of the study besides its runs.
 pub struct Facts {
@@ -29,23 +30,9 @@ impl Facts {
     }
 }
 
-/// A share as a percentage of three digits.
-pub fn percent(share: f64) -> String {
-    format!("{} %", three(100.0 * share))
-}
-
 /// A share with its sign.
 fn signed(share: f64) -> String {
     if share > 0.0 { format!("+{}", percent(share)) } else { percent(share) }
-}
-
-/// Seconds as a person writes them.
-pub fn seconds(value: f64) -> String {
-    if value >= 100.0 {
-        format!("{:.0} min {:02.0} s", (value / 60.0).floor(), value % 60.0)
-    } else {
-        format!("{} s", three(value))
-    }
 }
 
 /// One line of a message, not too long, that no table breaks at.
@@ -77,7 +64,7 @@ pub fn page(study: &Study, facts: &Facts) -> String {
 fn references(study: &Study, text: &mut String) {
     let scene = study.outcome(&Point::new());
     let reference = &study.reference;
-    let known = |name: &String| reference.0.iter().find(|(of, _)| of == name).map(|(_, known)| known);
+    let known = |name: &String| reference.get(name);
     let with_unit = |value: f64, name: &String| format!("{} {}", short(value), unit(study, name));
     let table = Columns::new()
         .with("measure", |name: &String| format!("`{name}`"))
@@ -125,13 +112,9 @@ fn recommendations(study: &Study, facts: &Facts, text: &mut String) {
             })
         })
         .with("run again: error", |one| {
-            of(one, &|point| match study.confirmation(point).map(|run| (run, study.error(run))) {
-                None => "not run again: the budget is used up".into(),
-                Some((run, None)) => format!("not confirmed: {}", run.status.word()),
-                Some((_, Some(error))) if error > one.accuracy => {
-                    format!("not confirmed: {}", percent(error))
-                }
-                Some((_, Some(error))) => percent(error),
+            let unsaid = || "not run again: the budget is used up".into();
+            of(one, &|point| {
+                study.confirmation(point).map_or_else(unsaid, |run| again(study, one.accuracy, run))
             })
         })
         .with("run again: wall time", |one| {
@@ -140,6 +123,15 @@ fn recommendations(study: &Study, facts: &Facts, text: &mut String) {
     text.push_str("## Recommended\n\nThe cheapest settings whose error stays within an accuracy for all measures, with the scene's own model.\n\n");
     text.push_str(&table.markdown(&recommended));
     lines(study, facts, &recommended, text);
+}
+
+/// The error of a recommendation that was run again, and whether it is confirmed.
+fn again(study: &Study, accuracy: f64, run: &Outcome) -> String {
+    match study.error(run) {
+        Some(error) if error <= accuracy => percent(error),
+        Some(error) => format!("not confirmed: {}", percent(error)),
+        None => format!("not confirmed: {}", run.status.word()),
+    }
 }
 
 /// The command of each recommendation, for those that are the same once.
@@ -185,8 +177,7 @@ fn unreached(study: &Study) -> String {
 
 /// How far a measure of a run is from its reference.
 fn off(study: &Study, run: &Finished, name: &str) -> Option<f64> {
-    let (_, known) = study.reference.0.iter().find(|(measure, _)| measure == name)?;
-    Some(deviation(run.outcome.measure(name)?, known.value))
+    Some(deviation(run.outcome.measure(name)?, study.reference.get(name)?.value))
 }
 
 /// A value in words, where there is one.
@@ -198,7 +189,6 @@ fn numerical(study: &Study, facts: &Facts, text: &mut String) {
     let front: Vec<&Point> = study.front().into_iter().map(|(point, _)| point).collect();
     let error = |run: &Finished| study.error(&run.outcome).filter(|_| !study.is_alone());
     let is_marked = |run: &Finished| front.contains(&&run.point) && error(run).is_some();
-    let processes = processes(study);
     let mut table = Columns::new()
         .with("", |run: &&Finished| if is_marked(run) { "*".into() } else { String::new() })
         .with("settings", |run| study.space.label(&run.point))
@@ -211,7 +201,7 @@ fn numerical(study: &Study, facts: &Facts, text: &mut String) {
         .with("`energy_error`", |run| dash(run.outcome.measure("energy_error"), percent))
         .with("wall [s]", |run| three(study.cost(&run.point).unwrap_or(run.outcome.wall)))
         .with("loop [s]", |run| dash(run.outcome.time_loop, three));
-    for name in &processes {
+    for name in processes(study) {
         table =
             table.with(format!("CPU {name} [s]"), move |run| dash(run.outcome.cpu.get(name).copied(), three));
     }
@@ -273,11 +263,8 @@ fn sorted(study: &Study, class: Class) -> Vec<&Finished> {
 }
 
 /// Names of the processes of any run.
-fn processes(study: &Study) -> Vec<String> {
-    let mut names: Vec<String> = study.runs.iter().flat_map(|run| run.outcome.cpu.keys().cloned()).collect();
-    names.sort();
-    names.dedup();
-    names
+fn processes(study: &Study) -> BTreeSet<&String> {
+    study.runs.iter().flat_map(|run| run.outcome.cpu.keys()).collect()
 }
 
 /// All runs, repeats too, one a line.
@@ -285,7 +272,6 @@ pub fn table(study: &Study, facts: &Facts) -> Result<String, csv::Error> {
     let front: Vec<&Point> = study.front().into_iter().map(|(point, _)| point).collect();
     let class = |run: &Finished| study.space.class(&run.point);
     let is_own = |run: &Finished| class(run) == Class::Numerical;
-    let processes = processes(study);
     let mut table = Columns::new()
         .with("run", |(number, _): &(usize, &Finished)| (number + 1).to_string())
         .with("purpose", |(_, run)| format!("{:?}", run.purpose).to_lowercase())
@@ -305,7 +291,7 @@ pub fn table(study: &Study, facts: &Facts) -> Result<String, csv::Error> {
         .number("wall_s", |(_, run)| Some(run.outcome.wall))
         .number("loop_s", |(_, run)| run.outcome.time_loop)
         .number("command_s", |(_, run)| Some(run.outcome.seconds));
-    for name in &processes {
+    for name in processes(study) {
         table = table.number(format!("cpu_{name}_s"), move |(_, run)| run.outcome.cpu.get(name).copied());
     }
     let table = table
@@ -328,17 +314,10 @@ pub fn screen(study: &Study) -> String {
         let what = match &one.point {
             None => unreached(study),
             Some(point) => {
-                let again = study.confirmation(point);
-                let error = again.and_then(|run| study.error(run));
-                let confirmed = match (again, error) {
-                    (None, _) => "not run again".into(),
-                    (Some(run), Some(error)) if error <= one.accuracy => {
-                        format!("run again: {}, {}", percent(error), seconds(run.wall))
-                    }
-                    (Some(_), _) => "run again: not confirmed".into(),
-                };
-                let cost = study.cost(point).map_or("-".into(), seconds);
-                let error = study.error_at(point).map_or("-".into(), percent);
+                let confirmed = study.confirmation(point).map_or("not run again".into(), |run| {
+                    format!("run again: {}, {}", again(study, one.accuracy, run), seconds(run.wall))
+                });
+                let (error, cost) = (dash(study.error_at(point), percent), dash(study.cost(point), seconds));
                 format!("{}: error {error}, {cost}; {confirmed}", study.space.label(point))
             }
         };

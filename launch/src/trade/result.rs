@@ -250,6 +250,11 @@ impl Reference {
         Self(measures.iter().filter_map(|name| Some((name.clone(), known(name)?))).collect())
     }
 
+    /// What a measure is compared with.
+    pub fn get(&self, measure: &str) -> Option<&Known> {
+        self.0.iter().find(|(name, _)| name == measure).map(|(_, known)| known)
+    }
+
     /// Deviations of a run, relative, with their signs; `None` if it lacks one of the measures.
     pub fn deviations(&self, run: &Outcome) -> Option<Vec<f64>> {
         self.0.iter().map(|(name, known)| Some(deviation(run.measure(name)?, known.value))).collect()

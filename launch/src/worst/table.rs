@@ -12,8 +12,9 @@ use std::io;
 use std::path::Path;
 use toolkit::columns::Columns;
 use toolkit::history::column;
+use toolkit::numbers::short;
 use toolkit::scene::{Scene, at};
-use toolkit::summary::{RunStatus, Summary, short};
+use toolkit::summary::{RunStatus, Summary};
 use toolkit::{files, input_file};
 
 /// One row for each member.

@@ -5,6 +5,7 @@
 
 use super::{ContactSettings, RockSettings};
 use interface_defs::diagnostic::{Diagnostic, code};
+use toolkit::numbers::rounded;
 
 /// Mass of a rock [kg].
 pub const MASS: [f64; 2] = [1e-3, 1e6];
@@ -55,7 +56,7 @@ pub fn of_contacts(contacts: &[ContactSettings]) -> Vec<Diagnostic> {
 
 /// Warnings about rock number `at`, of `mass` [kg].
 pub fn of_rock(at: usize, rock: &RockSettings, mass: f64) -> Vec<Diagnostic> {
-    let mass: f64 = format!("{mass:.3e}").parse().unwrap_or(mass);
+    let mass = rounded(mass, 4);
     let of = |key: &str, what: &str, value: f64, unit: &str, range: [f64; 2]| {
         outside(format!("rock.{at}.{key}"), &format!("rock `{}`: a {what}", rock.name), value, unit, range)
     };

@@ -278,5 +278,5 @@ fn norm(values: &[f64]) -> f64 {
 
 /// Four digits are enough for a hint.
 pub fn short(value: f64) -> String {
-    toolkit::summary::short(format!("{value:.3e}").parse().unwrap_or(value))
+    toolkit::numbers::four(value)
 }

@@ -7,7 +7,7 @@ use interface_defs::message::Measure;
 use std::io;
 use std::path::Path;
 use toolkit::files;
-use toolkit::summary::short;
+use toolkit::numbers::short;
 
 /// Of the members that pass a line, the largest values of each in ascending order.
 #[derive(Debug, Clone, Copy)]

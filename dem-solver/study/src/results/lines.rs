@@ -15,7 +15,8 @@ use std::path::Path;
 use toolkit::columns::Columns;
 use toolkit::files::{self, Stream};
 use toolkit::history::column;
-use toolkit::summary::{RunStatus, three};
+use toolkit::numbers::three;
+use toolkit::summary::RunStatus;
 
 /// A statistic of what passes a line: of each member that passes its largest value.
 struct Statistic {

@@ -11,7 +11,7 @@ use std::io;
 use std::path::Path;
 use toolkit::coordinates::Form;
 use toolkit::files;
-use toolkit::summary::three;
+use toolkit::numbers::three;
 
 /// Largest width and height of the map [px].
 const MOST: [f64; 2] = [900.0, 900.0];

@@ -112,14 +112,6 @@ fn a_name_that_no_knob_has_is_refused_and_the_others_stand_still() {
     assert!(knobs.iter().all(|knob| knob.turned));
 }
 
-#[test]
-fn every_number_reads_back_bit_for_bit_as_a_float() {
-    for value in [5e-5, 1.0, 0.1 + 0.2, 1e8, 5.4e-5 / 3.0] {
-        let read: Table = format!("x = {}", float(value)).parse().expect("TOML");
-        assert_eq!(read["x"].as_float(), Some(value));
-    }
-}
-
 fn space(open: &[&str]) -> Space {
     let text = "[dem]\ntime_step = 1e-5\n[coupling]\nscheme = \"weak\"\ntime_window = 4e-5\nsamples = 1\ntolerance = 1e-4\n\
         absolute_tolerance = 1e-6\n[[contact]]\nyoung = 1e8\n";
