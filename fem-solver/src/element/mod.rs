@@ -298,7 +298,7 @@ macro_rules! elements {
 
 elements! {
     parts {
-        "cable" => cable::CablePart,
+        "cable" => bar::CablePart,
         "sliding_cable" => sliding_cable::SlidingCablePart,
         "brake" => bar::BrakePart,
         "beam" => beam::BeamPart,
