@@ -3,9 +3,9 @@
 //!
 //! Source: Golden Software, Surfer user's guide, "ASCII GRD Files"; the mark of nodes without height is Surfer's.
 
-use super::format::{Format, Reader, Words, comma, number, shown};
+use super::format::{Format, MOST_CELLS, Reader};
 use crate::raster::Raster;
-use dem_solid::input::ReadError;
+use toolkit::words::{ReadError, Words, comma, number, shown};
 
 /// This format.
 pub const FORMAT: Format = Format {
@@ -32,7 +32,7 @@ fn read(bytes: &[u8]) -> Result<Raster, ReadError> {
             return Err(words.fault(format!("{axis} from {low} to {high}: it must rise")));
         }
     }
-    let (from_south, _) = words.heights(counts, |z| z >= BLANK)?;
+    let (from_south, _) = words.heights(counts, MOST_CELLS, |z| z >= BLANK)?;
     let heights = from_south.chunks_exact(counts[0]).rev().flatten().copied().collect();
     let spacing = [0, 1].map(|k| (limits[k][1] - limits[k][0]) / (counts[k] - 1) as f64);
     Ok(Raster { corner: [limits[0][0], limits[1][0]], spacing, counts, heights })
