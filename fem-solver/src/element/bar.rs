@@ -5,7 +5,7 @@
 use super::cable::{Cable, CableConfig, Stated};
 use super::part::{Key, NewElements, PartCell, PartSettings, Surroundings, is_zero, part};
 use super::segment::{Segment, add_pair, add_vector};
-use super::{Answer, Element, Energy};
+use super::{Answer, Constants, Element, Energy};
 use crate::element::Slack;
 use crate::element::material::{HISTORY, Law, Rupture};
 use crate::read::mesh::Kind;
@@ -65,6 +65,12 @@ impl Element for Bar {
         &self.nodes
     }
 
+    fn constants(&self) -> Constants {
+        let (can_break, broken) = (self.rupture != Rupture::NEVER, Some(2));
+        let (radius, section) = (self.radius, self.section.unwrap_or(0.0));
+        Constants { can_break, broken, lines: 1, forces: 1, radius, section, ..Constants::default() }
+    }
+
     fn start_history(&self) -> Vec<f64> {
         vec![0.0; HISTORY]
     }
@@ -112,10 +118,6 @@ impl Element for Bar {
         Energy { stored: volume * (stored - modelled), dissipated: volume * dissipated }
     }
 
-    fn can_break(&self) -> bool {
-        self.rupture != Rupture::NEVER
-    }
-
     fn utilisation_bound(&self, u: &[f64], history: &[f64]) -> f64 {
         let (segment, strain) = self.segment(u);
         self.rupture.share(self.axial(self.law.trial(strain, history), segment.length), strain)
@@ -134,28 +136,12 @@ impl Element for Bar {
         mass.iter_mut().for_each(|m| *m += 0.5 * self.mass);
     }
 
-    fn line_count(&self) -> usize {
-        1
-    }
-
-    fn radius(&self) -> f64 {
-        self.radius
-    }
-
-    fn is_broken(&self, history: &[f64]) -> bool {
-        history[2] > 0.0
-    }
-
     fn line_forces(&self, u: &[f64], history: &[f64], forces: &mut [f64]) {
         forces[0] = if history[2] > 0.0 { f64::NAN } else { self.force(u, history) };
     }
 
     fn utilisation(&self, u: &[f64], force: f64) -> f64 {
         self.rupture.share(force, self.segment(u).1)
-    }
-
-    fn section(&self) -> f64 {
-        self.section.unwrap_or(0.0)
     }
 
     fn elongation(&self, u: &[f64]) -> f64 {
