@@ -96,8 +96,7 @@ mod tests {
     use super::*;
 
     fn grid(header: &str, heights: &str) -> Result<Heights, String> {
-        Heights::parse("g.asc", &format!("ncols 3\nnrows 2\n{header}\n{heights}\n"))
-            .map_err(|e| e.to_string())
+        Heights::parse("g.asc", format!("ncols 3\nnrows 2\n{header}\n{heights}\n")).map_err(|e| e.to_string())
     }
 
     #[test]

@@ -90,7 +90,7 @@ fn header(words: &mut Words) -> Result<Header, ReadError> {
     let (mut values, mut middle) = Header::default();
     // The header ends where a line begins with a number.
     while let Some(word) = words.peek().filter(|word| number(word).is_none()) {
-        words.next();
+        words.next_word();
         if has_comma(word) {
             let what = format!("`{}` is no height (row 1, column 1)", shown(word));
             return Err(comma(word, words.fault(what)));
@@ -111,7 +111,7 @@ fn header(words: &mut Words) -> Result<Header, ReadError> {
             }
         };
         let line = words.line;
-        let value = words.next().filter(|word| words.line == line || number(word).is_some());
+        let value = words.next_word().filter(|word| words.line == line || number(word).is_some());
         let Some(word) = value else { return Err(ReadError::at(line, format!("`{name}` has no value"))) };
         if places.start == 6 && word.eq_ignore_ascii_case(b"nan") {
             let what = "`nan` as mark of cells without height cannot be read; write a number";

@@ -61,7 +61,7 @@ impl<'a> Words<'a> {
     }
 
     /// The next word, in whatever line.
-    pub fn next(&mut self) -> Option<&'a [u8]> {
+    pub fn next_word(&mut self) -> Option<&'a [u8]> {
         while let Some(byte) = self.text.get(self.at) {
             if !byte.is_ascii_whitespace() {
                 break;
@@ -78,7 +78,7 @@ impl<'a> Words<'a> {
 
     /// The next word, left where it is.
     pub fn peek(&self) -> Option<&'a [u8]> {
-        Self { ..*self }.next()
+        Self { ..*self }.next_word()
     }
 
     /// Something wrong in the line of the word given last.
@@ -109,7 +109,7 @@ impl<'a> Words<'a> {
         let (mut first_line, mut in_first, mut last_line) = (None, 0, 0);
         while heights.len() < count {
             let read = heights.len();
-            let Some(word) = self.next() else {
+            let Some(word) = self.next_word() else {
                 let what = format!("the file ends after {read} of {columns} x {rows} = {count} heights");
                 return Err(self.fault(what));
             };
@@ -122,7 +122,7 @@ impl<'a> Words<'a> {
             in_first += usize::from(*first_line.get_or_insert(last_line) == last_line);
             heights.push(if is_none(z) { f64::NAN } else { z });
         }
-        if let Some(word) = self.next() {
+        if let Some(word) = self.next_word() {
             return Err(self.fault(format!("`{}` follows the last of {count} heights", shown(word))));
         }
         Ok((heights, [in_first, last_line + 1 - first_line.unwrap_or(last_line)]))

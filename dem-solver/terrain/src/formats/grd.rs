@@ -21,7 +21,7 @@ const BLANK: f64 = 1.701_41e38;
 
 fn read(bytes: &[u8]) -> Result<Raster, ReadError> {
     let mut words = Words::new(bytes);
-    if words.next() != Some(b"DSAA") {
+    if words.next_word() != Some(b"DSAA") {
         return Err("the file does not begin with `DSAA`; is this a Surfer grid as text?".into());
     }
     let counts = [count(&mut words, "columns")?, count(&mut words, "rows")?];
@@ -49,7 +49,7 @@ fn count(words: &mut Words, what: &str) -> Result<usize, ReadError> {
 
 /// The next word as a number.
 fn value(words: &mut Words, what: &str) -> Result<f64, ReadError> {
-    let word = words.next();
+    let word = words.next_word();
     let word =
         word.ok_or_else(|| words.fault(format!("the file ends where its {what} must stand: cut off?")))?;
     let error = || words.fault(format!("`{}` is no number for its {what}", shown(word)));
