@@ -1,9 +1,8 @@
 //! Files that a user gives: their bytes, lines and numbers, what they are by their beginning, errors with file and line.
 
-use interface_defs::diagnostic::Diagnostic;
 use nalgebra::Vector3;
-use std::path::Path;
 pub use toolkit::input_file::read as read_bytes;
+pub use toolkit::words::ReadError;
 
 /// Largest file of a surface or of spheres that is read [bytes].
 pub const LARGEST: u64 = 1 << 30;
@@ -12,48 +11,6 @@ pub const LARGEST: u64 = 1 << 30;
 const FURTHEST: f64 = 1e9;
 /// Lengths that a shape may have, and factors of them [m].
 pub const LENGTHS: std::ops::RangeInclusive<f64> = 1e-9..=FURTHEST;
-
-/// What is wrong in a file, at which line (from 1) if it has lines, and what to try.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ReadError {
-    /// The line.
-    pub line: Option<usize>,
-    /// What is wrong.
-    pub message: String,
-    /// What to try.
-    pub hint: Option<String>,
-}
-
-impl<M: Into<String>> From<M> for ReadError {
-    /// Something wrong with the file as a whole.
-    fn from(message: M) -> Self {
-        Self { line: None, message: message.into(), hint: None }
-    }
-}
-
-impl ReadError {
-    /// Something wrong with the file as a whole.
-    pub fn new(message: impl Into<String>) -> Self {
-        message.into().into()
-    }
-
-    /// Something wrong at a line (from 1).
-    pub fn at(line: usize, message: impl Into<String>) -> Self {
-        Self { line: Some(line), ..Self::new(message) }
-    }
-
-    /// The same, saying what to try.
-    #[must_use]
-    pub fn try_instead(self, hint: impl Into<String>) -> Self {
-        Self { hint: Some(hint.into()), ..self }
-    }
-
-    /// With the file's name in front.
-    pub fn in_file(self, path: &Path) -> Diagnostic {
-        let line = self.line.map_or(String::new(), |line| format!(":{line}"));
-        Diagnostic::in_file(format!("{}{line}", path.display()), self.message).try_if(self.hint)
-    }
-}
 
 /// The lines of a text, numbered from 1; a line that is not text is an error.
 pub fn lines(bytes: &[u8]) -> impl Iterator<Item = Result<(usize, &str), ReadError>> {

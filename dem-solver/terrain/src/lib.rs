@@ -17,7 +17,7 @@ pub mod forest;
 pub mod formats;
 pub mod ground;
 pub mod queries;
-pub mod raster;
+pub use toolkit::raster;
 pub mod settings;
 pub mod system;
 pub mod triangulation;

@@ -37,7 +37,7 @@ pub struct RectangularNet {
     #[serde(default)]
     pub held: Held,
     /// Whether cables run along the frame. Default true.
-    #[serde(default = "crate::element::part::yes")]
+    #[serde(default = "crate::element::cable::yes")]
     pub boundary_cables: bool,
 }
 

@@ -62,7 +62,7 @@ pub struct StructureConfig {
     #[serde(default)]
     pub damping: f64,
     /// Whether gravity acts on the structure. Default true; false: it has inertia and no weight.
-    #[serde(default = "crate::element::part::yes")]
+    #[serde(default = "crate::element::cable::yes")]
     pub dead_load: bool,
     /// State at t = 0: static equilibrium under the dead load (default), or as modelled.
     #[serde(default)]

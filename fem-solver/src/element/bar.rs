@@ -1,12 +1,14 @@
-//! A bar, cable or device with a law of its own: hardening, rupture. Elastic cables without rupture are in the fast kernel. And
-//! energy-dissipating devices of a scene: force over elongation by a table, plastic, with an end stop; each is a [`Bar`] without a
-//! section.
+//! A bar, cable or device with a law of its own: hardening, rupture. And parts of them: energy-dissipating devices, force over
+//! elongation by a table, plastic, with an end stop, are [`Bar`]s without a section; cables are [`Bar`]s, or [`Cable`]s of the
+//! fast kernel where they are elastic and never break.
 
+use super::cable::{Cable, CableConfig, Stated};
 use super::part::{Key, NewElements, PartCell, PartSettings, Surroundings, is_zero, part};
 use super::segment::{Segment, add_pair, add_vector};
-use super::{Answer, Element, Energy};
+use super::{Answer, Constants, Element, Energy};
 use crate::element::Slack;
 use crate::element::material::{HISTORY, Law, Rupture};
+use crate::read::mesh::Kind;
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::{Matrix3, Vector3};
 
@@ -63,6 +65,12 @@ impl Element for Bar {
         &self.nodes
     }
 
+    fn constants(&self) -> Constants {
+        let (can_break, broken) = (self.rupture != Rupture::NEVER, Some(2));
+        let (radius, section) = (self.radius, self.section.unwrap_or(0.0));
+        Constants { can_break, broken, lines: 1, forces: 1, radius, section, ..Constants::default() }
+    }
+
     fn start_history(&self) -> Vec<f64> {
         vec![0.0; HISTORY]
     }
@@ -110,10 +118,6 @@ impl Element for Bar {
         Energy { stored: volume * (stored - modelled), dissipated: volume * dissipated }
     }
 
-    fn can_break(&self) -> bool {
-        self.rupture != Rupture::NEVER
-    }
-
     fn utilisation_bound(&self, u: &[f64], history: &[f64]) -> f64 {
         let (segment, strain) = self.segment(u);
         self.rupture.share(self.axial(self.law.trial(strain, history), segment.length), strain)
@@ -132,28 +136,12 @@ impl Element for Bar {
         mass.iter_mut().for_each(|m| *m += 0.5 * self.mass);
     }
 
-    fn line_count(&self) -> usize {
-        1
-    }
-
-    fn radius(&self) -> f64 {
-        self.radius
-    }
-
-    fn is_broken(&self, history: &[f64]) -> bool {
-        history[2] > 0.0
-    }
-
     fn line_forces(&self, u: &[f64], history: &[f64], forces: &mut [f64]) {
         forces[0] = if history[2] > 0.0 { f64::NAN } else { self.force(u, history) };
     }
 
     fn utilisation(&self, u: &[f64], force: f64) -> f64 {
         self.rupture.share(force, self.segment(u).1)
-    }
-
-    fn section(&self) -> f64 {
-        self.section.unwrap_or(0.0)
     }
 
     fn elongation(&self, u: &[f64]) -> f64 {
@@ -178,7 +166,7 @@ part! {
         /// Length at which its force begins [m]. Default the distance of its nodes.
         length: Option<f64>,
         /// Whether it carries no compression. Default true.
-        #[serde(default = "crate::element::part::yes")]
+        #[serde(default = "crate::element::cable::yes")]
         tension_only: bool,
     }
 }
@@ -282,6 +270,75 @@ impl PartSettings for BrakePart {
     }
 }
 
+part! {
+    /// Cables or bars, one after the other along each cell, with hardening and rupture where stated. A triangle
+    /// or quadrilateral of a mesh is a closed polygon of them, the wire of a ring; so is a cell whose last
+    /// node is its first. Neighbours share nodes, never cables. `young` to `tension_only`, and `radius`: default what
+    /// `[structure.cable]` says.
+    CablePart: "cables", (2, usize::MAX) nodes, Line2 | Row | Tri3 | Quad4 {
+        /// Young's modulus [Pa].
+        young: Option<f64>,
+        /// Section [m2].
+        area: Option<f64>,
+        /// Density [kg/m3].
+        density: Option<f64>,
+        /// Second Piola-Kirchhoff stress at the unstretched length [Pa]; below 0: slack.
+        prestress: Option<f64>,
+        /// Whether they carry no compression.
+        tension_only: Option<bool>,
+        /// Unstretched length of each [m]. Default the distance of its nodes.
+        length: Option<f64>,
+        /// Hardening: rows `[plastic strain, yield stress]` [-, Pa], the first at 0, constant beyond the
+        /// last. Default none: elastic.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        hardening: Vec<[f64; 2]>,
+        /// Green-Lagrange strain at which one breaks. Default: never.
+        rupture_strain: Option<f64>,
+    }
+}
+
+impl CablePart {
+    /// The properties of each that it states itself.
+    pub fn stated(&self) -> Stated {
+        let Self { young, area, density, prestress, tension_only, radius, .. } = *self;
+        Stated { young, area, density, prestress, tension_only, radius }
+    }
+
+    /// Properties and rupture of its cables, checked.
+    fn check(&self, key: &Key, common: Option<&CableConfig>) -> Result<(CableConfig, Rupture), Diagnostic> {
+        let own = self.stated().complete(key, common)?;
+        key.positive(&[("length", self.length.unwrap_or(1.0), "m")])?;
+        key.check_table("hardening", &self.hardening)?;
+        if self.hardening.first().is_some_and(|row| row[0] != 0.0) {
+            return Err(key.invalid("hardening", "the first row must be at the plastic strain 0"));
+        }
+        Ok((own, key.rupture(self.rupture_force, self.rupture_strain)?))
+    }
+}
+
+impl PartSettings for CablePart {
+    fn closes(&self, kind: Kind) -> bool {
+        matches!(kind, Kind::Tri3 | Kind::Quad4)
+    }
+
+    fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), Diagnostic> {
+        let (own, rupture) = self.check(cell.key, cell.common)?;
+        for pair in cell.nodes.windows(2) {
+            let cable = own.cable(cell.positions, [pair[0], pair[1]], self.length);
+            if self.hardening.is_empty() && rupture == Rupture::NEVER {
+                made.cables.push(cable);
+                continue;
+            }
+            let hardening = self.hardening.iter().map(|row| (row[0], row[1])).collect();
+            let law = Law { hardening, ..Law::elastic(own.young, own.prestress, own.tension_only) };
+            let Cable { nodes, span, length, of: CableConfig { area, density, radius, .. } } = cable;
+            let (section, mass) = (Some(area), density * area * length);
+            made.elements.push(Bar { nodes, span, length, section, mass, radius, law, rupture }.into());
+        }
+        Ok(())
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -327,7 +384,7 @@ mod tests {
             nodes: [0, 1],
             span: bar.span,
             length: bar.length,
-            of: crate::element::cable::CableConfig {
+            of: CableConfig {
                 young: 8e9,
                 area: 1.25e-5,
                 density: 7850.0,

@@ -24,7 +24,7 @@ use super::membrane::axes;
 use super::part::{NewElements, PartCell, PartSettings, part};
 use super::segment::{add_block, add_pair, add_product, add_scaled, vector};
 use super::turn::{self, START, TURN};
-use super::{Answer, Element, Energy};
+use super::{Answer, Constants, Element, Energy};
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::{Matrix3, Vector3};
 
@@ -171,8 +171,18 @@ impl Element for Beam {
         &self.nodes
     }
 
-    fn rotates(&self) -> bool {
-        true
+    fn constants(&self) -> Constants {
+        Constants {
+            rotates: true,
+            has_moments: true,
+            can_break: self.rupture != Rupture::NEVER,
+            broken: Some(BROKEN),
+            lines: 1,
+            forces: 1,
+            radius: self.radius,
+            section: self.area,
+            ..Constants::default()
+        }
     }
 
     fn start_history(&self) -> Vec<f64> {
@@ -234,10 +244,6 @@ impl Element for Beam {
         Energy { stored, dissipated: history[LOST] }
     }
 
-    fn can_break(&self) -> bool {
-        self.rupture != Rupture::NEVER
-    }
-
     fn utilisation_bound(&self, u: &[f64], _history: &[f64]) -> f64 {
         let force = (self.axial / self.rest() * self.elongation(u)).abs();
         self.rupture.share(force, force / self.axial)
@@ -266,23 +272,11 @@ impl Element for Beam {
         inertia.iter_mut().for_each(|i| *i += half * square);
     }
 
-    fn line_count(&self) -> usize {
-        1
-    }
-
     /// Its length is a root, its angles are products of unit vectors; moments become forces over its length.
     fn coarseness(&self) -> f64 {
         let rest = self.rest();
         let bending = 12.0 / rest * self.bending[0].max(self.bending[1]);
         self.axial.max(bending.max(self.torsion / rest) / rest.min(1.0))
-    }
-
-    fn radius(&self) -> f64 {
-        self.radius
-    }
-
-    fn is_broken(&self, history: &[f64]) -> bool {
-        history[BROKEN] > 0.0
     }
 
     fn line_forces(&self, u: &[f64], history: &[f64], forces: &mut [f64]) {
@@ -291,14 +285,6 @@ impl Element for Beam {
 
     fn utilisation(&self, _u: &[f64], force: f64) -> f64 {
         self.rupture.share(force.abs(), force.abs() / self.axial)
-    }
-
-    fn section(&self) -> f64 {
-        self.area
-    }
-
-    fn has_moments(&self) -> bool {
-        true
     }
 
     fn moments(&self, u: &[f64], history: &[f64]) -> [f64; 5] {

@@ -1,11 +1,5 @@
-//! The two-node cable: total Lagrangian, Green-Lagrange strain, St. Venant-Kirchhoff, prestress, slack; and cables of a scene:
-//! properties of `[structure.cable]`, what one states itself, and parts of them. Elastic ones without rupture are [`Cable`]s, all
-//! others [`Bar`]s.
-
-use super::Bar;
-use super::material::{Law, Rupture};
-use super::part::{Key, NewElements, PartCell, PartSettings, part, yes};
-use crate::read::mesh::Kind;
+//! The two-node cable: total Lagrangian, Green-Lagrange strain, St. Venant-Kirchhoff, preX
+use crate::read::Key;
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::{Matrix3, Vector3};
 use schemars::JsonSchema;
@@ -115,6 +109,11 @@ impl Cable {
     }
 }
 
+/// Default of a key.
+pub(crate) fn yes() -> bool {
+    true
+}
+
 /// Properties of a cable.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -186,75 +185,6 @@ impl Stated {
         };
         own.check(key)?;
         Ok(own)
-    }
-}
-
-part! {
-    /// Cables or bars, one after the other along each cell, with hardening and rupture where stated. A triangle
-    /// or quadrilateral of a mesh is a closed polygon of them, the wire of a ring; so is a cell whose last
-    /// node is its first. Neighbours share nodes, never cables. `young` to `tension_only`, and `radius`: default what
-    /// `[structure.cable]` says.
-    CablePart: "cables", (2, usize::MAX) nodes, Line2 | Row | Tri3 | Quad4 {
-        /// Young's modulus [Pa].
-        young: Option<f64>,
-        /// Section [m2].
-        area: Option<f64>,
-        /// Density [kg/m3].
-        density: Option<f64>,
-        /// Second Piola-Kirchhoff stress at the unstretched length [Pa]; below 0: slack.
-        prestress: Option<f64>,
-        /// Whether they carry no compression.
-        tension_only: Option<bool>,
-        /// Unstretched length of each [m]. Default the distance of its nodes.
-        length: Option<f64>,
-        /// Hardening: rows `[plastic strain, yield stress]` [-, Pa], the first at 0, constant beyond the
-        /// last. Default none: elastic.
-        #[serde(default, skip_serializing_if = "Vec::is_empty")]
-        hardening: Vec<[f64; 2]>,
-        /// Green-Lagrange strain at which one breaks. Default: never.
-        rupture_strain: Option<f64>,
-    }
-}
-
-impl CablePart {
-    /// The properties of each that it states itself.
-    pub fn stated(&self) -> Stated {
-        let Self { young, area, density, prestress, tension_only, radius, .. } = *self;
-        Stated { young, area, density, prestress, tension_only, radius }
-    }
-
-    /// Properties and rupture of its cables, checked.
-    fn check(&self, key: &Key, common: Option<&CableConfig>) -> Result<(CableConfig, Rupture), Diagnostic> {
-        let own = self.stated().complete(key, common)?;
-        key.positive(&[("length", self.length.unwrap_or(1.0), "m")])?;
-        key.check_table("hardening", &self.hardening)?;
-        if self.hardening.first().is_some_and(|row| row[0] != 0.0) {
-            return Err(key.invalid("hardening", "the first row must be at the plastic strain 0"));
-        }
-        Ok((own, key.rupture(self.rupture_force, self.rupture_strain)?))
-    }
-}
-
-impl PartSettings for CablePart {
-    fn closes(&self, kind: Kind) -> bool {
-        matches!(kind, Kind::Tri3 | Kind::Quad4)
-    }
-
-    fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), Diagnostic> {
-        let (own, rupture) = self.check(cell.key, cell.common)?;
-        for pair in cell.nodes.windows(2) {
-            let cable = own.cable(cell.positions, [pair[0], pair[1]], self.length);
-            if self.hardening.is_empty() && rupture == Rupture::NEVER {
-                made.cables.push(cable);
-                continue;
-            }
-            let hardening = self.hardening.iter().map(|row| (row[0], row[1])).collect();
-            let law = Law { hardening, ..Law::elastic(own.young, own.prestress, own.tension_only) };
-            let Cable { nodes, span, length, of: CableConfig { area, density, radius, .. } } = cable;
-            let (section, mass) = (Some(area), density * area * length);
-            made.elements.push(Bar { nodes, span, length, section, mass, radius, law, rupture }.into());
-        }
-        Ok(())
     }
 }
 

@@ -27,7 +27,7 @@
 
 use super::part::{Key, NewElements, PartCell, PartSettings, Surroundings, is_zero, part};
 use super::segment::{add_block, add_vector, vector};
-use super::{Answer, Element, Energy};
+use super::{Answer, Constants, Element, Energy};
 use crate::element::Slack;
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
@@ -330,6 +330,10 @@ impl<const N: usize, const P: usize> Element for Sheet<N, P> {
         &self.nodes
     }
 
+    fn constants(&self) -> Constants {
+        Constants { thickness: self.thickness, ..Constants::default() }
+    }
+
     fn add_to(&self, u: &[f64], _history: &[f64], answer: &mut Answer) {
         self.points.iter().for_each(|point| self.pull(point, u, answer));
     }
@@ -349,10 +353,6 @@ impl<const N: usize, const P: usize> Element for Sheet<N, P> {
         let strain = |p: &MembranePoint<N>| strain(&p.axes, &p.slopes, u).1;
         let stress = |p: &MembranePoint<N>| self.fabric.respond(&strain(p), Slack::Exact).1;
         principal(&self.points.iter().map(|p| stress(p) * (p.area / area)).sum())
-    }
-
-    fn thickness(&self) -> f64 {
-        self.thickness
     }
 
     fn face_cell(&self) -> &[usize] {

@@ -77,6 +77,29 @@ pub struct Energy {
     pub dissipated: f64,
 }
 
+/// What never changes of an element.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Constants {
+    /// Whether its nodes have rotations: 6 degrees of freedom each in place of 3.
+    pub rotates: bool,
+    /// Whether it can break at all.
+    pub can_break: bool,
+    /// Which number of its history is above 0 once it is broken.
+    pub broken: Option<usize>,
+    /// Whether it is a beam, which [`Element::moments`] are of.
+    pub has_moments: bool,
+    /// Number of its lines.
+    pub lines: usize,
+    /// Number of different axial forces in them, those of its first lines: 1 where all carry the same.
+    pub forces: usize,
+    /// Radius of its lines that a contact sees [m].
+    pub radius: f64,
+    /// Section of its lines [m2], which turns their forces into stresses; 0 where it has none.
+    pub section: f64,
+    /// Thickness of its faces [m]; 0 where it has none.
+    pub thickness: f64,
+}
+
 /// A force on part of a structure.
 ///
 /// An element is a function of displacements and of its committed history: whatever it remembers
@@ -85,9 +108,9 @@ pub trait Element: Debug {
     /// Its nodes.
     fn nodes(&self) -> &[usize];
 
-    /// Whether its nodes have rotations: 6 degrees of freedom each in place of 3.
-    fn rotates(&self) -> bool {
-        false
+    /// What never changes of it.
+    fn constants(&self) -> Constants {
+        Constants::default()
     }
 
     /// History as modelled.
@@ -112,11 +135,6 @@ pub trait Element: Debug {
     /// Energies at `u`, from `history`.
     fn energy(&self, u: &[f64], history: &[f64]) -> Energy;
 
-    /// Whether it can break at all.
-    fn can_break(&self) -> bool {
-        false
-    }
-
     /// An upper bound of the share of its strength that it uses at `u`, from `history`, for less than a whole answer; infinite
     /// where there is none.
     fn utilisation_bound(&self, _u: &[f64], _history: &[f64]) -> f64 {
@@ -132,20 +150,10 @@ pub trait Element: Debug {
     /// Add its lumped mass to that of each of its nodes [kg], and its rotary inertia [kg m2].
     fn lump(&self, mass: &mut [f64], inertia: &mut [f64]);
 
-    /// Number of its lines.
-    fn line_count(&self) -> usize {
-        0
-    }
-
     /// Lines that a contact sees, and that field files show: from node to node, and back to the first.
     fn lines(&self) -> Vec<[usize; 2]> {
         let nodes = self.nodes();
-        (0..self.line_count()).map(|i| [nodes[i], nodes[(i + 1) % nodes.len()]]).collect()
-    }
-
-    /// Number of different axial forces in them, those of its first lines: 1 where all carry the same.
-    fn force_count(&self) -> usize {
-        self.line_count()
+        (0..self.constants().lines).map(|i| [nodes[i], nodes[(i + 1) % nodes.len()]]).collect()
     }
 
     /// Faces that a contact sees: the triangles of [`Element::face_cell`] from its first node.
@@ -159,14 +167,9 @@ pub trait Element: Debug {
         &[]
     }
 
-    /// Radius of its lines that a contact sees [m].
-    fn radius(&self) -> f64 {
-        0.0
-    }
-
     /// Whether its history says that it is broken.
-    fn is_broken(&self, _history: &[f64]) -> bool {
-        false
+    fn is_broken(&self, history: &[f64]) -> bool {
+        self.constants().broken.is_some_and(|at| history[at] > 0.0)
     }
 
     /// Axial force of each of its lines [N]; `NaN` where broken.
@@ -177,21 +180,11 @@ pub trait Element: Debug {
         0.0
     }
 
-    /// Whether it is a beam, which [`Element::moments`] are of.
-    fn has_moments(&self) -> bool {
-        false
-    }
-
     /// Moments in it [N m]; 0 where it is broken or no beam. Bending in the plane of each cross axis, at start and end: positive
     /// where it bends the beam towards the axis. Torsion, the same all along: positive where the end is turned right-handed about
     /// the way from the start.
     fn moments(&self, _u: &[f64], _history: &[f64]) -> [f64; 5] {
         [0.0; 5]
-    }
-
-    /// Section of its lines [m2], which turns their forces into stresses; 0 where it has none.
-    fn section(&self) -> f64 {
-        0.0
     }
 
     /// Principal stresses of its faces [Pa], the larger first.
@@ -203,11 +196,6 @@ pub trait Element: Debug {
     /// from which the nodes are seen to run counter-clockwise. 0 where they bear none.
     fn face_moments(&self, _u: &[f64], _history: &[f64]) -> [f64; 2] {
         [0.0; 2]
-    }
-
-    /// Thickness of its faces [m]; 0 where it has none.
-    fn thickness(&self) -> f64 {
-        0.0
     }
 
     /// How much longer it is than as modelled [m]; 0 where that says nothing.
@@ -298,7 +286,7 @@ macro_rules! elements {
 
 elements! {
     parts {
-        "cable" => cable::CablePart,
+        "cable" => bar::CablePart,
         "sliding_cable" => sliding_cable::SlidingCablePart,
         "brake" => bar::BrakePart,
         "beam" => beam::BeamPart,

@@ -3,8 +3,8 @@
 //! A part says what its elements are; its `cells` say between which nodes. A mesh file or a generator gives
 //! the cells instead, in the group that bears the name of the part.
 
-use super::cable::CableConfig;
-use super::{AnyElement, Cable};
+use super::AnyElement;
+use super::cable::{Cable, CableConfig};
 use crate::element::material::Rupture;
 pub use crate::read::Key;
 use crate::read::mesh::Kind;
@@ -149,11 +149,6 @@ impl Key<'_> {
         let what = format!("the first column must increase, {} follows {}", next[0], before[0]);
         Err(self.invalid(name, what))
     }
-}
-
-/// Default of a key.
-pub(crate) fn yes() -> bool {
-    true
 }
 
 /// Whether a key is left out of the resolved scene.

@@ -17,7 +17,7 @@ pub mod formula;
 use self::formula::{RingConstants, Stiffnesses, coefficient};
 use super::part::{NewElements, PartCell, PartSettings, Surroundings, part};
 use super::segment::{Segment, add_block, add_pair, add_scaled, add_vector};
-use super::{Answer, AnyElement, Element, Energy};
+use super::{Answer, AnyElement, Constants, Element, Energy};
 use crate::element::Slack;
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::{Matrix3, Vector3};
@@ -227,6 +227,12 @@ impl Element for Ring {
         &self.nodes
     }
 
+    fn constants(&self) -> Constants {
+        let (can_break, broken) = (self.rupture < f64::INFINITY, Some(BROKEN));
+        let (lines, radius) = (self.nodes.len(), self.radius);
+        Constants { can_break, broken, lines, forces: 1, radius, ..Constants::default() }
+    }
+
     fn start_history(&self) -> Vec<f64> {
         vec![0.0; WIDTHS + if self.nodes.len() == 4 { 2 } else { 3 }]
     }
@@ -252,10 +258,6 @@ impl Element for Ring {
         Energy { stored: stored - start.0, dissipated: lost + dissipated }
     }
 
-    fn can_break(&self) -> bool {
-        self.rupture < f64::INFINITY
-    }
-
     fn utilisation_bound(&self, u: &[f64], history: &[f64]) -> f64 {
         self.tension(u, history) / self.rupture
     }
@@ -276,24 +278,8 @@ impl Element for Ring {
         mass.iter_mut().for_each(|m| *m += share);
     }
 
-    fn line_count(&self) -> usize {
-        self.nodes.len()
-    }
-
-    fn radius(&self) -> f64 {
-        self.radius
-    }
-
-    fn force_count(&self) -> usize {
-        1
-    }
-
     fn utilisation(&self, _u: &[f64], force: f64) -> f64 {
         force / self.rupture
-    }
-
-    fn is_broken(&self, history: &[f64]) -> bool {
-        history[BROKEN] > 0.0
     }
 
     fn line_forces(&self, u: &[f64], history: &[f64], forces: &mut [f64]) {

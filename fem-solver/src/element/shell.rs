@@ -24,7 +24,7 @@ use super::membrane::{
 use super::part::{NewElements, PartCell, PartSettings, Surroundings, part};
 use super::segment::{add_block, add_product, add_scaled, add_vector};
 use super::turn::{self, START};
-use super::{Answer, Element, Energy};
+use super::{Answer, Constants, Element, Energy};
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector2, Vector3, Vector6};
 
@@ -183,8 +183,8 @@ impl Element for Shell {
         &self.membrane.nodes
     }
 
-    fn rotates(&self) -> bool {
-        true
+    fn constants(&self) -> Constants {
+        Constants { rotates: true, ..self.membrane.constants() }
     }
 
     fn start_history(&self) -> Vec<f64> {
@@ -254,10 +254,6 @@ impl Element for Shell {
 
     fn face_moments(&self, u: &[f64], history: &[f64]) -> [f64; 2] {
         principal(&(*self.moments * values(&self.shape(u, history).tilts())))
-    }
-
-    fn thickness(&self) -> f64 {
-        self.membrane.thickness
     }
 
     fn face_cell(&self) -> &[usize] {

@@ -4,7 +4,7 @@ use super::capstan::{self, Returned, RopeLaw};
 use super::material::Rupture;
 use super::part::{NewElements, PartCell, PartSettings, is_zero, part};
 use super::segment::{Segment, add_pair, add_vector};
-use super::{Answer, AnyElement, Element, Energy};
+use super::{Answer, AnyElement, Constants, Element, Energy};
 use crate::element::Slack;
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::Vector3;
@@ -273,6 +273,12 @@ impl Element for SlidingCable {
         &self.nodes
     }
 
+    fn constants(&self) -> Constants {
+        let (can_break, broken) = (self.rupture != Rupture::NEVER, Some(BROKEN));
+        let (lines, radius, section) = (self.spans.len(), self.radius, self.area);
+        Constants { can_break, broken, lines, forces: lines, radius, section, ..Constants::default() }
+    }
+
     fn start_history(&self) -> Vec<f64> {
         let mut history = vec![0.0; RESTS];
         if self.friction > 0.0 {
@@ -315,10 +321,6 @@ impl Element for SlidingCable {
         Energy { stored: stored - start, dissipated }
     }
 
-    fn can_break(&self) -> bool {
-        self.rupture != Rupture::NEVER
-    }
-
     /// Slips take length to where tension is highest: what segments would carry without them is more.
     fn utilisation_bound(&self, u: &[f64], history: &[f64]) -> f64 {
         let (law, mut length, mut largest) = (self.law(), 0.0, 0.0_f64);
@@ -356,18 +358,6 @@ impl Element for SlidingCable {
         }
     }
 
-    fn line_count(&self) -> usize {
-        self.spans.len()
-    }
-
-    fn radius(&self) -> f64 {
-        self.radius
-    }
-
-    fn is_broken(&self, history: &[f64]) -> bool {
-        history[BROKEN] > 0.0
-    }
-
     fn line_forces(&self, u: &[f64], history: &[f64], forces: &mut [f64]) {
         if history[BROKEN] > 0.0 {
             forces.fill(f64::NAN);
@@ -383,10 +373,6 @@ impl Element for SlidingCable {
 
     fn utilisation(&self, u: &[f64], force: f64) -> f64 {
         self.rupture.share(force, self.strain(self.pieces(u).map(|s| s.length).sum()))
-    }
-
-    fn section(&self) -> f64 {
-        self.area
     }
 
     fn elongation(&self, u: &[f64]) -> f64 {

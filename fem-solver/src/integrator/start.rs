@@ -205,7 +205,7 @@ fn fallen(model: &Model, displacement: &[f64]) -> Option<Diagnostic> {
         let (first, last) = (*nodes.first()?, *nodes.last()?);
         let span = model.nodes[last] - model.nodes[first];
         let moved = model.vector(displacement, last) - model.vector(displacement, first);
-        element.has_moments().then(|| span.angle(&(span + moved)).to_degrees())
+        element.constants().has_moments.then(|| span.angle(&(span + moved)).to_degrees())
     };
     let all =
         model.elements.iter().enumerate().filter_map(|(number, element)| Some((number, turned(element)?)));
@@ -281,8 +281,8 @@ fn not_found(scene: &Scene, model: &Model, way: FormFinding, failure: &Failure) 
 /// The largest axial force of the structure as it is built [N], and in which element: rings too small for their cells, a rope too short.
 fn most_pulled(model: &Model) -> Option<(f64, String)> {
     let of = |(number, element): (usize, &AnyElement)| {
-        let still = vec![0.0; if element.rotates() { 6 } else { 3 } * element.nodes().len()];
-        let mut forces = vec![0.0; element.force_count()];
+        let still = vec![0.0; if element.constants().rotates { 6 } else { 3 } * element.nodes().len()];
+        let mut forces = vec![0.0; element.constants().forces];
         element.line_forces(&still, &element.start_history(), &mut forces);
         (forces.into_iter().map(f64::abs).fold(0.0, f64::max), number)
     };

@@ -1,5 +1,6 @@
 //! A sparse symmetric matrix: pattern once, numbers and factor as often as needed.
 
+use super::elimination::pattern;
 use super::linear_solver::Cholesky;
 
 /// Lower triangle by columns, and its factor.
@@ -125,17 +126,4 @@ impl SymmetricMatrix {
         y.fill(0.0);
         self.each(|row, column, value| y[row] += value * x[column]);
     }
-}
-
-/// Columns of the lower triangle of order `n` that has a diagonal and the given entries `(row, column)`, which may repeat: where
-/// each begins, and one more at the end, and their rows.
-pub fn pattern(n: usize, entries: impl Iterator<Item = (usize, usize)>) -> (Vec<usize>, Vec<usize>) {
-    let entries = entries.map(|(row, column)| (column, row));
-    let mut all: Vec<(usize, usize)> = (0..n).map(|j| (j, j)).chain(entries).collect();
-    all.sort_unstable();
-    all.dedup();
-    let mut starts = vec![0; n + 1];
-    all.iter().for_each(|(column, _)| starts[column + 1] += 1);
-    (0..n).for_each(|j| starts[j + 1] += starts[j]);
-    (starts, all.into_iter().map(|(_, row)| row).collect())
 }

@@ -352,7 +352,7 @@ impl Model {
     /// Number the nodes that have rotations, and set their memory aside.
     fn number_rotations(&mut self) {
         let mut turns = vec![false; self.nodes.len()];
-        for element in self.elements.iter().filter(|e| e.rotates()) {
+        for element in self.elements.iter().filter(|e| e.constants().rotates) {
             element.nodes().iter().for_each(|n| turns[*n] = true);
         }
         self.turning = (0..turns.len()).filter(|n| turns[*n]).collect();

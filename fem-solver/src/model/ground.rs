@@ -130,7 +130,7 @@ impl Model {
     fn radii(&self) -> Vec<f64> {
         let mut radii = vec![0.0_f64; self.node_count()];
         let faces = self.elements.iter().flat_map(|e| {
-            let half = 0.5 * e.thickness();
+            let half = 0.5 * e.constants().thickness;
             e.nodes().iter().map(move |node| (*node, half))
         });
         let lines = self.lines().flat_map(|(line, radius)| line.map(|node| (node, radius)));

@@ -247,7 +247,7 @@ impl Model {
     pub fn lines(&self) -> impl Iterator<Item = ([usize; 2], f64)> + '_ {
         let cables = self.cables.iter().map(|c| (c.nodes, c.of.radius));
         let others = self.elements.iter().flat_map(|e| {
-            let radius = e.radius();
+            let radius = e.constants().radius;
             e.lines().into_iter().map(move |line| (line, radius))
         });
         cables.chain(others)

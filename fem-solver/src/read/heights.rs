@@ -1,19 +1,15 @@
-//! Heights of the ground on a grid: an ESRI ASCII grid, as `dem-solver ground` and any GIS write it.
-//!
-//! `ncols`, `nrows`, `xllcenter` or `xllcorner`, `yll..`, `cellsize` (or `dx`, `dy`), `NODATA_value`, then the heights row by
-//! row from the north. A height stands in the middle of its cell; between four of them it is bilinear.
+//! Heights of the ground on a grid: an ESRI ASCII grid, as `dem-solver ground` and any GIS write it. Between four heights the
+//! ground is bilinear.
 
 use super::{LONGEST, named};
 use interface_defs::diagnostic::Diagnostic;
-use std::collections::HashMap;
 use std::path::Path;
 use toolkit::input_file;
+use toolkit::raster::Raster;
 use toolkit::scene::Scene;
 
 /// Most heights that are read.
 const MOST: usize = 20_000_000;
-/// Height of a cell without height where the file does not say.
-const NODATA: f64 = -9999.0;
 
 /// A raster of heights.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,29 +29,19 @@ impl Heights {
     pub fn read(scene: &Scene, key: &str, path: &Path) -> Result<Self, Diagnostic> {
         let path = &named(scene, key, "file", path)?;
         let file = path.display().to_string();
-        Self::parse(&file, &String::from_utf8_lossy(&input_file::read(path, LONGEST)?))
+        Self::parse(&file, input_file::read(path, LONGEST)?)
     }
 
     /// From the text of `file`.
-    pub fn parse(file: &str, text: &str) -> Result<Self, Diagnostic> {
-        let mut header = HashMap::new();
-        let mut heights = Vec::new();
-        for (line, number) in text.lines().zip(1..) {
-            let fault = |what: String| Diagnostic::in_file(format!("{file}:{number}"), what);
-            if heights.is_empty() && line.trim_start().starts_with(|c: char| c.is_alphabetic()) {
-                header.extend([header_line(line).map_err(fault)?]);
-                continue;
-            }
-            for word in line.split_whitespace() {
-                let height = word.parse().ok().filter(|z: &f64| z.is_finite());
-                heights.push(height.ok_or_else(|| fault(format!("`{word}` is no height")))?);
-            }
-            if heights.len() > MOST {
-                let what = format!("more than {MOST} heights: cut the grid to what lies around the line");
-                return Err(fault(what));
-            }
+    pub fn parse(file: &str, text: impl AsRef<[u8]>) -> Result<Self, Diagnostic> {
+        let read = Raster::read_asc(text.as_ref(), MOST).map_err(|e| e.in_file(Path::new(file)))?;
+        let Raster { corner, spacing, counts, heights } = read;
+        if counts.contains(&1) {
+            let what =
+                format!("{} columns and {} rows: 2 or more of each are required", counts[0], counts[1]);
+            return Err(Diagnostic::in_file(file, what));
         }
-        Self::of(&header, heights).map_err(|what| Diagnostic::in_file(file, what))
+        Ok(Self { corner, spacing, counts, heights })
     }
 
     /// Height of the ground [m]; `None` outside, and where one of the four around has none.
@@ -103,47 +89,6 @@ impl Heights {
         let to = |axis: usize| self.corner[axis] + (self.counts[axis] - 1) as f64 * self.spacing[axis];
         format!("x {:.2} to {:.2}, y {:.2} to {:.2} m", self.corner[0], to(0), self.corner[1], to(1))
     }
-
-    fn of(header: &HashMap<String, f64>, mut heights: Vec<f64>) -> Result<Self, String> {
-        let get = |name: &str| header.get(name).copied();
-        let missing = |name: &str| format!("the header has no `{name}`; an ESRI grid (.asc) is required");
-        let counts = get("ncols").zip(get("nrows")).ok_or_else(|| missing("ncols` or `nrows"))?;
-        let size = |name: &str| get(name).or(get("cellsize")).ok_or_else(|| missing("cellsize"));
-        let middle = |axis: char, size: f64| {
-            let corner = get(&format!("{axis}llcorner")).map(|at| at + 0.5 * size);
-            let middle = get(&format!("{axis}llcenter")).or(corner);
-            middle.ok_or_else(|| missing("xllcorner` or `yllcorner"))
-        };
-        let (columns, rows) = (counts.0 as usize, counts.1 as usize);
-        let (dx, dy) = (size("dx")?, size("dy")?);
-        let found = heights.len();
-        if columns.saturating_mul(rows) != found {
-            return Err(format!("the header promises {columns} x {rows} heights, and the file has {found}"));
-        }
-        let nodata = get("nodata_value").unwrap_or(NODATA);
-        heights.iter_mut().filter(|z| **z == nodata).for_each(|z| *z = f64::NAN);
-        let corner = [middle('x', dx)?, middle('y', dy)?];
-        Ok(Self { corner, spacing: [dx, dy], counts: [columns, rows], heights })
-    }
-}
-
-/// Name and number of a line of the header.
-fn header_line(line: &str) -> Result<(String, f64), String> {
-    let mut words = line.split_whitespace();
-    let (name, value) = (words.next().unwrap_or_default().to_lowercase(), words.next());
-    let value = value.ok_or_else(|| format!("`{name}` has no value"))?;
-    let number = value.parse().ok().filter(|v: &f64| v.is_finite());
-    let number = number.ok_or_else(|| format!("`{value}` is no number for `{name}`"))?;
-    let whole = number >= 2.0 && number.fract() == 0.0 && number <= MOST as f64;
-    match name.as_str() {
-        "ncols" | "nrows" if !whole => {
-            Err(format!("{name} = {value}: a whole number of 2 or more is required"))
-        }
-        "cellsize" | "dx" | "dy" if number <= 0.0 => Err(format!("{name} = {value}: it must lie above 0")),
-        "ncols" | "nrows" | "cellsize" | "dx" | "dy" | "nodata_value" => Ok((name, number)),
-        "xllcorner" | "xllcenter" | "yllcorner" | "yllcenter" => Ok((name, number)),
-        _ => Err(format!("`{name}` is no line of the header of an ESRI grid")),
-    }
 }
 
 #[cfg(test)]
@@ -151,8 +96,7 @@ mod tests {
     use super::*;
 
     fn grid(header: &str, heights: &str) -> Result<Heights, String> {
-        Heights::parse("g.asc", &format!("ncols 3\nnrows 2\n{header}\n{heights}\n"))
-            .map_err(|e| e.to_string())
+        Heights::parse("g.asc", format!("ncols 3\nnrows 2\n{header}\n{heights}\n")).map_err(|e| e.to_string())
     }
 
     #[test]
@@ -185,9 +129,14 @@ mod tests {
             (
                 "xllcenter 0\nyllcenter 0\ncellsize 1",
                 "1 2 3\n4 5",
-                "promises 3 x 2 heights, and the file has 5",
+                "g.asc:8: the file ends after 5 of 3 x 2 = 6 heights",
             ),
             ("xllcenter\nyllcenter 0\ncellsize 1", "1 2 3\n4 5 6", "g.asc:3: `xllcenter` has no value"),
+            (
+                "nrows 1\nxllcenter 0\nyllcenter 0\ncellsize 1",
+                "1 2 3",
+                "g.asc: 3 columns and 1 rows: 2 or more",
+            ),
             ("cells 4", "1", "g.asc:3: `cells` is no line of the header"),
         ] {
             let fault = grid(header, heights).expect_err(what);

@@ -91,7 +91,7 @@ impl Faces {
             series: series()?,
             ends: ends.collect(),
             nodes: cells().flatten().map(|node| *node as u32).collect(),
-            shells: model.elements.iter().any(|e| e.rotates() && !e.face_cell().is_empty()),
+            shells: model.elements.iter().any(|e| e.constants().rotates && !e.face_cell().is_empty()),
         }))
     }
 }
@@ -112,7 +112,10 @@ impl Fields {
             None => Series::create(dir, name),
         };
         let of_cables = model.cables.iter().map(|c| c.of.area);
-        let of_others = model.elements.iter().flat_map(|e| std::iter::repeat_n(e.section(), e.line_count()));
+        let of_others = model
+            .elements
+            .iter()
+            .flat_map(|e| std::iter::repeat_n(e.constants().section, e.constants().lines));
         let sections = of_cables.chain(of_others);
         let (lines, legend) = (series(LINES, lines)?, Legend::new(model));
         legend.write(dir)?;
@@ -125,7 +128,7 @@ impl Fields {
             velocity: vec![0.0; mesh.coordinates.len()],
             lines: mesh.lines.clone(),
             section: sections.collect(),
-            beams: model.elements.iter().any(|e| e.has_moments()),
+            beams: model.elements.iter().any(|e| e.constants().has_moments),
             legend,
             assembly: Assembly::new(model),
             faces: Faces::create(model, || series(FACES, faces))?,
@@ -173,11 +176,11 @@ impl Fields {
         for (i, element) in model.elements.iter().enumerate() {
             let (first, history) = (forces.len(), self.assembly.history(i, &state.history));
             let u = self.assembly.gather(i, &state.displacement);
-            forces.resize(first + element.line_count(), 0.0);
+            forces.resize(first + element.constants().lines, 0.0);
             element.line_forces(u, history, &mut forces[first..]);
             let used = |force: &f64| if force.is_nan() { 1.0 } else { element.utilisation(u, *force) };
             utilisation.extend(forces[first..].iter().map(used));
-            if let Some(moments) = moments.as_mut().filter(|_| element.has_moments()) {
+            if let Some(moments) = moments.as_mut().filter(|_| element.constants().has_moments) {
                 for (own, moment) in moments.iter_mut().zip(element.moments(u, history)) {
                     own[first..forces.len()].fill(moment);
                 }
@@ -225,7 +228,7 @@ impl Fields {
             let history = self.assembly.history(i, &state.history);
             let u = self.assembly.gather(i, &state.displacement);
             let stresses = element.face_stresses(u);
-            let forces = stresses.map(|stress| stress * element.thickness());
+            let forces = stresses.map(|stress| stress * element.constants().thickness);
             for (to, own) in values.iter_mut().zip([stresses, forces, element.face_moments(u, history)]) {
                 to.iter_mut().zip(own).for_each(|(to, own)| to.push(own));
             }
@@ -312,7 +315,7 @@ impl Legend {
         let spread = |[of_cables, of_elements]: &[Vec<usize>; 2], faces: bool| -> Vec<f64> {
             let count = |i: usize| {
                 let element = &model.elements[i];
-                if faces { usize::from(!element.face_cell().is_empty()) } else { element.line_count() }
+                if faces { usize::from(!element.face_cell().is_empty()) } else { element.constants().lines }
             };
             let others = of_elements.iter().enumerate().flat_map(|(i, n)| std::iter::repeat_n(n, count(i)));
             let first = if faces { &[][..] } else { of_cables };

@@ -223,7 +223,7 @@ fn lines(model: &Model, name: Option<&str>, nodes: &[usize]) -> Vec<RopePiece> {
         let history = next..next + element.start_history().len();
         next = history.end;
         if part.is_none_or(|p| p.elements.contains(&number)) {
-            let breakable = element.can_break().then_some((number, history));
+            let breakable = element.constants().can_break.then_some((number, history));
             let lines = element.lines().into_iter();
             all.extend(lines.map(|nodes| RopePiece { nodes, breakable: breakable.clone() }));
         }

@@ -152,7 +152,7 @@ impl Recorder {
             elapsed: 0.0,
             at_end: false,
             assembly: Assembly::with_blocks(model),
-            line_forces: vec![0.0; model.elements.iter().map(|e| e.line_count()).max().unwrap_or(0)],
+            line_forces: vec![0.0; model.elements.iter().map(|e| e.constants().lines).max().unwrap_or(0)],
         }
     }
 
@@ -498,7 +498,7 @@ impl Lines {
         let mut ends = Vec::new();
         if quantity == Quantity::BendingMoment {
             cables.clear();
-            elements.retain(|e| model.elements[*e].has_moments());
+            elements.retain(|e| model.elements[*e].constants().has_moments);
             let counts = |node: &usize| gauge.at.is_none() || nodes.contains(node);
             ends.extend(elements.iter().map(|e| {
                 let own = model.elements[*e].nodes();
@@ -513,12 +513,12 @@ impl Lines {
 
     /// Members that an element has.
     fn members_of(&self, model: &Model, element: usize) -> usize {
-        if self.quantity == Quantity::Tension { model.elements[element].force_count() } else { 1 }
+        if self.quantity == Quantity::Tension { model.elements[element].constants().forces } else { 1 }
     }
 
     /// The cables and the other elements that have lines.
     fn elements(model: &Model, nodes: &[usize], gauge: &GaugeConfig) -> (Vec<usize>, Vec<usize>) {
-        let has_lines = |e: &usize| model.elements[*e].line_count() > 0;
+        let has_lines = |e: &usize| model.elements[*e].constants().lines > 0;
         if let Some(part) = model.parts.iter().find(|p| Some(&p.name) == gauge.group.as_ref()) {
             return (part.cables.clone(), part.elements.iter().copied().filter(has_lines).collect());
         }
@@ -571,9 +571,9 @@ impl Lines {
                     take(ends.map(size).fold(0.0, f64::max));
                 }
                 _ => {
-                    element.line_forces(own, history, &mut forces[..element.line_count()]);
+                    element.line_forces(own, history, &mut forces[..element.constants().lines]);
                     // What is broken carries nothing.
-                    let forces = forces.iter().take(element.force_count());
+                    let forces = forces.iter().take(element.constants().forces);
                     forces.for_each(|f| take(if f.is_nan() { 0.0 } else { *f }));
                 }
             }

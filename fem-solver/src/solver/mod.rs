@@ -266,7 +266,7 @@ fn torn_before(count: usize) -> Option<Diagnostic> {
 /// What tore of each part, in the order of its first rupture; `None` where nothing can.
 fn torn(model: &Model, events: &[Event]) -> Option<Vec<Torn>> {
     if events.is_empty() {
-        return model.elements.iter().any(|e| e.can_break()).then(Vec::new);
+        return model.elements.iter().any(|e| e.constants().can_break).then(Vec::new);
     }
     let mut all: Vec<Torn> = Vec::new();
     for event in events {
@@ -320,7 +320,7 @@ impl Solver for FemSolver {
     fn hello(&self) -> Hello {
         let given = |name| FieldSpec { samples: MOST_SAMPLES, ..FieldSpec::nodal(name, 3, Sampling::AtEnds) };
         let mut gives = vec![given(name::DISPLACEMENT), given(name::VELOCITY)];
-        if self.model.elements.iter().any(|element| element.can_break()) {
+        if self.model.elements.iter().any(|element| element.constants().can_break) {
             let broken = FieldSpec::nodal(name::BROKEN, 1, Sampling::Once);
             gives.push(FieldSpec { place: field::Place::Line, ..broken });
         }
@@ -485,7 +485,7 @@ impl BrokenLines {
         let mut next = model.cables.len();
         let lines = model.elements.iter().map(|element| {
             let first = next;
-            next += element.line_count();
+            next += element.constants().lines;
             first..next
         });
         let of_elements = lines.collect();

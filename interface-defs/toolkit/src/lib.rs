@@ -9,6 +9,7 @@
 //! - [`program`]: the `main` of a solver: run, check, serve
 //! - [`progress`]: lines from which a launcher draws its bar
 //! - [`check`]: what a program answers to `check`
+//! - [`words`]: words and numbers of a text file; [`raster`]: heights on a grid, and ESRI grids of them
 //! - [`ground`]: heights of the terrain for what is built on it
 //! - [`history`], [`summary`], [`vtu`]: result files; [`columns`]: tables of which every column is declared once
 //! - [`run_dir`], [`owner`]: the directory of a run, and who owns it; [`files`]: how every file is read and written
@@ -45,6 +46,7 @@ pub mod program;
 pub mod progress;
 pub mod provenance;
 pub mod ranges;
+pub mod raster;
 pub mod recorder;
 mod regular_file;
 pub mod run_dir;
@@ -59,3 +61,4 @@ mod syntax;
 pub mod tagged;
 pub mod vtu;
 pub mod wide;
+pub mod words;

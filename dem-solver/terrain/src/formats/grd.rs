@@ -3,9 +3,9 @@
 //!
 //! Source: Golden Software, Surfer user's guide, "ASCII GRD Files"; the mark of nodes without height is Surfer's.
 
-use super::format::{Format, Reader, Words, comma, number, shown};
+use super::format::{Format, MOST_CELLS, Reader};
 use crate::raster::Raster;
-use dem_solid::input::ReadError;
+use toolkit::words::{ReadError, Words, comma, number, shown};
 
 /// This format.
 pub const FORMAT: Format = Format {
@@ -21,7 +21,7 @@ const BLANK: f64 = 1.701_41e38;
 
 fn read(bytes: &[u8]) -> Result<Raster, ReadError> {
     let mut words = Words::new(bytes);
-    if words.next() != Some(b"DSAA") {
+    if words.next_word() != Some(b"DSAA") {
         return Err("the file does not begin with `DSAA`; is this a Surfer grid as text?".into());
     }
     let counts = [count(&mut words, "columns")?, count(&mut words, "rows")?];
@@ -32,7 +32,7 @@ fn read(bytes: &[u8]) -> Result<Raster, ReadError> {
             return Err(words.fault(format!("{axis} from {low} to {high}: it must rise")));
         }
     }
-    let (from_south, _) = words.heights(counts, |z| z >= BLANK)?;
+    let (from_south, _) = words.heights(counts, MOST_CELLS, |z| z >= BLANK)?;
     let heights = from_south.chunks_exact(counts[0]).rev().flatten().copied().collect();
     let spacing = [0, 1].map(|k| (limits[k][1] - limits[k][0]) / (counts[k] - 1) as f64);
     Ok(Raster { corner: [limits[0][0], limits[1][0]], spacing, counts, heights })
@@ -49,7 +49,7 @@ fn count(words: &mut Words, what: &str) -> Result<usize, ReadError> {
 
 /// The next word as a number.
 fn value(words: &mut Words, what: &str) -> Result<f64, ReadError> {
-    let word = words.next();
+    let word = words.next_word();
     let word =
         word.ok_or_else(|| words.fault(format!("the file ends where its {what} must stand: cut off?")))?;
     let error = || words.fault(format!("`{}` is no number for its {what}", shown(word)));

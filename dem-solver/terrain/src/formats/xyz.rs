@@ -1,8 +1,8 @@
 //! XYZ text: three numbers per line, separated by blanks, commas or semicolons; further columns are not
 //! read. Lines that are empty or begin with `#` are passed over, and so is one line of column names.
 
-use super::format::{Format, Reader, comma, has_comma, number, shown};
-use dem_solid::input::ReadError;
+use super::format::{Format, Reader};
+use toolkit::words::{ReadError, comma, has_comma, number, shown};
 
 /// This format.
 pub const FORMAT: Format = Format {

@@ -129,7 +129,7 @@ impl<'a> Case<'a> {
 
     /// Rotations: moments are those in space, whose derivative is symmetric but for half a moment.
     fn symmetric(&self) -> bool {
-        self.element.rotates()
+        self.element.constants().rotates
     }
 
     fn compared(&self, k: &[f64], i: usize, j: usize, n: usize) -> f64 {
@@ -156,12 +156,12 @@ impl<'a> Case<'a> {
     pub fn rigid_motion(&self) {
         let turn = UnitQuaternion::new(Vector3::new(0.7, -1.1, 0.4));
         let shift = Vector3::new(3.0, -2.0, 1.0) * self.size();
-        let per_node = if self.element.rotates() { 6 } else { 3 };
+        let per_node = if self.element.constants().rotates { 6 } else { 3 };
         let (mut moved, mut history) = (self.u.clone(), self.history.clone());
         for (node, x) in self.positions.iter().enumerate() {
             let to = turn * (x + vector(&self.u, per_node * node)) + shift - x;
             moved[per_node * node..][..3].copy_from_slice(to.as_slice());
-            if self.element.rotates() {
+            if self.element.constants().rotates {
                 // What was turned since the last commit, and then as a whole.
                 let q = turn * turn::rotation(&self.u, &self.history, node);
                 let own = &mut history[node * TURN..][..TURN];
@@ -189,7 +189,7 @@ impl<'a> Case<'a> {
             let (at, f) = (x + vector(&self.u, per_node * node), vector(&before, per_node * node));
             total += f;
             moment += at.cross(&f);
-            if self.element.rotates() {
+            if self.element.constants().rotates {
                 moment += vector(&before, 6 * node + 3);
             }
         }
@@ -223,14 +223,14 @@ fn vector(of: &[f64], at: usize) -> Vector3<f64> {
 /// rotation as it says. Nodes of `inner` are in balance where that is a state of constant strain. Returns the largest force or
 /// moment there over the largest one of any element.
 pub fn patch(elements: &[&dyn Element], u: &[f64], turns: &[UnitQuaternion<f64>], inner: &[usize]) -> f64 {
-    let per_node = if elements[0].rotates() { 6 } else { 3 };
+    let per_node = if elements[0].constants().rotates { 6 } else { 3 };
     let mut sum = vec![0.0; u.len()];
     let mut largest = 0.0_f64;
     for element in elements {
         let nodes = element.nodes();
         let own: Vec<f64> = nodes.iter().flat_map(|n| u[per_node * n..][..per_node].to_vec()).collect();
         let mut history = element.start_history();
-        if element.rotates() {
+        if element.constants().rotates {
             for (place, node) in nodes.iter().enumerate() {
                 let q = turns[*node];
                 history[place * TURN + 3..][..4].copy_from_slice(&[q.w, q.i, q.j, q.k]);

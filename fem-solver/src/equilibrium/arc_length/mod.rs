@@ -94,7 +94,7 @@ impl Path {
     pub fn new(model: &Model, settings: NewtonConfig, speed: f64, turns: bool) -> Self {
         let n = model.dof_count();
         let [before, set_out, direction] = [(); 3].map(|()| vec![0.0; n]);
-        let can_break = model.elements.iter().any(|e| e.can_break());
+        let can_break = model.elements.iter().any(|e| e.constants().can_break);
         Self {
             speed,
             turns,

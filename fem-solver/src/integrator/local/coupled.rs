@@ -187,7 +187,7 @@ impl Coupled {
             let number = near.number as usize;
             let element = &model.elements[number];
             let (force, k, dofs) = assembly.linearised(number, element, heading, history);
-            let (n, per_node) = (dofs.len(), if element.rotates() { 6 } else { 3 });
+            let (n, per_node) = (dofs.len(), if element.constants().rotates { 6 } else { 3 });
             let places = &self.places[place..near.places_end as usize];
             let selected = places.iter().enumerate().filter(|(_, own)| (**own as usize) < self.nodes.len());
             for (node, own) in selected {

@@ -6,7 +6,7 @@ mod tests;
 
 pub use self::rupture::{Broken, Event};
 use self::rupture::{Release, Stretch};
-use crate::element::{Answer, AnyElement, Energy, Slack};
+use crate::element::{Answer, AnyElement, Constants, Energy, Slack};
 use crate::internal_force::kernel::rings::{Rings, WIDTH};
 use crate::model::Model;
 use nalgebra::Vector3;
@@ -17,6 +17,14 @@ use std::ops::Range;
 struct Place {
     dofs: Range<usize>,
     history: Range<usize>,
+    constants: Constants,
+}
+
+impl Place {
+    /// The axial force of its element, where it counts among those of cables, ropes, rings and brakes: a post is none of them.
+    fn counted(&self, tension: f64) -> f64 {
+        if self.constants.has_moments { 0.0 } else { tension }
+    }
 }
 
 /// Displacements in a time from now, and what moves there.
@@ -59,17 +67,17 @@ impl Assembly {
         let mut assembly = Self::default();
         let mut histories = 0;
         for element in &model.elements {
-            let first = assembly.dofs.len();
+            let (first, constants) = (assembly.dofs.len(), element.constants());
             for node in element.nodes() {
                 assembly.dofs.extend((0..3).map(|c| model.dof(*node, c)));
-                if element.rotates() {
+                if constants.rotates {
                     assembly.dofs.extend((0..3).filter_map(|c| model.rotation(*node, c)));
                 }
             }
             let dofs = first..assembly.dofs.len();
             let history = histories..histories + element.start_history().len();
             histories = history.end;
-            assembly.places.push(Place { dofs, history });
+            assembly.places.push(Place { dofs, history, constants });
         }
         let most = |of: fn(&Place) -> usize| assembly.places.iter().map(of).max().unwrap_or(0);
         let (widest, longest) = (most(|place| place.dofs.len()), most(|place| place.history.len()));
@@ -124,7 +132,7 @@ impl Assembly {
         for (i, element) in elements.iter().enumerate() {
             let tension = self.respond(i, element, u, history, None);
             self.take_force(i, force);
-            largest = f64::max(largest, counted(element, tension));
+            largest = f64::max(largest, self.places[i].counted(tension));
         }
         largest * largest
     }
@@ -161,7 +169,8 @@ impl Assembly {
 
     /// The same of one element.
     fn subtract_one(&mut self, of: &Stretch, history: &mut [f64], force: &mut [f64]) -> f64 {
-        let broken = if of.element.can_break() { self.break_within(of, history) } else { None };
+        let can_break = self.places[of.number].constants.can_break;
+        let broken = if can_break { self.break_within(of, history) } else { None };
         let tension = match broken {
             Some(broken) => broken.tension,
             None => self.respond(of.number, of.element, of.middle, history, None),
@@ -169,7 +178,7 @@ impl Assembly {
         self.broken.extend(broken);
         self.take_force(of.number, force);
         self.take_history(of.number, history);
-        counted(of.element, tension)
+        self.places[of.number].counted(tension)
     }
 
     /// Take the force of the answer at hand, that of element number `element`, from `force`.
@@ -200,7 +209,10 @@ impl Assembly {
 
     /// `history` becomes that at `u` where nodes turn, and stays as it is elsewhere.
     pub fn advance_rotations(&mut self, elements: &[AnyElement], u: &[f64], history: &mut [f64]) {
-        for (i, element) in elements.iter().enumerate().filter(|(_, element)| element.rotates()) {
+        for (i, element) in elements.iter().enumerate() {
+            if !self.places[i].constants.rotates {
+                continue;
+            }
             self.respond(i, element, u, history, None);
             self.take_history(i, history);
         }
@@ -307,9 +319,4 @@ impl Assembly {
         }
         Some(self.read.1[element - self.rings.elements(block).start])
     }
-}
-
-/// The axial force of an element, where it counts among those of cables, ropes, rings and brakes: a post is none of them.
-fn counted(element: &AnyElement, tension: f64) -> f64 {
-    if element.has_moments() { 0.0 } else { tension }
 }

@@ -68,7 +68,7 @@ pub(super) struct Stretch<'a> {
 impl Assembly {
     /// Room for what may break.
     pub(super) fn reserve_ruptures(&mut self, elements: &[AnyElement]) {
-        let breakable = || elements.iter().enumerate().filter(|(_, e)| e.can_break());
+        let breakable = || elements.iter().enumerate().filter(|(_, e)| e.constants().can_break);
         self.broken.reserve(elements.len());
         self.releases.reserve(breakable().count());
         self.released.reserve(breakable().map(|(i, _)| self.places[i].dofs.len()).sum());
@@ -92,7 +92,7 @@ impl Assembly {
     /// Whether an element is broken at the part `x` of the step, by which its history in the memory says so.
     fn breaks_at(&mut self, of: &Stretch, history: &[f64], x: f64) -> bool {
         self.answer_at(of, history, x);
-        let Place { dofs, history } = &self.places[of.number];
+        let Place { dofs, history, .. } = &self.places[of.number];
         of.element.breaks(&self.u[..dofs.len()], &mut self.history[..history.len()])
     }
 

@@ -182,7 +182,7 @@ impl RingBlock {
             nodes,
             history,
             strength: lanes.map(|ring| ring.rupture),
-            breakable: rings.iter().any(|ring| ring.can_break()),
+            breakable: rings.iter().any(|ring| Element::constants(*ring).can_break),
             modelled,
             constants,
         }
