@@ -65,8 +65,8 @@ fn the_page_has_every_folder_with_its_own_first_sentence() {
 #[test]
 fn files_and_functions_are_where_the_page_says() {
     let page = page();
-    let whole = quoted(&page).filter(|word| word.contains("/src/") && word.ends_with(".rs"));
     let recipes = std::fs::read_to_string(repository().join("CONTRIBUTING.md")).expect("the recipes");
+    let whole = quoted(&page).filter(|word| word.contains("/src/") && word.ends_with(".rs"));
     let of_recipes = quoted(&recipes).filter(|word| {
         ["coupler/", "dem-solver/", "fem-solver/", "interface-defs/", "launch/", "tests/"]
             .iter()
