@@ -10,13 +10,14 @@ use super::record;
 use super::settings::{Quantity, Variable};
 use dem_contact::settings::Settings;
 use dem_rocks::gate::contacts::of_contact;
-use dem_rocks::gate::units::{all_of_rock, in_litres, pass, short};
+use dem_rocks::gate::units::{all_of_rock, in_litres};
 use dem_solid::geometry::plan;
 use interface_defs::diagnostic::{Diagnostic, Place, code};
 use nalgebra::Vector3;
 use std::collections::BTreeSet;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::PathBuf;
+use toolkit::ranges::{refused, short};
 use toolkit::scene::Scene;
 
 /// Largest mass [kg] of rocks that were likelier meant in tonnes.
@@ -96,8 +97,8 @@ fn of_keys(base: &Base, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
                 let key =
                     own(&error).map_or("vary".to_owned(), |(variable, _)| format!("vary.{}", variable.name));
                 let what = if own(&error).is_some() { error.message } else { error.headline() };
-                let refused = file.invalid(&key, format!("with {}: {what}", sets.join(", ")));
-                return Err(refused.coded(error.code).try_if(error.hint));
+                let wrong = file.invalid(&key, format!("with {}: {what}", sets.join(", ")));
+                return Err(wrong.coded(error.code).try_if(error.hint));
             }
         }
     }
@@ -155,7 +156,7 @@ fn of_rocks(base: &Base, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
                 let value = short(base.quantity(&member, quantity).unwrap_or(f64::NAN));
                 what = format!("with {name} = {value}: {what}");
             }
-            let found = pass(Diagnostic { message: what, key: Some(key.clone()), ..found }, file)?;
+            let found = refused(Diagnostic { message: what, key: Some(key.clone()), ..found }, file)?;
             if keys.insert(key) {
                 said.push(file.placed(found));
             }

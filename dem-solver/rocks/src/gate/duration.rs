@@ -1,12 +1,12 @@
 //! Whether the simulated time fits the scene: long enough for a rock to come down, not longer than anyone waits.
 
 use super::lengths::height as height_at_start;
-use super::units::short;
 use crate::model::Model;
 use dem_terrain::Terrain;
 use dem_terrain::queries::Parabola;
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::Vector3;
+use toolkit::ranges::short;
 
 /// Steps of which something is said: some ten hours of one rock.
 const STEPS: f64 = 1e10;

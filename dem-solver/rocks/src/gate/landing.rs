@@ -5,7 +5,6 @@
 
 use super::lengths::height as height_at_start;
 pub use super::units::LIMIT;
-use super::units::short;
 use crate::model::{Model, halved};
 use dem_contact::contact::whole_rock::Whole;
 use dem_contact::law::normal::{LawName, Normal};
@@ -14,6 +13,7 @@ use dem_solid::geometry::sphere::direction;
 use dem_terrain::Terrain;
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::Vector3;
+use toolkit::ranges::short;
 
 /// Modulus of steel [Pa]: no rock is stiffer.
 const STIFFEST: f64 = 2.1e11;

@@ -1,11 +1,11 @@
 //! A start that is not on its terrain: in which units or axes it would be.
 
 use super::lengths::height as height_at_start;
-use super::units::short;
 use crate::model::Model;
 use dem_terrain::Terrain;
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::Vector3;
+use toolkit::ranges::short;
 
 /// Height above the terrain from which on something is said [m].
 const HIGH: f64 = 200.0;

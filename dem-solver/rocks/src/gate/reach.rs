@@ -1,7 +1,6 @@
 //! Whether a rock reaches the net at all: signs, axes and units of its start, and `end_time`.
 
 use super::lengths::distance;
-use super::units::short;
 use crate::model::Model;
 use dem_contact::interface_mesh::ContactMesh;
 use dem_solid::geometry::bounds;
@@ -9,6 +8,7 @@ use dem_terrain::Terrain;
 use dem_terrain::queries::Parabola;
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::Vector3;
+use toolkit::ranges::short;
 
 /// Times at which the flight of a rock is evaluated.
 const INSTANTS: u32 = 400;

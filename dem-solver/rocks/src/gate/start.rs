@@ -1,7 +1,7 @@
 //! Where a rock starts: its whole surface outside of the terrain and of the net, tested by true overlap.
 
 use super::lengths::{distance, height};
-use super::units::{Judged, LIMIT, likely, short};
+use super::units::{Judged, LIMIT, likely};
 use super::{place, reach};
 use crate::model::{Model, halved};
 use dem_contact::contact::broad_phase::cell_grid::Plane;
@@ -14,6 +14,7 @@ use dem_solid::geometry::sphere::Sphere;
 use dem_terrain::Terrain;
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::Vector3;
+use toolkit::ranges::short;
 use toolkit::scene::Scene;
 
 /// Overlap over the sphere's radius that counts as a touch: what rounded coordinates leave.
