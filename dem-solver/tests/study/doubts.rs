@@ -67,7 +67,7 @@ fn what_is_wrong_with_a_study_is_said_at_its_place() {
             "spin = 2.0",
             "density = { choice = [2600, 2.7e6, 2650] }",
             ":14:11",
-            "with density = 2700000: rock `block`: density = 2.7e6 kg/m3 is very much",
+            "with density = 2700000: rock `block`: density = 2700000 kg/m3 is very much",
         ),
         (
             "spin = 2.0",
