@@ -4,10 +4,10 @@
 //! known, and on what is at risk: the study states them. Only two have a default, which is in the standard itself.
 
 use super::distribution::number;
-use dem_rocks::gate::units::short;
-use interface_defs::diagnostic::{Diagnostic, code};
+use interface_defs::diagnostic::Diagnostic;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use toolkit::ranges::Gate;
 use toolkit::scene::{Scene, at};
 
 /// What a barrier there must be able to do: the barrier, as far as it is known, and by which standards it is judged.
@@ -103,82 +103,42 @@ impl Uni {
     }
 }
 
-/// A number of a design with what it may be.
-struct Bounds {
-    /// Its key in the table of the design.
-    key: &'static str,
-    unit: &'static str,
-    /// Outside these it is certainly wrong.
-    possible: [f64; 2],
-    /// Outside these something is said.
-    usual: [f64; 2],
-    /// In words.
-    why: &'static str,
-    /// A larger or smaller unit that it may be in, and how much of `unit` that is.
-    units: &'static [(&'static str, f64)],
-}
-
-impl Bounds {
-    /// Refuse `value` at `key` of the study, or say what is to be doubted.
-    fn check(&self, value: f64, key: &str, study: &Scene) -> Result<Option<Diagnostic>, Diagnostic> {
-        let Self { unit, possible, usual, why, units, .. } = self;
-        let name = key.rsplit('.').next().unwrap_or(key);
-        if value <= 0.0 {
-            return Err(study.invalid(key, format!("{name} = {value}: it must lie above 0")));
-        }
-        let inside = |[low, high]: &[f64; 2], value: f64| (*low..=*high).contains(&value);
-        if inside(usual, value) {
-            return Ok(None);
-        }
-        let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-        let what = format!("{name} = {}{unit}: {why}", short(value));
-        let other = units.iter().find(|(_, factor)| inside(usual, factor * value));
-        let other = other.map(|(other, factor)| {
-            format!("were it in {other}, it would be {}{unit}", short(factor * value))
-        });
-        let complete = |found: Diagnostic| study.placed(found.about(key).try_if(other));
-        match inside(possible, value) {
-            true => Ok(Some(complete(Diagnostic::warning(code::UNUSUAL_VALUE, what)))),
-            false => Err(complete(Diagnostic::new(what))),
-        }
-    }
-}
-
-const LENGTHS: &[(&str, f64)] = &[("cm", 1e-2), ("mm", 1e-3)];
-const ENERGIES: &[(&str, f64)] = &[("kJ", 1e3), ("MJ", 1e6)];
-const MASSES: &[(&str, f64)] = &[("tonnes", 1e3), ("grams", 1e-3)];
 const PERCENT: &str = "a factor of safety is 1 or more; 5 % are 1.05";
 const OF_UNI: &str = "UNI 11211-4 has 1.02 to 1.10; 5 % are 1.05";
-const OF_BLOCKS: &str = "the blocks that barriers are made for have 100 to 50000 kg";
+/// Least number above 0.
+const ABOVE: f64 = f64::MIN_POSITIVE;
 
-const fn length(key: &'static str, usual: [f64; 2], most: f64, why: &'static str) -> Bounds {
-    Bounds { key, unit: "m", possible: [0.0, most], usual, why, units: LENGTHS }
+const fn length(key: &'static str, usual: [f64; 2], most: f64, hint: &'static str) -> Gate {
+    let units = &[("cm", 1e-2), ("mm", 1e-3)];
+    Gate { key, unit: "m", possible: [ABOVE, most], usual, units, hint, ..Gate::ANY }
 }
 
-const fn factor(key: &'static str, usual: [f64; 2], why: &'static str) -> Bounds {
-    Bounds { key, unit: "", possible: [1.0, 3.0], usual, why, units: &[] }
+const fn factor(key: &'static str, usual: [f64; 2], hint: &'static str) -> Gate {
+    Gate { key, possible: [1.0, 3.0], usual, hint, ..Gate::ANY }
 }
 
 /// All numbers of a design.
-const BOUNDS: [Bounds; 14] = [
-    Bounds {
+const NUMBERS: [Gate; 14] = [
+    Gate {
         key: "barrier_energy",
         unit: "J",
         possible: [1e4, 1e8],
         usual: [5e4, 2e7],
-        why: "barriers are tested for 1e5 to 1e7 J",
-        units: ENERGIES,
+        units: &[("kJ", 1e3), ("MJ", 1e6)],
+        hint: "barriers are tested for 1e5 to 1e7 J",
+        ..Gate::ANY
     },
     length("barrier_height", [1.0, 15.0], 100.0, "barriers are 2 to 10 m high"),
     length("barrier_elongation", [0.2, 15.0], 30.0, "in tests barriers elongate by 1 to 10 m"),
-    length("distance", [0.0, 1e4], 1e6, "it is that from the barrier down to what it protects"),
-    Bounds {
+    length("distance", [ABOVE, 1e4], 1e6, "it is that from the barrier down to what it protects"),
+    Gate {
         key: "uni_11211_4.block_mass",
         unit: "kg",
         possible: [1.0, 1e6],
         usual: [20.0, 1e5],
-        why: OF_BLOCKS,
-        units: MASSES,
+        units: &[("tonnes", 1e3), ("grams", 1e-3)],
+        hint: "the blocks that barriers are made for have 100 to 50000 kg",
+        ..Gate::ANY
     },
     length("uni_11211_4.free_border", [0.5, 5.0], 30.0, "free borders are 0.5 to 2 m"),
     factor("uni_11211_4.trajectories", [1.02, 1.10], OF_UNI),
@@ -224,11 +184,12 @@ impl Design {
             return study.refuse(&format!("{key}.onr_24810.{name}"), what, "95 or 99");
         }
         let document = study.document()?;
-        let each = BOUNDS.iter().filter_map(|bounds| {
-            let key = format!("{key}.{}", bounds.key);
-            let value = number(at(&document, &key)?)?;
-            bounds.check(value, &key, study).transpose()
-        });
-        each.collect()
+        let mut said = Vec::new();
+        for gate in &NUMBERS {
+            if let Some(value) = at(&document, &format!("{key}.{}", gate.key)).and_then(number) {
+                gate.pass(study, key, value, &mut said)?;
+            }
+        }
+        Ok(said.into_iter().map(|found| study.placed(found)).collect())
     }
 }

@@ -9,13 +9,15 @@ use super::record;
 use super::settings::{Quantity, Variable};
 use dem_contact::settings::Settings;
 use dem_rocks::gate::contacts::of_contact;
-use dem_rocks::gate::units::{all_of_rock, in_litres, pass, short};
+use dem_rocks::gate::units::{all_of_rock, in_litres};
 use dem_solid::geometry::plan;
 use interface_defs::diagnostic::{Diagnostic, Place, code};
 use nalgebra::Vector3;
 use std::collections::BTreeSet;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::PathBuf;
+use toolkit::numbers::four;
+use toolkit::ranges::refused;
 use toolkit::scene::Scene;
 
 /// Largest mass [kg] of rocks that were likelier meant in tonnes.
@@ -95,8 +97,8 @@ fn of_keys(base: &Base, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
                 let key =
                     own(&error).map_or("vary".to_owned(), |(variable, _)| format!("vary.{}", variable.name));
                 let what = if own(&error).is_some() { error.message } else { error.headline() };
-                let refused = file.invalid(&key, format!("with {}: {what}", sets.join(", ")));
-                return Err(refused.coded(error.code).try_if(error.hint));
+                let wrong = file.invalid(&key, format!("with {}: {what}", sets.join(", ")));
+                return Err(wrong.coded(error.code).try_if(error.hint));
             }
         }
     }
@@ -151,10 +153,10 @@ fn of_rocks(base: &Base, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
             }
             let (key, mut what) = (format!("vary.{name}"), found.message);
             if quantity != Quantity::Shape {
-                let value = short(base.quantity(&member, quantity).unwrap_or(f64::NAN));
+                let value = four(base.quantity(&member, quantity).unwrap_or(f64::NAN));
                 what = format!("with {name} = {value}: {what}");
             }
-            let found = pass(Diagnostic { message: what, key: Some(key.clone()), ..found }, file)?;
+            let found = refused(Diagnostic { message: what, key: Some(key.clone()), ..found }, file)?;
             if keys.insert(key) {
                 said.push(file.placed(found));
             }
@@ -164,7 +166,7 @@ fn of_rocks(base: &Base, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
             && let Some(hint) = of_size_meant(variable.quantity, volume, rock.mass)
             && keys.insert(format!("vary.{}", variable.name))
         {
-            let (name, of, mass, volume) = (&variable.name, &rock.name, short(rock.mass), short(volume));
+            let (name, of, mass, volume) = (&variable.name, &rock.name, four(rock.mass), four(volume));
             let value = if variable.quantity == Quantity::Mass { &mass } else { &volume };
             let what = format!("with {name} = {value}: rock `{of}` has {mass} kg in {volume} m3");
             let doubted = warning(file, &format!("vary.{name}"), what);
@@ -182,7 +184,7 @@ fn of_size_meant(quantity: Quantity, volume: f64, mass: f64) -> Option<String> {
         Quantity::Volume => return in_litres(volume),
         _ => None,
     };
-    meant.map(|(unit, size)| format!("were it in {unit}, it would be {} kg", short(size * mass)))
+    meant.map(|(unit, size)| format!("were it in {unit}, it would be {} kg", four(size * mass)))
 }
 
 /// A direction that is likelier in radians, or upward.
@@ -194,8 +196,8 @@ fn of_direction(variable: &Variable, file: &Scene) -> Option<Diagnostic> {
     };
     let [low, high] = variable.distribution.range()?;
     let range = |low: f64, high: f64| match low == high {
-        true => short(low),
-        false => format!("{} to {}", short(low), short(high)),
+        true => four(low),
+        false => format!("{} to {}", four(low), four(high)),
     };
     let key = format!("vary.{name}");
     let written = range(low, high);
@@ -226,7 +228,7 @@ fn of_line(base: &Base, at: usize, file: &Scene) -> Option<Diagnostic> {
     let beside = places.filter(|place| base.ground.ground_at(*place).is_none()).count();
     let length = plan::length(line);
     (beside > 0).then(|| {
-        let (lost, all) = (short(length * beside as f64 / f64::from(PIECES)), short(length));
+        let (lost, all) = (four(length * beside as f64 / f64::from(PIECES)), four(length));
         let what = format!(
             "{lost} m of {all} m of the line `{name}` lie beyond the terrain or over holes in it: what passes there is not counted"
         );

@@ -219,8 +219,11 @@ fn what_makes_no_sense_of_spheres_is_refused_with_its_place() {
         (text.replace("[0.008, 0.012]", "[0.012, 0.008]"), "the smaller first"),
         (text.replace("[0.008, 0.012]", "[0.008, 0.15]"), "m wide, a sphere"),
         (text.replace("density = 2500.0", "density = -1.0"), "above 0"),
-        (text.replace("density = 2500.0", "density = 2.5"), "as in g/cm3 or t/m3"),
-        (text.replace("density = 2500.0", "density = 2.5e6"), "density = 2500.0"),
+        (
+            text.replace("density = 2500.0", "density = 2.5"),
+            "were it in g/cm3 or t/m3, it would be 2500 kg/m3",
+        ),
+        (text.replace("density = 2500.0", "density = 2.5e6"), "were it in g/m3, it would be 2500 kg/m3"),
         (text.replace("[box]", "[box]\nopen = [\"top\"]"), "no side `top`"),
         (text.replace("0.2, 0.4]", "0.2, -0.4]"), "the box reaches from"),
         (
@@ -356,5 +359,5 @@ fn spheres_of_another_density_than_rock_are_named_by_check_and_run() {
     };
     assert_eq!(said("2500.0"), [""; 0]);
     let steel = said("7850.0");
-    assert!(steel.len() == 1 && steel[0].contains("spheres `spheres` have a density of 7850"), "{steel:?}");
+    assert!(steel.len() == 1 && steel[0].contains("spheres `spheres`: 7850 kg/m3 is very much"), "{steel:?}");
 }

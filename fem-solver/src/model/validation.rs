@@ -13,7 +13,7 @@ use interface_defs::diagnostic::{Code, Diagnostic, code};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
-use toolkit::ranges::{Band, Gate};
+use toolkit::ranges::Gate;
 use toolkit::scene::Scene;
 
 /// Longest structure that a mesh or generator may make [m], and that from which on it is asked whether metres are meant.
@@ -30,46 +30,40 @@ const LOOSE: f64 = 5e-3;
 /// Least density of metals [kg/m3], and a modulus that is below all of theirs [Pa].
 const METAL: f64 = 2000.0;
 const SOFTEST_METAL: f64 = 1e9;
-/// Modulus of rubber at most [Pa].
-const RUBBER: f64 = 3e5;
 const ALL_ABOVE: f64 = f64::INFINITY;
 
 const YOUNG: Gate = Gate {
     key: "young",
     unit: "Pa",
+    possible: [1e3, ALL_ABOVE],
+    usual: [3e5, 2e12],
+    says: ["is softer than rubber, which has 1e6", "is stiffer than diamond (1.2e12)"],
+    units: &[("GPa", 1e9), ("MPa", 1e6)],
     hint: "210 GPa of steel is 2.1e11, a wire rope has 1e11",
-    bands: &[
-        Band::wrong(-ALL_ABOVE..1e3, "is too soft: no solid is that soft"),
-        Band::likely(1e3..RUBBER, "is softer than rubber, which has 1e6", "MPa", 1e6),
-        Band::unusual(2e12..ALL_ABOVE, "is stiffer than diamond (1.2e12)"),
-    ],
 };
-/// Of parts with the density of a metal.
+/// Of parts with the density of a metal, above what is said of all.
 const YOUNG_OF_METAL: Gate = Gate {
-    bands: &[Band::likely(
-        RUBBER..SOFTEST_METAL,
-        "is softer than plastic, and the density is that of a metal",
-        "kPa",
-        1e3,
-    )],
+    usual: [SOFTEST_METAL, ALL_ABOVE],
+    says: ["is softer than plastic, and the density is that of a metal", ""],
+    units: &[("kPa", 1e3)],
     ..YOUNG
 };
 const DENSITY: Gate = Gate {
     key: "density",
     unit: "kg/m3",
+    possible: [0.01, 1e6],
+    usual: [30.0, 3e4],
+    says: ["is that of a foam, or lighter than air", "is heavier than any metal (osmium has 22600)"],
+    units: &[("g/cm3", 1e3), ("t/mm3", 1e12)],
     hint: "steel has 7850 (7.85 g/cm3, 7.85e-9 t/mm3)",
-    bands: &[
-        Band::wrong(f64::MIN_POSITIVE..0.01, "is lighter than air"),
-        Band::likely(0.01..30.0, "is that of a foam", "g/cm3", 1e3),
-        Band::unusual(3e4..1e6, "is heavier than any metal (osmium has 22600)"),
-        Band::wrong(1e6..ALL_ABOVE, "is heavier than anything"),
-    ],
 };
 const PRESTRESS: Gate = Gate {
     key: "prestress",
     unit: "Pa",
+    usual: [-ALL_ABOVE, 1e10],
+    says: ["", "is more than any wire bears (2e9 Pa)"],
     hint: "it is a stress: 100 MPa is 1e8, a force is divided by the area",
-    bands: &[Band::unusual(1e10..ALL_ABOVE, "is more than any wire bears (2e9 Pa)")],
+    ..Gate::ANY
 };
 
 /// A structure that is judged, and what is said of it.
@@ -215,9 +209,10 @@ impl SectionJudge<'_> {
         // What its prestress alone makes longer than its double is no material, but a stiffness by prestress.
         let stretched = self.section.prestress.zip(young).is_some_and(|(stress, young)| stress >= young);
         if density.is_some_and(|d| d >= METAL) && !stretched {
-            self.pass(&YOUNG_OF_METAL, young)?;
+            self.pass(&YOUNG_OF_METAL, young.filter(|young| *young >= YOUNG.usual[0]))?;
         }
-        self.pass(&DENSITY, density)
+        // What has no mass is meant.
+        self.pass(&DENSITY, density.filter(|density| *density > 0.0))
     }
 
     /// Area, moments of inertia and radius, against each other and the length of the elements.
@@ -434,30 +429,37 @@ const HEAVY: f64 = 1e3;
 const ANGLE: Gate = Gate {
     key: "turning.angles",
     unit: "rad",
+    usual: [0.0, 2.0 * TAU],
+    says: ["", "are more than two turns"],
+    units: &[("degrees", TAU / 360.0)],
     hint: "rows are [t, angle] in s and rad: 90 degrees are 1.5708",
-    bands: &[Band::likely(2.0 * TAU..ALL_ABOVE, "are more than two turns", "degrees", TAU / 360.0)],
+    ..Gate::ANY
 };
 const SPEED: Gate = Gate {
     key: "velocity",
     unit: "m/s",
+    possible: [0.0, 5000.0],
+    usual: [0.0, 5000.0],
+    says: ["", "is faster than sound in steel"],
     hint: "metres per second: 90 km/h is 25.0",
-    bands: &[Band::wrong(5000.0..ALL_ABOVE, "is faster than sound in steel")],
+    ..Gate::ANY
 };
 /// Amount of a pressure.
 const PRESSURE: Gate = Gate {
     key: "pressure",
     unit: "Pa",
+    usual: [f64::MIN_POSITIVE, 1e7],
+    says: ["load nothing", "are more than 100 bar"],
     hint: "5 kPa are 5000.0",
-    bands: &[
-        Band::unusual(0.0..f64::MIN_POSITIVE, "load nothing"),
-        Band::unusual(1e7..ALL_ABOVE, "are more than 100 bar"),
-    ],
+    ..Gate::ANY
 };
 const GRAVITY: Gate = Gate {
     key: "gravity",
     unit: "m/s2",
+    usual: [0.0, 50.0],
+    says: ["", "is more than five times that of the earth"],
     hint: "on earth it is 9.81: gravity = [0.0, 0.0, -9.81]",
-    bands: &[Band::unusual(50.0..ALL_ABOVE, "is more than five times that of the earth")],
+    ..Gate::ANY
 };
 
 /// Supports that hold nothing, and structures that nothing holds.

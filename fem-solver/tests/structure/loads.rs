@@ -243,7 +243,7 @@ fn what_is_unusual_is_warned_of() {
         let of = format!("pressures = [{{ group = \"skin\", pressure = {pressure} }}]");
         warned(&octant(2, "young = [1e9]", &of, "integrator = \"static\""))
     };
-    assert!(skin("0.0").contains("0.0 Pa load nothing"));
+    assert!(skin("0.0").contains("0 Pa load nothing"));
     assert!(skin("1e12").contains("bar"));
     assert!(!skin("1e5").contains("structure.pressures"), "{}", skin("1e5"));
 }

@@ -310,7 +310,7 @@ fn releases_after_the_end_and_angles_in_degrees_are_warned_of() {
         "turning = { through = [5.0, 0.0, 0.0], axis = [0.0, 0.0, 1.0], angles = [[0.0, 0.0], [1.0, 90.0]] }";
     assert!(
         warned(&rope(SCHEMES[0]).replace("released_at = 0.1", turning))
-            .contains("90.0 rad are more than two turns")
+            .contains("90 rad are more than two turns")
     );
     assert!(!warned(&rope(SCHEMES[0])).contains("nothing holds the structure"));
 }

@@ -1,57 +1,31 @@
 //! Tables of ranges: which numbers of a scene or study are certainly wrong, which are unusual, and the unit that was likely meant.
 //!
-//! One [`Gate`] a key, one [`Band`] for what is said of numbers in one range:
+//! One [`Gate`] a key:
 //!
 //! ```
-//! use toolkit::ranges::{Band, Gate};
+//! use toolkit::ranges::Gate;
 //!
 //! const DENSITY: Gate = Gate {
 //!     key: "density",
 //!     unit: "kg/m3",
+//!     possible: [0.01, 1e6],
+//!     usual: [30.0, 3e4],
+//!     says: ["is that of a foam", "is heavier than any metal"],
+//!     units: &[("g/cm3", 1e3)],
 //!     hint: "steel has 7850",
-//!     bands: &[
-//!         Band::wrong(0.0..0.01, "is lighter than air"),
-//!         Band::likely(0.01..30.0, "is that of a foam", "g/cm3", 1e3),
-//!     ],
 //! };
 //! let said = DENSITY.judge("rock.0", 2.6).expect("unusual").to_string();
-//! let meant = "in g/cm3 it would be 2600.0 kg/m3: write 2600.0; steel has 7850";
+//! let meant = "were it in g/cm3, it would be 2600 kg/m3; steel has 7850";
 //! assert_eq!(said, format!("rock.0.density: 2.6 kg/m3 is that of a foam; {meant}"));
 //! assert!(DENSITY.judge("rock.0", 2600.0).is_none());
 //! ```
 
 use super::scene::Scene;
-use interface_defs::diagnostic::{Code, Diagnostic, Severity, code};
-use std::ops::Range;
+use super::summary;
+use interface_defs::diagnostic::{Diagnostic, Severity, code};
 
-/// What is said of numbers in one range.
-pub struct Band {
-    /// From, to below.
-    range: Range<f64>,
-    severity: Severity,
-    code: Code,
-    /// What is said behind the number: "is softer than rubber".
-    says: &'static str,
-    /// The unit that was likely meant, and how much of the key's unit it is.
-    meant: Option<(&'static str, f64)>,
-}
-
-impl Band {
-    /// Numbers that are certainly wrong.
-    pub const fn wrong(range: Range<f64>, says: &'static str) -> Self {
-        Self { range, severity: Severity::Error, code: code::INVALID_VALUE, says, meant: None }
-    }
-
-    /// Numbers that are possible, but unusual.
-    pub const fn unusual(range: Range<f64>, says: &'static str) -> Self {
-        Self { range, severity: Severity::Warning, code: code::UNUSUAL_VALUE, says, meant: None }
-    }
-
-    /// Unusual numbers that would be ordinary ones in `unit`, which is `size` of the unit of the key.
-    pub const fn likely(range: Range<f64>, says: &'static str, unit: &'static str, size: f64) -> Self {
-        Self { range, severity: Severity::Warning, code: code::LIKELY_UNIT, says, meant: Some((unit, size)) }
-    }
-}
+/// All numbers.
+pub const ALL: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
 /// What is said of the numbers of one key.
 pub struct Gate {
@@ -59,29 +33,53 @@ pub struct Gate {
     pub key: &'static str,
     /// Its unit; empty for a plain number.
     pub unit: &'static str,
+    /// Least and largest number that someone can mean.
+    pub possible: [f64; 2],
+    /// Least and largest number of which nothing is said.
+    pub usual: [f64; 2],
+    /// What is said behind a number below these, and above: "is softer than rubber".
+    pub says: [&'static str; 2],
+    /// Other units that it may be written in, the likelier first, and how much of its own each is.
+    pub units: &'static [(&'static str, f64)],
     /// What to write: an example in the unit of the key.
     pub hint: &'static str,
-    /// Of several ranges that hold a number the first counts.
-    pub bands: &'static [Band],
 }
 
 impl Gate {
+    /// Of a plain number of which nothing is said.
+    pub const ANY: Self = Self {
+        key: "",
+        unit: "",
+        possible: ALL,
+        usual: ALL,
+        says: ["is very little", "is very much"],
+        units: &[],
+        hint: "",
+    };
+
     /// What is to be said of `value` at this key of `table`.
     pub fn judge(&self, table: &str, value: f64) -> Option<Diagnostic> {
-        let band = self.bands.iter().find(|band| band.range.contains(&value))?;
+        let outside = |[low, high]: [f64; 2], value: f64| [value < low, value > high];
+        let side = outside(self.usual, value).into_iter().position(|is| is)?;
+        let wrong = outside(self.possible, value).contains(&true);
+        let meant = self.units.iter().find(|(_, size)| outside(self.usual, size * value) == [false; 2]);
+        let (severity, doubt) = match wrong {
+            true => (Severity::Error, code::INVALID_VALUE),
+            false => (Severity::Warning, code::UNUSUAL_VALUE),
+        };
         let unit = if self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) };
         // An error stands at its place without the key before it.
-        let key = if band.severity == Severity::Error { format!("{} = ", self.key) } else { String::new() };
-        let message = format!("{key}{}{unit} {}", shown(value), band.says);
-        let meant = band.meant.map(|(meant, size)| {
-            let right = shown(size * value);
-            format!("in {meant} it would be {right}{unit}: write {right}")
-        });
+        let name =
+            self.key.rsplit('.').next().filter(|_| wrong).map_or(String::new(), |key| format!("{key} = "));
+        let message = format!("{name}{}{unit} {}", short(value), self.says[side]);
+        let likely = meant
+            .map(|(other, size)| format!("were it in {other}, it would be {}{unit}", short(size * value)));
+        let code = if likely.is_some() { code::LIKELY_UNIT } else { doubt };
         let hints: Vec<String> =
-            meant.into_iter().chain([self.hint.into()]).filter(|h| !h.is_empty()).collect();
+            likely.into_iter().chain([self.hint.into()]).filter(|h| !h.is_empty()).collect();
         let key = if table.is_empty() { self.key.into() } else { format!("{table}.{}", self.key) };
-        let about = Diagnostic::of(band.severity, band.code.clone(), message).about(key);
-        Some(about.try_if((!hints.is_empty()).then(|| hints.join("; "))))
+        let found = Diagnostic::of(severity, code, message).about(key);
+        Some(found.try_if((!hints.is_empty()).then(|| hints.join("; "))))
     }
 
     /// [`judge`](Self::judge) it: a warning is kept.
@@ -96,25 +94,19 @@ impl Gate {
         value: f64,
         warnings: &mut Vec<Diagnostic>,
     ) -> Result<(), Diagnostic> {
-        match self.judge(table, value) {
-            Some(error) if error.severity == Severity::Error => Err(scene.placed(error)),
-            said => {
-                warnings.extend(said);
-                Ok(())
-            }
-        }
+        let found = self.judge(table, value).map(|found| refused(found, scene));
+        warnings.extend(found.transpose()?);
+        Ok(())
     }
 }
 
-/// A number as one would write it in a scene.
-fn shown(value: f64) -> String {
-    // Products with a unit end in digits of rounding.
-    let value: f64 = format!("{value:.11e}").parse().unwrap_or(value);
-    if value == 0.0 || (1e-3..1e5).contains(&value.abs()) {
-        format!("{value:?}")
-    } else {
-        format!("{value:e}")
-    }
+/// A warning as it is; an error at its place in `scene` is one.
+///
+/// # Errors
+///
+/// If `found` is an error.
+pub fn refused(found: Diagnostic, scene: &Scene) -> Result<Diagnostic, Diagnostic> {
+    if found.severity == Severity::Error { Err(scene.placed(found)) } else { Ok(found) }
 }
 
 #[cfg(test)]
@@ -123,13 +115,11 @@ mod tests {
 
     const STEP: Gate = Gate {
         key: "step",
-        unit: "",
-        hint: "",
-        bands: &[
-            Band::wrong(f64::NEG_INFINITY..0.0, "is below 0"),
-            Band::unusual(0.0..f64::MIN_POSITIVE, "is nothing"),
-            Band::likely(1e3..f64::INFINITY, "is long", "ms", 1e-3),
-        ],
+        possible: [0.0, f64::INFINITY],
+        usual: [f64::MIN_POSITIVE, 1e3],
+        says: ["is nothing", "is long"],
+        units: &[("ms", 1e-3)],
+        ..Gate::ANY
     };
 
     #[test]
@@ -139,17 +129,22 @@ mod tests {
         let error = STEP.pass(&scene, "dem", -1.0, &mut warnings).expect_err("is wrong");
         assert_eq!(
             (error.headline().as_str(), error.code),
-            ("s.toml:2:8: step = -1.0 is below 0", code::INVALID_VALUE)
+            ("s.toml:2:8: step = -1 is nothing", code::INVALID_VALUE)
         );
         assert!([1.0, 999.0, f64::NAN].iter().all(|v| STEP.judge("dem", *v).is_none()));
-        for value in [0.0, 1.1e6] {
+        for value in [0.0, 2e4, 1.1e8] {
             STEP.pass(&scene, "dem", value, &mut warnings).expect("possible");
         }
         let said: Vec<String> = warnings.iter().map(ToString::to_string).collect();
         assert_eq!(
             said,
-            ["dem.step: 0.0 is nothing", "dem.step: 1.1e6 is long; in ms it would be 1100.0: write 1100.0"]
+            [
+                "dem.step: 0 is nothing",
+                "dem.step: 20000 is long; were it in ms, it would be 20",
+                "dem.step: 1.1e8 is long"
+            ]
         );
-        assert_eq!(warnings[1].code, code::LIKELY_UNIT);
+        let codes = [code::UNUSUAL_VALUE, code::LIKELY_UNIT, code::UNUSUAL_VALUE];
+        assert!(warnings.iter().map(|w| &w.code).eq(&codes));
     }
 }

@@ -29,7 +29,7 @@ pub const REFUSED: &[Row] = &[
         "density of steel in t/mm3",
         NET,
         ["7850.0", "7.85e-9"],
-        ["17:50", "lighter than air", "steel has 7850"],
+        ["17:50", "lighter than air", "in t/mm3, it would be 7850 kg/m3"],
     ),
     (
         "zone in local coordinates",
@@ -68,7 +68,12 @@ pub const REFUSED: &[Row] = &[
         ["mass = 260.0", "mass = 0.26"],
         ["6:8", "as in tonnes", "mass = 260.0"],
     ),
-    ("density of a rock in g/cm3", SLOPE, ["2600.0", "2.6"], ["5:11", "as in g/cm3", "density = 2600.0"]),
+    (
+        "density of a rock in g/cm3",
+        SLOPE,
+        ["2600.0", "2.6"],
+        ["5:11", "density = 2.6 kg/m3", "in g/cm3 or t/m3, it would be 2600 kg/m3"],
+    ),
     (
         "edges of a box in mm",
         NET,
@@ -92,7 +97,7 @@ pub const REFUSED: &[Row] = &[
         "modulus of rock in GPa",
         SLOPE,
         ["3e10", "30"],
-        ["12:9", "a Young's modulus of 3e1 Pa", "young = 3e10"],
+        ["12:9", "young = 30 Pa is the Young's modulus of no solid", "in GPa, it would be 3e10 Pa"],
     ),
     (
         "restitution in percent",
@@ -104,7 +109,7 @@ pub const REFUSED: &[Row] = &[
         "damping ratio in percent",
         SLOPE,
         ["restitution = 0.3", "damping_ratio = 20"],
-        ["14:17", "a damping ratio of 20", "damping_ratio = 0.2"],
+        ["14:17", "damping_ratio = 20 is more than 1", "in per cent, it would be 0.2"],
     ),
     (
         "Poisson's ratio in percent",

@@ -16,13 +16,13 @@ pub const WARNED: &[Row] = &[
         "modulus of a wire in MPa",
         NET,
         ["young = 1e11", "young = 1e5"],
-        ["17:19", "softer than rubber", "write 1e11"],
+        ["17:19", "softer than rubber", "in MPa, it would be 1e11 Pa"],
     ),
     (
         "modulus of a wire in kPa",
         NET,
         ["young = 1e11", "young = 1e8"],
-        ["17:19", "softer than plastic", "in kPa it would be 1e11"],
+        ["17:19", "softer than plastic", "in kPa, it would be 1e11"],
     ),
     (
         "diameter of a wire for its radius",

@@ -1,12 +1,13 @@
 //! A file of spheres that is not of this rock: of another size, at another place, turned, or of another body.
 
-use super::units::{Judged, extents, short};
+use super::units::{Judged, extents};
 use dem_contact::rock::Rock;
 use dem_contact::settings::RockSettings;
 use dem_solid::cluster::volume::excess;
 use dem_solid::geometry::bounds;
 use dem_solid::geometry::sphere::extent;
 use interface_defs::diagnostic::{Diagnostic, code};
+use toolkit::numbers::four;
 use toolkit::scene::Scene;
 
 /// Edges of the box around the spheres over those of the rock: beyond the first something is said, beyond the second it is refused.
@@ -75,8 +76,8 @@ pub fn check(at: usize, rock: &Rock, table: &RockSettings, scene: &Scene) -> Jud
         let what = format!(
             "rock `{}`: the spheres of {name} fill {} of the volume of the shape, {} m3",
             rock.name,
-            short(volume),
-            short(rock.solid.volume())
+            four(volume),
+            four(rock.solid.volume())
         );
         warnings.push(doubt(what).try_instead("radii are in the fourth column, in metres"));
     }

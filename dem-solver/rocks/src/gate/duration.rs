@@ -1,12 +1,12 @@
 //! Whether the simulated time fits the scene: long enough for a rock to come down, not longer than anyone waits.
 
 use super::lengths::height as height_at_start;
-use super::units::short;
 use crate::model::Model;
 use dem_terrain::Terrain;
 use dem_terrain::queries::Parabola;
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::Vector3;
+use toolkit::numbers::four;
 
 /// Steps of which something is said: some ten hours of one rock.
 const STEPS: f64 = 1e10;
@@ -23,22 +23,22 @@ pub fn check(model: &Model) -> Vec<Diagnostic> {
     let doubt = |code, what: String| Diagnostic::warning(code, what).about(END_TIME);
     let steps = settings.end_time / step;
     if steps > STEPS {
-        let what = format!("{} s is {} steps of {} s", short(settings.end_time), short(steps), short(step));
+        let what = format!("{} s is {} steps of {} s", four(settings.end_time), four(steps), four(step));
         warnings.push(doubt(code::SIZE, what).try_instead("times are in seconds"));
     }
     let speed = settings.gravity.norm() * settings.end_time;
     if model.ground.is_none() && settings.sides.is_none() && speed > FALLEN {
         let what =
-            format!("{} s, in which a free fall gets to {} m/s", short(settings.end_time), short(speed));
+            format!("{} s, in which a free fall gets to {} m/s", four(settings.end_time), four(speed));
         let cure =
-            format!("were it in milliseconds, it would be end_time = {}", short(1e-3 * settings.end_time));
+            format!("were it in milliseconds, it would be end_time = {}", four(1e-3 * settings.end_time));
         warnings.push(doubt(code::LIKELY_UNIT, what).try_instead(cure));
     }
     if let Some(terrain) = settings.terrain.as_ref().filter(|t| t.rest_time > settings.end_time) {
         let what = format!(
             "{} s is longer than the run, end_time = {} s, so no rock counts as at rest",
-            short(terrain.rest_time),
-            short(settings.end_time)
+            four(terrain.rest_time),
+            four(settings.end_time)
         );
         let doubted = Diagnostic::warning(code::LIKELY_UNIT, what).about("terrain.rest_time");
         warnings.push(doubted.try_instead("500 ms is 0.5"));
@@ -71,10 +71,10 @@ fn flight(model: &Model, ground: &Terrain, at: usize) -> Option<Diagnostic> {
         let what = format!(
             "rock `{}` is still in its first flight at end_time = {} s",
             rock.name,
-            short(settings.end_time)
+            four(settings.end_time)
         );
-        let takes = short(dem_terrain::queries::arrival(fall, speed, g));
-        let cure = format!("a fall of {} m takes {takes} s", short(fall));
+        let takes = four(dem_terrain::queries::arrival(fall, speed, g));
+        let cure = format!("a fall of {} m takes {takes} s", four(fall));
         Diagnostic::warning(code::UNUSUAL_VALUE, what).about(END_TIME).try_instead(cure)
     })
 }

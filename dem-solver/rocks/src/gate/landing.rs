@@ -5,7 +5,6 @@
 
 use super::lengths::height as height_at_start;
 pub use super::units::LIMIT;
-use super::units::short;
 use crate::model::{Model, halved};
 use dem_contact::contact::whole_rock::Whole;
 use dem_contact::law::normal::{LawName, Normal};
@@ -14,6 +13,7 @@ use dem_solid::geometry::sphere::direction;
 use dem_terrain::Terrain;
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::Vector3;
+use toolkit::numbers::four;
 
 /// Modulus of steel [Pa]: no rock is stiffer.
 const STIFFEST: f64 = 2.1e11;
@@ -52,10 +52,10 @@ fn of_rock(model: &Model, ground: &Terrain, at: usize) -> Option<Diagnostic> {
         let times = least_above(|times| worst_whole(rock, whole, normal, energy / times) <= LIMIT);
         let (key, value) = contact.strength().expect("checked: the law needs it");
         let unit = if key == "ground_stiffness" { "N/m" } else { "Pa" };
-        let (energy, deepest, radius) = (short(energy), short(deepest), short(whole.radius));
+        let (energy, deepest, radius) = (four(energy), four(deepest), four(whole.radius));
         return doubted(
             format!("{energy} J and is expected to go in by up to {deepest} of its radius of {radius} m"),
-            format!("{key} = {} {unit} keeps it below", short(value * times)),
+            format!("{key} = {} {unit} keeps it below", four(value * times)),
         );
     }
     let deepest = worst(rock, normal, energy);
@@ -64,19 +64,19 @@ fn of_rock(model: &Model, ground: &Terrain, at: usize) -> Option<Diagnostic> {
     }
     let times = stiffer(rock, normal, energy);
     let stiffness = contact.strength().and_then(|(key, value)| match key {
-        "young" => (value * times <= STIFFEST).then(|| format!("young = {} Pa", short(value * times))),
-        "stiffness" => Some(format!("stiffness = {} N/m", short(value * times))),
-        _ => Some(format!("{key} = {}", short(value * times))),
+        "young" => (value * times <= STIFFEST).then(|| format!("young = {} Pa", four(value * times))),
+        "stiffness" => Some(format!("stiffness = {} N/m", four(value * times))),
+        _ => Some(format!("{key} = {}", four(value * times))),
     });
     let law = (contact.law == LawName::HertzMindlin).then(|| format!("contact.{law}.law = \"hertz_rock\""));
-    let radius = larger(rock, deepest).map(|r| format!("cluster.smallest_radius = {} m (about)", short(r)));
+    let radius = larger(rock, deepest).map(|r| format!("cluster.smallest_radius = {} m (about)", four(r)));
     let cures: Vec<String> = [law, radius, stiffness].into_iter().flatten().collect();
     let cure = match cures.join(" or ") {
         none if none.is_empty() => "larger spheres keep".into(),
         cures => format!("{cures} keeps"),
     };
-    let overlap = if deepest.is_finite() { short(deepest) } else { "more than twice".into() };
-    let (speed, radius) = (short(speed), short(rock.smallest_radius));
+    let overlap = if deepest.is_finite() { four(deepest) } else { "more than twice".into() };
+    let (speed, radius) = (four(speed), four(rock.smallest_radius));
     doubted(
         format!(
             "{speed} m/s: its spheres (smallest radius {radius} m) are expected to overlap by up to {overlap} of their radius"

@@ -1,11 +1,11 @@
 //! A start that is not on its terrain: in which units or axes it would be.
 
 use super::lengths::height as height_at_start;
-use super::units::short;
 use crate::model::Model;
 use dem_terrain::Terrain;
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::Vector3;
+use toolkit::numbers::four;
 
 /// Height above the terrain from which on something is said [m].
 const HIGH: f64 = 200.0;
@@ -26,8 +26,8 @@ pub fn beside(place: &Vector3<f64>, low: &Vector3<f64>, high: &Vector3<f64>, siz
     if width < 2.0 * size {
         return Some(format!(
             "it is {} m wide and the rock {} m: are its coordinates in kilometres, or is it the file of a rock?",
-            short(width),
-            short(size)
+            four(width),
+            four(size)
         ));
     }
     if on(y, x) {
@@ -57,7 +57,7 @@ pub fn beside(place: &Vector3<f64>, low: &Vector3<f64>, high: &Vector3<f64>, siz
     {
         return Some("is y upward in the file? It must be turned so that z is".into());
     }
-    (width > WIDE).then(|| format!("it is {} km wide: is its cell size in millimetres?", short(1e-3 * width)))
+    (width > WIDE).then(|| format!("it is {} km wide: is its cell size in millimetres?", four(1e-3 * width)))
 }
 
 /// What heights of the terrain may be where it is at `ground` [m] under a rock at `z` [m].
@@ -84,8 +84,8 @@ pub fn below_all_land(ground: &Terrain) -> Option<Diagnostic> {
         let what = format!(
             "its heights reach from {} to {} m, and no land lies below {DEEPEST_LAND} m (the Dead Sea): do they \
              count downwards? z must be upward: turn their sign round",
-            short(low),
-            short(high)
+            four(low),
+            four(high)
         );
         Diagnostic::warning(code::LIKELY_UNIT, what).about("terrain.file")
     })
@@ -97,7 +97,7 @@ pub fn above(model: &Model, ground: &Terrain, at: usize) -> Option<Diagnostic> {
     let z = model.settings.rocks[at].position[2];
     let cure = other_heights(z - height, z)
         .unwrap_or("is its height right, and are the heights of the terrain in metres?");
-    let what = format!("rock `{}` starts {} m above the terrain", model.rocks[at].name, short(height));
+    let what = format!("rock `{}` starts {} m above the terrain", model.rocks[at].name, four(height));
     Some(Diagnostic::warning(code::PLACE, what).about(model.settings.place_key(at)).try_instead(cure))
 }
 

@@ -1,7 +1,6 @@
 //! Whether a rock reaches the net at all: signs, axes and units of its start, and `end_time`.
 
 use super::lengths::distance;
-use super::units::short;
 use crate::model::Model;
 use dem_contact::interface_mesh::ContactMesh;
 use dem_solid::geometry::bounds;
@@ -9,6 +8,7 @@ use dem_terrain::Terrain;
 use dem_terrain::queries::Parabola;
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::Vector3;
+use toolkit::numbers::four;
 
 /// Times at which the flight of a rock is evaluated.
 const INSTANTS: u32 = 400;
@@ -79,11 +79,11 @@ fn in_flight(model: &Model, contact_mesh: &ContactMesh, net: &Net, at: usize) ->
     if !passes && !leaves(contact_mesh, &throw, end) {
         return None;
     }
-    let from_it = short(nearest + margin);
+    let from_it = four(nearest + margin);
     let how = match (passes, time >= end) {
-        (true, true) => format!("it is nearest at end_time = {} s, {from_it} m from it", short(end)),
+        (true, true) => format!("it is nearest at end_time = {} s, {from_it} m from it", four(end)),
         (true, false) => {
-            let time = short(time);
+            let time = four(time);
             format!("it is nearest at {time} s, {from_it} m from it, and moves away from there on")
         }
         (false, _) => "it starts beside it and moves away from the first moment on".into(),
@@ -131,7 +131,7 @@ fn cure(model: &Model, net: &Net, throw: &Parabola, at: usize) -> String {
     }
     if let Some(time) = reaches(*throw, LONGEST).filter(|time| *time > end) {
         let enough = (20.0 * (time + 0.5)).ceil() / 20.0;
-        return format!("it gets there at {} s: end_time = {enough:?}", short(time));
+        return format!("it gets there at {} s: end_time = {enough:?}", four(time));
     }
     let end = longer;
     // Who writes gravity along -z means it.
@@ -169,9 +169,9 @@ fn on_terrain(model: &Model, ground: &Terrain, net: &Net, at: usize) -> Option<D
     let beside = (ground.lowest - net.high).sup(&(net.low - ground.highest));
     let far = beside.x.max(beside.y);
     let why = if far > APART {
-        format!("it is {} m beside the terrain", short(far))
+        format!("it is {} m beside the terrain", four(far))
     } else if net.low.z > top {
-        format!("it is {} m above all that the rock can get to", short(net.low.z - top))
+        format!("it is {} m above all that the rock can get to", four(net.low.z - top))
     } else {
         return None;
     };

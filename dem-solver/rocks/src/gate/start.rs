@@ -1,7 +1,7 @@
 //! Where a rock starts: its whole surface outside of the terrain and of the net, tested by true overlap.
 
 use super::lengths::{distance, height};
-use super::units::{Judged, LIMIT, likely, short};
+use super::units::{Judged, LIMIT, likely};
 use super::{place, reach};
 use crate::model::{Model, halved};
 use dem_contact::contact::broad_phase::cell_grid::Plane;
@@ -14,6 +14,7 @@ use dem_solid::geometry::sphere::Sphere;
 use dem_terrain::Terrain;
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::Vector3;
+use toolkit::numbers::four;
 use toolkit::scene::Scene;
 
 /// Overlap over the sphere's radius that counts as a touch: what rounded coordinates leave.
@@ -132,7 +133,7 @@ pub fn on_terrain(model: &Model, ground: &Terrain, at: usize, scene: &Scene) -> 
     let laws = row.map(|n| &model.surfaces()[usize::from(*n)]);
     let deepest = in_terrain(&start, ground, &start.motion, &down);
     let Some(Deepest { overlap, sphere, .. }) = start.stuck(deepest, laws) else { return Ok(()) };
-    let (depth, radius) = (short(overlap), short(start.radius(sphere)));
+    let (depth, radius) = (four(overlap), four(start.radius(sphere)));
     refuse(
         format!(
             "rock `{name}` starts in the terrain: its surface reaches {depth} m into it (sphere {sphere} of radius {radius} m)"
@@ -155,9 +156,9 @@ pub fn in_box(model: &Model, scene: &Scene) -> Result<(), Diagnostic> {
             let what = format!(
                 "rock `{}` starts {} m beyond the side `{sign}{}` of the box (sphere {sphere} of radius {} m)",
                 start.rock.name,
-                short(overlap),
+                four(overlap),
                 ["x", "y", "z"][axis],
-                short(start.radius(sphere))
+                four(start.radius(sphere))
             );
             let free = start.free(&-plane.normal, |motion| beyond(&start, plane, motion));
             return Err(start.refused(scene, what, free));
@@ -226,8 +227,8 @@ pub fn in_net(model: &Model, contact_mesh: &ContactMesh, scene: &Scene) -> Judge
             "rock `{}` starts inside the net: its sphere {} of radius {} m overlaps {what} at ({x:.3}, {y:.3}, {z:.3}) by {} m",
             start.rock.name,
             deepest.sphere,
-            short(start.radius(deepest.sphere)),
-            short(deepest.overlap)
+            four(start.radius(deepest.sphere)),
+            four(deepest.overlap)
         );
         // Back where it comes from; a rock at rest comes from above.
         let direction = -start.motion.velocity.try_normalize(1e-9).unwrap_or_else(|| settings.down());
@@ -254,7 +255,7 @@ fn too_soft(model: &Model, at: usize) -> Option<Diagnostic> {
             "rock `{}` at rest on the net overlaps it by more than {LIMIT} of the radius of its spheres (smallest {} m, above {LIMIT} \
              the law does not hold)",
             rock.name,
-            short(radius)
+            four(radius)
         );
         let cure = "1000 kN/m is stiffness = 1e6, 1 GPa is young = 1e9";
         likely(&format!("contact.{number}.{key}"), what, cure)

@@ -4,14 +4,23 @@ use dem_contact::rock::Rock;
 use dem_contact::settings::{RockSettings, Settings, Shape, SpheresSettings};
 use dem_solid::geometry::sphere::extent;
 use interface_defs::diagnostic::{Diagnostic, Severity, code};
+use std::f64::consts::{PI, TAU};
+use toolkit::numbers::four;
+use toolkit::ranges::{Gate, refused};
 use toolkit::scene::Scene;
 
 /// Overlap over the radius beyond which the answer is not to be trusted; the bound of `[limits] penetration`.
 pub const LIMIT: f64 = 0.5;
-/// Density of rock and concrete [kg/m3]; and what no solid has.
-const DENSITY: [f64; 2] = [1_000.0, 4_000.0];
-const ANY_SOLID: [f64; 2] = [100.0, 25_000.0];
-const OF_ROCK: &str = "rock has 2000 to 3000 kg/m3";
+/// Rock and concrete are usual; the rest is of no solid.
+pub(super) const DENSITY: Gate = Gate {
+    key: "density",
+    unit: "kg/m3",
+    possible: [100.0, 25_000.0],
+    usual: [1_000.0, 4_000.0],
+    units: &[("g/cm3 or t/m3", 1e3), ("lb/ft3", 16.018_463), ("g/m3", 1e-3), ("mg/m3", 1e-6)],
+    hint: "rock has 2000 to 3000 kg/m3",
+    ..Gate::ANY
+};
 /// Longest edge of a rock of which nothing is said, and of one that is refused [m].
 const LARGE: f64 = 20.0;
 const LARGEST: f64 = 30.0;
@@ -19,22 +28,31 @@ const LARGEST: f64 = 30.0;
 const SMALL: f64 = 2e-3;
 /// Largest volume of a norm rock of which nothing is said [m3].
 const LARGEST_NORM: f64 = 20.0;
-/// Kilograms per cubic metre of a pound per cubic foot, and the densities of rock for which that is asked.
-const POUNDS: f64 = 16.018_463;
-const OF_STONE: [f64; 2] = [2_000.0, 3_500.0];
 /// Share of a box that spheres fill, below which something is said.
 const EMPTY: f64 = 1e-6;
-/// Speeds of which something is said, and which are refused [m/s].
-const FAST: f64 = 60.0;
-const FASTEST: f64 = 1_000.0;
-/// Spin of which something is said [rad/s]: no rock was seen to turn as fast.
-const SPIN: f64 = 60.0;
+const SPEED: Gate = Gate {
+    key: "velocity",
+    unit: "m/s",
+    possible: [0.0, 1_000.0],
+    usual: [0.0, 60.0],
+    says: ["", "is faster than any rock falls"],
+    units: &[("km/h", 1.0 / 3.6)],
+    hint: "it is written in m/s; 25 m/s are 90 km/h",
+};
+const SPIN: Gate = Gate {
+    key: "angular_velocity",
+    unit: "rad/s",
+    usual: [0.0, 60.0],
+    units: &[("degrees per second", PI / 180.0)],
+    hint: "no rock was seen to turn as fast",
+    ..Gate::ANY
+};
 
 /// What is refused; else what the user should know.
 pub type Judged = Result<Vec<Diagnostic>, Diagnostic>;
 
 /// That a value of `key` is certainly wrong, and what it may have been.
-pub(super) fn refused(key: &str, what: String, hint: impl Into<String>) -> Diagnostic {
+fn wrong(key: &str, what: String, hint: String) -> Diagnostic {
     Diagnostic::error(code::LIKELY_UNIT, what).about(key).try_instead(hint)
 }
 
@@ -52,14 +70,9 @@ pub(super) fn likely(key: &str, what: String, hint: impl Into<String>) -> Diagno
 pub(super) fn judged(found: Vec<Diagnostic>, table: &str, scene: &Scene) -> Judged {
     let of = |found: Diagnostic| {
         let key = format!("{table}.{}", found.key.as_deref().unwrap_or_default());
-        pass(found.about(key), scene)
+        refused(found.about(key), scene)
     };
     found.into_iter().map(of).collect()
-}
-
-/// A warning as it is; an error at its place in `scene` is one.
-pub fn pass(found: Diagnostic, scene: &Scene) -> Result<Diagnostic, Diagnostic> {
-    if found.severity == Severity::Error { Err(scene.placed(found)) } else { Ok(found) }
 }
 
 /// A rock with its edges.
@@ -104,12 +117,12 @@ pub fn all_of_rock(rock: &Rock, table: &RockSettings) -> Vec<Diagnostic> {
 
 /// Edges of a box [m], in words.
 pub(super) fn extents(size: [f64; 3]) -> String {
-    size.map(|edge| format!("{} m", short(edge))).join(" x ")
+    size.map(|edge| format!("{} m", four(edge))).join(" x ")
 }
 
 /// What a volume [m3] that few rocks have may have been.
 pub fn in_litres(volume: f64) -> Option<String> {
-    (volume > LARGEST_NORM).then(|| format!("were it in litres, it would be {} m3", short(1e-3 * volume)))
+    (volume > LARGEST_NORM).then(|| format!("were it in litres, it would be {} m3", four(1e-3 * volume)))
 }
 
 impl Measured<'_> {
@@ -117,7 +130,7 @@ impl Measured<'_> {
         let edges = &self.edges;
         let in_metres = in_metres(self.longest, &self.table.shape);
         if self.longest > LARGEST {
-            return vec![refused("shape", format!("it is {edges} large"), in_metres)];
+            return vec![wrong("shape", format!("it is {edges} large"), in_metres)];
         }
         let mut all = Vec::new();
         if !(SMALL..=LARGE).contains(&self.longest) {
@@ -126,7 +139,7 @@ impl Measured<'_> {
         if let Shape::NormRock { volume, .. } = self.table.shape.scaled(self.table.scale.unwrap_or(1.0))
             && let Some(in_litres) = in_litres(volume)
         {
-            let what = format!("has {} m3, and norm rocks have up to 2", short(volume));
+            let what = format!("has {} m3, and norm rocks have up to 2", four(volume));
             all.push(doubted("shape.volume", what, in_litres));
         }
         all
@@ -134,67 +147,48 @@ impl Measured<'_> {
 
     fn density(&self) -> Option<Diagnostic> {
         let (mass, volume, edges) = (self.rock.mass, self.rock.solid.volume(), &self.edges);
-        let density = mass / volume;
-        if let Some((what, cure)) = self.table.density.and_then(|density| of_no_solid("density", density)) {
-            return Some(refused("density", what, cure));
+        let (density, stated) = (mass / volume, self.table.density);
+        let found = DENSITY.judge("", stated.unwrap_or(density))?;
+        let [in_words, kilograms, cubic] = [density, mass, volume].map(four);
+        let message = format!("has a density of {in_words} kg/m3: {kilograms} kg in {cubic} m3 ({edges})");
+        match (stated, found.severity) {
+            (Some(_), Severity::Error) => Some(found),
+            (Some(_), _) => Some(Diagnostic { message, ..found }),
+            (None, _) if density < DENSITY.possible[0] && DENSITY.judge("", 1e3 * density).is_none() => {
+                let what = format!(
+                    "a mass of {kilograms} kg in {cubic} m3 ({edges}), a density of {in_words} kg/m3, as in tonnes"
+                );
+                Some(wrong("mass", what, format!("in kg that is mass = {:?}", 1e3 * mass)))
+            }
+            (None, _) => Some(doubted("mass", message, DENSITY.hint)),
         }
-        if density < ANY_SOLID[0] && (DENSITY[0]..=DENSITY[1]).contains(&(1e3 * density)) {
-            let what = format!(
-                "a mass of {} kg in {} m3 ({edges}), a density of {} kg/m3, as in tonnes",
-                short(mass),
-                short(volume),
-                short(density)
-            );
-            return Some(refused("mass", what, format!("in kg that is mass = {:?}", 1e3 * mass)));
-        }
-        if (DENSITY[0]..=DENSITY[1]).contains(&density) {
-            return None;
-        }
-        let key = if self.table.density.is_some() { "density" } else { "mass" };
-        let pounds = POUNDS * density;
-        let pounds = if (OF_STONE[0]..=OF_STONE[1]).contains(&pounds) {
-            format!("; were it in lb/ft3, it would be {} kg/m3", short(pounds))
-        } else {
-            String::new()
-        };
-        let what = format!(
-            "has a density of {} kg/m3: {} kg in {} m3 ({edges})",
-            short(density),
-            short(mass),
-            short(volume)
-        );
-        Some(doubted(key, what, format!("{OF_ROCK}{pounds}")))
     }
 
     fn speed(&self) -> Option<Diagnostic> {
         let speed = norm(&self.table.velocity);
-        too_fast("velocity", speed, "").or_else(|| {
-            let what = format!("starts with {} m/s, {} km/h", short(speed), short(3.6 * speed));
-            let hint = format!("were it in km/h, it would be {} m/s", short(speed / 3.6));
-            (speed > FAST).then(|| doubted("velocity", what, hint))
-        })
+        let found = SPEED.judge("", speed)?;
+        if found.severity == Severity::Error {
+            return Some(found);
+        }
+        let message = format!("starts with {} m/s, {} km/h", four(speed), four(3.6 * speed));
+        Some(Diagnostic { message, ..found })
     }
 }
 
 /// Of `[[spheres]]` number `at`: refuse a density that no solid has; else what the user should know.
 pub fn of_spheres(at: usize, group: &SpheresSettings, scene: &Scene) -> Judged {
-    let (name, density) = (format!("spheres `{}`", group.name), group.density);
-    let mut all = Vec::new();
-    if let Some((what, cure)) = of_no_solid("density", density) {
-        all.push(refused("density", format!("{name}: {what}"), cure));
-    } else if !(DENSITY[0]..=DENSITY[1]).contains(&density) {
-        let what = format!("{name} have a density of {} kg/m3", short(density));
-        all.push(doubted("density", what, OF_ROCK));
-    }
-    for (key, speed) in [("velocity", norm(&group.velocity)), ("velocity_scatter", group.velocity_scatter)] {
-        all.extend(too_fast(key, speed, &format!("{name}: ")));
-    }
-    judged(all, &format!("spheres.{at}"), scene)
-}
-
-fn too_fast(key: &'static str, speed: f64, whose: &str) -> Option<Diagnostic> {
-    let what = || format!("{whose}a speed of {} m/s", short(speed));
-    (speed > FASTEST).then(|| refused(key, what(), "it is written in m/s; 25 m/s are 90 km/h"))
+    let speed = Gate { usual: SPEED.possible, ..SPEED };
+    let scatter = Gate { key: "velocity_scatter", ..speed };
+    let found = [
+        DENSITY.judge("", group.density),
+        speed.judge("", norm(&group.velocity)),
+        scatter.judge("", group.velocity_scatter),
+    ];
+    let named = found.into_iter().flatten().map(|found| {
+        let message = format!("spheres `{}`: {}", group.name, found.message);
+        Diagnostic { message, ..found }
+    });
+    judged(named.collect(), &format!("spheres.{at}"), scene)
 }
 
 /// What is said of a [box] in which all spheres together are next to nothing.
@@ -205,43 +199,23 @@ pub fn of_region(settings: &Settings) -> Option<Diagnostic> {
     let ball = |group: &SpheresSettings| group.total() as f64 * 4.2 * group.radii()[1].powi(3);
     let share = settings.spheres.iter().map(ball).sum::<f64>() / edges.iter().product::<f64>();
     (share < EMPTY).then(|| {
-        let (edges, largest) = (extents(edges), short(largest));
+        let (edges, largest) = (extents(edges), four(largest));
         let what = format!("{edges} for spheres of up to {largest} m radius, which fill {share:.0e} of it");
         likely("box", what, "lengths are in metres: 200 mm is 0.2")
     })
 }
 
-/// What is wrong with a density [kg/m3] at `key` that no solid has, and what it may have been.
-pub(super) fn of_no_solid(key: &str, density: f64) -> Option<(String, String)> {
-    if (ANY_SOLID[0]..=ANY_SOLID[1]).contains(&density) {
-        return None;
-    }
-    let likely = [1e3, 1e-3, 1e-6].into_iter().find(|f| (DENSITY[0]..=DENSITY[1]).contains(&(f * density)));
-    let unit = match likely {
-        Some(f) if f > 1.0 => ", as in g/cm3 or t/m3",
-        Some(_) => ", as in g/m3 or mg/m3",
-        None => "",
-    };
-    let cure = likely
-        .map_or("rock has 2600 kg/m3".into(), |f| format!("in kg/m3 that is {key} = {:?}", f * density));
-    Some((format!("a density of {} kg/m3{unit}", short(density)), cure))
-}
-
 fn of_turning(table: &RockSettings) -> Vec<Diagnostic> {
     let mut all = Vec::new();
     let spin = norm(&table.angular_velocity);
-    if spin > SPIN {
-        let turns = short(spin / std::f64::consts::TAU);
-        all.push(doubted(
-            "angular_velocity",
-            format!("spins with {} rad/s, {turns} turns a second", short(spin)),
-            format!("were it in degrees per second, it would be {} rad/s", short(spin.to_radians())),
-        ));
-    }
+    all.extend(SPIN.judge("", spin).map(|found| {
+        let message = format!("spins with {} rad/s, {} turns a second", four(spin), four(spin / TAU));
+        Diagnostic { message, ..found }
+    }));
     let length = norm(&table.orientation);
     if !(0.5..=2.0).contains(&length) {
         let what =
-            format!("has an orientation [w, x, y, z] of length {}, which is scaled to 1", short(length));
+            format!("has an orientation [w, x, y, z] of length {}, which is scaled to 1", four(length));
         let hint = "an angle a in radians about the unit axis e is [cos(a/2), sin(a/2) e]";
         all.push(doubted("orientation", what, hint));
     }
@@ -267,16 +241,11 @@ fn in_metres(longest: f64, shape: &Shape) -> String {
         Shape::Mesh { scale, .. } => format!("in {unit}? Then write scale = {:?}", size * scale),
         _ => format!(
             "lengths are in metres; were they in {unit}, it would be {} m long",
-            short(size * longest)
+            four(size * longest)
         ),
     }
 }
 
 fn norm(values: &[f64]) -> f64 {
     values.iter().map(|v| v * v).sum::<f64>().sqrt()
-}
-
-/// Four digits are enough for a hint.
-pub fn short(value: f64) -> String {
-    toolkit::numbers::four(value)
 }
