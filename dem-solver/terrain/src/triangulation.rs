@@ -6,9 +6,14 @@ use super::raster::Raster;
 use super::settings::{NoData, TerrainSettings};
 use dem_solid::geometry::bounds;
 use dem_solid::input::ReadError;
+use dem_solid::random::SplitMix;
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::Vector3;
-use spade::{DelaunayTriangulation, Point2, Triangulation};
+use spade::{
+    DelaunayTriangulation, HasPosition, HierarchyHintGenerator, InsertionError, Point2, Triangulation,
+};
+use std::cell::Cell;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use toolkit::scene::Scene;
 
 /// One surface of triangles in local coordinates.
@@ -135,11 +140,8 @@ pub fn from_points(points: &[[f64; 3]], longest: Option<f64>) -> Result<Triangul
     if is_line(&nodes) {
         return Err(no_surface(nodes.len()));
     }
-    let places = nodes.iter().map(|n| Point2::new(n.x, n.y)).collect();
-    let mesh = DelaunayTriangulation::<Point2<f64>>::bulk_load_stable(places)
-        .map_err(|e| format!("the points cannot be joined to triangles: {e}"))?;
-    let mut triangles: Vec<[u32; 3]> =
-        mesh.inner_faces().map(|face| face.vertices().map(|v| v.index() as u32)).collect();
+    let joined = swept(&nodes, LOOKS * nodes.len().max(10_000)).unwrap_or_else(|| shuffled(&nodes));
+    let mut triangles = joined.map_err(|e| format!("the points cannot be joined to triangles: {e}"))?;
     if let Some(longest) = longest {
         let edge = |a: u32, b: u32| (nodes[a as usize] - nodes[b as usize]).xy().norm();
         triangles.retain(|&[a, b, c]| edge(a, b).max(edge(b, c)).max(edge(c, a)) <= longest);
@@ -148,6 +150,66 @@ pub fn from_points(points: &[[f64; 3]], longest: Option<f64>) -> Result<Triangul
         return Err(no_surface(nodes.len()));
     }
     Ok(Triangulated { origin, nodes, triangles, notices })
+}
+
+/// Looks at a place, by point, after which a sweep is given up. It takes 60 to 90 where points are spread over an area; where they
+/// stand on lines it may take as many as there are points.
+const LOOKS: usize = 200;
+
+/// A place whose looks are counted down; a look too many unwinds.
+struct Counted<'a> {
+    place: Point2<f64>,
+    left: &'a Cell<usize>,
+}
+
+impl HasPosition for Counted<'_> {
+    type Scalar = f64;
+
+    fn position(&self) -> Point2<f64> {
+        let left =
+            self.left.get().checked_sub(1).unwrap_or_else(|| resume_unwind(Box::new("too many looks")));
+        self.left.set(left);
+        self.place
+    }
+}
+
+fn place(node: &Vector3<f64>) -> Point2<f64> {
+    Point2::new(node.x, node.y)
+}
+
+/// Delaunay triangles by a sweep from the middle outwards; `None` if that takes more than `most` looks at a place.
+fn swept(nodes: &[Vector3<f64>], most: usize) -> Option<Result<Vec<[u32; 3]>, InsertionError>> {
+    let left = Cell::new(most);
+    let places = nodes.iter().map(|n| Counted { place: place(n), left: &left }).collect();
+    // What unwinds is lost with all that it held.
+    catch_unwind(AssertUnwindSafe(|| {
+        let mesh = DelaunayTriangulation::<Counted>::bulk_load_stable(places)?;
+        Ok(mesh.inner_faces().map(|face| face.vertices().map(|v| v.index() as u32)).collect())
+    }))
+    .ok()
+}
+
+/// Delaunay triangles by inserting points in random order after three that span a large triangle. The expected number of flips
+/// grows with that of the points wherever they stand, but it is slower than a sweep over an ordinary cloud.
+///
+/// Source: Guibas, Knuth, Sharir (1992), Randomized incremental construction of Delaunay and Voronoi diagrams, Algorithmica 7.
+fn shuffled(nodes: &[Vector3<f64>]) -> Result<Vec<[u32; 3]>, InsertionError> {
+    let from_first = |k: &usize| (nodes[*k] - nodes[0]).xy();
+    let furthest = |measure: &dyn Fn(&usize) -> f64| {
+        (0..nodes.len()).max_by(|a, b| measure(a).total_cmp(&measure(b))).unwrap_or(0)
+    };
+    let far = furthest(&|k| from_first(k).norm_squared());
+    let beside = furthest(&|k| from_first(&far).perp(&from_first(k)).abs());
+    let start = [0, far, beside];
+    let mut rest: Vec<usize> = (0..nodes.len()).filter(|k| !start.contains(k)).collect();
+    let mut chance = SplitMix(nodes.len() as u64);
+    rest.sort_by_cached_key(|_| chance.bits());
+    let order: Vec<usize> = start.into_iter().chain(rest).collect();
+    let mut mesh = DelaunayTriangulation::<_, (), (), (), HierarchyHintGenerator<f64>>::new();
+    for k in &order {
+        mesh.insert(place(&nodes[*k]))?;
+    }
+    Ok(mesh.inner_faces().map(|face| face.vertices().map(|v| order[v.index()] as u32)).collect())
 }
 
 fn no_surface(count: usize) -> ReadError {
@@ -182,5 +244,42 @@ mod tests {
         assert!(from_points(&[[0.0, 0.0, 1.0]; 5], None).is_err());
         let wide = [[0.0, 0.0, 1.0], [1.0, 1.0, 1.0], [2.0, 2.0, 1.0], [0.0, 1e-3, 2.0]];
         assert_eq!(from_points(&wide, None).map(|t| t.triangles.len()), Ok(2));
+    }
+
+    /// Points of a line with one far beside it, and of a square of them with a cross around: a sweep looks at each point
+    /// thousands of times.
+    #[test]
+    fn points_on_lines_are_joined_without_a_sweep() {
+        let line = (0..5000).map(|k| Vector3::new(f64::from(k), 0.0, 0.0));
+        let beside: Vec<_> = line.chain([Vector3::new(10_000.0, 5000.0, 1.0)]).collect();
+        let arm = (0..600).map(|k| 1.1 + 0.015 * f64::from(k));
+        let arms = arm.flat_map(|r| [[r, 0.0], [-r, 0.0], [0.0, r], [0.0, -r]]);
+        let square = (0..50 * 50).map(|k| [0.04 * f64::from(k % 50) - 1.0, 0.04 * f64::from(k / 50) - 1.0]);
+        let cross: Vec<_> = arms.chain(square).map(|[x, y]| Vector3::new(x, y, 0.0)).collect();
+        for (nodes, least) in [(beside, 4999), (cross, 9000)] {
+            assert!(swept(&nodes, LOOKS * nodes.len()).is_none(), "a sweep takes too many looks");
+            let triangles = shuffled(&nodes).expect("triangles");
+            assert!(triangles.len() >= least, "{} triangles", triangles.len());
+        }
+    }
+
+    #[test]
+    fn both_ways_make_the_same_triangles_of_an_ordinary_cloud() {
+        let mut chance = SplitMix(5);
+        let nodes: Vec<_> = (0..3000).map(|_| Vector3::new(chance.share(), chance.share(), 0.0)).collect();
+        let sorted = |triangles: Vec<[u32; 3]>| {
+            let mut triangles: Vec<_> = triangles
+                .into_iter()
+                .map(|mut t| {
+                    let least = (0..3).min_by_key(|k| t[*k]).unwrap_or(0);
+                    t.rotate_left(least);
+                    t
+                })
+                .collect();
+            triangles.sort_unstable();
+            triangles
+        };
+        let swept = swept(&nodes, LOOKS * nodes.len()).expect("an ordinary cloud").expect("triangles");
+        assert_eq!(sorted(swept), sorted(shuffled(&nodes).expect("triangles")));
     }
 }
