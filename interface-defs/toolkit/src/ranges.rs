@@ -20,8 +20,8 @@
 //! assert!(DENSITY.judge("rock.0", 2600.0).is_none());
 //! ```
 
+use super::numbers::four;
 use super::scene::Scene;
-use super::summary;
 use interface_defs::diagnostic::{Diagnostic, Severity, code};
 
 /// All numbers.
@@ -71,9 +71,9 @@ impl Gate {
         // An error stands at its place without the key before it.
         let name =
             self.key.rsplit('.').next().filter(|_| wrong).map_or(String::new(), |key| format!("{key} = "));
-        let message = format!("{name}{}{unit} {}", short(value), self.says[side]);
+        let message = format!("{name}{}{unit} {}", four(value), self.says[side]);
         let likely = meant
-            .map(|(other, size)| format!("were it in {other}, it would be {}{unit}", short(size * value)));
+            .map(|(other, size)| format!("were it in {other}, it would be {}{unit}", four(size * value)));
         let code = if likely.is_some() { code::LIKELY_UNIT } else { doubt };
         let hints: Vec<String> =
             likely.into_iter().chain([self.hint.into()]).filter(|h| !h.is_empty()).collect();

@@ -28,8 +28,7 @@ pub fn check(model: &Model) -> Vec<Diagnostic> {
     }
     let speed = settings.gravity.norm() * settings.end_time;
     if model.ground.is_none() && settings.sides.is_none() && speed > FALLEN {
-        let what =
-            format!("{} s, in which a free fall gets to {} m/s", four(settings.end_time), four(speed));
+        let what = format!("{} s, in which a free fall gets to {} m/s", four(settings.end_time), four(speed));
         let cure =
             format!("were it in milliseconds, it would be end_time = {}", four(1e-3 * settings.end_time));
         warnings.push(doubt(code::LIKELY_UNIT, what).try_instead(cure));

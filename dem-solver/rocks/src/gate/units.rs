@@ -239,10 +239,9 @@ fn in_metres(longest: f64, shape: &Shape) -> String {
             "is the file in metres? Then leave scale out".into()
         }
         Shape::Mesh { scale, .. } => format!("in {unit}? Then write scale = {:?}", size * scale),
-        _ => format!(
-            "lengths are in metres; were they in {unit}, it would be {} m long",
-            four(size * longest)
-        ),
+        _ => {
+            format!("lengths are in metres; were they in {unit}, it would be {} m long", four(size * longest))
+        }
     }
 }
 
