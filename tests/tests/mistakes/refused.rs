@@ -16,7 +16,7 @@ pub const REFUSED: &[Row] = &[
         "modulus of a wire in GPa",
         NET,
         ["young = 1e11", "young = 100.0"],
-        ["17:19", "no solid is that soft", "a wire rope has 1e11"],
+        ["17:19", "young = 100 Pa is softer than rubber", "were it in GPa, it would be 1e11 Pa"],
     ),
     ("area of a wire in mm2", NET, ["1.2e-5", "12.0"], ["17:32", "a rod 3.909 m thick", "240 mm2 is 2.4e-4"]),
     (
