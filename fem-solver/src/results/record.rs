@@ -391,11 +391,15 @@ impl Watch {
 
     /// Name and unit of what its members are compared by.
     fn quantity(&self) -> (&'static str, &'static str) {
+        use Quantity::*;
         match self {
             Self::Force(_) => ("force", "N"),
-            Self::Lines(Lines { quantity: Quantity::Elongation, .. }) => ("elongation", "m"),
-            Self::Lines(Lines { quantity: Quantity::BendingMoment, .. }) => ("bending_moment", "N m"),
-            _ => ("tension", "N"),
+            Self::Lines(lines) => match lines.quantity {
+                Elongation => ("elongation", "m"),
+                BendingMoment => ("bending_moment", "N m"),
+                Tension | Displacement | Velocity | Force | Height => ("tension", "N"),
+            },
+            Self::Displacement(_) | Self::Velocity(_) | Self::Height(_) => ("", ""),
         }
     }
 
@@ -542,19 +546,19 @@ impl Lines {
         forces: &mut [f64],
         mut take: impl FnMut(f64),
     ) {
+        use Quantity::*;
         let u = &state.displacement;
         for cable in self.cables.iter().map(|c| &model.cables[*c]) {
             let w = model.relative(u, cable);
-            take(if self.quantity == Quantity::Elongation {
-                (cable.span + w).norm() - cable.span.norm()
-            } else {
-                cable.tension(&w)
+            take(match self.quantity {
+                Elongation => (cable.span + w).norm() - cable.span.norm(),
+                Tension | BendingMoment | Displacement | Velocity | Force | Height => cable.tension(&w),
             });
         }
         assembly.begin_reading();
         for (number, i) in self.elements.iter().enumerate() {
             let element = &model.elements[*i];
-            if self.quantity == Quantity::Tension
+            if self.quantity == Tension
                 && let Some(tension) = assembly.ring_tension(*i, u, &state.history)
             {
                 take(tension);
@@ -563,14 +567,14 @@ impl Lines {
             let history = assembly.history(*i, &state.history);
             let own = assembly.gather(*i, u);
             match self.quantity {
-                Quantity::Elongation => take(element.elongation(own)),
-                Quantity::BendingMoment => {
+                Elongation => take(element.elongation(own)),
+                BendingMoment => {
                     let moments = element.moments(own, history);
                     let size = |end: usize| moments[end].hypot(moments[2 + end]);
                     let ends = (0..2).filter(|end| self.ends[number][*end]);
                     take(ends.map(size).fold(0.0, f64::max));
                 }
-                _ => {
+                Tension | Displacement | Velocity | Force | Height => {
                     element.line_forces(own, history, &mut forces[..element.constants().lines]);
                     // What is broken carries nothing.
                     let forces = forces.iter().take(element.constants().forces);
