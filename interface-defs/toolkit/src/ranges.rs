@@ -71,7 +71,8 @@ impl Gate {
         // An error stands at its place without the key before it.
         let name =
             self.key.rsplit('.').next().filter(|_| wrong).map_or(String::new(), |key| format!("{key} = "));
-        let message = format!("{name}{}{unit} {}", four(value), self.says[side]);
+        let must = if wrong { self.must() } else { String::new() };
+        let message = format!("{name}{}{unit} {}{must}", four(value), self.says[side]);
         let likely = meant
             .map(|(other, size)| format!("were it in {other}, it would be {}{unit}", four(size * value)));
         let code = if likely.is_some() { code::LIKELY_UNIT } else { doubt };
@@ -80,6 +81,23 @@ impl Gate {
         let key = if table.is_empty() { self.key.into() } else { format!("{table}.{}", self.key) };
         let found = Diagnostic::of(severity, code, message).about(key);
         Some(found.try_if((!hints.is_empty()).then(|| hints.join("; "))))
+    }
+
+    /// What a number that is certainly wrong must be.
+    fn must(&self) -> String {
+        let ([low, high], unit) = (self.possible, self.unit);
+        match (low == f64::MIN_POSITIVE, high.is_finite()) {
+            (true, true) => format!(": it must lie above 0, up to {} {unit}", four(high)),
+            (true, false) => ": it must lie above 0".into(),
+            (false, true) if low.is_finite() => {
+                format!(": it must be {} to {} {unit}", four(low), four(high))
+            }
+            (false, true) => format!(": it must be at most {} {unit}", four(high)),
+            (false, false) => format!(": it must be {} {unit} or more", four(low)),
+        }
+        .replace("  ", " ")
+        .trim_end()
+        .into()
     }
 
     /// [`judge`](Self::judge) it: a warning is kept.
@@ -129,7 +147,7 @@ mod tests {
         let error = STEP.pass(&scene, "dem", -1.0, &mut warnings).expect_err("is wrong");
         assert_eq!(
             (error.headline().as_str(), error.code),
-            ("s.toml:2:8: step = -1 is nothing", code::INVALID_VALUE)
+            ("s.toml:2:8: step = -1 is nothing: it must be 0 or more", code::INVALID_VALUE)
         );
         assert!([1.0, 999.0, f64::NAN].iter().all(|v| STEP.judge("dem", *v).is_none()));
         for value in [0.0, 2e4, 1.1e8] {
