@@ -29,6 +29,9 @@ const GRACE: Duration = Duration::from_secs(2);
 /// The same when a solver has ended without a failure: its partner may have results left to write.
 const GRACE_AFTER_SUCCESS: Duration = Duration::from_secs(10);
 
+/// What the leader of a run is given before the others are asked to end, too: less than it waits for an answer of theirs.
+const ALONE: Duration = Duration::from_millis(700);
+
 /// What the leader of a run is given to end it in order when the user interrupts it.
 pub const GRACE_OF_LEADER: Duration = Duration::from_secs(5);
 
@@ -305,6 +308,10 @@ fn read_progress(lines: impl BufRead, mut log: impl Write, to_main: &Sender<Even
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Pressure {
     None,
+    /// The one that leads was asked to end all in order.
+    Leader,
+    /// The others, too: one of them may be at work on a long window, for which the leader waits.
+    Others,
     Terminated,
     Killed,
 }
@@ -364,8 +371,13 @@ impl Watch<'_> {
             self.end_in_order();
         }
         if self.deadline.is_some_and(|deadline| deadline <= now) {
-            let next = if self.pressure == Pressure::None { Pressure::Terminated } else { Pressure::Killed };
-            self.press(next);
+            match (self.pressure, self.rules.grace) {
+                (Pressure::Leader, Some(grace)) if self.running.iter().skip(1).any(|one| one.alive) => {
+                    self.ask_others(grace);
+                }
+                (Pressure::Terminated, _) => self.press(Pressure::Killed),
+                _ => self.press(Pressure::Terminated),
+            }
         }
     }
 
@@ -378,7 +390,7 @@ impl Watch<'_> {
         // Waiting fails only for what is no child; then nothing is known of it.
         let (status, stdout, stderr) = output.map(|it| (it.status, it.stdout, it.stderr)).unwrap_or_default();
         tracing::info!("{} ended: {status}", one.name);
-        let (name, forced, errors) = (one.name.clone(), self.pressure > Pressure::None, one.errors.read());
+        let (name, forced, errors) = (one.name.clone(), self.pressure > Pressure::Others, one.errors.read());
         self.outcome.ends.push(End { index, name, status, forced, stdout, stderr, errors });
         if self.rules.together {
             self.within(if index > 0 && status.success() { GRACE_AFTER_SUCCESS } else { GRACE });
@@ -400,7 +412,8 @@ impl Watch<'_> {
             (_, None) => self.press(Pressure::Killed),
             (Some(leader), Some(grace)) if leader.alive => {
                 let _ = kill_process_group(leader.group, Signal::TERM);
-                self.within(grace);
+                self.pressure = Pressure::Leader;
+                self.within(if self.rules.together { ALONE } else { grace });
             }
             _ => self.press(Pressure::Terminated),
         }
@@ -410,6 +423,15 @@ impl Watch<'_> {
     fn within(&mut self, grace: Duration) {
         let at = Instant::now() + grace;
         self.deadline = Some(self.deadline.map_or(at, |before| before.min(at)));
+    }
+
+    /// Ask all but the one that leads to end, and give them `grace`.
+    fn ask_others(&mut self, grace: Duration) {
+        for one in self.running.iter().skip(1).filter(|one| one.alive) {
+            let _ = kill_process_group(one.group, Signal::TERM);
+        }
+        self.pressure = Pressure::Others;
+        self.deadline = Some(Instant::now() + grace);
     }
 
     fn press(&mut self, pressure: Pressure) {
