@@ -116,7 +116,11 @@ impl<'a> Coupling<'a> {
         observer
             .prepared(&agreement.dem, &agreement.fem, &agreement.warnings)
             .map_err(CouplingError::output)?;
-        let outcome = self.windows(&mut agreement, observer);
+        let outcome = self.windows(&mut agreement, observer).map_err(|error| match error {
+            // The signal has reached all: a solver at work on a window has given it up, or ended.
+            CouplingError::Failed(_) if interrupt::requested() => Failure::Interrupted.into(),
+            error => error,
+        });
         // Whatever has come: what is committed is reported.
         let reported = self.report(observer);
         outcome.and(reported)

@@ -2,7 +2,6 @@
 
 use crate::schedule::Span;
 use crate::side::Side;
-use interface_defs::ipc::interrupt;
 use interface_defs::{
     Command, Failure, FaultKind, Fill, Participant, Request, RequestHeader, Statistics, Status,
 };
@@ -103,8 +102,6 @@ impl<'a> Seat<'a> {
             let solver = self.participant.name().to_string();
             return match fault.kind {
                 FaultKind::Window => Ok(Answered::Failed(format!("{solver}: {fault}"))),
-                // The user's signal has reached all.
-                FaultKind::Interrupted if interrupt::requested() => Err(Failure::Interrupted),
                 _ => Err(Failure::Fault { solver, fault }),
             };
         }
