@@ -39,6 +39,8 @@ pub struct State {
     pub support_work: f64,
     /// Work of loads with a history and of pressure since t = 0 [J].
     pub load_work: f64,
+    /// Largest share of its strength that anything used in the explicit steps of the last window.
+    pub used: f64,
     /// At rest in static equilibrium, as it was at t = 0.
     pub at_rest: bool,
     /// Largest values so far.
@@ -217,6 +219,7 @@ impl State {
         self.received = other.received;
         self.support_work = other.support_work;
         self.load_work = other.load_work;
+        self.used = other.used;
         self.at_rest = other.at_rest;
         self.peaks = other.peaks;
         self.groups.copy_from_slice(&other.groups);

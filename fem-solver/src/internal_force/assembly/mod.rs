@@ -50,6 +50,8 @@ pub struct Assembly {
     history: Vec<f64>,
     /// What broke as the history was last advanced.
     pub broken: Vec<Broken>,
+    /// Largest share of its strength that anything used in explicit steps since somebody set this to 0.
+    pub used: f64,
     /// What broke within the last explicit step, and the forces of that over the step, one after the other [N].
     releases: Vec<Release>,
     released: Vec<f64>,
@@ -152,10 +154,12 @@ impl Assembly {
         let (mut largest, mut next) = (0.0, 0);
         while next < elements.len() {
             let (block, end) = self.rings.block_at(next);
-            match block.filter(|block| self.rings.pull_ahead(*block, start, middle, history)) {
-                Some(block) => largest = f64::max(largest, self.rings.hand_back(block, force, history)),
+            let ahead = block.map(|block| (block, self.rings.pull_ahead(block, start, middle, history)));
+            self.used = self.used.max(ahead.map_or(0.0, |(_, used)| used));
+            match ahead {
+                Some((block, used)) if used <= 1.0 => largest = f64::max(largest, self.rings.hand_back(block, force, history)),
                 // Where a block has a ring that will not bear the step, too.
-                None => {
+                _ => {
                     for (number, element) in elements.iter().enumerate().take(end).skip(next) {
                         let of = Stretch { number, element, start, middle };
                         largest = f64::max(largest, self.subtract_one(&of, history, force));

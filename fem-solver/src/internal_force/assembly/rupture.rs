@@ -101,7 +101,12 @@ impl Assembly {
         let place = self.places[of.number].clone();
         let (n, own) = (place.dofs.len(), place.history.len());
         self.gather_at(of, 1.0);
-        let bound = of.element.utilisation_bound(&self.u[..n], &history[place.history.clone()]);
+        let own_history = &history[place.history.clone()];
+        if of.element.is_broken(own_history) {
+            return None;
+        }
+        let bound = of.element.utilisation_bound(&self.u[..n], own_history);
+        self.used = self.used.max(bound);
         if bound <= 1.0 || !self.breaks_at(of, history, 1.0) {
             return None;
         }

@@ -112,19 +112,21 @@ impl Rings {
         self.blocks[block].elements.clone()
     }
 
-    /// Compute force and history of a block in the middle of an explicit step that began at the displacements `start` [m], and
-    /// whether each ring bears the step as long as nothing holds it up. Returns whether all do.
-    pub fn pull_ahead(&mut self, block: usize, start: &[f64], middle: &[f64], history: &[f64]) -> bool {
+    /// Compute force and history of a block in the middle of an explicit step that began at the displacements `start` [m]. Returns
+    /// the largest share of its strength that a ring uses at the step's end as long as nothing holds it up.
+    pub fn pull_ahead(&mut self, block: usize, start: &[f64], middle: &[f64], history: &[f64]) -> f64 {
         let block = &self.blocks[block];
         of_kind!(self, block, |places, columns, memory| {
             memory.gather(block, places, middle, history);
             memory.pull(columns);
-            !block.breakable || {
+            if block.breakable {
                 gather(places, block.nodes, start, &mut memory.ahead);
                 memory.look_ahead();
                 let tensions = memory.tensions(columns, &memory.ahead);
                 let ahead = tensions.iter().zip(&block.strength).take(block.count());
-                ahead.fold(true, |all, (tension, strength)| all & (tension <= strength))
+                ahead.fold(0.0, |most, (tension, strength)| f64::max(most, tension / strength))
+            } else {
+                0.0
             }
         })
     }

@@ -85,7 +85,7 @@ fn blocks_give_the_bytes_of_rings_alone_and_tell_who_bears_the_step() {
                 let own = rings.elements(block);
                 assert!(own.start == next && !own.is_empty() && own.len() <= WIDTH);
                 let (mut force, mut after) = (vec![0.0; 3 * nodes], history.clone());
-                let bears = rings.pull_ahead(block, &start, &middle, &history);
+                let bears = rings.pull_ahead(block, &start, &middle, &history) <= 1.0;
                 let largest = rings.hand_back(block, &mut force, &mut after);
                 let (mut force_alone, mut after_alone) = (vec![0.0; 3 * nodes], history.clone());
                 let (mut largest_alone, mut bear_alone) = (0.0, true);
