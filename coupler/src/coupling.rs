@@ -272,6 +272,10 @@ impl<'a> Coupling<'a> {
                 if judged && let Some(reason) = self.loses_energy(interface) {
                     return Ok(Outcome::Rejected(reason));
                 }
+                // What is torn touches nothing from the next window on: that is to begin soon.
+                if may_halve && interface.breaks() {
+                    return Ok(Outcome::Rejected("something broke in it".into()));
+                }
                 return accepted(iteration, residual, true);
             }
             if may_halve && let Some(reason) = trend.diverges(&residual) {

@@ -301,6 +301,11 @@ impl Interface {
         take(from_structure, &self.places.velocity, &mut self.answer.v);
     }
 
+    /// Whether something broke in the structure's last answer.
+    pub fn breaks(&self) -> bool {
+        self.passing.breaks()
+    }
+
     /// How far the structure says that nodes have moved in its last answer [m].
     pub fn travel(&self, from_structure: &[f64]) -> f64 {
         self.places.travel.as_ref().map_or(0.0, |at| from_structure[at.start])

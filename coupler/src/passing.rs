@@ -155,6 +155,11 @@ impl Passing {
         }
     }
 
+    /// Whether something broke in its last answer.
+    pub fn breaks(&self) -> bool {
+        self.to_contact.iter().any(|held| held.field.name == name::BROKEN && held.trial != held.committed)
+    }
+
     /// Its last answer is accepted.
     pub fn commit(&mut self) {
         self.to_contact.iter_mut().for_each(|held| std::mem::swap(&mut held.committed, &mut held.trial));
