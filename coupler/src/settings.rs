@@ -260,7 +260,8 @@ impl CouplingSettings {
                 warning.try_instead("leave it out, or write scheme = \"strong\"")
             }));
         }
-        if !self.yielding_net {
+        // Where no scheme is named, the net will yield.
+        if !self.yielding_net && table.contains_key("scheme") {
             // A resolved scene names all keys, with their defaults.
             let usual = Self::default();
             let named = [

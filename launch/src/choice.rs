@@ -1,13 +1,11 @@
 //! Scheme, window and steps of a coupled scene that leaves them open.
 //!
-//! Weak coupling where its longest window is about as long as the steps of the structure, which it then costs nothing to
-//! exchange at; else strong coupling, whose windows are limited by what they resolve. Measured on the drop test, the cable
-//! net and the barrier: `tests/tests/defaults.rs`.
+//! The net yields inside the contact solver wherever both solvers are this project's and the structure offers its tangents, in
+//! windows of ten steps of the structure: measured on the drop test, the cable net and the barrier, that is the longest window
+//! whose first pass is accepted (`docs/coupling.md`). Presets of `[coupling]` move its accuracy and cost.
 //!
-//! Presets of `[coupling]` name accuracy and cost.
-//!
-//! All presets let the net yield inside the contact solver, in windows of ten steps of the structure: measured on the drop test, the
-//! cable net and the barrier, that is the longest window whose first pass is accepted (`docs/coupling.md`).
+//! Elsewhere weak coupling where its longest window is about as long as the steps of the structure, which it then costs nothing
+//! to exchange at; else strong coupling, whose windows are limited by what they resolve. Measured: `tests/tests/defaults.rs`.
 
 use crate::numbers::Numbers;
 use crate::plan::{Part, Plan};
@@ -37,22 +35,37 @@ pub fn complete(
     }
     let numbers = Numbers::of(reports, scene.end_time()?);
     let document = scene.document()?;
-    let open = at(&document, "coupling.scheme").is_none() || at(&document, "coupling.time_window").is_none();
-    let mut chosen = match Preset::of(&document) {
-        Some(preset) => preset.choose(scene, plan, &numbers)?,
+    let named = |key: &str| at(&document, key);
+    let yields = named("coupling.yielding_net").and_then(Value::as_bool);
+    let open = named("coupling.scheme").is_none() || named("coupling.time_window").is_none();
+    let preset = match Preset::of(&document) {
+        Some(preset) => {
+            preset.check(scene, plan, &numbers)?;
+            Some(preset)
+        }
+        None => {
+            let scheme = named("coupling.scheme").and_then(Value::as_str);
+            let asked = scheme.is_none() || scheme == Some("strong") && yields == Some(true);
+            let can = numbers.offers_tangents && !plan.members.iter().any(|member| member.foreign);
+            (open && asked && can && yields != Some(false)).then_some(USUAL)
+        }
+    };
+    let mut chosen = match preset {
+        Some(preset) => preset.choose(&document, &numbers),
         None if open => coupling(scene, &document, &numbers)?,
         None => Vec::new(),
     };
     let scheme = chosen.iter().find(|c| c.key == ("coupling", "scheme"));
     let weak = scheme.map_or(numbers.weak, |c| c.value.as_str() == Some("weak"));
-    if weak && let Some(limit) = numbers.limit {
+    // The limit is that of a net which stands still in the contact solver's eyes.
+    if weak && yields != Some(true) && let Some(limit) = numbers.limit {
         chosen.push(Chosen {
             key: ("coupling", "longest_weak_window"),
             // As it is printed, so that who names the printed window is within it.
             value: rounded(limit.window, 6).into(),
         });
     }
-    if open && Preset::of(&document).is_none() {
+    if open && preset.is_none() {
         steps(&document, &numbers, &mut chosen);
     }
     chosen.iter().for_each(|choice| enter(choice, reports));
@@ -209,12 +222,17 @@ pub const PRESETS: [Preset; 3] = [
     Preset { name: "accurate", samples: 10, share: 0.02, structure: 0.5, contact: 0.16, energy: 0.1 },
 ];
 
+/// What is chosen where a scene names none.
+const USUAL: Preset = PRESETS[1];
+
 /// Bounds [%] that the deviations of deflection and `max_reaction_1ms` kept with all of them.
 const MEASURED: [f64; 2] = [0.05, 0.5];
 /// Steps of the structure in a window.
 const STEPS: f64 = 10.0;
 /// Longest window [s]: what reactions are averaged over.
 const LONGEST: f64 = 1e-3;
+/// Most parts of a window.
+const MOST_PARTS: f64 = 64.0;
 
 impl Preset {
     /// The one that a scene names, if it names one.
@@ -223,11 +241,10 @@ impl Preset {
         PRESETS.into_iter().find(|preset| preset.name == name)
     }
 
-    /// What it sets and the scene leaves open.
-    pub fn choose(self, scene: &Scene, plan: &Plan, numbers: &Numbers) -> Result<Vec<Chosen>, Diagnostic> {
+    /// What speaks against it in a scene that names it.
+    fn check(self, scene: &Scene, plan: &Plan, numbers: &Numbers) -> Result<(), Diagnostic> {
         let document = scene.document()?;
-        let named = |table: &str, key: &str| at(&document, &format!("{table}.{key}"));
-        let own = numbers.net.step.filter(|step| step.is_finite() && !numbers.is_static);
+        let named = |key: &str| at(&document, &format!("coupling.{key}"));
         let refused = [
             (
                 plan.members.iter().any(|member| member.foreign),
@@ -236,30 +253,44 @@ impl Preset {
                 "leave the preset out, and name scheme and time_window",
             ),
             (
-                named("coupling", "scheme").and_then(Value::as_str) == Some("weak"),
+                named("scheme").and_then(Value::as_str) == Some("weak"),
                 "a preset lets the net yield inside the contact solver, which weak coupling does not",
                 "keep one of preset and scheme",
             ),
             (
-                named("coupling", "yielding_net").and_then(Value::as_bool) == Some(false),
+                named("yielding_net").and_then(Value::as_bool) == Some(false),
                 "a preset lets the net yield inside the contact solver, and yielding_net = false does not",
                 "keep one of preset and yielding_net",
             ),
             (
-                own.is_none(),
+                numbers.is_static,
                 "a preset needs steps of the structure in time: statics have none",
                 "write integrator = \"central_difference\", or leave the preset out",
             ),
+            (
+                !numbers.offers_tangents,
+                "a preset lets the net yield inside the contact solver, and the elements of this structure couple too many nodes",
+                "leave the preset out, and name scheme and time_window",
+            ),
         ];
-        if let Some((_, what, cure)) = refused.into_iter().find(|(refused, ..)| *refused) {
-            return Err(scene.invalid("coupling.preset", what).try_instead(cure));
+        match refused.into_iter().find(|(refused, ..)| *refused) {
+            Some((_, what, cure)) => Err(scene.invalid("coupling.preset", what).try_instead(cure)),
+            None => Ok(()),
         }
-        let own = own.unwrap_or(f64::NAN);
+    }
+
+    /// What it sets and the scene leaves open.
+    fn choose(self, document: &Table, numbers: &Numbers) -> Vec<Chosen> {
+        let named = |table: &str, key: &str| at(document, &format!("{table}.{key}"));
         let open = |table: &str, key: &str| named(table, key).is_none();
+        // An implicit structure has no step of its own: it takes those that resolve a reaction.
+        let own = numbers.net.step.filter(|step| step.is_finite()).unwrap_or(RESOLVED);
         let step = if open("fem", "time_step") { self.structure * own } else { own };
-        let window = numbers.window.filter(|_| !open("coupling", "time_window"));
-        let window = window.unwrap_or(two_digits((STEPS * step).min(LONGEST)));
-        let samples = if open("coupling", "samples") { self.samples } else { numbers.samples };
+        let usual = two_digits((STEPS * step).min(LONGEST));
+        let window = numbers.window.filter(|_| !open("coupling", "time_window")).unwrap_or(usual);
+        // A window that the scene names has parts of the usual length.
+        let parts = (f64::from(self.samples) * window / usual).ceil().clamp(1.0, MOST_PARTS) as u32;
+        let samples = if open("coupling", "samples") { parts } else { numbers.samples };
         let part = window / f64::from(samples);
         let on_node = numbers.node_mass.zip(numbers.stiffness).map(|(m, k)| self.contact * (m / k).sqrt());
         let longest = [numbers.contact.longest, on_node].into_iter().flatten().fold(part, f64::min);
@@ -275,7 +306,7 @@ impl Preset {
         let by_steps = document.contains_key("terrain") || !open("dem", "steps_per_contact");
         let left = |key: &(&str, &str)| open(key.0, key.1) && !(*key == ("dem", "time_step") && by_steps);
         let left = all.into_iter().filter(|(key, _)| left(key));
-        Ok(left.map(|(key, value)| Chosen { key, value }).collect())
+        left.map(|(key, value)| Chosen { key, value }).collect()
     }
 
     /// What is known of it, for `rockfall check`.

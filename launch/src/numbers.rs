@@ -37,6 +37,8 @@ pub struct Numbers {
     pub weak: bool,
     /// Whether the structure is in statics.
     pub is_static: bool,
+    /// Whether the structure offers what a contact solver needs to advance the net itself.
+    pub offers_tangents: bool,
 }
 
 /// A solver.
@@ -188,6 +190,7 @@ impl Numbers {
             weak: reports.value(Part::Coupler, "coupling", "scheme").and_then(Value::as_str) == Some("weak"),
             is_static: reports.value(Part::Fem, "fem", "integrator").and_then(Value::as_str)
                 == Some("static"),
+            offers_tangents: reports.number(Part::Fem, "tangents_for_contact").is_some(),
         }
     }
 

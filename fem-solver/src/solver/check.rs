@@ -3,6 +3,7 @@
 use crate::config::generator::Generator;
 use crate::config::{Config, Integrator};
 use crate::integrator::critical_step::typical_stiffness;
+use crate::integrator::local;
 use crate::integrator::start::{LOADED, Start};
 use crate::internal_force::assembly::Assembly;
 use crate::model::{Model, Part};
@@ -54,6 +55,7 @@ pub fn check(scene: &Scene) -> Result<CheckReport, Diagnostic> {
         ("critical_step_s", critical),
         ("loaded_critical_step_s", critical.map(|step| LOADED * step)),
         ("time_step_s", Some(start.time_step)),
+        ("tangents_for_contact", local::offered(model, &config.fem).is_ok().then_some(1.0)),
         ("sag_m", sag),
     ];
     let numbers = numbers.into_iter().filter_map(|(name, number)| Some((name.to_owned(), number?)));
