@@ -21,6 +21,7 @@ use toolkit::progress::{Form, Line, Reporter};
 use toolkit::recorder::{KeptRows, Recorder, describe_processes, open, unwritable};
 use toolkit::run_dir;
 use toolkit::summary::{Summary, totals};
+use toolkit::uncertainty::{self, Known};
 
 /// Writes the rows of a run.
 pub struct Records {
@@ -264,6 +265,13 @@ pub fn describe(
     drop_unresolved(summary, coupling.sample_length());
     describe_energy(summary, coupling, records);
     describe_coupling(summary, coupling);
+    let balance = &coupling.balance;
+    let known = Known {
+        balance: coupling.has_balance.then_some(&balance.system),
+        interface: balance.residual_share(coupling.has_balance).unwrap_or(0.0),
+        torn: summary.first_rupture(),
+    };
+    uncertainty::estimate(&mut summary.measures, known);
     coupling.limits.judge(summary, &coupling.causes().evidence());
 }
 

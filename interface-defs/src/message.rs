@@ -341,6 +341,30 @@ pub struct Measure {
     pub worse: Worse,
     /// Program that gave it; empty: the one that sends it.
     pub source: String,
+    /// How far it may be off. Whoever judges the whole run fills it in: it does not cross the interface.
+    #[serde(skip)]
+    pub uncertainty: Option<Uncertainty>,
+}
+
+/// How far a measure may be off, either way.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Uncertainty {
+    /// In the unit of the measure; `None`: not known.
+    pub value: Option<f64>,
+    /// How it was found.
+    pub by: Found,
+}
+
+/// How an uncertainty was found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Found {
+    /// Estimated from the balance of energy up to the time of the measure, and from how forces swing about it.
+    Estimate,
+    /// From a second run with half the steps.
+    Refinement,
+    /// Not known: it depends on what tore before, which small differences decide.
+    Rupture,
 }
 
 impl Measure {
@@ -358,6 +382,7 @@ impl Measure {
             rank: Self::ORDINARY,
             worse: Worse::Neither,
             source: String::new(),
+            uncertainty: None,
         }
     }
 

@@ -58,7 +58,10 @@ pub fn complete(
     let scheme = chosen.iter().find(|c| c.key == ("coupling", "scheme"));
     let weak = scheme.map_or(numbers.weak, |c| c.value.as_str() == Some("weak"));
     // The limit is that of a net which stands still in the contact solver's eyes.
-    if weak && yields != Some(true) && let Some(limit) = numbers.limit {
+    if weak
+        && yields != Some(true)
+        && let Some(limit) = numbers.limit
+    {
         chosen.push(Chosen {
             key: ("coupling", "longest_weak_window"),
             // As it is printed, so that who names the printed window is within it.

@@ -178,6 +178,8 @@ pub struct Peaks {
     pub reaction_1ms: Peak,
     /// Axial force of a cable [N].
     pub cable_force: Peak,
+    /// The mean over any 1 ms of the largest axial force [N].
+    pub cable_force_1ms: Peak,
 }
 
 impl State {

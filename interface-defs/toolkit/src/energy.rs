@@ -88,7 +88,13 @@ pub struct Balance {
     scale: f64,
     /// Windows in a row beyond a bound.
     beyond: u32,
+    /// The largest |imbalance| so far [J], each time [s] that it had grown by [`GROWN`].
+    grown: Vec<(f64, f64)>,
 }
+
+/// Growth of the largest imbalance after which it is noted, and most notes: 25 orders of magnitude.
+const GROWN: f64 = 1.2;
+const NOTES: usize = 320;
 
 /// Share of the exchanged energy that counts where hardly anything moves.
 const EXCHANGED: f64 = 0.1;
@@ -107,7 +113,7 @@ impl Balance {
     /// Of a system that starts with these energies.
     pub fn new(start: Energies) -> Self {
         let scale = start.parts().iter().map(|e| e.abs()).sum();
-        Self { start, kinetic: start.kinetic, scale, ..Self::default() }
+        Self { start, kinetic: start.kinetic, scale, grown: Vec::with_capacity(NOTES), ..Self::default() }
     }
 
     /// Take in the energies at `time` [s], of which `held` [J] is stored in contacts.
@@ -117,6 +123,10 @@ impl Balance {
         // Also where it is not a number: then nothing is known any more.
         if self.imbalance.abs() > self.largest.0 || self.imbalance.is_nan() {
             self.largest = (self.imbalance.abs(), time);
+            let noted = self.grown.last().map_or(0.0, |(_, noted)| *noted);
+            if self.largest.0 > GROWN * noted && self.grown.len() < NOTES {
+                self.grown.push((time, self.largest.0));
+            }
         }
         let gained: f64 = changes.iter().filter(|c| **c > 0.0).sum();
         let lost: f64 = changes.iter().filter(|c| **c < 0.0).map(|c| -c).sum();
@@ -140,6 +150,12 @@ impl Balance {
     /// Largest imbalance relative to the reference; `None` where nothing has moved.
     pub fn error(&self) -> Option<f64> {
         self.relative(self.largest.0)
+    }
+
+    /// The same of what came or went by `time` [s], within a factor [`GROWN`].
+    pub fn error_by(&self, time: f64) -> Option<f64> {
+        let by = self.grown.iter().take_while(|(at, _)| *at <= time).last();
+        self.relative(by.map_or(0.0, |(_, largest)| *largest))
     }
 
     /// An energy [J] relative to the reference; `None` where nothing has moved.

@@ -59,6 +59,7 @@ pub mod state_file;
 pub mod summary;
 mod syntax;
 pub mod tagged;
+pub mod uncertainty;
 pub mod vtu;
 pub mod wide;
 pub mod words;

@@ -16,10 +16,11 @@ pub struct Limits {
     /// Largest imbalance of the whole system's energy, relative to the kinetic energy at impact. Ten times
     /// this bound ends the run at once.
     pub energy_error: f64,
-    /// Deepest overlap of a sphere, relative to its radius: beyond it the contact law does not hold.
+    /// Deepest overlap of a sphere, relative to its radius, beyond which a run is done with a warning: the law of contact is
+    /// one of small overlaps.
     pub penetration: f64,
-    /// Largest accepted interface residual, as energy: the work of the contact force over the displacement on
-    /// which the two solvers disagree, summed over the windows without regard to sign, relative to the
+    /// Largest interface residual, as energy, beyond which a run is done with a warning: the work of the contact force over the
+    /// displacement on which the two solvers disagree, summed over the windows without regard to sign, relative to the
     /// energy to which `energy_error` relates. It shows noise at the interface, and windows that were accepted
     /// although they had not converged.
     pub residual: f64,
@@ -27,8 +28,8 @@ pub struct Limits {
     /// one disturbances stay small and the reaction over 1 ms is resolved; far beyond it the answer can be wrong
     /// although energy is kept. The windows found to be right in `docs/accuracy.md` reach up to 1.25 times that one.
     pub weak_window: f64,
-    /// Largest relative error of the deflection that the energy error of a coupled run lets expect: half of it,
-    /// as the deflection grows with the root of the energy at most. Default: a tenth of `energy_error`.
+    /// Largest `uncertainty` of `max_deflection`, `max_travel` and `max_elongation` of a coupled run, relative to their values; of
+    /// `max_reaction_1ms` and `max_cable_force` twice as much. Default: a tenth of `energy_error`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub deflection_error: Option<f64>,
 }
@@ -100,44 +101,50 @@ impl Limits {
         FATAL * self.energy_error
     }
 
-    /// Error of the deflection beyond which a coupled run is not to be trusted.
+    /// Uncertainty of the deflection beyond which a coupled run is not to be trusted.
     fn deflection_bound(&self) -> f64 {
         self.deflection_error.unwrap_or(0.1 * self.energy_error)
+    }
+
+    /// The same of a measure of this name; none of most.
+    fn uncertainty_bound(&self, name: &str) -> Option<f64> {
+        let ends = |names: &[&str]| names.iter().any(|end| name.ends_with(end));
+        if ends(&["max_deflection", "max_travel", "max_elongation"]) {
+            return Some(self.deflection_bound());
+        }
+        ends(&["max_reaction_1ms", "max_cable_force"]).then(|| 2.0 * self.deflection_bound())
     }
 
     /// Judge a run that has ended: each bound that it passed becomes a sentence of its message (of its
     /// warnings, where it has not come to its end).
     pub fn judge(&self, summary: &mut Summary, evidence: &Evidence) {
-        let (mut passed, mut by_energy) = (Vec::new(), false);
+        let (mut passed, mut noticed): (Vec<(String, &str)>, Vec<(String, &str)>) = Default::default();
         for measure in &summary.measures {
             let (name, value) = (measure.name.as_str(), measure.value);
             let at = measure.time.map_or(String::new(), |t| format!(" at {t:.6} s"));
             if name == ENERGY_ERROR {
                 let is = format!("energy_error is {}{at}", percent(value));
-                let above = if value > self.energy_error {
-                    Some(format!("above limits.energy_error = {}", percent(self.energy_error)))
-                } else if evidence.residual.is_some() && 0.5 * value > self.deflection_bound() {
-                    let [error, bound] = [0.5 * value, self.deflection_bound()].map(percent);
-                    Some(format!(
-                        "which lets expect an error of the deflection of {error}, above limits.deflection_error = {bound}"
-                    ))
-                } else {
-                    None
-                };
-                by_energy |= above.is_some();
-                match above {
-                    Some(above) => passed.push((format!("{is}, {above}"), evidence.energy.as_str())),
-                    None if value > NOTICE => {
-                        let warning = Diagnostic::warning(code::LIMIT, is);
-                        summary.warnings.push(warning.try_instead(evidence.energy.as_str()));
-                    }
-                    None => {}
+                if value > self.energy_error {
+                    let what = format!("{is}, above limits.energy_error = {}", percent(self.energy_error));
+                    passed.push((what, evidence.energy.as_str()));
+                } else if value > NOTICE {
+                    noticed.push((is, evidence.energy.as_str()));
                 }
             }
             if name.contains("max_penetration") && measure.unit == "1" && value > self.penetration {
                 let bound = self.penetration;
                 let what = format!("{name} is {value:.3} radii{at}, above limits.penetration = {bound}");
-                passed.push((what, TOO_SOFT));
+                noticed.push((what, TOO_SOFT));
+            }
+            let uncertainty = measure.uncertainty.and_then(|of| of.value).map(|of| of / value.abs());
+            let judged =
+                uncertainty.filter(|_| evidence.residual.is_some()).zip(self.uncertainty_bound(name));
+            if let Some((uncertainty, bound)) = judged.filter(|(uncertainty, bound)| uncertainty > bound) {
+                let [uncertainty, bound] = [uncertainty, bound].map(percent);
+                let what = format!(
+                    "{name}{at} may be off by {uncertainty}, above the bound of {bound} (limits.deflection_error)"
+                );
+                passed.push((what, evidence.energy.as_str()));
             }
         }
         if let Some(share) = evidence.residual.filter(|share| *share > self.residual) {
@@ -145,10 +152,10 @@ impl Limits {
             let what = format!(
                 "the solvers disagree about interface work of {share} of the energy at impact, above limits.residual = {bound}"
             );
-            // Where the energy shows it too, its cause stands there already.
-            let cure = if by_energy { "" } else { &evidence.interface };
-            passed.push((what, cure));
+            noticed.push((what, &evidence.interface));
         }
+        let notice = |(what, cure): (String, &str)| Diagnostic::warning(code::LIMIT, what).try_instead(cure);
+        summary.warnings.extend(noticed.into_iter().map(notice));
         if let Some(what) = evidence.weak_window.and_then(|windows| self.of_weak_window(windows)) {
             passed.push((what, SHORTEN));
         }

@@ -9,6 +9,7 @@ use super::progress::{Line, Reporter};
 use super::recorder::{KeptLedger, KeptRows, Ledger, Recorder, Windows, broken, describe_processes};
 use super::scene::Scene;
 use super::summary::{RunStatus, Summary, totals};
+use super::uncertainty::{self, Known};
 use interface_defs::{
     Diagnostic, Fault, FaultKind, Measure, Plan, Progress, Ready, Solver, Statistics, capability, code,
     ipc::{interrupt, serve::with_cost, wait::is_orphan},
@@ -99,7 +100,7 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
     };
     let prepared = started.elapsed().as_secs_f64();
     let warnings = std::mem::take(&mut ready.warnings);
-    let mut summary = Summary::new(RunStatus::Done);
+    let (mut summary, mut balance) = (Summary::new(RunStatus::Done), None);
     let checkpoints = match hello.can(capability::CHECKPOINT) && output.checkpoint > 0.0 {
         true => Store::new(out, Subject::of(scene)?, output.checkpoint, resume.as_ref()),
         false => Store::none(),
@@ -108,6 +109,7 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
         Solo::new(solver, ready, stage, windows, checkpoints, resume.as_ref()).and_then(|mut solo| {
             let outcome = solo.advance(stage, end_time);
             solo.describe(&mut summary);
+            balance.clone_from(&solo.ledger.balance);
             outcome.and_then(|()| solo.recorder.sync().map_err(broken))
         });
     if let Err(fault) = outcome {
@@ -125,6 +127,11 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
         summary.fail(taken);
     }
     summary.measures.extend(gauges.into_iter().map(|m| Measure { source: hello.program.clone(), ..m }));
+    let torn = summary.first_rupture();
+    uncertainty::estimate(
+        &mut summary.measures,
+        Known { balance: balance.as_ref(), torn, ..Known::default() },
+    );
     stage.limits.judge(&mut summary, &Evidence { energy: cure(stage.role).into(), ..Evidence::default() });
     let (own, total) = (with_cost(statistics, 0.0), started.elapsed().as_secs_f64());
     summary.cost.insert("wall_s".into(), json!(total));

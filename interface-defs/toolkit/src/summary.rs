@@ -3,7 +3,7 @@
 
 use super::exit::Exit;
 use super::files;
-use super::numbers::{short, short_in};
+use super::numbers::{percent, short, short_in};
 use super::run_dir::SUMMARY;
 use super::screen::{complain, show};
 use interface_defs::{Diagnostic, Measure, Severity, Statistics, Torn, Verdict, code, verdict::NOTHING_TORE};
@@ -97,6 +97,11 @@ impl Summary {
         self.status = RunStatus::Unreliable;
         self.message = Some(format!("unreliable: {}", sentences.join("; ")));
         self.reasons = reasons;
+    }
+
+    /// When something tore first [s].
+    pub fn first_rupture(&self) -> Option<f64> {
+        self.torn.iter().flatten().map(|torn| torn.first).min_by(f64::total_cmp)
     }
 
     /// The run failed for one more reason.
@@ -248,7 +253,7 @@ fn with_sentences<S: Serializer>(verdicts: &[Verdict], to: S) -> Result<S::Ok, S
 
 mod measures {
     use indexmap::IndexMap;
-    use interface_defs::message::{Measure, Worse};
+    use interface_defs::message::{Found, Measure, Uncertainty, Worse};
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
     #[derive(Serialize, Deserialize)]
@@ -259,6 +264,10 @@ mod measures {
         member: Option<String>,
         #[serde(default, skip_serializing_if = "Option::is_none")]
         time_s: Option<f64>,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        uncertainty: Option<f64>,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        uncertainty_by: Option<Found>,
         rank: u16,
         worse: Worse,
         source: String,
@@ -266,15 +275,38 @@ mod measures {
 
     pub fn serialize<S: Serializer>(measures: &[Measure], to: S) -> Result<S::Ok, S::Error> {
         to.collect_map(measures.iter().map(|m| {
-            let Measure { name, value, unit, time, member, rank, worse, source } = m.clone();
-            (name, Written { value, unit, member, time_s: time, rank, worse, source })
+            let Measure { name, value, unit, time, member, rank, worse, source, uncertainty: of } = m.clone();
+            let (uncertainty, by) = (of.and_then(|of| of.value), of.map(|of| of.by));
+            let written = Written {
+                value,
+                unit,
+                member,
+                time_s: time,
+                uncertainty,
+                uncertainty_by: by,
+                rank,
+                worse,
+                source,
+            };
+            (name, written)
         }))
     }
 
     pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<Measure>, D::Error> {
         let measure = |(name, written)| {
-            let Written { value, unit, member, time_s: time, rank, worse, source } = written;
-            Measure { name, value, unit, time, member, rank, worse, source }
+            let Written {
+                value,
+                unit,
+                member,
+                time_s: time,
+                uncertainty,
+                uncertainty_by: by,
+                rank,
+                worse,
+                source,
+            } = written;
+            let uncertainty = by.map(|by| Uncertainty { value: uncertainty, by });
+            Measure { name, value, unit, time, member, rank, worse, source, uncertainty }
         };
         Ok(IndexMap::<String, Written>::deserialize(from)?.into_iter().map(measure).collect())
     }
@@ -385,7 +417,12 @@ fn row(m: &Measure) -> [String; 3] {
     let unit = if m.unit == "1" { "" } else { &m.unit };
     let time = m.time.map_or(String::new(), |t| format!("at {} s", short(t)));
     let member = m.member.as_ref().map_or(String::new(), |member| format!(" ({member})"));
-    [m.name.clone(), short_in(&m.unit, m.value), format!("{unit:<4} {time}{member}")]
+    let off = m.uncertainty.map_or(String::new(), |of| match (of.value, m.unit.as_str()) {
+        (Some(value), "1") => format!("+- {} ", short(value)),
+        (Some(value), _) => format!("+- {} ", percent(value / m.value.abs())),
+        (None, _) => "+- ? ".to_owned(),
+    });
+    [m.name.clone(), short_in(&m.unit, m.value), format!("{unit:<4} {off}{time}{member}")]
 }
 
 #[cfg(test)]

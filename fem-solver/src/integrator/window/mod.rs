@@ -17,7 +17,7 @@ use crate::integrator::start::Start;
 use crate::linear_algebra::lanes::{add, add_to, work, work_at};
 use crate::model::Model;
 use crate::results::energy::Energies;
-use crate::results::moving_mean::Sample;
+use crate::results::moving_mean::{MovingMean, Sample};
 use crate::results::record::{Recorder, Step};
 use crate::state::{Peak, Peaks, State};
 use answer::{Answer, travel};
@@ -138,8 +138,8 @@ struct Booked {
 pub struct KeptWindows {
     committed: State,
     booked: Booked,
-    /// Impulse of the supports within the last 1 ms.
-    impulse: Vec<Sample>,
+    /// Impulses within the last 1 ms: of the supports, of the largest tension.
+    impulses: [Vec<Sample>; 2],
     counts: Counts,
 }
 
@@ -530,7 +530,7 @@ impl WindowSolver {
             Engine::Implicit(i) => (&i.force[..], &i.middle[..], middle_of_step),
             Engine::Path(p) => (&p.corrector.force[..], displacement, end),
         };
-        let step = Step { end, length: h, force, middle, at, tension: tension.unwrap_or(0.0) };
+        let step = Step { end, length: h, force, middle, at, tension };
         self.recorder.step(&self.model, &self.trial, &step, &mut peaks, &mut groups);
         self.trial.groups = groups;
         if tension.is_some() {
@@ -542,7 +542,7 @@ impl WindowSolver {
     pub fn commit(&mut self) {
         std::mem::swap(&mut self.committed, &mut self.trial);
         self.booked.swap(0, 1);
-        self.recorder.mean.commit();
+        self.recorder.means.iter_mut().for_each(MovingMean::commit);
         self.counts.skipped += u64::from(self.skipped);
     }
 
@@ -616,7 +616,7 @@ impl WindowSolver {
         KeptWindows {
             committed: self.committed.clone(),
             booked: self.booked[1].clone(),
-            impulse: self.recorder.mean.kept(),
+            impulses: [0, 1].map(|of| self.recorder.means[of].kept()),
             counts: self.counts,
         }
     }
@@ -634,13 +634,16 @@ impl WindowSolver {
         let own = sizes(&self.committed, self.booked[1].gauges.len());
         let torn =
             kept.committed.events.iter().all(|event| (event.element as usize) < self.model.elements.len());
-        if own != sizes(&kept.committed, kept.booked.gauges.len()) || kept.impulse.is_empty() || !torn {
+        if own != sizes(&kept.committed, kept.booked.gauges.len())
+            || kept.impulses.iter().any(Vec::is_empty)
+            || !torn
+        {
             return Err(other_structure());
         }
         self.committed.copy_from(&kept.committed);
         self.trial.copy_from(&kept.committed);
         self.booked = [kept.booked.clone(), kept.booked];
-        self.recorder.mean.go_on(kept.impulse);
+        self.recorder.means.iter_mut().zip(kept.impulses).for_each(|(mean, kept)| mean.go_on(kept));
         self.counts = kept.counts;
         Ok(())
     }
@@ -692,7 +695,9 @@ fn first_state(model: &Model, config: &Config, start: &Start, recorder: &Recorde
     let reaction = recorder.total_reaction(&start.force, &start.form.displacement);
     let at_start = |value| Peak { value, time: 0.0 };
     let size = at_start(reaction.iter().map(|r| r * r).sum::<f64>().sqrt());
-    state.peaks = Peaks { reaction: size, reaction_1ms: size, cable_force: at_start(start.cable_force) };
+    let tension = at_start(start.cable_force);
+    state.peaks =
+        Peaks { reaction: size, reaction_1ms: size, cable_force: tension, cable_force_1ms: tension };
     state
 }
 

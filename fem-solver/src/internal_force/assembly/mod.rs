@@ -157,7 +157,9 @@ impl Assembly {
             let ahead = block.map(|block| (block, self.rings.pull_ahead(block, start, middle, history)));
             self.used = self.used.max(ahead.map_or(0.0, |(_, used)| used));
             match ahead {
-                Some((block, used)) if used <= 1.0 => largest = f64::max(largest, self.rings.hand_back(block, force, history)),
+                Some((block, used)) if used <= 1.0 => {
+                    largest = f64::max(largest, self.rings.hand_back(block, force, history))
+                }
                 // Where a block has a ring that will not bear the step, too.
                 _ => {
                     for (number, element) in elements.iter().enumerate().take(end).skip(next) {
