@@ -260,6 +260,20 @@ fn ruptures(model: &Model, events: &[Event]) -> Vec<Diagnostic> {
     named.into_iter().map(|what| Diagnostic::warning(code::RUPTURE, what)).collect()
 }
 
+/// What has nearly broken: whether it does depends on small differences, and with it what breaks after it.
+fn near_ruptures(model: &Model, state: &State) -> Option<Diagnostic> {
+    let broke = |element: u32| state.events.iter().any(|event| event.element == element);
+    let close = state.close.iter().filter(|(element, _)| !broke(*element));
+    let (element, share) = close.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let member = model.member_name(*element as usize, None);
+    let (tore, share) = (state.events.len(), 100.0 * share);
+    let what = format!(
+        "what tore depends on the step: {tore} elements did, and {member} came to {share:.1} % of its strength"
+    );
+    let cure = "run it with --refine, or move the start by millimetres: what tears then, too, is certain";
+    Some(Diagnostic::warning(code::NEAR_RUPTURE, what).try_instead(cure))
+}
+
 /// That something was torn before the run.
 fn torn_before(count: usize) -> Option<Diagnostic> {
     let were = if count == 1 { "1 element was".to_owned() } else { format!("{count} elements were") };
@@ -418,6 +432,7 @@ impl Solver for FemSolver {
         let (model, committed) = (&self.model, &prepared.windows.committed);
         let (peaks, events) = (committed.peaks, &committed.events);
         let (mut measures, mut warnings) = (Vec::new(), ruptures(model, events));
+        warnings.extend(near_ruptures(model, committed));
         warnings.extend(torn_before(prepared.torn.len()));
         if let Some(first) = events.first()
             && prepared.touched

@@ -41,6 +41,8 @@ pub struct State {
     pub load_work: f64,
     /// Largest share of its strength that anything used in the explicit steps of the last window.
     pub used: f64,
+    /// Each element that came close to breaking so far, and the largest share of its strength that it used.
+    pub close: Vec<(u32, f64)>,
     /// At rest in static equilibrium, as it was at t = 0.
     pub at_rest: bool,
     /// Largest values so far.
@@ -222,6 +224,8 @@ impl State {
         self.support_work = other.support_work;
         self.load_work = other.load_work;
         self.used = other.used;
+        self.close.clear();
+        self.close.extend_from_slice(&other.close);
         self.at_rest = other.at_rest;
         self.peaks = other.peaks;
         self.groups.copy_from_slice(&other.groups);

@@ -118,6 +118,7 @@ impl Limits {
     /// Judge a run that has ended: each bound that it passed becomes a sentence of its message (of its
     /// warnings, where it has not come to its end).
     pub fn judge(&self, summary: &mut Summary, evidence: &Evidence) {
+        let mut nearly = Vec::new();
         let (mut passed, mut noticed): (Vec<(String, &str)>, Vec<(String, &str)>) = Default::default();
         for measure in &summary.measures {
             let (name, value) = (measure.name.as_str(), measure.value);
@@ -156,21 +157,24 @@ impl Limits {
         }
         let notice = |(what, cure): (String, &str)| Diagnostic::warning(code::LIMIT, what).try_instead(cure);
         summary.warnings.extend(noticed.into_iter().map(notice));
+        for near in summary.warnings.extract_if(.., |warning| warning.code == code::NEAR_RUPTURE) {
+            nearly.push(near);
+        }
         if let Some(what) = evidence.weak_window.and_then(|windows| self.of_weak_window(windows)) {
             passed.push((what, SHORTEN));
         }
-        if passed.is_empty() {
+        if passed.is_empty() && nearly.is_empty() {
             return;
         }
         if summary.status == RunStatus::Done {
             let reason = |(what, cure): (String, &str)| {
                 Diagnostic::error(code::LIMIT, what).try_if((!cure.is_empty()).then(|| cure.to_owned()))
             };
-            summary.doubt(passed.into_iter().map(reason).collect());
+            summary.doubt(nearly.into_iter().chain(passed.into_iter().map(reason)).collect());
         } else {
             // Its message has the cause.
             let warnings = passed.into_iter().map(|(what, _)| Diagnostic::warning(code::LIMIT, what));
-            summary.warnings.extend(warnings);
+            summary.warnings.extend(nearly.into_iter().chain(warnings));
         }
     }
 

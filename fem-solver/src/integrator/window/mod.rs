@@ -14,6 +14,7 @@ use crate::integrator::implicit::Implicit;
 use crate::integrator::interface_force::Loads;
 use crate::integrator::local::Local;
 use crate::integrator::start::Start;
+use crate::internal_force::assembly::take_largest;
 use crate::linear_algebra::lanes::{add, add_to, work, work_at};
 use crate::model::Model;
 use crate::results::energy::Energies;
@@ -110,7 +111,7 @@ impl Control {
     fn new(fem: &FemConfig, state: &State, model: &Model) -> Option<Box<Self>> {
         let settings = fem.load_steps?;
         let most = f64::from(fem.newton.most_iterations());
-        let fallback = State { events: Vec::with_capacity(model.elements.len()), ..state.clone() };
+        let fallback = with_room(state.clone(), model);
         Some(Box::new(Self { settings, most, fallback }))
     }
 
@@ -203,7 +204,7 @@ impl WindowSolver {
             engine: Engine::new(model, config, start.newton),
             recorder,
             load_steps: Control::new(&config.fem, &committed, model),
-            trial: State { events: Vec::with_capacity(model.elements.len()), ..committed.clone() },
+            trial: with_room(committed.clone(), model),
             committed,
             origin: start.form.displacement,
             rest_force: start.force,
@@ -375,7 +376,9 @@ impl WindowSolver {
             self.answer.write((step + 1, steps), &self.trial, &self.origin, output);
         }
         if let Engine::Explicit(explicit) = &mut self.engine {
-            self.trial.used = std::mem::take(&mut explicit.internal.elements.used);
+            let elements = &mut explicit.internal.elements;
+            self.trial.used = std::mem::take(&mut elements.used);
+            elements.close.drain(..).for_each(|close| take_largest(&mut self.trial.close, close));
         }
         if !matches!(self.engine, Engine::Path(_)) && self.load_steps.is_none() {
             self.counts.steps += steps as u64;
@@ -649,6 +652,14 @@ impl WindowSolver {
     }
 }
 
+/// The same with room for all that may break.
+fn with_room(mut state: State, model: &Model) -> State {
+    state.events.reserve(model.elements.len());
+    let breakable = model.elements.iter().filter(|element| element.constants().can_break);
+    state.close.reserve(breakable.count());
+    state
+}
+
 /// That what was kept is of another structure.
 pub fn other_structure() -> Fault {
     let what = "the state that was kept is of another structure";
@@ -672,9 +683,9 @@ fn first_state(model: &Model, config: &Config, start: &Start, recorder: &Recorde
         at_rest: start.at_rest && !thrown && config.fem.path_speed.is_none(),
         history: start.form.history.clone(),
         groups: recorder.groups(),
-        events: Vec::with_capacity(model.elements.len()),
         ..State::default()
     };
+    state = with_room(state, model);
     if scheme.is_some_and(|s| s.inertia) && (thrown || !start.at_rest) {
         // The first step of an implicit scheme starts from a balance of its own.
         for dof in (0..n).filter(|dof| !model.held_first(*dof)) {

@@ -4,7 +4,7 @@ mod rupture;
 #[cfg(test)]
 mod tests;
 
-pub use self::rupture::{Broken, Event};
+pub use self::rupture::{Broken, CLOSE, Event, take_largest};
 use self::rupture::{Release, Stretch};
 use crate::element::{Answer, AnyElement, Constants, Energy, Slack};
 use crate::internal_force::kernel::rings::{Rings, WIDTH};
@@ -52,6 +52,8 @@ pub struct Assembly {
     pub broken: Vec<Broken>,
     /// Largest share of its strength that anything used in explicit steps since somebody set this to 0.
     pub used: f64,
+    /// Each element that used more than [`CLOSE`] of it since somebody cleared this, with the largest share.
+    pub close: Vec<(u32, f64)>,
     /// What broke within the last explicit step, and the forces of that over the step, one after the other [N].
     releases: Vec<Release>,
     released: Vec<f64>,
@@ -157,10 +159,10 @@ impl Assembly {
             let ahead = block.map(|block| (block, self.rings.pull_ahead(block, start, middle, history)));
             self.used = self.used.max(ahead.map_or(0.0, |(_, used)| used));
             match ahead {
-                Some((block, used)) if used <= 1.0 => {
+                Some((block, used)) if used <= CLOSE => {
                     largest = f64::max(largest, self.rings.hand_back(block, force, history))
                 }
-                // Where a block has a ring that will not bear the step, too.
+                // Where a block has a ring that may not bear the step, too.
                 _ => {
                     for (number, element) in elements.iter().enumerate().take(end).skip(next) {
                         let of = Stretch { number, element, start, middle };

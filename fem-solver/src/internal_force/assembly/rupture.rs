@@ -15,6 +15,17 @@ use serde::{Deserialize, Serialize};
 /// Halvings of the part of the step in which something breaks.
 const HALVINGS: u32 = 40;
 
+/// Share of its strength from which on an element may break or not by small differences: forces are hardly better known.
+pub const CLOSE: f64 = 0.99;
+
+/// The share of this element is the largest that it had.
+pub fn take_largest(all: &mut Vec<(u32, f64)>, (element, share): (u32, f64)) {
+    match all.iter_mut().find(|(known, _)| *known == element) {
+        Some((_, largest)) => *largest = largest.max(share),
+        None => all.push((element, share)),
+    }
+}
+
 /// Something that broke.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Event {
@@ -70,6 +81,7 @@ impl Assembly {
     pub(super) fn reserve_ruptures(&mut self, elements: &[AnyElement]) {
         let breakable = || elements.iter().enumerate().filter(|(_, e)| e.constants().can_break);
         self.broken.reserve(elements.len());
+        self.close.reserve(breakable().count());
         self.releases.reserve(breakable().count());
         self.released.reserve(breakable().map(|(i, _)| self.places[i].dofs.len()).sum());
         self.torn = vec![0.0; self.history.len()];
@@ -107,6 +119,9 @@ impl Assembly {
         }
         let bound = of.element.utilisation_bound(&self.u[..n], own_history);
         self.used = self.used.max(bound);
+        if bound > CLOSE {
+            take_largest(&mut self.close, (of.number as u32, bound));
+        }
         if bound <= 1.0 || !self.breaks_at(of, history, 1.0) {
             return None;
         }
