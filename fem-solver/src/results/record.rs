@@ -82,7 +82,6 @@ pub struct Recorder {
     elapsed: f64,
     /// Whether reactions are those of a row's end, as in statics.
     pub at_end: bool,
-    assembly: Assembly,
     line_forces: Vec<f64>,
 }
 
@@ -151,7 +150,6 @@ impl Recorder {
             probes,
             elapsed: 0.0,
             at_end: false,
-            assembly: Assembly::with_blocks(model),
             line_forces: vec![0.0; model.elements.iter().map(|e| e.constants().lines).max().unwrap_or(0)],
         }
     }
@@ -176,11 +174,12 @@ impl Recorder {
         self.elapsed = 0.0;
     }
 
-    /// A step is done; `state` is at its end. Largest values so far are those of the structure, `peaks`, and of its `groups`.
+    /// A step is done; `state` is at its end, and there what is read of `elements`. Largest values so far are those of the
+    /// structure, `peaks`, and of its `groups`.
     pub fn step(
         &mut self,
         model: &Model,
-        state: &State,
+        (state, elements): (&State, &mut Assembly),
         step: &Step,
         peaks: &mut Peaks,
         groups: &mut [Range],
@@ -200,23 +199,31 @@ impl Recorder {
         peaks.reaction_1ms.take(self.mean.push(step.end, impulse), step.end - 0.5e-3);
         peaks.cable_force.take(step.tension, step.at);
         if !self.probes.is_empty() {
-            self.probe(model, state, step, groups);
+            self.probe(model, (state, elements), step, groups);
         }
     }
 
-    fn probe(&mut self, model: &Model, state: &State, step: &Step, groups: &mut [Range]) {
+    fn probe(
+        &mut self,
+        model: &Model,
+        (state, elements): (&State, &mut Assembly),
+        step: &Step,
+        groups: &mut [Range],
+    ) {
         let (mut at, mut impulse, mut group) = (0, 1, 0);
-        let (assembly, forces) = (&mut self.assembly, &mut self.line_forces);
+        let forces = &mut self.line_forces;
         for Probe { watch, members, slots } in &self.probes {
             let values = &mut self.values[at..at + slots];
             // Smallest and largest of the members at this instant.
-            let (mut seen, mut next) = (Range::default(), 0..);
+            let (mut seen, mut next) = (Range::default(), 0);
             match watch {
                 Watch::Lines(lines) if *members == 0 => {
-                    lines.scan(model, state, assembly, forces, |value| record(&mut values[0], value));
+                    lines.scan(model, (state, elements), forces, |value| record(&mut values[0], value));
                 }
                 Watch::Lines(lines) => {
-                    lines.scan(model, state, assembly, forces, |value| seen.take(value, &mut next, step.end));
+                    lines.scan(model, (state, elements), forces, |value| {
+                        seen.take(value, &mut next, step.end)
+                    });
                     record(&mut values[0], seen.smallest.value);
                     record(&mut values[1], seen.largest.value);
                 }
@@ -225,7 +232,7 @@ impl Recorder {
                 }
                 Watch::Force(feet) => {
                     let (sums, own) = self.impulses[impulse..].split_at_mut(1);
-                    let (mut sum, mut mean, mut next_mean) = ([0.0; 3], Range::default(), 0..);
+                    let (mut sum, mut mean, mut next_mean) = ([0.0; 3], Range::default(), 0);
                     for (i, foot) in feet.iter().enumerate() {
                         let reaction = foot.reaction(model.node_count(), step);
                         add(&mut sum, reaction);
@@ -541,8 +548,7 @@ impl Lines {
     fn scan(
         &self,
         model: &Model,
-        state: &State,
-        assembly: &mut Assembly,
+        (state, assembly): (&State, &mut Assembly),
         forces: &mut [f64],
         mut take: impl FnMut(f64),
     ) {
@@ -555,7 +561,6 @@ impl Lines {
                 Tension | BendingMoment | Displacement | Velocity | Force | Height => cable.tension(&w),
             });
         }
-        assembly.begin_reading();
         for (number, i) in self.elements.iter().enumerate() {
             let element = &model.elements[*i];
             if self.quantity == Tension

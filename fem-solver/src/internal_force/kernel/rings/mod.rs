@@ -15,6 +15,8 @@ use std::ops::Range;
 
 /// Rings that are computed together.
 pub const WIDTH: usize = 8;
+/// Share of a strength by which a bound on a tension must stay below it, for rounding.
+const ROUNDING: f64 = 1e-9;
 /// A row of at least so many rings is a block, even if more rings follow it.
 const SHORTEST_ROW: usize = 4;
 
@@ -112,14 +114,23 @@ impl Rings {
         self.blocks[block].elements.clone()
     }
 
-    /// Compute force and history of a block in the middle of an explicit step that began at the displacements `start` [m], and
-    /// whether each ring bears the step as long as nothing holds it up. Returns whether all do.
-    pub fn pull_ahead(&mut self, block: usize, start: &[f64], middle: &[f64], history: &[f64]) -> bool {
+    /// Compute force and history of a block in the middle of an explicit step that began at the displacements `start` [m], no
+    /// node further than `way` [m] from there, and whether each ring bears the step as long as nothing holds it up. Returns
+    /// whether all do.
+    pub fn pull_ahead(
+        &mut self,
+        block: usize,
+        (start, middle): (&[f64], &[f64]),
+        way: f64,
+        history: &[f64],
+    ) -> bool {
         let block = &self.blocks[block];
         of_kind!(self, block, |places, columns, memory| {
             memory.gather(block, places, middle, history);
-            memory.pull(columns);
-            !block.breakable || {
+            memory.pull(columns, way);
+            // Mostly no ring is near its strength, however its nodes go on.
+            let bears = |(most, strength): (&f64, &f64)| *most <= strength * (1.0 - ROUNDING);
+            !block.breakable || memory.bound.iter().zip(&block.strength).take(block.count()).all(bears) || {
                 gather(places, block.nodes, start, &mut memory.ahead);
                 memory.look_ahead();
                 let tensions = memory.tensions(columns, &memory.ahead);
@@ -145,15 +156,26 @@ impl Rings {
         })
     }
 
-    /// Add the energies of a block at `u` [J], 0 as modelled, to `sum`, in the order of its elements. Returns whether it could:
-    /// what is broken has to be asked alone.
-    pub fn add_energy(&mut self, block: usize, u: &[f64], history: &[f64], sum: &mut Energy) -> bool {
+    /// Add the energies of a block at `u` [J], 0 as modelled, to `sum`, in the order of its elements. Returns whether it could,
+    /// as what is broken has to be asked alone; and what the perimeters carry there, as [`Rings::tensions`].
+    pub fn add_energy(
+        &mut self,
+        block: usize,
+        u: &[f64],
+        history: &[f64],
+        sum: &mut Energy,
+    ) -> (bool, Lanes) {
         let block = &self.blocks[block];
         of_kind!(self, block, |places, columns, memory| {
             memory.gather(block, places, u, history);
             memory.measure(columns);
-            memory.add_energy(block, sum)
+            (memory.add_energy(block, sum), memory.tension)
         })
+    }
+
+    /// Number of blocks.
+    pub fn block_count(&self) -> usize {
+        self.blocks.len()
     }
 }
 
