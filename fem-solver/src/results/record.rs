@@ -561,13 +561,22 @@ impl Lines {
                 Tension | BendingMoment | Displacement | Velocity | Force | Height => cable.tension(&w),
             });
         }
+        let mut read = 0;
         for (number, i) in self.elements.iter().enumerate() {
             let element = &model.elements[*i];
-            if self.quantity == Tension
-                && let Some(tension) = assembly.ring_tension(*i, u, &state.history)
-            {
-                take(tension);
+            if number < read {
                 continue;
+            }
+            if self.quantity == Tension {
+                // Mostly all of a block are watched, one after the other.
+                let tensions = assembly.ring_tensions(*i, u, &state.history);
+                let own = self.elements[number..].iter().zip(*i..).take(tensions.len());
+                let run = own.take_while(|(own, next)| **own == *next).count();
+                tensions[..run].iter().for_each(|tension| take(*tension));
+                if run > 0 {
+                    read = number + run;
+                    continue;
+                }
             }
             let history = assembly.history(*i, &state.history);
             let own = assembly.gather(*i, u);

@@ -280,7 +280,7 @@ impl Assembly {
         (&self.force[..n], &self.tangent[..n * n], &self.dofs[dofs])
     }
 
-    /// Energies of all elements at `u` [J]. [`Assembly::ring_tension`] is asked from now on there, for what comes with them.
+    /// Energies of all elements at `u` [J]. [`Assembly::ring_tensions`] is asked from now on there, for what comes with them.
     pub fn energy(&mut self, elements: &[AnyElement], u: &[f64], history: &[f64]) -> Energy {
         self.begin_reading();
         let (mut sum, mut next) = (Energy::default(), 0);
@@ -314,18 +314,20 @@ impl Assembly {
         sum
     }
 
-    /// [`Assembly::ring_tension`] is asked from now on at other displacements or histories than before.
+    /// [`Assembly::ring_tensions`] is asked from now on at other displacements or histories than before.
     pub fn begin_reading(&mut self) {
         self.reading += 1;
     }
 
-    /// What a ring that is computed with others carries at `u` [N], 0 where it is broken; `None` of any other element.
-    pub fn ring_tension(&mut self, element: usize, u: &[f64], history: &[f64]) -> Option<f64> {
-        let block = self.rings.block_at(element).0?;
+    /// What a ring that is computed with others and those that follow it there carry at `u` [N], 0 where one is broken; nothing
+    /// of any other element.
+    pub fn ring_tensions(&mut self, element: usize, u: &[f64], history: &[f64]) -> &[f64] {
+        let Some(block) = self.rings.block_at(element).0 else { return &[] };
         let read = &mut self.read[block];
         if read.0 != self.reading {
             *read = (self.reading, self.rings.tensions(block, u, history));
         }
-        Some(read.1[element - self.rings.elements(block).start])
+        let own = self.rings.elements(block);
+        &read.1[element - own.start..own.len()]
     }
 }
