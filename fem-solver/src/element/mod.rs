@@ -37,6 +37,14 @@ use part::PartSettings;
 use std::fmt::Debug;
 use std::ops::Deref;
 
+/// Shares of its strength: from the first to below the second, an element is near breaking, and steps must resolve how its force
+/// swings.
+pub const NEAR: f64 = 0.5;
+/// See [`NEAR`].
+pub const FAR: f64 = 0.4;
+/// From this share on small differences decide whether it breaks: forces are hardly better known.
+pub const CLOSE: f64 = 0.99;
+
 /// Where an element writes its answer. Everything is overwritten.
 ///
 /// Local degrees of freedom are node-major: x, y, z of the first node (and, where the element rotates,

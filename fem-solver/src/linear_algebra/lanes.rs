@@ -96,6 +96,34 @@ wide! {
     pub fn subtract_from(to: &mut [f64], a: &[f64]) {
         to.iter_mut().zip(a).for_each(|(t, a)| *t -= a);
     }
+
+    /// Its square.
+    fn longest_square(from: &[f64], to: &[f64], nodes: usize) -> f64 {
+        let [x, y, z] = [0, 1, 2].map(|c: usize| {
+            let (from, to) = (&from[c * nodes..][..nodes], &to[c * nodes..][..nodes]);
+            (from.as_chunks::<LANES>(), to.as_chunks::<LANES>())
+        });
+        let mut lanes = [0.0; LANES];
+        let first = x.0.0.iter().zip(x.1.0);
+        let others = y.0.0.iter().zip(y.1.0).zip(z.0.0.iter().zip(z.1.0));
+        for ((x0, x1), ((y0, y1), (z0, z1))) in first.zip(others) {
+            for l in 0..LANES {
+                let (x, y, z) = (x1[l] - x0[l], y1[l] - y0[l], z1[l] - z0[l]);
+                let square = x * x + y * y + z * z;
+                lanes[l] = if square > lanes[l] { square } else { lanes[l] };
+            }
+        }
+        let rest = (0..x.0.1.len()).map(|i| {
+            let [x, y, z] = [x, y, z].map(|(from, to)| to.1[i] - from.1[i]);
+            x * x + y * y + z * z
+        });
+        lanes.into_iter().chain(rest).fold(0.0, f64::max)
+    }
+}
+
+/// Largest distance of any of so many nodes between two displacements, component-major.
+pub fn longest_way(from: &[f64], to: &[f64], nodes: usize) -> f64 {
+    longest_square(from, to, nodes).sqrt()
 }
 
 #[cfg(test)]

@@ -84,7 +84,6 @@ pub struct Recorder {
     elapsed: f64,
     /// Whether reactions are those of a row's end, as in statics.
     pub at_end: bool,
-    assembly: Assembly,
     line_forces: Vec<f64>,
 }
 
@@ -160,7 +159,6 @@ impl Recorder {
             probes,
             elapsed: 0.0,
             at_end: false,
-            assembly: Assembly::with_blocks(model),
             line_forces: vec![0.0; model.elements.iter().map(|e| e.constants().lines).max().unwrap_or(0)],
         }
     }
@@ -185,11 +183,12 @@ impl Recorder {
         self.elapsed = 0.0;
     }
 
-    /// A step is done; `state` is at its end. Largest values so far are those of the structure, `peaks`, and of its `groups`.
+    /// A step is done; `state` is at its end, and there what is read of `elements`. Largest values so far are those of the
+    /// structure, `peaks`, and of its `groups`.
     pub fn step(
         &mut self,
         model: &Model,
-        state: &State,
+        (state, elements): (&State, &mut Assembly),
         step: &Step,
         peaks: &mut Peaks,
         groups: &mut [Range],
@@ -213,23 +212,31 @@ impl Recorder {
         let tension = [tension * step.length, 0.0, 0.0];
         peaks.cable_force_1ms.take(of_tension.push(step.end, tension), step.end - 0.5e-3);
         if !self.probes.is_empty() {
-            self.probe(model, state, step, groups);
+            self.probe(model, (state, elements), step, groups);
         }
     }
 
-    fn probe(&mut self, model: &Model, state: &State, step: &Step, groups: &mut [Range]) {
+    fn probe(
+        &mut self,
+        model: &Model,
+        (state, elements): (&State, &mut Assembly),
+        step: &Step,
+        groups: &mut [Range],
+    ) {
         let (mut at, mut impulse, mut group) = (0, 1, 0);
-        let (assembly, forces) = (&mut self.assembly, &mut self.line_forces);
+        let forces = &mut self.line_forces;
         for Probe { watch, members, slots } in &self.probes {
             let values = &mut self.values[at..at + slots];
             // Smallest and largest of the members at this instant.
-            let (mut seen, mut next) = (Range::default(), 0..);
+            let (mut seen, mut next) = (Range::default(), 0);
             match watch {
                 Watch::Lines(lines) if *members == 0 => {
-                    lines.scan(model, state, assembly, forces, |value| record(&mut values[0], value));
+                    lines.scan(model, (state, elements), forces, |value| record(&mut values[0], value));
                 }
                 Watch::Lines(lines) => {
-                    lines.scan(model, state, assembly, forces, |value| seen.take(value, &mut next, step.end));
+                    lines.scan(model, (state, elements), forces, |value| {
+                        seen.take(value, &mut next, step.end)
+                    });
                     record(&mut values[0], seen.smallest.value);
                     record(&mut values[1], seen.largest.value);
                 }
@@ -238,7 +245,7 @@ impl Recorder {
                 }
                 Watch::Force(feet) => {
                     let (sums, own) = self.impulses[impulse..].split_at_mut(1);
-                    let (mut sum, mut mean, mut next_mean) = ([0.0; 3], Range::default(), 0..);
+                    let (mut sum, mut mean, mut next_mean) = ([0.0; 3], Range::default(), 0);
                     for (i, foot) in feet.iter().enumerate() {
                         let reaction = foot.reaction(model.node_count(), step);
                         add(&mut sum, reaction);
@@ -554,8 +561,7 @@ impl Lines {
     fn scan(
         &self,
         model: &Model,
-        state: &State,
-        assembly: &mut Assembly,
+        (state, assembly): (&State, &mut Assembly),
         forces: &mut [f64],
         mut take: impl FnMut(f64),
     ) {
@@ -568,14 +574,22 @@ impl Lines {
                 Tension | BendingMoment | Displacement | Velocity | Force | Height => cable.tension(&w),
             });
         }
-        assembly.begin_reading();
+        let mut read = 0;
         for (number, i) in self.elements.iter().enumerate() {
             let element = &model.elements[*i];
-            if self.quantity == Tension
-                && let Some(tension) = assembly.ring_tension(*i, u, &state.history)
-            {
-                take(tension);
+            if number < read {
                 continue;
+            }
+            if self.quantity == Tension {
+                // Mostly all of a block are watched, one after the other.
+                let tensions = assembly.ring_tensions(*i, u, &state.history);
+                let own = self.elements[number..].iter().zip(*i..).take(tensions.len());
+                let run = own.take_while(|(own, next)| **own == *next).count();
+                tensions[..run].iter().for_each(|tension| take(*tension));
+                if run > 0 {
+                    read = number + run;
+                    continue;
+                }
             }
             let history = assembly.history(*i, &state.history);
             let own = assembly.gather(*i, u);

@@ -136,10 +136,16 @@ impl Default for Range {
 }
 
 impl Range {
-    /// The next member has this value at `time` [s].
-    pub fn take(&mut self, value: f64, next: &mut impl Iterator<Item = u32>, time: f64) {
-        let extreme = Extreme { value, member: next.next().unwrap_or_default(), time };
-        self.merge(&Self { smallest: extreme, largest: extreme });
+    /// The `next` member has this value at `time` [s].
+    pub fn take(&mut self, value: f64, next: &mut u32, time: f64) {
+        let extreme = Extreme { value, member: *next, time };
+        if value < self.smallest.value {
+            self.smallest = extreme;
+        }
+        if value > self.largest.value {
+            self.largest = extreme;
+        }
+        *next += 1;
     }
 
     /// Take what is smaller or larger in `other`.

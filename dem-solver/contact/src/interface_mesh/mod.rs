@@ -71,7 +71,8 @@ impl ContactMesh {
     /// changed. What a broken line held at its ends and nothing else does is gone with it.
     /// `lines` are the lines that `flags` speak of; `None`: all.
     pub fn tear(&mut self, flags: &[f64], lines: Option<&[u32]>) -> bool {
-        if self.broken.is_empty() && flags.iter().all(|f| *f == 0.0) {
+        // Without a way out in between, several at a time.
+        if self.broken.is_empty() && !flags.iter().fold(false, |any, flag| any | (*flag != 0.0)) {
             return false;
         }
         self.broken.resize(self.elements.len(), false);

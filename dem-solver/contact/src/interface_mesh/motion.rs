@@ -9,6 +9,9 @@ use interface_defs::{Layout, Sampling, Selection, name};
 use nalgebra::Vector3;
 use std::ops::Range;
 
+/// Numbers of eight nodes.
+const EIGHT_NODES: usize = 24;
+
 /// Where the mesh's motion lies in the input of a window. The input may name selected nodes alone; where the others were
 /// seen last is remembered for what may be coarse.
 #[derive(Debug, Clone, Default)]
@@ -146,7 +149,13 @@ impl MotionFields {
         }
         let segments = self.segments();
         let share = length / segments as f64;
-        for place in 0..(seen.len() / 3) as u32 {
+        let samples = (&input[earlier.first().unwrap_or(last).clone()], &input[last.clone()]);
+        let chunks = samples.0.chunks(EIGHT_NODES).zip(samples.1.chunks(EIGHT_NODES)).enumerate();
+        // Hardly a node is left at its place: that eight are not is seen at a glance.
+        let may_rest =
+            chunks.filter(|(_, (a, b))| !a.iter().zip(*b).fold(true, |all, (a, b)| all & (a != b)));
+        let places = may_rest.flat_map(|(i, (a, _))| (i * EIGHT_NODES / 3..).take(a.len() / 3));
+        for place in places.map(|place| place as u32) {
             let end = of_node(&input[last.clone()], place);
             if earlier.iter().any(|range| of_node(&input[range.clone()], place) != end) {
                 continue;
@@ -345,20 +354,22 @@ impl NodeMotion {
     }
 }
 
-/// Largest difference of two fields in any component, numbers that are not finite left out.
-pub fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
-    // Eight maxima side by side: a single one would wait for itself at every number.
-    let mut lanes = [0.0_f64; 8];
-    let (a_chunks, b_chunks) = (a.chunks_exact(8), b.chunks_exact(8));
-    let (a_rest, b_rest) = (a_chunks.remainder(), b_chunks.remainder());
-    for (a, b) in a_chunks.zip(b_chunks) {
-        for i in 0..8 {
-            let d = (a[i] - b[i]).abs();
-            lanes[i] = if d > lanes[i] { d } else { lanes[i] };
+toolkit::wide! {
+    /// Largest difference of two fields in any component, numbers that are not finite left out.
+    pub fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
+        // Eight maxima side by side: a single one would wait for itself at every number.
+        let mut lanes = [0.0_f64; 8];
+        let (a_chunks, b_chunks) = (a.chunks_exact(8), b.chunks_exact(8));
+        let (a_rest, b_rest) = (a_chunks.remainder(), b_chunks.remainder());
+        for (a, b) in a_chunks.zip(b_chunks) {
+            for i in 0..8 {
+                let d = (a[i] - b[i]).abs();
+                lanes[i] = if d > lanes[i] { d } else { lanes[i] };
+            }
         }
+        let rest = a_rest.iter().zip(b_rest).map(|(a, b)| (a - b).abs());
+        rest.chain(lanes).fold(0.0, |most, d| if d > most { d } else { most })
     }
-    let rest = a_rest.iter().zip(b_rest).map(|(a, b)| (a - b).abs());
-    rest.chain(lanes).fold(0.0, |most, d| if d > most { d } else { most })
 }
 
 #[cfg(test)]
@@ -367,10 +378,14 @@ mod tests {
     use interface_defs::{FieldSpec, InterfaceMesh};
 
     fn fields(samples: u32) -> (MotionFields, usize) {
-        let mesh = InterfaceMesh { coordinates: vec![0.0; 6], ..Default::default() };
+        fields_of(2, samples)
+    }
+
+    fn fields_of(nodes: usize, samples: u32) -> (MotionFields, usize) {
+        let mesh = InterfaceMesh { coordinates: vec![0.0; 3 * nodes], ..Default::default() };
         let spec = |name| FieldSpec { samples, ..FieldSpec::nodal(name, 3, Sampling::FromStart) };
         let layout = Layout::new(&[spec(name::DISPLACEMENT), spec(name::VELOCITY)], &mesh, 0);
-        (MotionFields::new(&layout, 2), layout.len())
+        (MotionFields::new(&layout, nodes), layout.len())
     }
 
     #[test]
@@ -397,6 +412,23 @@ mod tests {
         assert_eq!(motion.velocity(0, 0, 0.5).x, 4.0);
         assert!((motion.velocity(0, 1, 0.5).x - 5.0).abs() < 1e-14);
         assert_eq!(motion.position(0, 0, 1.0).x, 0.0);
+    }
+
+    #[test]
+    fn at_the_end_nodes_that_were_held_are_where_their_velocities_take_them() {
+        let nodes = 19;
+        let (fields, len) = fields_of(nodes, 1);
+        for held in 0..nodes {
+            let mut input: Vec<f64> = (0..len).map(|i| i as f64).collect();
+            input.copy_within(3 * held..3 * held + 3, 3 * (nodes + held));
+            let mut seen = Vec::new();
+            fields.seen_at_end(&input, 0.5, &mut seen);
+            let mut expected = input[3 * nodes..6 * nodes].to_vec();
+            for c in 3 * held..3 * held + 3 {
+                expected[c] += 0.25 * (input[6 * nodes + c] + input[9 * nodes + c]);
+            }
+            assert_eq!(seen, expected, "{held}");
+        }
     }
 
     #[test]

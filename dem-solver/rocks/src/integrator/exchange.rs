@@ -90,7 +90,11 @@ impl RockIntegrator {
     pub(super) fn write_free_time(&self, request: Request, state: &State, output: &mut [f64]) {
         let (Some(at), Some(contact_mesh)) = (&self.free_time_at, &self.contact_mesh) else { return };
         let view = MeshWindow { travel: self.travel, ..MeshWindow::new(request, contact_mesh, &self.fields) };
-        let times = self.mesh_stages.iter().zip(&state.bodies).map(|(s, b)| s.free_time(view, &b.motion));
+        let times = self.mesh_stages.iter().zip(&state.bodies).map(|(stage, body)| {
+            // Who touches is known to have no time, whatever else is near.
+            let touches = body.contacts > 0 && stage.touches();
+            if touches { 0.0 } else { stage.free_time(view, &body.motion) }
+        });
         let others = if self.rock_stage.is_empty() { f64::INFINITY } else { request.length };
         output[at.start] = times.fold(others, f64::min);
     }

@@ -304,6 +304,11 @@ impl MeshStage {
         });
     }
 
+    /// Whether anything touched at the instant looked at last.
+    pub fn touches(&self) -> bool {
+        !self.evaluation.touch.contacts.is_empty()
+    }
+
     /// Mark the nodes of every element that touches: where a bound was too narrow, what happened is reported all the same.
     pub fn mark_touched(&self, view: MeshWindow, marks: &mut [f64]) {
         for contact in &self.evaluation.touch.contacts {

@@ -179,8 +179,18 @@ impl ImpactRecord {
     pub fn elongate(&mut self, displacements: &[f64], time: f64) {
         let Some(impact) = self.touch else { return };
         let d = &impact.direction;
-        let along = displacements.chunks_exact(3).map(|u| u[0] * d.x + u[1] * d.y + u[2] * d.z);
-        most(&mut self.elongation, along.fold(f64::NEG_INFINITY, f64::max), time);
+        let along = |u: &[f64]| u[0] * d.x + u[1] * d.y + u[2] * d.z;
+        // Eight maxima side by side: a single one would wait for itself at every node.
+        let mut lanes = [f64::NEG_INFINITY; 8];
+        let (eights, rest) = displacements.as_chunks::<24>();
+        for nodes in eights {
+            for (largest, u) in lanes.iter_mut().zip(nodes.as_chunks::<3>().0) {
+                let along = along(u);
+                *largest = if along > *largest { along } else { *largest };
+            }
+        }
+        let rest = rest.as_chunks::<3>().0.iter().map(|u| along(u));
+        most(&mut self.elongation, rest.chain(lanes).fold(f64::NEG_INFINITY, f64::max), time);
     }
 
     /// Angle between impact direction and gravity [degrees]; `None` without a touch or without gravity.

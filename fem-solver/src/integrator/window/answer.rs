@@ -2,7 +2,7 @@
 
 use super::least_common_multiple;
 use crate::integrator::shown::Shown;
-use crate::linear_algebra::lanes::{LANES, wide};
+use crate::linear_algebra::lanes::longest_way;
 use crate::state::State;
 use interface_defs::field::{Items, Layout, Sampling, name};
 use interface_defs::mesh::InterfaceMesh;
@@ -96,7 +96,7 @@ impl Answer {
 /// Largest distance of any of so many nodes between two displacements [m], those of `left_out` (ascending) aside.
 pub(super) fn travel(from: &[f64], to: &[f64], nodes: usize, left_out: &[u32]) -> f64 {
     if left_out.is_empty() {
-        return longest_square(from, to, nodes).sqrt();
+        return longest_way(from, to, nodes);
     }
     let mut largest = 0.0;
     let mut left_out = left_out.iter().peekable();
@@ -109,31 +109,6 @@ pub(super) fn travel(from: &[f64], to: &[f64], nodes: usize, left_out: &[u32]) -
         largest = if square > largest { square } else { largest };
     }
     f64::sqrt(largest)
-}
-
-wide! {
-    /// Its square [m2].
-    fn longest_square(from: &[f64], to: &[f64], nodes: usize) -> f64 {
-        let [x, y, z] = [0, 1, 2].map(|c: usize| {
-            let (from, to) = (&from[c * nodes..][..nodes], &to[c * nodes..][..nodes]);
-            (from.as_chunks::<LANES>(), to.as_chunks::<LANES>())
-        });
-        let mut lanes = [0.0; LANES];
-        let first = x.0.0.iter().zip(x.1.0);
-        let others = y.0.0.iter().zip(y.1.0).zip(z.0.0.iter().zip(z.1.0));
-        for ((x0, x1), ((y0, y1), (z0, z1))) in first.zip(others) {
-            for l in 0..LANES {
-                let (x, y, z) = (x1[l] - x0[l], y1[l] - y0[l], z1[l] - z0[l]);
-                let square = x * x + y * y + z * z;
-                lanes[l] = if square > lanes[l] { square } else { lanes[l] };
-            }
-        }
-        let rest = (0..x.0.1.len()).map(|i| {
-            let [x, y, z] = [x, y, z].map(|(from, to)| to.1[i] - from.1[i]);
-            x * x + y * y + z * z
-        });
-        lanes.into_iter().chain(rest).fold(0.0, f64::max)
-    }
 }
 
 #[cfg(test)]

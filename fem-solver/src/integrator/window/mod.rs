@@ -7,6 +7,7 @@ pub use self::counts::Counts;
 use crate::config::fem::{AtBranch, LoadSteps};
 use crate::config::scheme::Scheme;
 use crate::config::{Config, FemConfig};
+use crate::element::{FAR, NEAR};
 use crate::equilibrium::arc_length::Path;
 use crate::equilibrium::newton::{Failure, Info, Newton};
 use crate::integrator::explicit::Explicit;
@@ -39,13 +40,10 @@ use std::rc::Rc;
 /// around it turn slack and taut at every swing. The energy of a mode at an instant is wrong by `(w h / 2)^2` of its kinetic
 /// energy: with half the critical step by a quarter, with this step by a sixtieth.
 ///
-/// Before, too, in windows in which anything uses more than [`NEAR`] of its strength: when it breaks depends on how its tension
+/// Before, too, from windows in which anything uses more than [`NEAR`] of its strength to those with less than [`FAR`]: when it breaks depends on how its tension
 /// swings in the fastest modes. Measured on a net of cables (0.3 m): with half the critical step it tore 0.37 ms late and the
 /// reaction was 10 % too large, with this step within 0.02 ms and 1.2 %.
 const TORN_SHARE: f64 = 0.125;
-/// See [`TORN_SHARE`]. Once it is passed, less than [`FAR`] ends it.
-const NEAR: f64 = 0.5;
-const FAR: f64 = 0.4;
 /// A window in which Newton fails is cut into at most so many times the steps before it is given up.
 const FINEST: usize = 8;
 
@@ -276,7 +274,7 @@ impl WindowSolver {
     /// Nothing happens for a time of `length` until `end`.
     fn rest(&mut self, end: f64, length: f64) {
         self.recorder.begin();
-        self.record(end, length, None);
+        self.record(end, length, None, true);
     }
 
     /// Advance over the window; where Newton fails, again from its start with twice the steps. Where something breaks in it
@@ -353,20 +351,22 @@ impl WindowSolver {
                 format!(", step {} of {steps}: {what}; a shorter window or fem.time_step may do", step + 1)
             };
             let taken = match &mut self.engine {
-                Engine::Path(_) => self.along_path(time, end).map_err(|what| format!(": {what}")),
+                Engine::Path(_) => {
+                    self.along_path((time, end), step + 1 == steps).map_err(|what| format!(": {what}"))
+                }
                 Engine::Implicit(_) if self.load_steps.is_some() => {
                     self.by_load_steps((time, end), (place, per_load)).map_err(|what| format!(": {what}"))
                 }
                 Engine::Implicit(_) => self
                     .implicit_step(time, h, |x| (place as f64 + x) / per_load as f64)
-                    .map(|(tension, _)| self.record(end, h, Some(tension)))
+                    .map(|(tension, _)| self.record(end, h, Some(tension), step + 1 == steps))
                     .map_err(|failure| of_step(failure.describe(&self.model))),
                 Engine::Explicit(explicit) => {
                     let tension = explicit.step(&self.model, &mut self.trial, time, h).sqrt();
                     if place + 1 == per_load {
                         self.book_mean_work(step < per_load);
                     }
-                    self.record(end, h, Some(tension));
+                    self.record(end, h, Some(tension), step + 1 == steps);
                     Ok(())
                 }
             };
@@ -470,7 +470,7 @@ impl WindowSolver {
                     let longest = if growth >= 1.0 && h < stride { stride } else { growth * h };
                     self.trial.along.stride = longest.max(settings.shortest());
                     self.counts.steps += 1;
-                    self.record(next, h, Some(tension));
+                    self.record(next, h, Some(tension), next >= end && part + 1 == parts);
                     time = next;
                 }
                 Err(failure) => {
@@ -494,8 +494,8 @@ impl WindowSolver {
         outcome
     }
 
-    /// Along the path of equilibrium from `time` to `end`, by as many steps as it takes.
-    fn along_path(&mut self, mut time: f64, end: f64) -> Result<(), String> {
+    /// Along the path of equilibrium from `time` to `end`, which may be that of the window, by as many steps as it takes.
+    fn along_path(&mut self, (mut time, end): (f64, f64), last: bool) -> Result<(), String> {
         while time < end {
             let Engine::Path(path) = &mut self.engine else { return Ok(()) };
             let taken = path
@@ -506,7 +506,7 @@ impl WindowSolver {
             self.counts.steps += 1;
             let h = taken.length;
             time = if h >= end - time { end } else { time + h };
-            self.record(time, h, Some(taken.tension.sqrt()));
+            self.record(time, h, Some(taken.tension.sqrt()), last && time >= end);
         }
         Ok(())
     }
@@ -521,20 +521,31 @@ impl WindowSolver {
         };
     }
 
-    /// A step of length `h` that ends at `end` is done, with the largest tension in it; none where nothing has happened.
-    fn record(&mut self, end: f64, h: f64, tension: Option<f64>) {
+    /// A step of length `h` that ends at `end` is done, with the largest tension in it; none where nothing has happened. It may
+    /// be the `last` of its window: then the tensions at its end come with the energies.
+    fn record(&mut self, end: f64, h: f64, tension: Option<f64>, last: bool) {
         let (mut peaks, mut groups) = (self.trial.peaks, std::mem::take(&mut self.trial.groups));
         let (displacement, middle_of_step) = (&self.trial.displacement[..], end - 0.5 * h);
-        let (force, middle, at) = match &self.engine {
-            _ if tension.is_none() => (&self.rest_force[..], displacement, end),
-            Engine::Explicit(e) => (&e.force[..], &e.middle[..], middle_of_step),
+        let (mut force, mut middle, mut at, internal) = match &mut self.engine {
+            Engine::Explicit(e) => (&e.force[..], &e.middle[..], middle_of_step, &mut e.internal),
             // Statics knows no way between two states: what it reports is the state at the end.
-            Engine::Implicit(i) if !i.scheme.inertia => (&self.trial.force[..], displacement, end),
-            Engine::Implicit(i) => (&i.force[..], &i.middle[..], middle_of_step),
-            Engine::Path(p) => (&p.corrector.force[..], displacement, end),
+            Engine::Implicit(i) if !i.scheme.inertia => {
+                (&self.trial.force[..], displacement, end, &mut i.newton.internal)
+            }
+            Engine::Implicit(i) => (&i.force[..], &i.middle[..], middle_of_step, &mut i.newton.internal),
+            Engine::Path(p) => (&p.corrector.force[..], displacement, end, &mut p.corrector.internal),
         };
+        if tension.is_none() {
+            (force, middle, at) = (&self.rest_force, displacement, end);
+        }
+        if last {
+            self.energies.of(&self.model, internal, &self.trial, &mut self.energy_now);
+        } else {
+            internal.elements.begin_reading();
+        }
         let step = Step { end, length: h, force, middle, at, tension };
-        self.recorder.step(&self.model, &self.trial, &step, &mut peaks, &mut groups);
+        let there = (&self.trial, &mut internal.elements);
+        self.recorder.step(&self.model, there, &step, &mut peaks, &mut groups);
         self.trial.groups = groups;
         if tension.is_some() {
             self.trial.peaks = peaks;
@@ -551,12 +562,6 @@ impl WindowSolver {
 
     /// Energies at the window's end, reactions and scene gauges over the window.
     fn write_gauges(&mut self, output: &mut [f64]) {
-        let internal = match &mut self.engine {
-            Engine::Explicit(e) => &mut e.internal,
-            Engine::Implicit(i) => &mut i.newton.internal,
-            Engine::Path(p) => &mut p.corrector.internal,
-        };
-        self.energies.of(&self.model, internal, &self.trial, &mut self.energy_now);
         let gauges = &mut output[self.answer.layout.len()..];
         let (triples, _) = gauges.as_chunks_mut::<3>();
         for (triple, energy) in triples.iter_mut().zip(&self.energy_now) {

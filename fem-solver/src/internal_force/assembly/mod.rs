@@ -4,9 +4,9 @@ mod rupture;
 #[cfg(test)]
 mod tests;
 
-pub use self::rupture::{Broken, CLOSE, Event, take_largest};
+pub use self::rupture::{Broken, Event, take_largest};
 use self::rupture::{Release, Stretch};
-use crate::element::{Answer, AnyElement, Constants, Energy, Slack};
+use crate::element::{Answer, AnyElement, CLOSE, Constants, Energy, Slack};
 use crate::internal_force::kernel::rings::{Rings, WIDTH};
 use crate::model::Model;
 use nalgebra::Vector3;
@@ -61,8 +61,9 @@ pub struct Assembly {
     torn: Vec<f64>,
     /// What is computed several at a time.
     rings: Rings,
-    /// The block whose tensions were asked for last, and these [N].
-    read: (Option<usize>, [f64; WIDTH]),
+    /// Of each block in which of the readings its tensions were computed, and these [N]; and the number of the reading under way.
+    read: Vec<(u64, [f64; WIDTH])>,
+    reading: u64,
 }
 
 impl Assembly {
@@ -97,6 +98,7 @@ impl Assembly {
         let mut assembly = Self::new(model);
         let places = &assembly.places;
         assembly.rings = Rings::new(&model.elements, model.node_count(), |i| places[i].history.start);
+        assembly.read = vec![(0, [0.0; WIDTH]); assembly.rings.block_count()];
         assembly
     }
 
@@ -141,12 +143,12 @@ impl Assembly {
         largest * largest
     }
 
-    /// The same over an explicit step from the displacements `start`, at those in its middle; `history` becomes that at the
-    /// middle, and what breaks within the step pulls until it does.
+    /// The same over an explicit step from the displacements `start`, at those in its middle, where no node is further than
+    /// `way` [m] from there; `history` becomes that at the middle, and what breaks within the step pulls until it does.
     pub fn subtract_and_advance(
         &mut self,
         elements: &[AnyElement],
-        (start, middle): (&[f64], &[f64]),
+        ((start, middle), way): ((&[f64], &[f64]), f64),
         history: &mut [f64],
         force: &mut [f64],
     ) -> f64 {
@@ -156,7 +158,8 @@ impl Assembly {
         let (mut largest, mut next) = (0.0, 0);
         while next < elements.len() {
             let (block, end) = self.rings.block_at(next);
-            let ahead = block.map(|block| (block, self.rings.pull_ahead(block, start, middle, history)));
+            let ahead =
+                block.map(|block| (block, self.rings.pull_ahead(block, (start, middle), way, history)));
             self.used = self.used.max(ahead.map_or(0.0, |(_, used)| used));
             match ahead {
                 Some((block, used)) if used <= CLOSE => {
@@ -286,12 +289,18 @@ impl Assembly {
         (&self.force[..n], &self.tangent[..n * n], &self.dofs[dofs])
     }
 
-    /// Energies of all elements at `u` [J].
+    /// Energies of all elements at `u` [J]. [`Assembly::ring_tensions`] is asked from now on there, for what comes with them.
     pub fn energy(&mut self, elements: &[AnyElement], u: &[f64], history: &[f64]) -> Energy {
+        self.begin_reading();
         let (mut sum, mut next) = (Energy::default(), 0);
         while next < elements.len() {
             let (block, end) = self.rings.block_at(next);
-            if !block.is_some_and(|block| self.rings.add_energy(block, u, history, &mut sum)) {
+            let added = block.is_some_and(|block| {
+                let (added, tensions) = self.rings.add_energy(block, u, history, &mut sum);
+                self.read[block] = (self.reading, tensions);
+                added
+            });
+            if !added {
                 for (i, element) in elements.iter().enumerate().take(end).skip(next) {
                     let history = self.history(i, history);
                     let own = element.energy(self.gather(i, u), history);
@@ -314,17 +323,20 @@ impl Assembly {
         sum
     }
 
-    /// [`Assembly::ring_tension`] is asked from now on at other displacements or histories than before.
+    /// [`Assembly::ring_tensions`] is asked from now on at other displacements or histories than before.
     pub fn begin_reading(&mut self) {
-        self.read.0 = None;
+        self.reading += 1;
     }
 
-    /// What a ring that is computed with others carries at `u` [N], 0 where it is broken; `None` of any other element.
-    pub fn ring_tension(&mut self, element: usize, u: &[f64], history: &[f64]) -> Option<f64> {
-        let block = self.rings.block_at(element).0?;
-        if self.read.0 != Some(block) {
-            self.read = (Some(block), self.rings.tensions(block, u, history));
+    /// What a ring that is computed with others and those that follow it there carry at `u` [N], 0 where one is broken; nothing
+    /// of any other element.
+    pub fn ring_tensions(&mut self, element: usize, u: &[f64], history: &[f64]) -> &[f64] {
+        let Some(block) = self.rings.block_at(element).0 else { return &[] };
+        let read = &mut self.read[block];
+        if read.0 != self.reading {
+            *read = (self.reading, self.rings.tensions(block, u, history));
         }
-        Some(self.read.1[element - self.rings.elements(block).start])
+        let own = self.rings.elements(block);
+        &read.1[element - own.start..own.len()]
     }
 }

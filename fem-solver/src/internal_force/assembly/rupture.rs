@@ -9,14 +9,11 @@
 //! the step. [`Assembly::book_rupture`] returns the difference: with it the books say exactly what the scheme did.
 
 use super::{Assembly, Place};
-use crate::element::AnyElement;
+use crate::element::{AnyElement, CLOSE};
 use serde::{Deserialize, Serialize};
 
 /// Halvings of the part of the step in which something breaks.
 const HALVINGS: u32 = 40;
-
-/// Share of its strength from which on an element may break or not by small differences: forces are hardly better known.
-pub const CLOSE: f64 = 0.99;
 
 /// The share of this element is the largest that it had.
 pub fn take_largest(all: &mut Vec<(u32, f64)>, (element, share): (u32, f64)) {

@@ -34,6 +34,8 @@ pub struct BlockMemory<const N: usize, const W: usize> {
     pub most: ([Lanes; W], Lanes),
     pub force: NodeLanes<N>,
     pub tension: Lanes,
+    /// What no perimeter exceeds by the end of an explicit step if nothing holds the nodes up.
+    pub bound: Lanes,
     pub stored: Lanes,
     pub dissipated: Lanes,
 }
@@ -49,6 +51,7 @@ impl<const N: usize, const W: usize> Default for BlockMemory<N, W> {
             most: extensions,
             force: nodes,
             tension: ZERO,
+            bound: ZERO,
             stored: ZERO,
             dissipated: ZERO,
         }
@@ -110,17 +113,20 @@ impl<const N: usize, const W: usize> BlockMemory<N, W> {
         (self.had.1[l], own)
     }
 
-    /// Force, history and tension.
-    pub fn pull(&mut self, constants: &BlockConstants<N>) {
+    /// Force, history and tension, where each node goes `way` [m] on: a side changes by at most twice that, and the force of a
+    /// perimeter grows with its length.
+    pub fn pull(&mut self, constants: &BlockConstants<N>, way: f64) {
+        let longer = 2.0 * N as f64 * way;
         Arch::new().dispatch(
             #[inline(always)]
             || {
                 for l in 0..WIDTH {
-                    let had = self.had(l);
-                    let RingPull { force, tension, most } =
-                        constants.ring(l).pull::<W>(&lane(&self.u, l), &had);
+                    let (ring, u, had) = (constants.ring(l), lane(&self.u, l), self.had(l));
+                    let RingPull { force, tension, most } = ring.pull::<W>(&u, &had);
+                    let (bound, _) = ring.perimeter.force(ring.sides(&u).perimeter + longer, had.0);
                     let broken = self.broken[l] > 0.0;
                     self.tension[l] = if broken { 0.0 } else { tension };
+                    self.bound[l] = if broken { 0.0 } else { bound };
                     for a in 0..N {
                         for c in 0..3 {
                             self.force[a][c][l] = if broken { 0.0 } else { force[a][c] };
@@ -151,14 +157,16 @@ impl<const N: usize, const W: usize> BlockMemory<N, W> {
         tensions
     }
 
-    /// Energies.
+    /// Energies and tensions.
     pub fn measure(&mut self, constants: &BlockConstants<N>) {
         Arch::new().dispatch(
             #[inline(always)]
             || {
                 for l in 0..WIDTH {
-                    let (u, had) = (lane(&self.u, l), self.had(l));
-                    (self.stored[l], self.dissipated[l]) = constants.ring(l).energy::<W>(&u, &had);
+                    let (ring, u, had) = (constants.ring(l), lane(&self.u, l), self.had(l));
+                    (self.stored[l], self.dissipated[l]) = ring.energy::<W>(&u, &had);
+                    let (tension, _) = ring.perimeter.force(ring.sides(&u).perimeter, had.0);
+                    self.tension[l] = if self.broken[l] > 0.0 { 0.0 } else { tension };
                 }
             },
         );

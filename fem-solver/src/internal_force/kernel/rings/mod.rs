@@ -10,7 +10,7 @@ mod columns;
 
 use self::columns::{BlockConstants, BlockMemory, NodeLanes};
 use crate::element::ring::{BROKEN, PERIMETER, WIDTHS};
-use crate::element::{AnyElement, Element, Energy, Ring};
+use crate::element::{AnyElement, Element, Energy, FAR, Ring};
 use std::ops::Range;
 
 /// Rings that are computed together.
@@ -112,21 +112,32 @@ impl Rings {
         self.blocks[block].elements.clone()
     }
 
-    /// Compute force and history of a block in the middle of an explicit step that began at the displacements `start` [m]. Returns
-    /// the largest share of its strength that a ring uses at the step's end as long as nothing holds it up.
-    pub fn pull_ahead(&mut self, block: usize, start: &[f64], middle: &[f64], history: &[f64]) -> f64 {
+    /// Compute force and history of a block in the middle of an explicit step that began at the displacements `start` [m], no
+    /// node further than `way` [m] from there. Returns the largest share of its strength that a ring uses at the step's end as
+    /// long as nothing holds it up, or an upper bound of it below [`FAR`].
+    pub fn pull_ahead(
+        &mut self,
+        block: usize,
+        (start, middle): (&[f64], &[f64]),
+        way: f64,
+        history: &[f64],
+    ) -> f64 {
         let block = &self.blocks[block];
+        let share = |forces: &Lanes| {
+            let shares = forces.iter().zip(&block.strength).take(block.count());
+            shares.fold(0.0, |most, (force, strength)| f64::max(most, force / strength))
+        };
         of_kind!(self, block, |places, columns, memory| {
             memory.gather(block, places, middle, history);
-            memory.pull(columns);
-            if block.breakable {
+            memory.pull(columns, way);
+            // Mostly no ring is near its strength, however its nodes go on.
+            let bound = if block.breakable { share(&memory.bound) } else { 0.0 };
+            if bound < FAR {
+                bound
+            } else {
                 gather(places, block.nodes, start, &mut memory.ahead);
                 memory.look_ahead();
-                let tensions = memory.tensions(columns, &memory.ahead);
-                let ahead = tensions.iter().zip(&block.strength).take(block.count());
-                ahead.fold(0.0, |most, (tension, strength)| f64::max(most, tension / strength))
-            } else {
-                0.0
+                share(&memory.tensions(columns, &memory.ahead))
             }
         })
     }
@@ -147,15 +158,26 @@ impl Rings {
         })
     }
 
-    /// Add the energies of a block at `u` [J], 0 as modelled, to `sum`, in the order of its elements. Returns whether it could:
-    /// what is broken has to be asked alone.
-    pub fn add_energy(&mut self, block: usize, u: &[f64], history: &[f64], sum: &mut Energy) -> bool {
+    /// Add the energies of a block at `u` [J], 0 as modelled, to `sum`, in the order of its elements. Returns whether it could,
+    /// as what is broken has to be asked alone; and what the perimeters carry there, as [`Rings::tensions`].
+    pub fn add_energy(
+        &mut self,
+        block: usize,
+        u: &[f64],
+        history: &[f64],
+        sum: &mut Energy,
+    ) -> (bool, Lanes) {
         let block = &self.blocks[block];
         of_kind!(self, block, |places, columns, memory| {
             memory.gather(block, places, u, history);
             memory.measure(columns);
-            memory.add_energy(block, sum)
+            (memory.add_energy(block, sum), memory.tension)
         })
+    }
+
+    /// Number of blocks.
+    pub fn block_count(&self) -> usize {
+        self.blocks.len()
     }
 }
 
