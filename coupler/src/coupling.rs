@@ -131,6 +131,7 @@ impl<'a> Coupling<'a> {
         agreement: &mut Agreement,
         observer: &mut dyn Observer,
     ) -> Result<(), CouplingError> {
+        let _span = interface_defs::profile!("loop");
         let mut schedule = match self.resume.take() {
             Some(kept) => self.go_on(&kept.coupling, agreement)?,
             None => Schedule::new(self.settings.time_window, self.end_time, self.settings.shortest_window()),
@@ -213,6 +214,7 @@ impl<'a> Coupling<'a> {
 
     /// End both solvers; the last solve is committed if it was accepted.
     pub fn finish(&mut self) -> Result<(Statistics, Statistics), Failure> {
+        let _span = interface_defs::profile!("finish");
         Ok((self.dem.finish()?, self.fem.finish()?))
     }
 
@@ -225,6 +227,7 @@ impl<'a> Coupling<'a> {
         agreement: &mut Agreement,
         observer: &mut dyn Observer,
     ) -> Result<Outcome, CouplingError> {
+        let _span = interface_defs::profile!("window", window = span.number);
         let (mut iteration, mut selections) = (1, 0);
         let ended = self.gauges.free_time < FLIGHT * span.length;
         let selects = |patch: &Patch| patch.is_open() || (ended && patch.is_wide_for(span.length));
@@ -365,6 +368,7 @@ impl<'a> Coupling<'a> {
         agreement: &mut Agreement,
         observer: &mut dyn Observer,
     ) -> Result<Answered, CouplingError> {
+        let _span = interface_defs::profile!("pass", window = span.number, iteration);
         self.counts.iterations += 1;
         let Agreement { interface, dem, fem, patch, .. } = &mut *agreement;
         let selection = u32::from(patch.is_some());
@@ -425,6 +429,7 @@ impl<'a> Coupling<'a> {
     /// Count and book an accepted window.
     fn book(&mut self, accepted: Accepted, interface: &Interface) {
         let Accepted { span, iterations, residual, converged } = accepted;
+        let _span = interface_defs::profile!("commit", window = span.number);
         self.dem.commit_due = true;
         self.fem.commit_due = true;
         self.counts.windows += 1;
@@ -477,6 +482,7 @@ impl<'a> Coupling<'a> {
     fn reselect(&mut self, span: Span, agreement: &mut Agreement) -> Result<(), CouplingError> {
         let Agreement { interface, dem, fem, patch, .. } = agreement;
         let Some(patch) = patch else { return Err(no_selection(self.dem.participant.name())) };
+        let _span = interface_defs::profile!("select", window = span.number);
         self.counts.selections += 1;
         let all = patch.all();
         dem.resize(&all);

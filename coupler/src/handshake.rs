@@ -54,6 +54,7 @@ pub fn agree(
     resume: Option<&KeptRun>,
     progress: OnProgress,
 ) -> Result<Agreement, Failure> {
+    let _span = interface_defs::profile!("prepare");
     let (dem_hello, fem_hello) = (dem.hello()?, fem.hello()?);
     for (solver, hello) in [(dem.name(), &dem_hello), (fem.name(), &fem_hello)] {
         tracing::info!("{solver} is {}", hello.program);

@@ -71,9 +71,11 @@ struct RunArguments {
 /// The whole program.
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
-    let hints = matches!(&cli.command, Command::Run(arguments) if !arguments.leader.quiet);
-    log::init(cli.logging.log_format, hints);
+    let leader = if let Command::Run(arguments) = &cli.command { Some(&arguments.leader) } else { None };
+    let hints = leader.is_some_and(|leader| !leader.quiet);
+    let profile = leader.and_then(|leader| leader.profiling.profile.as_deref());
     guarded(|| {
+        log::init(cli.logging.log_format, hints, (profile, "coupler"))?;
         match &cli.command {
             Command::Run(arguments) => return run(arguments),
             Command::Schema => show(&(crate::reference::share().to_json() + "\n")),

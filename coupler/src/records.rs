@@ -201,6 +201,7 @@ impl Observer for Records {
     }
 
     fn committed(&mut self, c: &Committed) -> Result<(), Diagnostic> {
+        let _span = interface_defs::profile!("record", window = c.span.number);
         let recorder = self.recorder.as_mut().expect("opened when both were prepared");
         let time = c.span.end();
         recorder.take(time, c.dem.as_chunks().0.iter().chain(c.fem.as_chunks().0));

@@ -72,6 +72,7 @@ impl Exchange {
     ) -> Result<usize, Fault> {
         let command = command(header)?;
         if command.commits() {
+            let _span = crate::profile!("commit");
             solver.commit()?;
         }
         self.select(solver, header, payload)?;
@@ -118,6 +119,7 @@ impl Exchange {
                 Ok(list.len() as u32)
             }
             _ => {
+                let _span = crate::profile!("solve", window = header.window, iteration = header.iteration);
                 solver.solve(&window(header), &payload[..self.takes.len()], output)?;
                 Ok(0)
             }

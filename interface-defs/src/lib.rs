@@ -23,6 +23,17 @@
 //! What rockfall's own programs share beside the contract (scene text and its errors, result files, run directory, exit codes) is
 //! not needed by a foreign solver.
 
+/// Target of the spans that `--profile` shows; without that option they cost nothing.
+pub const PROFILE: &str = "profile";
+
+/// A span of the profile, from here to the end of the block that holds it.
+#[macro_export]
+macro_rules! profile {
+    ($($what:tt)*) => {
+        tracing::trace_span!(target: $crate::PROFILE, $($what)*).entered()
+    };
+}
+
 pub mod diagnostic;
 pub mod exchange;
 pub mod field;

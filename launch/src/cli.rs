@@ -131,8 +131,8 @@ pub fn main() -> Exit {
         }
     };
     let json = cli.logging.log_format == LogFormat::Json;
-    log::init(cli.logging.log_format, json);
-    match execute(cli.command, json) {
+    let logged = log::init(cli.logging.log_format, json, (None, "rockfall"));
+    match logged.map_err(Stop::from).and_then(|()| execute(cli.command, json)) {
         Ok(exit) => exit,
         Err(stop) => {
             for error in &stop.errors {

@@ -15,7 +15,7 @@ use std::fmt::Write;
 use std::io;
 use std::path::Path;
 use std::process::Command;
-use toolkit::arguments::{Input, Results};
+use toolkit::arguments::{Input, Profiling, Results};
 use toolkit::exit::Exit;
 use toolkit::files::{self, Dir};
 use toolkit::owner::{Claim, Owner};
@@ -23,7 +23,7 @@ use toolkit::program::Savings;
 use toolkit::progress::Line;
 use toolkit::scene::Scene;
 use toolkit::summary::{RunStatus, Summary};
-use toolkit::{manifest, run_dir, screen, start_from};
+use toolkit::{manifest, profile, run_dir, screen, start_from};
 
 /// What the command line asks for.
 #[derive(Debug, Args)]
@@ -37,6 +37,9 @@ pub struct Arguments {
     /// Print nothing but errors
     #[arg(long, conflicts_with = "log_format", help_heading = "Results")]
     pub quiet: bool,
+    /// Where the times of its processes go.
+    #[command(flatten)]
+    pub profiling: Profiling,
     /// Which savings are used.
     #[command(flatten)]
     pub savings: Savings,
@@ -96,6 +99,9 @@ pub fn run(request: &Arguments, json: bool) -> Result<Exit, Stop> {
     };
     recorded.map_err(|e| Stop::input(code::FILE, format!("{}: cannot be written to: {e}", out.display())))?;
     drop(ground);
+    let profile = request.profiling.profile.as_deref().map(files::create).transpose();
+    let profile =
+        profile.map_err(|e| Stop::input(code::FILE, format!("--profile: it cannot be written: {e}")))?;
     owner.share_with_children();
 
     let jobs = commands.iter().enumerate().map(|(index, (name, words))| {
@@ -110,6 +116,10 @@ pub fn run(request: &Arguments, json: bool) -> Result<Exit, Stop> {
     let outcome = children::watch(jobs.collect(), rules, &events);
     progress.finish();
     let outcome = outcome?;
+    let parts = commands.iter().map(|(name, _)| profile::part(&log, name));
+    if let Some(Err(e)) = profile.map(|file| profile::join(file, parts)) {
+        tracing::error!("--profile: it cannot be written: {e}");
+    }
     let judged = verdict(&outcome, commands[0].0, &log)
         .and_then(|()| owner.check().map_err(|what| Stop::failed(code::RESULT_DIRECTORY, what)))
         .map_err(|stop| with_full_disk(stop, &out));
@@ -284,6 +294,10 @@ fn words(
     option("--supervisor", std::process::id().to_string().into());
     if leads && show {
         option("--progress", "json".into());
+    }
+    // A solver of another make may not know it.
+    if request.profiling.profile.is_some() && !member.foreign {
+        option("--profile", profile::part(&owner.dir().join(run_dir::LOG), member.part.name()).into());
     }
     if request.savings.no_shortcuts {
         words.push("--no-shortcuts".into());

@@ -23,8 +23,8 @@ use std::time::{Duration, Instant};
 /// Exchanges between two looks after the launcher.
 const LOOK_AFTER: u64 = 256;
 
-/// How long an answer to the first message is waited for. A server whose first connection to this client failed does not try again
-/// (iceoryx2 0.10: `Server::new` warns); it connects to the next client.
+/// How long an answer to the first message is waited for at first, and twice as long each time after. A server whose first connection
+/// to this client failed does not try again (iceoryx2 0.10: `Server::new` warns); it connects to the next client.
 const CONNECT: Duration = Duration::from_millis(500);
 
 /// How long a survivor is given to hear why the run ends.
@@ -162,14 +162,17 @@ impl Remote {
     /// The answer to the first message. While there is none the client is made anew, again and again.
     fn connect(&mut self) -> Result<FromSolver, Failure> {
         let (started, timeout) = (Instant::now(), self.shared.options.timeout);
+        let mut patience = CONNECT;
         loop {
-            match self.call(CONNECT.min(timeout), &ToSolver::Connect, "in the handshake", &mut silent) {
+            match self.call(patience.min(timeout), &ToSolver::Connect, "in the handshake", &mut silent) {
                 Err(Failure::Silent { solver, during, .. }) => {
                     let (waited, deadline) = (started.elapsed().as_secs_f64(), timeout.as_secs_f64());
                     if waited > deadline {
                         return Err(Failure::Silent { solver, during, waited, deadline });
                     }
                     tracing::debug!("{solver} has not answered in {waited:.1} s: connecting anew");
+                    // A solver that is slow, and not deaf, must come to answer.
+                    patience *= 2;
                     // The channel has room for one.
                     self.caller.client = None;
                     self.caller.client = control_client(&self.channels, &self.name)?;
@@ -426,6 +429,60 @@ mod tests {
     use super::*;
     use crate::ipc::channel::Bell;
     use crate::ipc::control::Listener as ControlListener;
+
+    /// A process is counted as a server, is not scheduled for a moment, and only then can a client find it: the request that was
+    /// sent meanwhile reaches nobody.
+    #[test]
+    fn a_message_that_reached_nobody_reaches_the_server_that_comes() {
+        let run = RunId::new();
+        let timeout = Duration::from_secs(20);
+        let options = HostOptions { run: run.clone(), timeout, wait: Wait::Event, supervisor: None };
+        let (host, remotes) = Host::create(options, &["fem"]).expect("created");
+        let (joined, has_joined) = std::sync::mpsc::channel();
+        let (called, was_called) = std::sync::mpsc::channel::<()>();
+        let number = run.number();
+        let solver = std::thread::spawn(move || {
+            let node = Domain::find(&run)?.expect("owned").node("fem")?;
+            let channels = Channels::open(&node, "fem", timeout)?;
+            joined.send(()).expect("heard");
+            was_called.recv().expect("called");
+            let server = channels.control.server_builder().initial_max_slice_len(FRAME).create();
+            let mut control = ControlListener::new(server.map_err(transport("a server"))?, number);
+            while control.poll(&|| ())?.is_none() {
+                std::thread::sleep(Duration::from_millis(1));
+            }
+            control.send(&FromSolver::Resumed, false, &|| ())?;
+            while !control.is_fetched() {
+                std::thread::sleep(Duration::from_millis(1));
+            }
+            Ok::<_, Failure>(())
+        });
+        has_joined.recv().expect("joined");
+        let until = Instant::now() + timeout;
+        let mut looks = 0;
+        let answer = remotes[0].caller.call(&ToSolver::Connect, &mut |poll| {
+            loop {
+                if let Some(answer) = poll()? {
+                    return Ok(answer);
+                }
+                // Sent, and looked for in vain.
+                looks += 1;
+                if looks == 1 {
+                    called.send(()).expect("heard");
+                }
+                if Instant::now() > until {
+                    return Err(Failure::Interrupted);
+                }
+                std::thread::sleep(Duration::from_millis(1));
+            }
+        });
+        drop(remotes);
+        if answer.is_ok() {
+            solver.join().expect("joined").expect("answered");
+            host.close();
+        }
+        assert_eq!(answer, Ok((FromSolver::Resumed, false)));
+    }
 
     /// A solver that never sees the requests of the first client, as one whose first connection failed.
     fn answer_the_second_client(run: &RunId) -> Result<(), Failure> {

@@ -196,6 +196,7 @@ impl Session<'_> {
                     self.send(&FromSolver::Fault(fault))?;
                 }
                 Work::Message(ToSolver::Save { commit }) => {
+                    let _span = crate::profile!("save");
                     self.answer(self.exchange.save(solver, commit), |state| FromSolver::Saved { state })?;
                 }
                 Work::Message(ToSolver::Resume { state }) => {
@@ -203,6 +204,7 @@ impl Session<'_> {
                     self.answer(resumed, |()| FromSolver::Resumed)?;
                 }
                 Work::Message(ToSolver::Finish { commit }) => {
+                    let _span = crate::profile!("finish");
                     let committed = if commit { solver.commit() } else { Ok(()) };
                     let solving = self.solving.as_secs_f64();
                     self.answer(committed.and_then(|()| solver.finish()), |statistics| {
@@ -282,6 +284,7 @@ impl Session<'_> {
             }
             Ok(())
         };
+        let _span = crate::profile!("prepare");
         let outcome = solver.prepare(plan, &mut report);
         if let Some(reason) = aborted {
             self.send(&FromSolver::Statistics(Statistics::default()))?;
@@ -320,6 +323,7 @@ impl Session<'_> {
     fn window(&mut self, solver: &mut dyn Solver, request: &FieldRequest) -> Result<(), Failure> {
         let started = Instant::now();
         let header = *request.user_header();
+        let _span = crate::profile!("answer", window = header.window, iteration = header.iteration);
         let run = self.connection.run.number();
         if header.run != run {
             return Err(broken(format!("asked run {:016x}, this is run {run:016x}", header.run)));

@@ -107,6 +107,7 @@ impl Patience<'_> {
         mut poll: impl FnMut() -> Result<Option<T>, Failure>,
         mut on_tick: impl FnMut() -> Result<(), Failure>,
     ) -> Result<T, Failure> {
+        let _span = crate::profile!("wait", partner = self.partner);
         let started = Instant::now();
         if let Some(answer) = self.look_again(started, &mut poll)? {
             return Ok(answer);

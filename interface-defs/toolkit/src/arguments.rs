@@ -65,6 +65,14 @@ pub struct Results {
     pub resume: bool,
 }
 
+/// Where it is shown what takes how long.
+#[derive(Debug, Clone, Args)]
+pub struct Profiling {
+    /// Write what each process does and when to this file (trace events, JSON), for ui.perfetto.dev
+    #[arg(long, value_name = "FILE", value_parser = path(), help_heading = "Results")]
+    pub profile: Option<PathBuf>,
+}
+
 /// Of a program that leads a run, alone or as the coupler.
 #[derive(Debug, Clone, Args)]
 pub struct Leader {
@@ -77,6 +85,9 @@ pub struct Leader {
     /// Print progress on stdout, five times a second
     #[arg(long, value_enum, value_name = "FORM", help_heading = "Results")]
     pub progress: Option<Form>,
+    /// Where its times go.
+    #[command(flatten)]
+    pub profiling: Profiling,
 }
 
 /// Whether savings are used.

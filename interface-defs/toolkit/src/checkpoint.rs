@@ -226,6 +226,7 @@ impl Store {
     /// [`write`](Self::write) one as far as possible. The first failure of a series is a warning of the log.
     pub fn keep(&mut self, time: f64, parts: impl FnOnce() -> Result<Parts, Diagnostic>) {
         self.last = Instant::now();
+        let _span = interface_defs::profile!("write checkpoint");
         let written = parts().map_err(|e| e.to_string());
         let written = written.and_then(|parts| self.write(time, parts).map_err(|e| e.to_string()));
         let failed_before = std::mem::replace(&mut self.failed, written.is_err());

@@ -101,6 +101,7 @@ impl History {
     /// Panics if the row does not fit the header.
     pub fn row(&mut self, values: &[f64]) -> io::Result<()> {
         assert_eq!(values.len(), self.columns, "a row must fit the header");
+        let _span = interface_defs::profile!("write row");
         self.row.clear();
         for value in values {
             write_number(&mut self.row, *value);

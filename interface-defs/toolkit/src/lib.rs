@@ -18,7 +18,8 @@
 //! - [`checkpoint`]: what a run that was killed goes on from
 //! - [`energy`]: the balance of energy, from gauges by role
 //! - [`limits`]: bounds of trust, and who passes them; [`numbers`]: numbers for a reader
-//! - [`exit`], [`log`], [`screen`], [`alloc`]: exit codes, logs, text on the screen, counted allocations
+//! - [`exit`], [`log`], [`screen`], [`alloc`]: exit codes, logs, text on the screen, counted allocations; [`profile`]: what a process does
+//!   when
 
 pub mod alloc;
 pub mod arguments;
@@ -42,6 +43,7 @@ pub mod numbers;
 pub mod output;
 pub mod owner;
 pub mod processes;
+pub mod profile;
 pub mod program;
 pub mod progress;
 pub mod provenance;

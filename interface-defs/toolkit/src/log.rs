@@ -1,7 +1,10 @@
 //! Logs: to stderr, by audience. What a user should know is info, warn or error; what a developer
 //! looks for is debug or trace. `RUST_LOG` chooses otherwise.
 
+use super::profile;
+use interface_defs::Diagnostic;
 use std::io::IsTerminal;
+use std::path::Path;
 use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::prelude::*;
 
@@ -15,8 +18,16 @@ pub enum LogFormat {
     Json,
 }
 
-/// Log to stderr from now on: warnings and errors, and with `hints` what is being done.
-pub fn init(format: LogFormat, hints: bool) {
+/// Log to stderr from now on: warnings and errors, and with `hints` what is being done; and what this process does when to the file
+/// `profile`, as `name`.
+///
+/// # Errors
+/// If that file cannot be written.
+pub fn init(
+    format: LogFormat,
+    hints: bool,
+    (profile, name): (Option<&Path>, &str),
+) -> Result<(), Diagnostic> {
     let default = Targets::new().with_default(if hints { LevelFilter::INFO } else { LevelFilter::WARN });
     let filter = std::env::var("RUST_LOG").ok().and_then(|text| text.parse().ok()).unwrap_or(default);
     let lines = tracing_subscriber::fmt::layer()
@@ -30,5 +41,14 @@ pub fn init(format: LogFormat, hints: bool) {
         }
     };
     // A second call (two tests in one process) keeps the first.
-    let _ = tracing_subscriber::registry().with(lines.with_filter(filter)).try_init();
+    let all = tracing_subscriber::registry().with(lines.with_filter(filter));
+    let _ = match profile {
+        None => all.try_init(),
+        Some(path) => {
+            let unwritable =
+                |e| Diagnostic::in_file(path.display().to_string(), format!("it cannot be written: {e}"));
+            all.with(profile::begin(path, name).map_err(unwritable)?).try_init()
+        }
+    };
+    Ok(())
 }

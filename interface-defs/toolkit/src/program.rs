@@ -2,7 +2,9 @@
 
 use super::alloc::allocations;
 pub use super::arguments::Savings;
-use super::arguments::{AnswerForm, Input, Leader, Logging, Membership, ResultDir, Results, Supervised};
+use super::arguments::{
+    AnswerForm, Input, Leader, Logging, Membership, Profiling, ResultDir, Results, Supervised,
+};
 use super::check;
 pub use super::check::CheckReport;
 use super::checkpoint::{self, Checkpoint};
@@ -10,6 +12,7 @@ use super::exit::Exit;
 use super::limits::Limits;
 use super::log;
 use super::owner::{Claim, Owner, refuse_stranger};
+use super::profile;
 use super::progress::Reporter;
 use super::provenance::{self, build_id};
 use super::run_dir;
@@ -121,6 +124,8 @@ struct ServeArguments {
     savings: Savings,
     #[command(flatten)]
     membership: Membership,
+    #[command(flatten)]
+    profiling: Profiling,
     /// This solver's name in the run: `dem` or `fem` [default: its own]
     #[arg(long = "as", value_name = "NAME", help_heading = "Connection")]
     part: Option<String>,
@@ -160,26 +165,33 @@ pub fn main_with(program: &Program, extras: &[Extra]) -> ExitCode {
         && let Some(extra) = extras.iter().find(|e| (e.command)().get_name() == name)
     {
         let form = matches.get_one("log_format").copied().unwrap_or_default();
-        log::init(form, true);
-        return guarded(|| (extra.run)(own));
+        return guarded(|| {
+            log::init(form, true, (None, program.role))?;
+            (extra.run)(own)
+        });
     }
     let cli = match Cli::from_arg_matches(&matches) {
         Ok(cli) => cli,
         Err(e) => e.exit(),
     };
-    let hint = match &cli.command {
-        SolverCommand::Run(arguments) => !arguments.leader.quiet,
-        SolverCommand::Serve(_) => true,
-        SolverCommand::Check { .. } | SolverCommand::Schema => false,
+    let (hint, profiling) = match &cli.command {
+        SolverCommand::Run(arguments) => (!arguments.leader.quiet, Some(&arguments.leader.profiling)),
+        SolverCommand::Serve(arguments) => (true, Some(&arguments.profiling)),
+        SolverCommand::Check { .. } | SolverCommand::Schema => (false, None),
     };
-    log::init(cli.logging.log_format, hint);
-    guarded(|| execute(program, &cli.command))
+    let profile = profiling.and_then(|profiling| profiling.profile.as_deref());
+    guarded(|| {
+        log::init(cli.logging.log_format, hint, (profile, program.role))?;
+        execute(program, &cli.command)
+    })
 }
 
 /// Do it, print an error once, choose the exit code.
 pub fn guarded(work: impl FnOnce() -> Result<Exit, Diagnostic>) -> ExitCode {
     // A broken invariant is on stderr by then; the exit code is that of a failed run.
-    match std::panic::catch_unwind(std::panic::AssertUnwindSafe(work)) {
+    let ended = std::panic::catch_unwind(std::panic::AssertUnwindSafe(work));
+    profile::end();
+    match ended {
         Ok(Ok(exit)) => exit.into(),
         Ok(Err(error)) => {
             complain(&error);

@@ -155,6 +155,7 @@ impl Ledger {
     pub fn solve(&mut self, solver: &mut dyn Solver, step: &Step) -> Result<(), Fault> {
         let Step { window, end, .. } = step;
         let when = |end: f64| format!("from {} s to {end} s", window.start);
+        let _span = interface_defs::profile!("solve", window = window.number, iteration = window.iteration);
         solver.solve(window, &[], &mut self.values).and_then(|()| solver.commit()).map_err(|mut fault| {
             if fault.kind != FaultKind::Interrupted {
                 fault.diagnostic.message = format!("{}: {}", when(*end), fault.diagnostic.message);

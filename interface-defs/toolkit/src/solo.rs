@@ -89,6 +89,7 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
     let resume = stage.resume.take();
     let asked = resume.as_ref().map_or(Ok(()), |from| solver.resume(from.part(stage.role)?));
     let mut report = |progress| stage.preparing(end_time, &progress);
+    let preparing = interface_defs::profile!("prepare");
     let mut ready = match asked.and_then(|()| solver.prepare(&plan, &mut report)) {
         Ok(ready) => ready,
         Err(fault) if fault.kind == FaultKind::Input => return Err(*fault.diagnostic),
@@ -98,6 +99,7 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
             return Ok(summary);
         }
     };
+    drop(preparing);
     let prepared = started.elapsed().as_secs_f64();
     let warnings = std::mem::take(&mut ready.warnings);
     let (mut summary, mut balance) = (Summary::new(RunStatus::Done), None);
@@ -119,6 +121,7 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
     let gauges = std::mem::take(&mut summary.measures);
     summary.warnings.splice(0..0, warnings);
     summary.warnings.extend(resume.map(|from| checkpoint::of_last_part(from.time)));
+    let _span = interface_defs::profile!("finish");
     let statistics = solver.finish().unwrap_or_else(|fault| {
         summary.warnings.push(Diagnostic::warning(code::ABSENT_MEASURE, format!("no statistics: {fault}")));
         Statistics::default()
@@ -200,6 +203,7 @@ impl<'a> Solo<'a> {
 
     /// Windows until `end_time`, a row where one is due.
     fn advance(&mut self, stage: &mut Stage, end_time: f64) -> Result<(), Fault> {
+        let _span = interface_defs::profile!("loop");
         while let Some(step) = self.windows.current() {
             self.look(stage, step.window.start)?;
             self.windows.next();

@@ -150,6 +150,7 @@ struct Files {
 impl Files {
     fn write_all(mut self: Box<Self>, states: Receiver<(f64, Grid)>) -> io::Result<Box<Self>> {
         for (time, grid) in states {
+            let _span = interface_defs::profile!("write fields");
             self.write(time, &grid)?;
         }
         Ok(self)
