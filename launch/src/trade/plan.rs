@@ -1,7 +1,7 @@
 //! Which run comes next. A function of the finished runs and the budget alone, so that a study goes on where it was left.
 //!
-//! In this order, each up to its share of the budget: the scene and the reference; one knob at a time, both ways, for the scene
-//! and for each of its arms; knobs of the model; combinations near the front; repeats of what is on the front, so that the
+//! In this order, each up to its share of the budget: the scene and the reference; each arm of the scene, presets and the yielding net
+//! before the others; one knob at a time, both ways, for each of them, the cheapest first; knobs of the model; combinations near the front; repeats of what is on the front, so that the
 //! medians decide; each recommendation once more.
 //!
 //! Combinations are those that look cheaper than all known ones, from what each setting does alone: deviations are taken to add up
@@ -116,8 +116,13 @@ impl Planner<'_> {
         })
     }
 
+    /// The cheapest first: it is the most likely to lead somewhere.
     fn anchors(&self) -> Vec<Point> {
-        self.study.space.arms().iter().filter_map(|arm| anchor(self.study, arm)).collect()
+        let arms = self.study.space.arms();
+        let mut all: Vec<Point> = arms.iter().filter_map(|arm| anchor(self.study, arm)).collect();
+        let cost = |point: &Point| self.study.cost(point).unwrap_or(f64::INFINITY);
+        all.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
+        all
     }
 
     /// The first point of an arm, and shorter windows until one is good.
@@ -156,7 +161,8 @@ impl Planner<'_> {
     }
 
     fn models(&self) -> Option<Task> {
-        let knobs = || self.study.space.knobs.iter().filter(|knob| knob.turned && knob.class == Class::Model);
+        let knobs =
+            || self.study.space.knobs().iter().filter(|knob| knob.turned && knob.class == Class::Model);
         let points = (1..=MODELS).flat_map(|depth| {
             knobs().flat_map(move |knob| [depth, -depth].map(|rung| Point::from([(knob.name, rung)])))
         });
@@ -331,7 +337,7 @@ impl Search<'_> {
 fn is_open(study: &Study, refuted: &[Point], point: &Point) -> bool {
     let space = &study.space;
     let coarser = |failed: &Point| {
-        space.knobs.iter().all(|knob| {
+        space.knobs().iter().all(|knob| {
             let (a, b) = (rung(point, knob.name), rung(failed, knob.name));
             if !knob.is_ladder() || knob.class == Class::Model { a == b } else { a >= b }
         })

@@ -1,6 +1,6 @@
 //! The strategy with a runner that computes nothing: values and costs follow formulas.
 
-use super::knobs::{Base, Point, Space, of};
+use super::knobs::{Base, Point, Space, Start, of};
 use super::plan::RUNS;
 use super::result::tests::done;
 use super::result::{Outcome, Purpose, Status};
@@ -78,7 +78,7 @@ fn study(given: &[(&str, f64)]) -> Study {
     let text = "[coupling]\nscheme = \"weak\"\ntime_window = 1e-4\n[dem]\ntime_step = 2.5e-5\n[[contact]]\nyoung = 1e8\n";
     let knobs = of(&Base { resolved: &text.parse().expect("TOML"), in_use: &[] });
     Study {
-        space: Space { knobs, open: Vec::new() },
+        space: Space { starts: vec![Start { knobs, pinned: Vec::new() }] },
         measures: Vec::new(),
         given: given.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect(),
         runs: Vec::new(),
