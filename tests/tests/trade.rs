@@ -114,9 +114,9 @@ fn nothing_but_the_knob_moves_in_a_push() {
     assert!(all[0].iter().any(|line| line.starts_with("scheme = ")), "{:?}", all[0]);
 }
 
-/// Presets are among the first that are tried, with all that they set named.
+/// Presets are among the first that are tried, with all that they set named, and the answer says what it knows nothing of.
 #[test]
-fn presets_are_tried() {
+fn presets_are_tried_and_what_is_not_varied_is_named() {
     let bench = Bench::new();
     let ended = trade_of(&open(&bench), &bench, "study", &["--budget", "10m", "--knob", "preset"]);
     assert_eq!(ended.code, Some(0), "{}", ended.stderr);
@@ -132,6 +132,13 @@ fn presets_are_tried() {
         let steps = ["coupling.time_window=", "dem.time_step=", "fem.time_step="];
         assert!(named.iter().chain(&steps).all(|set| row.contains(set)), "{row}");
     }
+    assert!(
+        ended.stdout.contains("not in it: ") && ended.stdout.contains("the mesh of the structure"),
+        "{}",
+        ended.stdout
+    );
+    let measures = table.lines().next().expect("a head");
+    assert!(measures.contains("max_deflection,") && measures.contains("max_cable_force,"), "{measures}");
 }
 
 #[test]

@@ -58,11 +58,13 @@ const REGISTRY: &[Spec] = &[
     Spec { refines: true, ..ladder("steps_per_contact", &[("dem.steps_per_contact", -1)]) },
     Spec { refines: true, reported: Some("fem.time_step"), ..ladder("fem_step", &[("fem.time_step", 1)]) },
     Spec { class: Class::Model, growth: 8.0, ..ladder("spheres", &[("rock.*.cluster.spheres", -3)]) },
-    Spec { class: Class::Model, growth: 8.0, ..ladder("refinement", NET) },
+    Spec { class: Class::Model, growth: 8.0, ..ladder(NET, CELLS) },
     Spec { class: Class::Model, ..ladder("modulus", MODULI) },
     Spec { class: Class::Model, ..choice("contact_selection", &[("dem.contact_selection", 0)], SELECTIONS) },
 ];
 
+/// Name of the knob of the net's cells.
+pub const NET: &str = "refinement";
 /// Name of the knob that starts from the values of a preset in place of the scene's.
 pub const PRESET: &str = "preset";
 const INTEGRATORS: &[&str] = &["central_difference", "generalized_alpha"];
@@ -77,7 +79,7 @@ const YIELDING_NET: &str = "coupling.yielding_net";
 /// Both its tolerances.
 const OF_YIELDING: &[(&str, i32)] = &[("coupling.yielding_tolerance", 2), ("coupling.yielding_share", 2)];
 /// A rectangular net of half the cells, its wires thicker: of the same mass and stiffness per metre of its width.
-const NET: &[(&str, i32)] =
+const CELLS: &[(&str, i32)] =
     &[("structure.generator.cells", -1), ("structure.generator.spacing", 1), ("structure.cable.area", 1)];
 
 const fn ladder(name: &'static str, keys: &'static [(&'static str, i32)]) -> Spec {
@@ -407,6 +409,12 @@ impl Space {
     pub fn class(&self, point: &Point) -> Class {
         let changes = |knob: &Knob| knob.class == Class::Model && point.contains_key(knob.name);
         if self.knobs().iter().any(changes) { Class::Model } else { Class::Numerical }
+    }
+
+    /// `point` with the scene's own model.
+    pub fn of_own_model(&self, point: &Point) -> Point {
+        let is_model = |name: &str| self.knob(name).is_some_and(|knob| knob.class == Class::Model);
+        point.iter().filter(|(name, _)| !is_model(name)).map(|(name, rung)| (*name, *rung)).collect()
     }
 
     /// The `--set`s of a point; `None` if a knob has no such rung. The scene as it is has none.

@@ -134,6 +134,7 @@ impl Setup {
             scene: scene.name(),
             command: quoted(&input.scene.display().to_string()) + &sets,
             end_time,
+            structure: scene.has("structure"),
             budget: arguments.budget,
             processors: std::thread::available_parallelism().map_or(1, usize::from),
         };
@@ -354,7 +355,7 @@ fn write(study: &Study, store: &Store, facts: &Facts) -> Result<String, Stop> {
     if !picture.marks.is_empty() {
         store.write("trade.svg", &report::draw(&picture).map_err(|e| unwritten("trade.svg", &e))?)?;
     }
-    Ok(format!("{}all runs     {}\n", report::screen(study), page.display()))
+    Ok(format!("{}all runs     {}\n", report::screen(study, facts), page.display()))
 }
 
 fn unwritten(file: &str, why: &dyn std::fmt::Display) -> Stop {

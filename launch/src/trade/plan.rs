@@ -8,7 +8,7 @@
 //! and costs to multiply. That is a guess, which a run then proves or refutes: what is coarser in everything than a point that was
 //! refuted is not tried.
 
-use super::knobs::{Class, Point, rung, with};
+use super::knobs::{Class, NET, Point, rung, with};
 use super::result::{Outcome, Purpose, Status};
 use super::study::{ACCURACIES, Recommended, Study, near_front};
 
@@ -161,12 +161,15 @@ impl Planner<'_> {
     }
 
     fn models(&self) -> Option<Task> {
+        let space = &self.study.space;
         let knobs =
-            || self.study.space.knobs().iter().filter(|knob| knob.turned && knob.class == Class::Model);
-        let points = (1..=MODELS).flat_map(|depth| {
-            knobs().flat_map(move |knob| [depth, -depth].map(|rung| Point::from([(knob.name, rung)])))
-        });
-        points.into_iter().find_map(|point| self.explore(&point, MODEL))
+            || space.knobs().iter().filter(|knob| knob.turned && knob.class == Class::Model).map(|k| k.name);
+        // A finer net swings faster: its steps and windows are as much shorter.
+        let finer =
+            |name: &str, depth| if name == NET { space.refined(&Point::new(), depth) } else { Point::new() };
+        let both = |name, depth| [with(&finer(name, depth), name, -depth), Point::from([(name, depth)])];
+        let mut points = (1..=MODELS).flat_map(|depth| knobs().flat_map(move |name| both(name, depth)));
+        points.find_map(|point| self.explore(&point, MODEL))
     }
 
     fn combined(&self) -> Option<Task> {
@@ -218,7 +221,7 @@ const CANCEL: f64 = 0.5;
 pub struct Guess {
     /// Its settings.
     pub point: Point,
-    /// Expected wall time [s].
+    /// Expected cost [s].
     pub cost: f64,
 }
 
@@ -242,7 +245,7 @@ pub fn combinations(study: &Study, anchor: &Point, accuracy: f64) -> Option<Gues
         study,
         knobs,
         bound: SAVING * bound,
-        accuracy: SAFETY * accuracy,
+        accuracy: SAFETY * (accuracy - study.reference.uncertainty().unwrap_or(0.0)),
         refuted: refuted(study, accuracy),
     };
     let mut best = None;
@@ -251,15 +254,18 @@ pub fn combinations(study: &Study, anchor: &Point, accuracy: f64) -> Option<Gues
     best
 }
 
-/// What is one rung coarser than a recommended point in one knob, and was not refuted: steps may be longer in longer windows.
+/// What is one rung coarser than a recommended point in one knob, or besides finer in another, and was not refuted: steps may be
+/// longer in longer windows, and longer windows have more parts.
 pub fn neighbours(study: &Study, best: &Recommended) -> Vec<Point> {
     let Some(point) = &best.point else { return Vec::new() };
     let space = &study.space;
     let refuted = refuted(study, best.accuracy);
-    (space.turned(point).filter(|knob| knob.is_ladder()))
-        .map(|knob| with(point, knob.name, rung(point, knob.name) + 1))
-        .filter(|point| is_open(study, &refuted, point))
-        .collect()
+    let ladders: Vec<_> = space.turned(point).filter(|knob| knob.is_ladder()).map(|knob| knob.name).collect();
+    let moved = |point: &Point, name, by| with(point, name, rung(point, name) + by);
+    let coarser: Vec<Point> = ladders.iter().map(|name| moved(point, name, 1)).collect();
+    let finer = coarser.iter().flat_map(|point| ladders.iter().map(|name| moved(point, name, -1)));
+    let pairs: Vec<Point> = finer.filter(|other| other != point).collect();
+    coarser.into_iter().chain(pairs).filter(|point| is_open(study, &refuted, point)).collect()
 }
 
 /// What each setting of each knob did alone; the anchor's own comes first.
@@ -288,7 +294,7 @@ fn levels(study: &Study, anchor: &Point, cost: f64) -> Vec<(&'static str, Vec<Le
 /// Points that do not keep `accuracy`.
 fn refuted(study: &Study, accuracy: f64) -> Vec<Point> {
     let fails = |run: &&super::study::Finished| {
-        run.outcome.status != Status::Done || study.error(&run.outcome).is_none_or(|error| error > accuracy)
+        run.outcome.status != Status::Done || study.bound(&run.outcome).is_none_or(|bound| bound > accuracy)
     };
     study.explored().filter(fails).map(|run| run.point.clone()).collect()
 }
