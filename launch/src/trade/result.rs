@@ -267,11 +267,6 @@ impl Reference {
         self.0.iter().find(|(name, _)| name == measure).map(|(_, known)| known)
     }
 
-    /// Deviations of a run, relative, with their signs; `None` if it lacks one of the measures.
-    pub fn deviations(&self, run: &Outcome) -> Option<Vec<f64>> {
-        self.0.iter().map(|(name, known)| Some(deviation(run.measure(name)?, known.value))).collect()
-    }
-
     /// The largest deviation of a run; `None` if it lacks one of the measures.
     pub fn error(&self, run: &Outcome) -> Option<f64> {
         self.largest(run, |deviation, _| deviation)
