@@ -54,8 +54,8 @@ pub struct Arguments {
     /// Find the limits of stability instead: push each knob until the scene breaks, and write `atlas.md` and `atlas.csv`
     #[arg(long)]
     pub atlas: bool,
-    /// Measure to compare, repeatable [default: the deflection and the largest reaction over 1 ms, or what the scene has
-    /// in their place]
+    /// Measure to compare, repeatable [default: deflections of all rocks, the largest reaction over 1 ms, the cable
+    /// force and what tore, or what the scene has in their place]
     #[arg(long = "measure", value_name = "NAME")]
     pub measures: Vec<String>,
     /// Value to compare a measure with, instead of the finest runs, repeatable
