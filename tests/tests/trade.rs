@@ -5,8 +5,12 @@ use std::process::{Command, Stdio};
 use tests::{Bench, Ended, program, scene};
 
 fn trade(bench: &Bench, out: &str, arguments: &[&str]) -> Ended {
+    trade_of(&scene("sphere-on-cable"), bench, out, arguments)
+}
+
+fn trade_of(scene: &Path, bench: &Bench, out: &str, arguments: &[&str]) -> Ended {
     let mut command = Command::new(program("rockfall"));
-    command.arg("trade").arg(scene("sphere-on-cable")).args(["--set", "end_time=0.02"]);
+    command.arg("trade").arg(scene).args(["--set", "end_time=0.02"]);
     command.arg("--out").arg(bench.path(out)).args(arguments).current_dir(bench.path(""));
     Ended::of(command.stdin(Stdio::null()).output().expect("started"), bench.path(out))
 }
@@ -19,7 +23,7 @@ fn read(path: &Path) -> String {
 #[test]
 fn a_recommendation_holds_and_a_study_goes_on() {
     let bench = Bench::new();
-    let first = trade(&bench, "study", &["--budget", "12s"]);
+    let first = trade(&bench, "study", &["--budget", "20s"]);
     assert_eq!(first.code, Some(0), "{}", first.stderr);
     let page = read(&first.out.join("trade.md"));
     let runs = read(&first.out.join("trade.csv")).lines().count() - 1;
@@ -76,6 +80,65 @@ fn limits_that_are_found_are_those_of_theory() {
         let ended = bench.run(&scene("sphere-on-cable"), &format!("by_hand_{done}"), &sets);
         assert_eq!(ended.code == Some(0), done, "{window}: {}", ended.stderr);
     }
+}
+
+/// The scene with nothing said of its coupling and its steps.
+fn open(bench: &Bench) -> std::path::PathBuf {
+    let text = read(&scene("sphere-on-cable"));
+    let named = ["scheme", "time_window", "time_step"];
+    let kept = text.lines().filter(|line| !named.iter().any(|key| line.starts_with(key)));
+    bench.scene(&kept.map(|line| format!("{line}\n")).collect::<String>())
+}
+
+/// Where a scene leaves scheme and steps open, what was chosen for it stays while its window grows: else a window that weak
+/// coupling does not bear would be computed strongly.
+#[test]
+fn nothing_but_the_knob_moves_in_a_push() {
+    let bench = Bench::new();
+    let words = ["--atlas", "--budget", "10m", "--set", "end_time=0.12", "--knob", "window"];
+    let ended = trade_of(&open(&bench), &bench, "atlas", &words);
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    let computed = |run: std::path::PathBuf| {
+        let kept: serde_json::Value = serde_json::from_str(&read(&run.join("task.json"))).expect("kept");
+        let pushed = kept["run"]["purpose"] == "atlas";
+        let moves = ["#", "time_window", "longest_weak_window"];
+        let rest = |line: &&str| !moves.iter().any(|key| line.starts_with(key));
+        pushed.then(|| {
+            read(&run.join("scene.toml")).lines().filter(rest).map(str::to_owned).collect::<Vec<_>>()
+        })
+    };
+    let runs = std::fs::read_dir(ended.out.join("runs")).expect("runs").map(|run| run.expect("a run").path());
+    let all: Vec<_> = runs.filter_map(computed).collect();
+    assert!(all.len() > 4, "{}", all.len());
+    assert!(all.iter().all(|scene| *scene == all[0]), "{:?}", all[0]);
+    assert!(all[0].iter().any(|line| line.starts_with("scheme = ")), "{:?}", all[0]);
+}
+
+/// Presets are among the first that are tried, with all that they set named, and the answer says what it knows nothing of.
+#[test]
+fn presets_are_tried_and_what_is_not_varied_is_named() {
+    let bench = Bench::new();
+    let ended = trade_of(&open(&bench), &bench, "study", &["--budget", "10m", "--knob", "preset"]);
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    let table = read(&ended.out.join("trade.csv"));
+    for preset in ["fast", "balanced", "accurate"] {
+        let row = table.lines().find(|row| row.contains(&format!("preset {preset},"))).expect("tried");
+        let named = [
+            "coupling.scheme=strong",
+            "coupling.yielding_net=true",
+            "coupling.samples=",
+            "coupling.yielding_share=",
+        ];
+        let steps = ["coupling.time_window=", "dem.time_step=", "fem.time_step="];
+        assert!(named.iter().chain(&steps).all(|set| row.contains(set)), "{row}");
+    }
+    assert!(
+        ended.stdout.contains("not in it: ") && ended.stdout.contains("the mesh of the structure"),
+        "{}",
+        ended.stdout
+    );
+    let measures = table.lines().next().expect("a head");
+    assert!(measures.contains("max_deflection,") && measures.contains("max_cable_force,"), "{measures}");
 }
 
 #[test]

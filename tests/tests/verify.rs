@@ -138,7 +138,7 @@ fn a_changed_byte_of_a_study_of_falls_is_found() {
 fn a_changed_byte_of_a_study_of_settings_is_found() {
     let bench = Bench::new();
     let mut command = Command::new(program("rockfall"));
-    command.arg("trade").arg(scene("sphere-on-cable")).args(["--set", "end_time=0.02", "--budget", "6s"]);
+    command.arg("trade").arg(scene("sphere-on-cable")).args(["--set", "end_time=0.02", "--budget", "20s"]);
     command.arg("--out").arg(bench.path("out")).stdin(Stdio::null());
     let ended = Ended::of(command.output().expect("started"), bench.path("out"));
     assert_eq!(ended.code, Some(0), "{}", ended.stderr);

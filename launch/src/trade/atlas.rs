@@ -3,12 +3,13 @@
 //! A knob is doubled until a run breaks, and the two last values are narrowed down to a factor of 1.1. Where the scene itself
 //! breaks, the knob is halved until a run holds. Bounds that only say what theory says are off for these runs.
 
-use super::knobs::{Class, Knob, Point, Space};
+use super::knobs::{Class, Knob, PRESET, Point, Space};
 use super::result::{Outcome, Purpose, Status};
 use super::study::{Finished, Study};
 use super::{Work, report};
 use crate::children::Events;
 use crate::prepared::Prepared;
+use crate::stability::divided;
 use crate::stop::Stop;
 use toolkit::arguments::Input;
 use toolkit::columns::Columns;
@@ -34,6 +35,8 @@ pub struct Push {
     pub knob: Knob,
     /// Whether it is made coarser (or finer, as a stiffer contact is).
     pub coarser: bool,
+    /// Length of the windows [s], where it is not the scene's own: it stays while the knob moves.
+    pub window: Option<f64>,
 }
 
 /// What came of a push.
@@ -56,13 +59,13 @@ pub struct Found {
 /// All pushes of a scene.
 pub fn pushes(space: &Space) -> Vec<Push> {
     let mut all = Vec::new();
-    for arm in space.arms() {
-        let turned = space.knobs.iter().filter(|knob| knob.turned && space.uses(&arm, knob));
+    for arm in space.arms().into_iter().filter(|arm| !arm.contains_key(PRESET)) {
+        let turned = space.knobs().iter().filter(|knob| knob.turned && space.uses(&arm, knob));
         for knob in turned.filter(|knob| knob.number_at(1.0).is_some()) {
             // Steps with every scheme, as some bear longer windows than others.
-            let is_step = knob.name.ends_with("_step") && !arm.contains_key("integrator");
-            let coupled = arm.is_empty() || knob.name == "window" || knob.needs.is_some() || is_step;
-            let push = |coarser| Push { arm: arm.clone(), knob: knob.clone(), coarser };
+            let step = is_step(knob) && !arm.contains_key("integrator");
+            let coupled = arm.is_empty() || knob.name == "window" || knob.needs.is_some() || step;
+            let push = |coarser| Push { arm: arm.clone(), knob: knob.clone(), coarser, window: None };
             match knob.class {
                 Class::Numerical if coupled => all.push(push(true)),
                 Class::Model if arm.is_empty() => all.extend([push(false), push(true)]),
@@ -71,6 +74,11 @@ pub fn pushes(space: &Space) -> Vec<Push> {
         }
     }
     all
+}
+
+/// Whether it is a step of a solver, which is cut to a whole part of a window.
+fn is_step(knob: &Knob) -> bool {
+    knob.name.ends_with("_step")
 }
 
 /// What is needed to push.
@@ -92,14 +100,34 @@ enum Fared {
 }
 
 impl Atlas<'_, '_> {
-    /// Push one knob.
+    /// Push one knob, in the scene's own windows. Where these do not hold, in windows that do, and a step that they let be no longer
+    /// in longer ones.
     pub fn push(&mut self, push: &Push) -> Result<Found, Stop> {
+        let own = self.study.space.knob("window").and_then(|knob| knob.as_number(0));
+        let others = own.zip(self.longest_window(push)).filter(|_| push.knob.name != "window");
+        let other = others.map(|(own, longest)| (own, SAFE * longest));
+        let shorter = other.filter(|(own, safe)| safe < own).map(|(_, safe)| safe);
+        let found = self.push_in(&Push { window: shorter, ..push.clone() })?;
+        let longer = other.filter(|(own, safe)| safe > own).map(|(_, safe)| safe);
+        match longer.filter(|_| is_step(&push.knob) && found.holds.is_some() && found.breaks.is_none()) {
+            Some(_) => self.push_in(&Push { window: longer, ..push.clone() }),
+            None => Ok(found),
+        }
+    }
+
+    fn push_in(&mut self, push: &Push) -> Result<Found, Stop> {
         let own = push.knob.number_at(1.0).unwrap_or(f64::NAN);
         let mut note = None;
         let step = if push.coarser { 2.0_f64 } else { 0.5 };
         let (mut good, mut bad) = (None, None);
         let mut factor = 1.0_f64;
         for doubling in 0..=DOUBLINGS {
+            let cut = self.cut(push, factor);
+            if good == Some(cut) {
+                note = Some(LONGEST_STEP.into());
+                break;
+            }
+            factor = cut;
             match self.fare(push, factor)? {
                 Fared::Held => {
                     good = Some(factor);
@@ -131,7 +159,11 @@ impl Atlas<'_, '_> {
         while let (Some(holds), Some((breaks, _))) = (good, &bad)
             && (breaks / holds).max(holds / breaks) > NARROW
         {
-            let middle = (holds * breaks).sqrt();
+            let middle = self.cut(push, (holds * breaks).sqrt());
+            if [holds, *breaks].contains(&middle) {
+                note = Some("no step between these divides a part of a window".into());
+                break;
+            }
             match self.fare(push, middle)? {
                 Fared::Held => good = Some(middle),
                 Fared::Broke(symptom) => bad = Some((middle, symptom)),
@@ -155,14 +187,22 @@ impl Atlas<'_, '_> {
         self.longest_windows.iter().find(|(arm, _)| *arm == push.arm).map(|(_, longest)| *longest)
     }
 
+    /// The factor of the value that is computed with: a step divides a part of a window.
+    fn cut(&self, push: &Push, factor: f64) -> f64 {
+        let space = &self.study.space;
+        let number = |name: &str| space.knob(name)?.as_number(0);
+        let window = push.window.or_else(|| number("window")).filter(|_| is_step(&push.knob));
+        let part = window.map(|window| window / number("samples").unwrap_or(1.0));
+        match part.zip(push.knob.as_number(0)) {
+            Some((part, own)) => divided(part, own * factor) / own,
+            None => factor,
+        }
+    }
+
     /// Run the scene with the knob's value times `factor`.
     fn fare(&mut self, push: &Push, factor: f64) -> Result<Fared, Stop> {
         let Some(sets) = self.sets(push, factor) else {
-            let longest = self.longest_window(push).map_or("unknown".into(), three);
-            let what = format!(
-                "a step is never longer than a part of a window, and the longest stable window is {longest} s"
-            );
-            return Ok(Fared::Not(what));
+            return Ok(Fared::Not("there is no such value".into()));
         };
         let key = format!("atlas {}", sets.join(" "));
         // What was too slow may have been so because the machine was busy.
@@ -191,7 +231,8 @@ impl Atlas<'_, '_> {
 
     /// Whether a run holds. Another model has other measures: its status alone counts.
     fn judge(&self, outcome: &Outcome, class: Class) -> Fared {
-        if outcome.status == Status::Stopped {
+        // A value that no run may have breaks nothing.
+        if matches!(outcome.status, Status::Stopped | Status::Refused) {
             return Fared::Not(format!("search ended: {}", outcome.message()));
         }
         if outcome.status != Status::Done {
@@ -209,36 +250,24 @@ impl Atlas<'_, '_> {
         Fared::Held
     }
 
-    /// The `--set`s; `None` if a step would be cut to a window that may not be as long.
+    /// The `--set`s: nothing but the knob moves in a push.
     fn sets(&self, push: &Push, factor: f64) -> Option<Vec<String>> {
         let space = &self.study.space;
-        let mut sets = space.sets(&push.arm)?;
-        sets.extend(push.knob.sets_at(factor)?);
+        let mut sets = match (is_step(&push.knob), push.knob.as_number(0)) {
+            // All its digits, so that it is a part of a window.
+            (true, Some(own)) => vec![format!("{}={}", push.knob.keys()[0], exact(own * factor))],
+            _ => push.knob.sets_at(factor)?,
+        };
+        sets.extend(push.window.map(|length| format!("{WINDOW}={}", exact(length))));
         sets.extend(
             BEYOND.iter().filter(|(knob, _)| space.knob(knob).is_some()).map(|(_, set)| (*set).to_owned()),
         );
-        let Some(window) = space.knob("window").filter(|_| push.knob.name != "window") else {
-            return Some(sets);
-        };
-        // Where the scene's own window does not hold, the others are pushed with one that does.
-        let (own, longest) = (window.as_number(0)?, self.longest_window(push));
-        let length = longest.map_or(own, |longest| own.min(SAFE * longest));
-        let set = |length: f64| format!("coupling.time_window={}", exact(length));
-        if !push.knob.name.ends_with("_step") {
-            sets.extend((length < own).then(|| set(length)));
-            return Some(sets);
-        }
-        // Windows of whole steps, so that the step is taken as it is.
-        let samples = space.knob("samples").and_then(|knob| knob.as_number(0)).unwrap_or(1.0);
-        let least = push.knob.number_at(factor)? * samples;
-        let whole = least * (length * (1.0 + 1e-9) / least).floor().max(1.0);
-        if whole > length * (1.0 + 1e-9) && longest.is_none_or(|longest| whole > longest) {
-            return None;
-        }
-        sets.push(set(whole));
-        Some(sets)
+        space.with_sets(&push.arm, sets)
     }
 }
+
+const WINDOW: &str = "coupling.time_window";
+const LONGEST_STEP: &str = "a step is never longer than a part of a window";
 
 /// What lets a run go beyond the limits that theory gives, by the knob that a scene has if these keys mean anything in it.
 const BEYOND: [(&str, &str); 3] = [
@@ -250,7 +279,7 @@ const BEYOND: [(&str, &str); 3] = [
 /// The limit that `rockfall check` gives for a push.
 pub fn theory(push: &Push, space: &Space, input: &Input, events: &Events) -> Option<f64> {
     let mut input = input.clone();
-    input.sets.extend(space.sets(&push.arm)?);
+    input.sets.extend(space.with_sets(&push.arm, Vec::new())?);
     let of = Prepared::of(&input, |_| None, events).ok()?.numbers;
     match push.knob.name {
         "window" if of.weak => {
@@ -313,7 +342,11 @@ pub fn table(study: &Study, all: &[Found]) -> Result<String, csv::Error> {
 fn columns(study: &Study) -> Columns<'_, Found> {
     Columns::new()
         .text("setting", name)
-        .text("others", |found: &Found| study.space.label(&found.push.arm))
+        .text("others", |found: &Found| {
+            let window =
+                found.push.window.map_or(String::new(), |length| format!(", window {}", three(length)));
+            study.space.label(&found.push.arm) + &window
+        })
         .number("scene", |found| Some(found.own))
         .number("theory", |found| found.theory)
         .number("holds at", |found| found.holds)

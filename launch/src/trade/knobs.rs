@@ -48,7 +48,7 @@ pub struct Spec {
 /// All knobs, one line each. To add one, add its line: `ladder` for numbers, each with its power of two per rung; `choice` for
 /// names.
 const REGISTRY: &[Spec] = &[
-    Spec { arm: true, ..choice("scheme", &[("coupling.scheme", 0)], &["weak", "strong", YIELDING]) },
+    Spec { arm: true, ..choice("scheme", &[("coupling.scheme", 0)], &["weak", YIELDING, "strong"]) },
     Spec { arm: true, ..choice("integrator", &[("fem.integrator", 0)], INTEGRATORS) },
     Spec { refines: true, ..ladder("window", &[("coupling.time_window", 1)]) },
     ladder("samples", &[("coupling.samples", -1)]),
@@ -58,11 +58,15 @@ const REGISTRY: &[Spec] = &[
     Spec { refines: true, ..ladder("steps_per_contact", &[("dem.steps_per_contact", -1)]) },
     Spec { refines: true, reported: Some("fem.time_step"), ..ladder("fem_step", &[("fem.time_step", 1)]) },
     Spec { class: Class::Model, growth: 8.0, ..ladder("spheres", &[("rock.*.cluster.spheres", -3)]) },
-    Spec { class: Class::Model, growth: 8.0, ..ladder("refinement", NET) },
+    Spec { class: Class::Model, growth: 8.0, ..ladder(NET, CELLS) },
     Spec { class: Class::Model, ..ladder("modulus", MODULI) },
     Spec { class: Class::Model, ..choice("contact_selection", &[("dem.contact_selection", 0)], SELECTIONS) },
 ];
 
+/// Name of the knob of the net's cells.
+pub const NET: &str = "refinement";
+/// Name of the knob that starts from the values of a preset in place of the scene's.
+pub const PRESET: &str = "preset";
 const INTEGRATORS: &[&str] = &["central_difference", "generalized_alpha"];
 const SELECTIONS: &[&str] = &["nearest", "continuous"];
 /// How stiff a contact is, by whichever its law has.
@@ -75,7 +79,7 @@ const YIELDING_NET: &str = "coupling.yielding_net";
 /// Both its tolerances.
 const OF_YIELDING: &[(&str, i32)] = &[("coupling.yielding_tolerance", 2), ("coupling.yielding_share", 2)];
 /// A rectangular net of half the cells, its wires thicker: of the same mass and stiffness per metre of its width.
-const NET: &[(&str, i32)] =
+const CELLS: &[(&str, i32)] =
     &[("structure.generator.cells", -1), ("structure.generator.spacing", 1), ("structure.cable.area", 1)];
 
 const fn ladder(name: &'static str, keys: &'static [(&'static str, i32)]) -> Spec {
@@ -205,6 +209,14 @@ enum Number {
 }
 
 impl Knob {
+    /// From which values all others start: the scene's own, or those of a preset. These are numbers of the scene and stand in
+    /// [`Space::starts`], so that it sets nothing by itself.
+    pub fn of_presets<'a>(names: impl Iterator<Item = &'a str>) -> Self {
+        let spec = Spec { arm: true, growth: 2.0, ..choice(PRESET, &[], &[]) };
+        let names = std::iter::once("none").chain(names).map(str::to_owned).collect();
+        Self { spec, turned: true, parts: Vec::new(), names }
+    }
+
     /// A ladder for a test or a knob that no registry has.
     #[cfg(test)]
     pub fn number(name: &'static str, key: &str, base: f64) -> Self {
@@ -219,9 +231,10 @@ impl Knob {
             return self.parts.iter().map(set).collect();
         }
         let name = self.value(rung)?;
+        let Some((key, _)) = self.spec.keys.first() else { return Some(Vec::new()) };
         let yields = name == YIELDING;
         let other = (yields || self.names[0] == YIELDING).then(|| format!("{YIELDING_NET}={yields}"));
-        let set = format!("{}={}", self.keys[0].0, if yields { "strong" } else { &name });
+        let set = format!("{key}={}", if yields { "strong" } else { &name });
         Some(std::iter::once(set).chain(other).collect())
     }
 
@@ -326,13 +339,19 @@ fn number(value: &Value) -> Option<Number> {
 /// Rungs by knob; a knob at the scene's own value is left out.
 pub type Point = BTreeMap<&'static str, i32>;
 
+/// Values from which knobs are turned.
+pub struct Start {
+    /// The knobs, at these values.
+    pub knobs: Vec<Knob>,
+    /// Dotted keys and values that the programs choose where nobody names them: every run in which a knob has moved names them, as
+    /// what is chosen may depend on the others.
+    pub pinned: Vec<(String, String)>,
+}
+
 /// All points of a scene.
 pub struct Space {
-    /// Its knobs.
-    pub knobs: Vec<Knob>,
-    /// Dotted keys that the scene leaves open, so that what fills them may depend on others: every point that computes
-    /// otherwise than the scene names them.
-    pub open: Vec<String>,
+    /// The scene's own values, and those of each preset.
+    pub starts: Vec<Start>,
 }
 
 /// `point` with the rung of one knob.
@@ -349,68 +368,102 @@ pub fn rung(point: &Point, knob: &str) -> i32 {
 }
 
 impl Space {
+    /// The knobs, at the scene's own values.
+    pub fn knobs(&self) -> &[Knob] {
+        &self.starts[0].knobs
+    }
+
+    fn start(&self, point: &Point) -> &Start {
+        usize::try_from(rung(point, PRESET))
+            .ok()
+            .and_then(|at| self.starts.get(at))
+            .unwrap_or(&self.starts[0])
+    }
+
     /// The knob of this name.
     pub fn knob(&self, name: &str) -> Option<&Knob> {
-        self.knobs.iter().find(|knob| knob.name == name)
+        self.knobs().iter().find(|knob| knob.name == name)
+    }
+
+    /// The same at the values from which `point` starts.
+    pub fn knob_at(&self, point: &Point, name: &str) -> Option<&Knob> {
+        self.start(point).knobs.iter().find(|knob| knob.name == name)
     }
 
     /// Whether a knob changes anything there.
     pub fn uses(&self, point: &Point, knob: &Knob) -> bool {
         knob.needs.is_none_or(|(other, name)| {
-            let value = self.knob(other).and_then(|other| other.value(rung(point, other.name)));
+            let value = self.knob_at(point, other).and_then(|other| other.value(rung(point, other.name)));
             value.as_deref() == Some(name)
         })
     }
 
     /// The numerical knobs that are to be turned and that change anything there.
     pub fn turned<'a>(&'a self, point: &'a Point) -> impl Iterator<Item = &'a Knob> {
-        let knobs = self.knobs.iter().filter(|knob| knob.turned && knob.class == Class::Numerical);
-        knobs.filter(|knob| self.uses(point, knob))
+        let is_turned = |knob: &Knob| self.knob(knob.name).is_none_or(|knob| knob.turned);
+        let knobs = self.start(point).knobs.iter().filter(move |knob| is_turned(knob));
+        knobs.filter(|knob| knob.class == Class::Numerical && self.uses(point, knob))
     }
 
     /// Whether the point changes the model.
     pub fn class(&self, point: &Point) -> Class {
-        let changes = |knob: &&Knob| knob.class == Class::Model && point.contains_key(knob.name);
-        if self.knobs.iter().any(|knob| changes(&knob)) { Class::Model } else { Class::Numerical }
+        let changes = |knob: &Knob| knob.class == Class::Model && point.contains_key(knob.name);
+        if self.knobs().iter().any(changes) { Class::Model } else { Class::Numerical }
     }
 
-    /// The `--set`s of a point; `None` if a knob has no such rung.
+    /// `point` with the scene's own model.
+    pub fn of_own_model(&self, point: &Point) -> Point {
+        let is_model = |name: &str| self.knob(name).is_some_and(|knob| knob.class == Class::Model);
+        point.iter().filter(|(name, _)| !is_model(name)).map(|(name, rung)| (*name, *rung)).collect()
+    }
+
+    /// The `--set`s of a point; `None` if a knob has no such rung. The scene as it is has none.
     pub fn sets(&self, point: &Point) -> Option<Vec<String>> {
-        let computes_otherwise =
-            self.knobs.iter().any(|knob| knob.class == Class::Numerical && point.contains_key(knob.name));
-        let mut all = Vec::new();
-        for knob in &self.knobs {
-            let there = rung(point, knob.name);
-            let is_open = knob.keys().iter().any(|key| self.open.iter().any(|open| open == key));
-            if there != 0 || (computes_otherwise && is_open) {
-                all.extend(knob.sets(there)?);
+        if point.is_empty() { Some(Vec::new()) } else { self.with_sets(point, Vec::new()) }
+    }
+
+    /// The same, beside other `--set`s; all that is chosen is held.
+    pub fn with_sets(&self, point: &Point, mut all: Vec<String>) -> Option<Vec<String>> {
+        let is_there = |all: &[String], set: &str| {
+            let key = |set: &str| set.split('=').next().map(str::to_owned);
+            all.iter().any(|other| key(other) == key(set))
+        };
+        let Start { knobs, pinned } = self.start(point);
+        let mut add = |set: String| {
+            if !is_there(&all, &set) {
+                all.push(set)
             }
+        };
+        for knob in knobs.iter().filter(|knob| rung(point, knob.name) != 0) {
+            knob.sets(rung(point, knob.name))?.into_iter().for_each(&mut add);
         }
+        pinned.iter().map(|(key, value)| format!("{key}={value}")).for_each(add);
         Some(all)
     }
 
     /// What is computed there: two points of one key compute the same. A solver's step is cut to a whole part of a window.
     pub fn key(&self, point: &Point) -> Option<String> {
         self.sets(point)?;
-        let number = |name: &str| self.knob(name)?.as_number(rung(point, name));
+        let number = |name: &str| self.knob_at(point, name)?.as_number(rung(point, name));
         let part = number("window").map(|window| window / number("samples").unwrap_or(1.0));
         let mut words = Vec::new();
-        for knob in self.knobs.iter().filter(|knob| self.uses(point, knob)) {
-            let value = match (knob.name, part, knob.as_number(rung(point, knob.name))) {
+        for knob in self.start(point).knobs.iter().filter(|knob| self.uses(point, knob)) {
+            let there = rung(point, knob.name);
+            match (knob.name, part, knob.as_number(there)) {
                 ("dem_step" | "fem_step", Some(part), Some(step)) => {
-                    format!("{:.9e}", part / stability::steps(part, step) as f64)
+                    let step = part / stability::steps(part, step) as f64;
+                    words.push(format!("{}={step:.9e}", knob.name));
                 }
-                _ => knob.value(rung(point, knob.name))?,
-            };
-            words.push(format!("{}={value}", knob.name));
+                _ => words.extend(knob.sets(there)?),
+            }
         }
         Some(words.join(" "))
     }
 
     /// For people: what is not as in the scene.
     pub fn label(&self, point: &Point) -> String {
-        let words: Vec<String> = (self.knobs.iter())
-            .filter(|knob| point.contains_key(knob.name))
+        let knobs = self.start(point).knobs.iter().filter(|knob| point.contains_key(knob.name));
+        let words: Vec<String> = knobs
             .filter_map(|knob| Some(format!("{} {}", knob.name, knob.value(rung(point, knob.name))?)))
             .collect();
         if words.is_empty() { "the scene as it is".into() } else { words.join(", ") }
@@ -419,8 +472,7 @@ impl Space {
     /// The scene, or with a name of one of its arms.
     pub fn arms(&self) -> Vec<Point> {
         let mut all = vec![Point::new()];
-        for knob in self.knobs.iter().filter(|knob| knob.turned && knob.arm && knob.class == Class::Numerical)
-        {
+        for knob in self.knobs().iter().filter(|knob| knob.turned && knob.arm) {
             all.extend(knob.others().map(|name| Point::from([(knob.name, name)])));
         }
         all
@@ -429,7 +481,7 @@ impl Space {
     /// `point`, so many rungs finer in all that the reference refines.
     pub fn refined(&self, point: &Point, rungs: i32) -> Point {
         let mut out = point.clone();
-        for knob in self.knobs.iter().filter(|knob| knob.refines && self.uses(point, knob)) {
+        for knob in self.start(point).knobs.iter().filter(|knob| knob.refines && self.uses(point, knob)) {
             out = with(&out, knob.name, rung(point, knob.name) - rungs);
         }
         out
@@ -437,13 +489,15 @@ impl Space {
 
     /// How many times dearer than `from` the point `to` may be. What is coarser is not counted as a saving.
     pub fn dearer(&self, from: &Point, to: &Point) -> f64 {
-        let mut factor = 1.0;
-        for knob in &self.knobs {
+        let (mut factor, mut steps) = (1.0, 1.0_f64);
+        for knob in self.knobs() {
             let (a, b) = (rung(from, knob.name), rung(to, knob.name));
             let finer = if knob.is_ladder() { (a - b).max(0) } else { i32::from(a != b) };
-            factor *= knob.growth.powi(finer);
+            let growth = knob.growth.powi(finer);
+            // Shorter windows and steps of each solver make each its own part dearer: together no more than the finest of them.
+            if knob.refines && knob.needs.is_none() { steps = steps.max(growth) } else { factor *= growth }
         }
-        factor
+        factor * steps
     }
 }
 

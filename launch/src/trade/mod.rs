@@ -17,6 +17,7 @@ mod study;
 mod tests;
 
 use crate::children::Events;
+use crate::choice::{PRESETS, Preset};
 use crate::prepared::Prepared;
 use crate::progress::Progress;
 use crate::record;
@@ -25,7 +26,7 @@ use crate::sweep;
 use atlas::Found;
 use clap::Args;
 use interface_defs::diagnostic::code;
-use knobs::{Base, Point, Space, rung};
+use knobs::{Base, Knob, Point, Space, Start, rung};
 use plan::Task;
 use report::{Facts, quoted};
 use result::Reference;
@@ -33,10 +34,11 @@ use result::{Outcome, Purpose, Status};
 use std::path::{Path, PathBuf};
 use store::{Identity, Store};
 use study::{Finished, Study};
+use toml::{Table, Value};
 use toolkit::arguments::Input;
 use toolkit::exit::Exit;
 use toolkit::numbers::{exact, percent, seconds};
-use toolkit::scene::at;
+use toolkit::scene::{Scene, at};
 use toolkit::screen::show;
 use toolkit::{manifest, provenance};
 
@@ -52,8 +54,8 @@ pub struct Arguments {
     /// Find the limits of stability instead: push each knob until the scene breaks, and write `atlas.md` and `atlas.csv`
     #[arg(long)]
     pub atlas: bool,
-    /// Measure to compare, repeatable [default: the deflection and the largest reaction over 1 ms, or what the scene has
-    /// in their place]
+    /// Measure to compare, repeatable [default: deflections of all rocks, the largest reaction over 1 ms, the cable
+    /// force and what tore, or what the scene has in their place]
     #[arg(long = "measure", value_name = "NAME")]
     pub measures: Vec<String>,
     /// Value to compare a measure with, instead of the finest runs, repeatable
@@ -79,8 +81,8 @@ struct Setup {
     space: Space,
     /// Directory of the study.
     out: PathBuf,
-    /// What the study is of.
-    identity: Identity,
+    /// Its runs.
+    store: Store,
     /// Set in every run: what costs time and is not measured.
     always: Vec<String>,
     /// For the page.
@@ -92,19 +94,9 @@ impl Setup {
     fn of(arguments: &Arguments, events: &Events) -> Result<Self, Stop> {
         let input = &arguments.input;
         let prepared = Prepared::of(input, |_| None, events)?;
-        let mut resolved = prepared.resolved()?;
-        prepared.ground.forget(&mut resolved);
+        let (resolved, mut own) = start(&prepared)?;
         let Prepared { scene, plan, numbers, .. } = &prepared;
         let end_time = numbers.end_time;
-        let steps = [("dem.time_step", numbers.contact.step), ("fem.time_step", numbers.net.step)];
-        let in_use: Vec<_> = steps.iter().filter_map(|(key, step)| Some((*key, (*step)?))).collect();
-        let document = scene.document()?;
-        let chosen = prepared.choices().map(|choice| format!("{}.{}", choice.key.0, choice.key.1));
-        let unnamed = steps.iter().filter(|(key, _)| at(&document, key).is_none());
-        let open = chosen.chain(unnamed.map(|(key, _)| (*key).to_owned())).collect();
-        let mut knobs = knobs::of(&Base { resolved: &resolved, in_use: &in_use });
-        knobs::turn_only(&mut knobs, &arguments.knobs)?;
-        let space = Space { knobs, open };
         let fault = |e: std::io::Error| {
             let what = format!("{}: an input file cannot be read: {e}", scene.path().display());
             Stop::input(code::FILE, what)
@@ -119,25 +111,93 @@ impl Setup {
         };
         let out =
             arguments.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-trade", scene.name())));
+        let bears_presets =
+            plan.is_coupled() && !numbers.is_static && plan.members.iter().all(|m| !m.foreign);
+        if bears_presets {
+            own.knobs.insert(0, Knob::of_presets(PRESETS.iter().map(|preset| preset.name)));
+        }
+        knobs::turn_only(&mut own.knobs, &arguments.knobs)?;
+        let store = Store::open(&out, &identity, arguments.force)?;
+        let mut starts = vec![own];
+        if bears_presets {
+            let knob = starts[0].knobs[0].clone();
+            for mut preset in presets(scene, resolved.clone(), &out, events)? {
+                preset.knobs.insert(0, knob.clone());
+                starts.push(preset);
+            }
+        }
+        let space = Space { starts };
         // Field files cost time and disk, and no measure comes from them.
-        let fields = at(&document, "output.fields").map(|_| format!("output.fields={}", exact(end_time)));
+        let fields = at(&resolved, "output.fields").map(|_| format!("output.fields={}", exact(end_time)));
         let sets = input.sets.iter().fold(String::new(), |all, set| all + " --set " + &quoted(set));
         let facts = Facts {
             scene: scene.name(),
             command: quoted(&input.scene.display().to_string()) + &sets,
             end_time,
+            structure: scene.has("structure"),
             budget: arguments.budget,
             processors: std::thread::available_parallelism().map_or(1, usize::from),
         };
-        Ok(Self { space, out, identity, always: fields.into_iter().collect(), facts })
+        Ok(Self { space, out, store, always: fields.into_iter().collect(), facts })
     }
+}
+
+/// The values of a prepared scene, with every default, and what of them is chosen by the programs.
+fn start(prepared: &Prepared) -> Result<(Table, Start), Stop> {
+    let mut resolved = prepared.resolved()?;
+    prepared.ground.forget(&mut resolved);
+    let numbers = &prepared.numbers;
+    let steps = [("dem.time_step", numbers.contact.step), ("fem.time_step", numbers.net.step)];
+    let in_use: Vec<_> = steps.iter().filter_map(|(key, step)| Some((*key, (*step)?))).collect();
+    let knobs = knobs::of(&Base { resolved: &resolved, in_use: &in_use });
+    let text = |value: &Value| match value {
+        Value::String(name) => name.clone(),
+        Value::Float(number) => exact(*number),
+        other => other.to_string(),
+    };
+    let chosen = prepared.choices().map(|c| (format!("{}.{}", c.key.0, c.key.1), text(&c.value)));
+    let mut pinned: Vec<(String, String)> = chosen.collect();
+    let document = prepared.scene.document()?;
+    // Parts of a window follow from its length and the scheme, where nobody names them.
+    let parts = at(&resolved, SAMPLES).map(|parts| (SAMPLES, text(parts)));
+    let others = in_use.iter().map(|(key, step)| (*key, exact(*step))).chain(parts);
+    for (key, value) in others.filter(|(key, _)| at(&document, key).is_none()) {
+        if knobs.iter().any(|knob| knob.keys().contains(&key)) && pinned.iter().all(|(other, _)| other != key)
+        {
+            pinned.push((key.to_owned(), value));
+        }
+    }
+    Ok((resolved, Start { knobs, pinned }))
+}
+
+const SAMPLES: &str = "coupling.samples";
+
+/// The values of each preset for a coupled `scene`, whatever it names itself.
+fn presets(scene: &Scene, mut resolved: Table, out: &Path, events: &Events) -> Result<Vec<Start>, Stop> {
+    let coupling =
+        ["scheme", "time_window", "samples", "yielding_net", "yielding_share", "longest_weak_window"];
+    // Over terrain a preset leaves the contact solver's step to that solver.
+    let dem: &[&str] = if resolved.contains_key("terrain") { &[] } else { &["time_step"] };
+    for (table, keys) in [("coupling", &coupling[..]), ("dem", dem), ("fem", &["time_step"])] {
+        if let Some(table) = resolved.get_mut(table).and_then(Value::as_table_mut) {
+            keys.iter().for_each(|key| drop(table.remove(*key)));
+        }
+    }
+    let open = out.join("open.toml");
+    record::write_scene(&open, scene, &resolved, None).map_err(|e| unwritten("open.toml", &e))?;
+    let of = |preset: &Preset| {
+        let sets = vec![format!("coupling.preset={}", preset.name)];
+        let prepared = Prepared::of(&Input { scene: open.clone(), sets }, |_| None, events)?;
+        Ok(start(&prepared)?.1)
+    };
+    PRESETS.iter().map(of).collect()
 }
 
 /// The whole command.
 pub fn trade(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
     let events = Events::watch()?;
-    let setup = Setup::of(arguments, &events)?;
-    let mut store = Store::open(&setup.out, &setup.identity, arguments.force)?;
+    let mut setup = Setup::of(arguments, &events)?;
+    let store = &mut setup.store;
     let runs = store.load(&setup.space)?;
     let mut study = Study {
         space: setup.space,
@@ -157,7 +217,7 @@ pub fn trade(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
         Ok(Outcome::of_run(run.run(&events, &mut |_| {})?, limit))
     };
     let budget = arguments.budget;
-    let mut work = Work { runner: &mut runner, store: &mut store, progress: &progress, budget };
+    let mut work = Work { runner: &mut runner, store, progress: &progress, budget };
     let mut found = Vec::new();
     let next = if arguments.atlas { plan::next_of_reference } else { plan::next };
     let mut ended = work.explore(&mut study, &arguments.measures, next);
@@ -166,8 +226,8 @@ pub fn trade(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
     }
     progress.finish();
     let written = match arguments.atlas {
-        false => write(&study, &store, &setup.facts),
-        true => write_atlas(&study, &found, &store, &setup.facts),
+        false => write(&study, &setup.store, &setup.facts),
+        true => write_atlas(&study, &found, &setup.store, &setup.facts),
     };
     match ended {
         Ok(()) => {
@@ -295,7 +355,7 @@ fn write(study: &Study, store: &Store, facts: &Facts) -> Result<String, Stop> {
     if !picture.marks.is_empty() {
         store.write("trade.svg", &report::draw(&picture).map_err(|e| unwritten("trade.svg", &e))?)?;
     }
-    Ok(format!("{}all runs     {}\n", report::screen(study), page.display()))
+    Ok(format!("{}all runs     {}\n", report::screen(study, facts), page.display()))
 }
 
 fn unwritten(file: &str, why: &dyn std::fmt::Display) -> Stop {
@@ -306,7 +366,8 @@ fn picture(study: &Study, facts: &Facts) -> report::Picture {
     let space = &study.space;
     let arms = space.arms();
     let group = |run: &Point| {
-        let same = |arm: &Point| space.knobs.iter().all(|k| !k.arm || rung(arm, k.name) == rung(run, k.name));
+        let same =
+            |arm: &Point| space.knobs().iter().all(|k| !k.arm || rung(arm, k.name) == rung(run, k.name));
         arms.iter().position(same).unwrap_or(0)
     };
     report::Picture {

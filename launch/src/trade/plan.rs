@@ -1,16 +1,15 @@
 //! Which run comes next. A function of the finished runs and the budget alone, so that a study goes on where it was left.
 //!
-//! In this order, each up to its share of the budget: the scene and the reference; one knob at a time, both ways, for the scene
-//! and for each of its arms; knobs of the model; combinations near the front; repeats of what is on the front, so that the
+//! In this order, each up to its share of the budget: the scene and the reference; each arm of the scene, presets and the yielding net
+//! before the others; one knob at a time, both ways, for each of them, the cheapest first; knobs of the model; combinations near the front; repeats of what is on the front, so that the
 //! medians decide; each recommendation once more.
 //!
-//! Combinations are those that look cheaper than all known ones, from what each setting does alone: deviations are taken to add up
-//! and costs to multiply. That is a guess, which a run then proves or refutes: what is coarser in everything than a point that was
-//! refuted is not tried.
+//! Combinations are the neighbours of the cheapest settings for an accuracy. What is coarser in everything than a point that was refuted
+//! is not tried.
 
-use super::knobs::{Class, Point, rung, with};
+use super::knobs::{Class, NET, Point, rung, with};
 use super::result::{Outcome, Purpose, Status};
-use super::study::{ACCURACIES, Recommended, Study, near_front};
+use super::study::{ACCURACIES, Study, near_front};
 
 /// Shares of the budget up to which runs of a stage may start.
 const REFERENCE: f64 = 0.35;
@@ -25,6 +24,8 @@ const FINER: i32 = 2;
 const MODELS: i32 = 2;
 /// Most rungs that a window is shortened until an arm computes at all.
 const RESCUE: i32 = 6;
+/// What costs at most so many times the best may lead to a better one.
+const CLOSE: f64 = 1.2;
 /// Runs of each point on the front.
 pub const RUNS: usize = 3;
 /// So many times slower than it is a run may be on a busy machine.
@@ -116,8 +117,13 @@ impl Planner<'_> {
         })
     }
 
+    /// The cheapest first: it is the most likely to lead somewhere.
     fn anchors(&self) -> Vec<Point> {
-        self.study.space.arms().iter().filter_map(|arm| anchor(self.study, arm)).collect()
+        let arms = self.study.space.arms();
+        let mut all: Vec<Point> = arms.iter().filter_map(|arm| anchor(self.study, arm)).collect();
+        let cost = |point: &Point| self.study.cost(point).unwrap_or(f64::INFINITY);
+        all.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
+        all
     }
 
     /// The first point of an arm, and shorter windows until one is good.
@@ -156,24 +162,30 @@ impl Planner<'_> {
     }
 
     fn models(&self) -> Option<Task> {
-        let knobs = || self.study.space.knobs.iter().filter(|knob| knob.turned && knob.class == Class::Model);
-        let points = (1..=MODELS).flat_map(|depth| {
-            knobs().flat_map(move |knob| [depth, -depth].map(|rung| Point::from([(knob.name, rung)])))
-        });
-        points.into_iter().find_map(|point| self.explore(&point, MODEL))
+        let space = &self.study.space;
+        let knobs =
+            || space.knobs().iter().filter(|knob| knob.turned && knob.class == Class::Model).map(|k| k.name);
+        // A finer net swings faster: its steps and windows are as much shorter.
+        let finer =
+            |name: &str, depth| if name == NET { space.refined(&Point::new(), depth) } else { Point::new() };
+        let both = |name, depth| [with(&finer(name, depth), name, -depth), Point::from([(name, depth)])];
+        let mut points = (1..=MODELS).flat_map(|depth| knobs().flat_map(move |name| both(name, depth)));
+        points.find_map(|point| self.explore(&point, MODEL))
     }
 
+    /// Beside what costs about as much as the best: coarser in one knob; beside the best itself also finer in another.
     fn combined(&self) -> Option<Task> {
-        let anchors = self.anchors();
-        let guessed = |accuracy: f64| {
-            let each = anchors.iter().filter_map(|anchor| combinations(self.study, anchor, accuracy));
-            let mut all: Vec<_> = each.collect();
-            all.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-            all.into_iter().find_map(|found| self.explore(&found.point, COMBINATIONS))
-        };
-        ACCURACIES.into_iter().find_map(guessed).or_else(|| {
-            let near = self.study.recommended().into_iter().flat_map(|best| neighbours(self.study, &best));
-            near.into_iter().find_map(|point| self.explore(&point, COMBINATIONS))
+        let trades = self.study.trades();
+        ACCURACIES.into_iter().find_map(|accuracy| {
+            let mut good: Vec<_> = trades.iter().filter(|(_, trade)| trade.error <= accuracy).collect();
+            good.sort_by(|(_, a), (_, b)| a.cost.total_cmp(&b.cost));
+            let (best, cheapest) = good.first()?;
+            let close = good.iter().take_while(|(_, trade)| trade.cost <= CLOSE * cheapest.cost);
+            let refuted = refuted(self.study, accuracy);
+            let points =
+                close.flat_map(|(point, _)| moved(self.study, point, 1)).chain(pairs(self.study, best));
+            let mut open = points.filter(|point| is_open(self.study, &refuted, point));
+            open.find_map(|point| self.explore(&point, COMBINATIONS))
         })
     }
 
@@ -200,138 +212,31 @@ fn anchor(study: &Study, arm: &Point) -> Option<Point> {
     (0..=RESCUE).map(|rungs| with(arm, "window", -rungs)).find(|point| study.is_good(point))
 }
 
-/// Share of an accuracy that a guess may take.
-const SAFETY: f64 = 0.8;
-/// What a guess must save, as a share of the cheapest known cost.
-const SAVING: f64 = 0.95;
-/// Share of the deviations that is counted even where they cancel.
-const CANCEL: f64 = 0.5;
-
-/// A combination, and what is expected of it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Guess {
-    /// Its settings.
-    pub point: Point,
-    /// Expected wall time [s].
-    pub cost: f64,
+/// `point` with one ladder moved.
+fn moved(study: &Study, point: &Point, by: i32) -> Vec<Point> {
+    let ladders = study.space.turned(point).filter(|knob| knob.is_ladder());
+    ladders.map(|knob| with(point, knob.name, rung(point, knob.name) + by)).collect()
 }
 
-/// One setting of one knob, beside the anchor.
-struct Level {
-    rung: i32,
-    /// Change of each measure, relative to the reference.
-    changes: Vec<f64>,
-    /// Cost over that of the anchor.
-    cost: f64,
-}
-
-/// The cheapest combination around `anchor` that may keep `accuracy` and beat all known points that do.
-pub fn combinations(study: &Study, anchor: &Point, accuracy: f64) -> Option<Guess> {
-    let own = study.reference.deviations(study.outcome(anchor)?)?;
-    let cost = study.cost(anchor)?;
-    let known = study.trades().into_iter().filter(|(_, trade)| trade.error <= accuracy);
-    let bound = known.map(|(_, trade)| trade.cost).fold(f64::INFINITY, f64::min);
-    let knobs: Vec<(&'static str, Vec<Level>)> = levels(study, anchor, cost);
-    let search = Search {
-        study,
-        knobs,
-        bound: SAVING * bound,
-        accuracy: SAFETY * accuracy,
-        refuted: refuted(study, accuracy),
-    };
-    let mut best = None;
-    let worst = own.iter().map(|d| d.abs()).collect();
-    search.walk(0, &Partial { point: anchor.clone(), signed: own, worst, cost }, &mut best);
-    best
-}
-
-/// What is one rung coarser than a recommended point in one knob, and was not refuted: steps may be longer in longer windows.
-pub fn neighbours(study: &Study, best: &Recommended) -> Vec<Point> {
-    let Some(point) = &best.point else { return Vec::new() };
-    let space = &study.space;
-    let refuted = refuted(study, best.accuracy);
-    (space.turned(point).filter(|knob| knob.is_ladder()))
-        .map(|knob| with(point, knob.name, rung(point, knob.name) + 1))
-        .filter(|point| is_open(study, &refuted, point))
-        .collect()
-}
-
-/// What each setting of each knob did alone; the anchor's own comes first.
-fn levels(study: &Study, anchor: &Point, cost: f64) -> Vec<(&'static str, Vec<Level>)> {
-    let reference = &study.reference;
-    let turned = study.space.turned(anchor).filter(|knob| !knob.arm);
-    turned
-        .map(|knob| {
-            let own = rung(anchor, knob.name);
-            let level = |away: i32| {
-                let point = with(anchor, knob.name, own + away);
-                let run = study.outcome(&point).filter(|_| study.is_good(&point))?;
-                let there = study.outcome(anchor)?;
-                let [run, there] = [run, there].map(|run| reference.deviations(run));
-                let changes = run?.iter().zip(there?).map(|(a, b)| a - b).collect();
-                // Times are noisy: what is finer is never expected to save, nor what is coarser to cost.
-                let ratio = study.cost(&point)? / cost;
-                let ratio = if away < 0 { ratio.max(1.0) } else { ratio.min(1.0) };
-                Some(Level { rung: own + away, changes, cost: ratio })
-            };
-            (knob.name, std::iter::once(0).chain(1..=8).chain(-2..0).filter_map(level).collect())
-        })
-        .collect()
+/// What is coarser in one knob and finer in another: longer windows have more parts.
+fn pairs(study: &Study, point: &Point) -> Vec<Point> {
+    let coarser = moved(study, point, 1);
+    coarser.iter().flat_map(|coarser| moved(study, coarser, -1)).filter(|other| other != point).collect()
 }
 
 /// Points that do not keep `accuracy`.
 fn refuted(study: &Study, accuracy: f64) -> Vec<Point> {
     let fails = |run: &&super::study::Finished| {
-        run.outcome.status != Status::Done || study.error(&run.outcome).is_none_or(|error| error > accuracy)
+        run.outcome.status != Status::Done || study.bound(&run.outcome).is_none_or(|bound| bound > accuracy)
     };
     study.explored().filter(fails).map(|run| run.point.clone()).collect()
-}
-
-struct Search<'a> {
-    study: &'a Study,
-    knobs: Vec<(&'static str, Vec<Level>)>,
-    bound: f64,
-    accuracy: f64,
-    refuted: Vec<Point>,
-}
-
-/// Settings chosen so far.
-#[derive(Clone)]
-struct Partial {
-    point: Point,
-    signed: Vec<f64>,
-    worst: Vec<f64>,
-    cost: f64,
-}
-
-impl Search<'_> {
-    fn walk(&self, depth: usize, chosen: &Partial, best: &mut Option<Guess>) {
-        let Some((name, levels)) = self.knobs.get(depth) else {
-            let better = chosen.cost < best.as_ref().map_or(self.bound, |best| best.cost);
-            let each = chosen.signed.iter().zip(&chosen.worst).map(|(s, w)| s.abs().max(CANCEL * w));
-            let expected = each.fold(0.0, f64::max);
-            if better && expected <= self.accuracy && is_open(self.study, &self.refuted, &chosen.point) {
-                *best = Some(Guess { point: chosen.point.clone(), cost: chosen.cost });
-            }
-            return;
-        };
-        for level in levels {
-            let mut next = Partial { point: with(&chosen.point, name, level.rung), ..chosen.clone() };
-            next.cost *= level.cost;
-            for ((signed, worst), change) in next.signed.iter_mut().zip(&mut next.worst).zip(&level.changes) {
-                *signed += change;
-                *worst += change.abs();
-            }
-            self.walk(depth + 1, &next, best);
-        }
-    }
 }
 
 /// Whether nothing is known of a point: it was not run, and is not coarser in everything than one that failed.
 fn is_open(study: &Study, refuted: &[Point], point: &Point) -> bool {
     let space = &study.space;
     let coarser = |failed: &Point| {
-        space.knobs.iter().all(|knob| {
+        space.knobs().iter().all(|knob| {
             let (a, b) = (rung(point, knob.name), rung(failed, knob.name));
             if !knob.is_ladder() || knob.class == Class::Model { a == b } else { a >= b }
         })

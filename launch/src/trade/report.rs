@@ -1,7 +1,7 @@
 //! The study as a page (`trade.md`), as a table for programs (`trade.csv`), as a picture (`trade.svg`), and on the screen.
 
-use super::knobs::{Class, Point};
-use super::result::{Known, Outcome, Status, deviation};
+use super::knobs::{Class, NET, Point, rung};
+use super::result::{CABLE_FORCE, Known, Outcome, Status, deviation};
 use super::study::{ACCURACIES, FINEST_ACCURACY, Finished, Recommended, Study, Trade};
 use plotters::prelude::*;
 use std::collections::BTreeSet;
@@ -17,6 +17,8 @@ pub struct Facts {
     pub command: String,
     /// Simulated time [s].
     pub end_time: f64,
+    /// Whether there is a structure.
+    pub structure: bool,
     /// Budget [s].
     pub budget: f64,
     /// Processors.
@@ -103,8 +105,8 @@ fn recommendations(study: &Study, facts: &Facts, text: &mut String) {
         .with("settings", |one| {
             one.point.as_ref().map_or_else(|| unreached(study), |point| study.space.label(point))
         })
-        .with("error", |one| of(one, &|point| dash(study.error_at(point), percent)))
-        .with("wall time, median", |one| {
+        .with("error", |one| of(one, &|point| error(study, study.outcome(point))))
+        .with("processor time, median", |one| {
             of(one, &|point| {
                 let runs = study.timed(point).len();
                 let plural = if runs == 1 { "" } else { "s" };
@@ -117,21 +119,65 @@ fn recommendations(study: &Study, facts: &Facts, text: &mut String) {
                 study.confirmation(point).map_or_else(unsaid, |run| again(study, one.accuracy, run))
             })
         })
-        .with("run again: wall time", |one| {
-            of(one, &|point| dash(study.confirmation(point).map(|run| run.wall), seconds))
+        .with("run again: processor time", |one| {
+            of(one, &|point| dash(study.confirmation(point).map(Outcome::cost), seconds))
         });
-    text.push_str("## Recommended\n\nThe cheapest settings whose error stays within an accuracy for all measures, with the scene's own model.\n\n");
+    let _ = write!(
+        text,
+        "## Recommended\n\nThe cheapest settings whose error stays within an accuracy for all measures, with what the reference may be off itself. It is the {}.\n\n",
+        unvaried(study, facts)
+    );
     text.push_str(&table.markdown(&recommended));
     lines(study, facts, &recommended, text);
 }
 
 /// The error of a recommendation that was run again, and whether it is confirmed.
 fn again(study: &Study, accuracy: f64, run: &Outcome) -> String {
-    match study.error(run) {
-        Some(error) if error <= accuracy => percent(error),
-        Some(error) => format!("not confirmed: {}", percent(error)),
+    match study.bound(run) {
+        Some(bound) if bound <= accuracy => error(study, Some(run)),
+        Some(_) => format!("not confirmed: {}", error(study, Some(run))),
         None => format!("not confirmed: {}", run.status.word()),
     }
+}
+
+/// The error of a run, and what it is at most.
+fn error(study: &Study, run: Option<&Outcome>) -> String {
+    let both = run.and_then(|run| Some((study.error(run)?, study.bound(run)?)));
+    both.map_or("-".into(), |(error, bound)| format!("{}, at most {}", percent(error), percent(bound)))
+}
+
+/// What the errors say nothing of: whatever else would change the answer, with the largest change one rung finer, or as far as was tried.
+fn unvaried(study: &Study, facts: &Facts) -> String {
+    let largest = |name: &str| {
+        let of = |run: &&Finished| run.point.contains_key(name) && run.outcome.status == Status::Done;
+        let changes = study.explored().filter(of).flat_map(|run| {
+            let each =
+                study.measures.iter().filter_map(|measure| Some((measure, change(study, run, measure)?)));
+            each.map(move |(measure, change)| (run, measure, change))
+        });
+        let finer = |run: &Finished| rung(&run.point, name) == -1;
+        let (run, measure, change) =
+            changes.max_by(|a, b| finer(a.0).cmp(&finer(b.0)).then(a.2.abs().total_cmp(&b.2.abs())))?;
+        let value = study.space.knob(name)?.value(rung(&run.point, name))?;
+        Some(format!("{name} ({value} changes {measure} by {})", signed(change)))
+    };
+    let models = study.space.knobs().iter().filter(|knob| knob.class == Class::Model);
+    let models = models.map(|knob| largest(knob.name).unwrap_or(format!("{} (not tried)", knob.name)));
+    let mesh = facts.structure && study.space.knob(NET).is_none();
+    let mesh = mesh.then(|| "the mesh of the structure (not tried)".to_owned());
+    let all: Vec<String> = models.chain(mesh).collect();
+    let not = if all.is_empty() { String::new() } else { format!("; not in it: {}", all.join(", ")) };
+    format!("error of scheme, windows, steps and tolerances{not}")
+}
+
+/// How far a measure of another model is from what the scene's own gives in the same windows and steps.
+fn change(study: &Study, run: &Finished, measure: &str) -> Option<f64> {
+    // A finer net has thinner wires, each of which carries less.
+    if run.point.contains_key(NET) && measure == CABLE_FORCE {
+        return None;
+    }
+    let own = study.outcome(&study.space.of_own_model(&run.point))?;
+    Some(deviation(run.outcome.measure(measure)?, own.measure(measure)?))
 }
 
 /// The command of each recommendation, for those that are the same once.
@@ -199,7 +245,8 @@ fn numerical(study: &Study, facts: &Facts, text: &mut String) {
     }
     table = table
         .with("`energy_error`", |run| dash(run.outcome.measure("energy_error"), percent))
-        .with("wall [s]", |run| three(study.cost(&run.point).unwrap_or(run.outcome.wall)))
+        .with("processor [s]", |run| three(study.cost(&run.point).unwrap_or(run.outcome.cost())))
+        .with("wall [s]", |run| three(run.outcome.wall))
         .with("loop [s]", |run| dash(run.outcome.time_loop, three));
     for name in processes(study) {
         table =
@@ -215,20 +262,19 @@ fn numerical(study: &Study, facts: &Facts, text: &mut String) {
 
 fn models(study: &Study, text: &mut String) {
     let runs = sorted(study, Class::Model);
-    let Some(scene) = study.outcome(&Point::new()).filter(|_| !runs.is_empty()) else { return };
+    if runs.is_empty() {
+        return;
+    }
     let mut table = Columns::new()
         .with("settings", |run: &&Finished| study.space.label(&run.point))
         .with("status", |run| status(study, &run.outcome));
     for name in &study.measures {
-        table = table.with(format!("change of `{name}`"), move |run| {
-            let pair = run.outcome.measure(name).zip(scene.measure(name));
-            dash(pair.map(|(value, own)| deviation(value, own)), signed)
-        });
+        table = table.with(format!("change of `{name}`"), move |run| dash(change(study, run, name), signed));
     }
     let table = table
         .with("`energy_error`", |run| dash(run.outcome.measure("energy_error"), percent))
-        .with("wall [s]", |run| three(run.outcome.wall));
-    text.push_str("## Settings that change the model\n\nThese settings define another model, which is neither more nor less accurate than the scene's. Its measures are compared with those of the scene, both computed with the scene's own steps. They are never recommended.\n\n");
+        .with("processor [s]", |run| three(run.outcome.cost()));
+    text.push_str("## Settings that change the model\n\nThese settings define another model, which is neither more nor less accurate than the scene's. Its measures are compared with those of the scene, both computed in the same windows and steps. They are never recommended.\n\n");
     text.push_str(&table.markdown(&runs));
 }
 
@@ -256,7 +302,7 @@ fn sorted(study: &Study, class: Class) -> Vec<&Finished> {
         study.explored().filter(|run| study.space.class(&run.point) == class).collect();
     let rank = |run: &Finished| {
         let good = run.outcome.status == Status::Done;
-        (!good, study.cost(&run.point).unwrap_or(run.outcome.wall))
+        (!good, study.cost(&run.point).unwrap_or(run.outcome.cost()))
     };
     runs.sort_by(|a, b| rank(a).0.cmp(&rank(b).0).then(rank(a).1.total_cmp(&rank(b).1)));
     runs
@@ -280,7 +326,8 @@ pub fn table(study: &Study, facts: &Facts) -> Result<String, csv::Error> {
         .text("settings", |(_, run)| study.space.label(&run.point))
         .text("sets", |(_, run)| run.sets.join(" "))
         .with("status", |(_, run)| run.outcome.status.word().into())
-        .number("error", |(_, run)| study.error(&run.outcome).filter(|_| is_own(run)));
+        .number("error", |(_, run)| study.error(&run.outcome).filter(|_| is_own(run)))
+        .number("error_at_most", |(_, run)| study.bound(&run.outcome).filter(|_| is_own(run)));
     for name in &study.measures {
         table = table
             .number(name, move |(_, run)| run.outcome.measure(name))
@@ -288,6 +335,7 @@ pub fn table(study: &Study, facts: &Facts) -> Result<String, csv::Error> {
     }
     table = table
         .number("energy_error", |(_, run)| run.outcome.measure("energy_error"))
+        .number("processor_s", |(_, run)| Some(run.outcome.cost()))
         .number("wall_s", |(_, run)| Some(run.outcome.wall))
         .number("loop_s", |(_, run)| run.outcome.time_loop)
         .number("command_s", |(_, run)| Some(run.outcome.seconds));
@@ -302,8 +350,8 @@ pub fn table(study: &Study, facts: &Facts) -> Result<String, csv::Error> {
 }
 
 /// The recommendations, for the screen.
-pub fn screen(study: &Study) -> String {
-    let mut text = String::new();
+pub fn screen(study: &Study, facts: &Facts) -> String {
+    let mut text = format!("{}\n", unvaried(study, facts));
     for (name, known) in &study.reference.0 {
         let off = known.uncertainty.map_or(String::new(), |u| format!(", uncertainty {}", percent(u)));
         let unit = unit(study, name);
@@ -315,9 +363,9 @@ pub fn screen(study: &Study) -> String {
             None => unreached(study),
             Some(point) => {
                 let confirmed = study.confirmation(point).map_or("not run again".into(), |run| {
-                    format!("run again: {}, {}", again(study, one.accuracy, run), seconds(run.wall))
+                    format!("run again: {}, {}", again(study, one.accuracy, run), seconds(run.cost()))
                 });
-                let (error, cost) = (dash(study.error_at(point), percent), dash(study.cost(point), seconds));
+                let (error, cost) = (error(study, study.outcome(point)), dash(study.cost(point), seconds));
                 format!("{}: error {error}, {cost}; {confirmed}", study.space.label(point))
             }
         };
@@ -407,8 +455,8 @@ fn chart(root: &Area, picture: &Picture) -> Drawn {
         .light_line_style(GRID.mix(0.35))
         .label_style(font(13))
         .axis_desc_style(font(15))
-        .x_desc("wall time of a run [s]")
-        .y_desc("largest error of the measures")
+        .x_desc("processor time of a run [s]")
+        .y_desc("error of the measures, at most")
         .x_label_formatter(&|s| format!("{s}"))
         .y_label_formatter(&|e| percent(*e))
         .draw()?;

@@ -128,7 +128,7 @@ fn another(out: &Path, there: Option<&Identity>, identity: &Identity) -> Diagnos
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::trade::knobs::{Knob, Point};
+    use crate::trade::knobs::{Knob, Point, Start};
     use crate::trade::result::Purpose;
     use crate::trade::result::tests::done;
 
@@ -141,8 +141,8 @@ mod tests {
     fn a_study_goes_on_and_another_scene_is_refused_unless_forced() {
         let temp = tempfile::tempdir().expect("a directory");
         let out = temp.path().join("study");
-        let space =
-            Space { knobs: vec![Knob::number("window", "coupling.time_window", 1e-4)], open: Vec::new() };
+        let knobs = vec![Knob::number("window", "coupling.time_window", 1e-4)];
+        let space = Space { starts: vec![Start { knobs, pinned: Vec::new() }] };
         let point = Point::from([("window", -1)]);
         let run = Finished {
             key: space.key(&point).expect("a point"),

@@ -1,11 +1,11 @@
 //! What is known so far: all finished runs of a study, which measures of them are compared, and what follows from them.
 
 use super::knobs::{Class, Point, Space};
-use super::result::{Outcome, Purpose, Reference, Status, median};
+use super::result::{CABLE_FORCE, Outcome, Purpose, Reference, Status, TORN, TORN_PART, median};
 use crate::stop::Stop;
 use interface_defs::diagnostic::Diagnostic;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use toolkit::explain::suggestion;
 
 /// Accuracies for which settings are recommended, the coarsest first.
@@ -59,9 +59,6 @@ impl Study {
     /// Choose the measures of the study as soon as a run has some: those that are asked for, those with a given reference, else the
     /// usual ones.
     pub fn choose_measures(&mut self, asked: &[String]) -> Result<(), Stop> {
-        if !self.measures.is_empty() {
-            return Ok(());
-        }
         let Some(run) = self.runs.iter().find(|run| !run.outcome.measures.is_empty()) else {
             return Ok(());
         };
@@ -76,7 +73,12 @@ impl Study {
                 return Err(Diagnostic::new(what).try_instead(cure).into());
             }
         }
-        let chosen = if asked.is_empty() { usual(&known) } else { asked.to_vec() };
+        let mut chosen = if asked.is_empty() { usual(&known) } else { asked.to_vec() };
+        // Each part that has torn in one of the runs, where all together are compared.
+        if chosen.iter().any(|name| name == TORN) {
+            let all = self.runs.iter().flat_map(|run| run.outcome.measures.keys());
+            chosen.extend(all.filter(|name| name.starts_with(TORN_PART)).cloned());
+        }
         let mut unique = Vec::new();
         for name in chosen.into_iter().chain(self.given.keys().cloned()) {
             if !unique.contains(&name) {
@@ -120,9 +122,9 @@ impl Study {
         self.runs_of(point).filter(counts).map(|run| &run.outcome).collect()
     }
 
-    /// Its cost: the median of the wall times [s].
+    /// Its cost: the median of the processor times [s].
     pub fn cost(&self, point: &Point) -> Option<f64> {
-        median(self.timed(point).iter().map(|run| run.wall).collect())
+        median(self.timed(point).into_iter().map(Outcome::cost).collect())
     }
 
     /// The scene as it is, and finer and finer in all that the reference refines, as far as it was run.
@@ -163,10 +165,15 @@ impl Study {
         !self.reference.0.is_empty() && self.reference.uncertainty().is_none() && finer()
     }
 
-    /// Error of a run that is done and has all measures.
+    /// Error of a run that is done and has all measures: its distance from the reference.
     pub fn error(&self, outcome: &Outcome) -> Option<f64> {
         let complete = !self.reference.0.is_empty() && self.reference.0.len() == self.measures.len();
-        if outcome.status == Status::Done && complete { self.reference.error(outcome) } else { None }
+        (outcome.status == Status::Done && complete).then(|| self.reference.error(outcome))?
+    }
+
+    /// The same with the uncertainty of the reference: what it is at most.
+    pub fn bound(&self, outcome: &Outcome) -> Option<f64> {
+        self.error(outcome).and_then(|_| self.reference.bound(outcome))
     }
 
     /// Error of a point.
@@ -179,17 +186,14 @@ impl Study {
         self.error_at(point).is_some_and(|error| error <= WORST)
     }
 
-    /// Points that compute the scene's own model, each once, with cost and error. Errors below what the reference may be off by
-    /// are not told apart.
+    /// Points that compute the scene's own model, each once, with cost and the error that they have at most.
     pub fn trades(&self) -> Vec<(&Point, Trade)> {
-        let least = self.reference.uncertainty().unwrap_or(0.0);
-        self.explored()
-            .filter(|run| self.space.class(&run.point) == Class::Numerical)
-            .filter_map(|run| {
-                let error = self.error(&run.outcome)?.max(least);
-                Some((&run.point, Trade { cost: self.cost(&run.point)?, error }))
-            })
-            .collect()
+        let own = self.explored().filter(|run| self.space.class(&run.point) == Class::Numerical);
+        own.filter_map(|run| {
+            let (cost, error) = (self.cost(&run.point)?, self.bound(&run.outcome)?);
+            Some((&run.point, Trade { cost, error }))
+        })
+        .collect()
     }
 
     /// First runs of all points.
@@ -230,7 +234,7 @@ impl Study {
 pub struct Trade {
     /// [s]
     pub cost: f64,
-    /// Relative.
+    /// Relative, at most.
     pub error: f64,
 }
 
@@ -260,20 +264,38 @@ pub fn near_front<P: Copy>(all: &[(P, Trade)], factor: f64) -> Vec<P> {
     all.iter().filter(|(_, trade)| trade.is_finite() && !beaten(trade)).map(|(point, _)| *point).collect()
 }
 
-/// Measures by default: the first of each line that the scene has. A later block counts where an earlier has none.
+/// Measures by default: of each line the first that a rock has, of all rocks. A later block counts where an earlier has none.
 const DEFAULTS: &[&[&[&str]]] = &[
-    &[&["max_deflection", "max_travel", "max_elongation"], &["max_reaction_1ms"]],
+    &[
+        &["max_deflection", "max_travel", "max_elongation"],
+        &["max_reaction_1ms", "max_reaction"],
+        &[CABLE_FORCE],
+        &[TORN],
+    ],
     &[&["runout_distance"], &["max_speed"], &["max_jump_height"]],
 ];
 /// Most gauges that are compared by default, where there is nothing else.
 const GAUGES: usize = 4;
 
 fn usual(known: &[&String]) -> Vec<String> {
-    let has = |name: &&&str| known.iter().any(|k| k == *name);
+    // With several rocks a name begins with that of one.
+    let rock = |name: &str, measure: &str| {
+        let before = name.strip_suffix(measure)?;
+        (before.is_empty() || before.ends_with('_')).then(|| before.to_owned())
+    };
     for block in DEFAULTS {
-        let first = block.iter().filter_map(|line| line.iter().find(has));
-        let found: Vec<String> = first.map(|name| (*name).to_owned()).collect();
-        if !found.is_empty() {
+        let mut found = Vec::new();
+        for line in *block {
+            let mut rocks = BTreeSet::new();
+            for (measure, name) in
+                line.iter().flat_map(|measure| known.iter().map(move |name| (measure, name)))
+            {
+                if rock(name, measure).is_some_and(|rock| rocks.insert(rock)) {
+                    found.push((*name).clone());
+                }
+            }
+        }
+        if found.iter().any(|name| name != TORN) {
             return found;
         }
     }
@@ -382,8 +404,13 @@ mod tests {
             usual(&names.iter().collect::<Vec<_>>())
         };
         assert_eq!(
-            pick(&["max_elongation", "max_reaction_1ms", "max_travel"]),
+            pick(&["max_elongation", "max_reaction", "max_reaction_1ms", "max_travel"]),
             ["max_travel", "max_reaction_1ms"]
+        );
+        // Of every rock its own, whatever others have.
+        assert_eq!(
+            pick(&["a_max_deflection", "a_max_travel", "b_max_travel", "max_cable_force", TORN]),
+            ["a_max_deflection", "b_max_travel", "max_cable_force", TORN]
         );
         assert_eq!(pick(&["max_speed", "x_min"]), ["max_speed"]);
         assert_eq!(pick(&["sag", "x_min", "x_max"]), ["x_min", "x_max"]);

@@ -1,6 +1,6 @@
 //! The strategy with a runner that computes nothing: values and costs follow formulas.
 
-use super::knobs::{Base, Point, Space, of};
+use super::knobs::{Base, Point, Space, Start, of};
 use super::plan::RUNS;
 use super::result::tests::done;
 use super::result::{Outcome, Purpose, Status};
@@ -32,6 +32,8 @@ struct Formula {
     left: Option<usize>,
     /// Every fifth run is slower by this share.
     noise: f64,
+    /// Every third run takes so many times longer than its processor time.
+    busy: f64,
 }
 
 impl Formula {
@@ -50,7 +52,8 @@ impl Formula {
         let young = number("contact.0.young", 1e8);
         let steps = 1e-4 / window * if strong { 4.0 } else { 1.0 } + 0.2 * 2.5e-5 / step;
         let noise = if self.runs.len() % 5 == 2 { 1.0 + self.noise } else { 1.0 };
-        let wall = steps * noise;
+        let cpu = steps * noise;
+        let wall = if self.runs.len() % 3 == 1 { cpu * self.busy.max(1.0) } else { cpu };
         self.runs.push(sets);
         if wall > limit {
             return Ok(Outcome::without_results(Status::Stopped, why("too slow"), limit));
@@ -61,6 +64,7 @@ impl Formula {
         let error = 0.002 * (window / 1e-4).powi(2) + 1e-4 * (step / 2.5e-5).powi(2);
         let mut outcome = done("max_deflection", EXACT * (1.0 + error) * (1e8 / young).powf(0.1), wall);
         outcome.passes = Some(1.0 / window);
+        outcome.cpu.insert("dem".into(), cpu);
         Ok(outcome)
     }
 }
@@ -78,7 +82,7 @@ fn study(given: &[(&str, f64)]) -> Study {
     let text = "[coupling]\nscheme = \"weak\"\ntime_window = 1e-4\n[dem]\ntime_step = 2.5e-5\n[[contact]]\nyoung = 1e8\n";
     let knobs = of(&Base { resolved: &text.parse().expect("TOML"), in_use: &[] });
     Study {
-        space: Space { knobs, open: Vec::new() },
+        space: Space { starts: vec![Start { knobs, pinned: Vec::new() }] },
         measures: Vec::new(),
         given: given.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect(),
         runs: Vec::new(),
@@ -114,10 +118,11 @@ fn whole(budget: &str) -> (Study, Formula) {
 }
 
 #[test]
-fn the_reference_is_extrapolated_and_the_cheapest_settings_are_found() {
+fn the_reference_is_known_and_the_cheapest_settings_are_found() {
     let (study, _) = whole("10000");
     let known = study.reference.0[0].1;
-    assert!((known.value / EXACT - 1.0).abs() < 1e-6, "{known:?}");
+    let off = known.uncertainty.expect("known");
+    assert!((known.value / EXACT - 1.0).abs() < off && off < 1e-3, "{known:?}");
     assert!(known.words().contains("order 2.0"), "{}", known.words());
     // Every point that the formula allows on the ladders, by brute force.
     for one in study.recommended() {
@@ -128,7 +133,7 @@ fn the_reference_is_extrapolated_and_the_cheapest_settings_are_found() {
             let error = 0.002 * (window / 1e-4).powi(2) + 1e-4 * (step / 2.5e-5).powi(2);
             let strong = window > STABLE;
             let cost = 1e-4 / window * if strong { 4.0 } else { 1.0 } + 0.2 * 2.5e-5 / step;
-            if error <= one.accuracy * (1.0 - 1e-4) {
+            if error <= one.accuracy - 2.0 * off {
                 best = best.min(cost);
             }
         }
@@ -152,6 +157,7 @@ fn a_failed_run_is_a_row_and_never_on_the_front_and_a_model_is_not_recommended()
         scene: "s".into(),
         command: "s.toml".into(),
         end_time: 1.0,
+        structure: true,
         budget: 1e4,
         processors: 2,
     };
@@ -195,10 +201,21 @@ fn a_noisy_machine_does_not_decide() {
     for (noisy, quiet) in costs(&noisy).into_iter().zip(costs(&quiet)) {
         assert!(noisy <= 1.15 * quiet, "{noisy} s where {quiet} s would do");
     }
-    let walls = |point: &Point| noisy.timed(point).iter().map(|run| run.wall).collect::<Vec<_>>();
+    let times = |point: &Point| noisy.timed(point).iter().map(|run| run.cost()).collect::<Vec<_>>();
     let scattered =
-        front(&noisy).into_iter().filter(|p| walls(p).iter().any(|wall| *wall != walls(p)[0])).count();
+        front(&noisy).into_iter().filter(|p| times(p).iter().any(|time| *time != times(p)[0])).count();
     assert!(scattered > 0, "the noise has hit no candidate: this test says nothing");
+}
+
+/// Where other programs take the processors from some of the runs, the same is recommended.
+#[test]
+fn a_busy_machine_does_not_decide() {
+    let temp = tempfile::tempdir().expect("a directory");
+    let (mut busy, mut runner) = (study(&[]), Formula { busy: 4.0, ..Formula::default() });
+    session(&mut busy, &mut runner, temp.path(), &["--budget", "20000"]).expect("explored");
+    let slowed = |run: &super::study::Finished| run.outcome.wall > 2.0 * run.outcome.cost();
+    assert!(busy.explored().filter(|run| slowed(run)).count() > 5);
+    assert_eq!(busy.recommended(), whole("10000").0.recommended());
 }
 
 #[test]
@@ -316,6 +333,7 @@ fn a_push_ends_where_the_scene_breaks() {
         scene: "s".into(),
         command: "s.toml".into(),
         end_time: 1.0,
+        structure: true,
         budget: 1e4,
         processors: 2,
     };
@@ -334,6 +352,7 @@ fn a_scene_that_is_only_compared_with_itself_is_not_recommended() {
         scene: "s".into(),
         command: "s.toml".into(),
         end_time: 1.0,
+        structure: true,
         budget: 2.0,
         processors: 2,
     };
@@ -342,7 +361,7 @@ fn a_scene_that_is_only_compared_with_itself_is_not_recommended() {
     let budget = format!("--budget {:.0}m", (due / 60.0).ceil());
     assert!(page.contains("nothing is recommended") && page.contains(&budget), "{page}");
     assert!(!page.contains("rockfall run"), "{page}");
-    assert!(!report::screen(&first).contains(" %"), "{}", report::screen(&first));
+    assert!(!report::screen(&first, &facts).contains(" %"), "{}", report::screen(&first, &facts));
     let mut second = study(&[]);
     session(&mut second, &mut runner, temp.path(), &["--budget", &format!("{:.1}", due + 0.1)])
         .expect("explored");

@@ -68,8 +68,8 @@ fn a_net_that_yields_is_a_scheme_of_its_own() {
         of("\"weak\"\nyielding_net = false"),
         [
             named("weak", &["coupling.scheme=weak"]),
-            named("strong", &["coupling.scheme=strong"]),
-            named("yielding", &["coupling.scheme=strong", "coupling.yielding_net=true"])
+            named("yielding", &["coupling.scheme=strong", "coupling.yielding_net=true"]),
+            named("strong", &["coupling.scheme=strong"])
         ]
     );
     assert_eq!(
@@ -112,12 +112,13 @@ fn a_name_that_no_knob_has_is_refused_and_the_others_stand_still() {
     assert!(knobs.iter().all(|knob| knob.turned));
 }
 
-fn space(open: &[&str]) -> Space {
+fn space(pinned: &[(&str, &str)]) -> Space {
     let text = "[dem]\ntime_step = 1e-5\n[coupling]\nscheme = \"weak\"\ntime_window = 4e-5\nsamples = 1\ntolerance = 1e-4\n\
         absolute_tolerance = 1e-6\n[[contact]]\nyoung = 1e8\n";
     let resolved = text.parse().expect("TOML");
     let knobs = of(&Base { resolved: &resolved, in_use: &[("fem.time_step", 2e-5)] });
-    Space { knobs, open: open.iter().map(|key| (*key).to_owned()).collect() }
+    let pinned = pinned.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect();
+    Space { starts: vec![Start { knobs, pinned }] }
 }
 
 #[test]
@@ -132,13 +133,53 @@ fn steps_that_no_window_lets_be_longer_are_one_point() {
     assert_ne!(key(&[("tolerance", 1), ("scheme", 1)]), key(&[("scheme", 1)]));
 }
 
+/// Whichever knob moves, what the programs have chosen stays; a knob of it moves from there.
 #[test]
-fn what_the_scene_leaves_open_is_named_where_it_is_computed_otherwise() {
-    let space = space(&["fem.time_step"]);
+fn what_the_scene_leaves_open_is_held_while_a_knob_moves() {
+    let space = space(&[("coupling.scheme", "weak"), ("fem.time_step", "2e-5"), ("coupling.other", "3")]);
     let sets = |rungs: &[(&'static str, i32)]| space.sets(&rungs.iter().copied().collect()).expect("a point");
     assert!(sets(&[]).is_empty());
-    assert_eq!(sets(&[("window", 1)]), ["coupling.time_window=8e-5", "fem.time_step=2e-5"]);
-    assert_eq!(sets(&[("modulus", 1)]), ["contact.0.young=2.5e7"], "a model keeps the program's own choice");
+    let held = ["coupling.scheme=weak", "fem.time_step=2e-5", "coupling.other=3"];
+    assert_eq!(sets(&[("window", 1)]), [&["coupling.time_window=8e-5"], &held[..]].concat());
+    assert_eq!(sets(&[("modulus", 1)]), [&["contact.0.young=2.5e7"], &held[..]].concat());
+    assert_eq!(sets(&[("fem_step", 1)]), ["fem.time_step=4e-5", "coupling.scheme=weak", "coupling.other=3"]);
+    let beside = space.with_sets(&Point::new(), vec!["coupling.scheme=strong".into()]).expect("a point");
+    assert_eq!(beside, ["coupling.scheme=strong", "fem.time_step=2e-5", "coupling.other=3"]);
+}
+
+/// Values of a preset are the start of all knobs, and every one of them is named.
+#[test]
+fn a_preset_is_another_start_of_all_knobs() {
+    let mut space = space(&[]);
+    space.starts[0].knobs.insert(0, Knob::of_presets(["fast"].into_iter()));
+    let text = "[coupling]\nscheme = \"strong\"\nyielding_net = true\ntime_window = 1e-3\nyielding_tolerance = 1e-5\nyielding_share = 0.3\n";
+    let mut knobs = knobs(text, &[("fem.time_step", 1e-4)]);
+    knobs.insert(0, space.starts[0].knobs[0].clone());
+    let pinned =
+        [("coupling.scheme", "strong"), ("coupling.yielding_net", "true"), ("coupling.time_window", "1e-3")];
+    let pinned = pinned.map(|(key, value)| (key.to_owned(), value.to_owned())).to_vec();
+    space.starts.push(Start { knobs, pinned });
+    let preset = Point::from([(PRESET, 1)]);
+    let longer = with(&preset, "window", 1);
+    let sets = |point| space.sets(point).expect("a point");
+    assert_eq!(
+        sets(&preset),
+        ["coupling.scheme=strong", "coupling.yielding_net=true", "coupling.time_window=1e-3"]
+    );
+    assert_eq!(
+        sets(&longer),
+        ["coupling.time_window=2e-3", "coupling.scheme=strong", "coupling.yielding_net=true"]
+    );
+    assert_eq!(space.label(&longer), "preset fast, window 2e-3");
+    assert_eq!(space.arms()[1], preset, "it is among the first that are tried");
+    let turned = |point: &Point| space.turned(point).map(|knob| knob.name).collect::<Vec<_>>();
+    assert!(
+        turned(&preset).contains(&"yielding_tolerance")
+            && !turned(&Point::new()).contains(&"yielding_tolerance")
+    );
+    // The share is a part of what is computed, though a person is shown the tolerance alone.
+    assert!(space.key(&preset).expect("a point").contains("yielding_share=0.3"), "{:?}", space.key(&preset));
+    assert_eq!(space.refined(&preset, 1)[PRESET], 1);
 }
 
 #[test]
