@@ -162,7 +162,11 @@ impl<'a> Coupling<'a> {
                         return Err(CouplingError::Diverged(why.into()));
                     }
                 }
-                Outcome::Rejected(reason) => self.reject(span, reason, agreement, &mut schedule)?,
+                Outcome::Rejected(reason) => {
+                    // One that lasted as long as a flight is not to last as long again.
+                    self.gauges.free_time = self.gauges.free_time.min(0.5 * span.length);
+                    self.reject(span, reason, agreement, &mut schedule)?;
+                }
                 // Both solvers begin again, in a window of the usual length.
                 Outcome::Touched => self.gauges.free_time = 0.0,
             }
@@ -276,7 +280,7 @@ impl<'a> Coupling<'a> {
                     return Ok(Outcome::Rejected(reason));
                 }
                 // What is torn touches nothing from the next window on: that is to begin soon.
-                if may_halve && interface.breaks() {
+                if may_halve && self.gauges.touches && interface.breaks() {
                     return Ok(Outcome::Rejected("something broke in it".into()));
                 }
                 return accepted(iteration, residual, true);

@@ -39,9 +39,9 @@ use std::ops::Deref;
 
 /// Shares of its strength: from the first to below the second, an element is near breaking, and steps must resolve how its force
 /// swings.
-pub const NEAR: f64 = 0.5;
+pub const NEAR: f64 = 0.75;
 /// See [`NEAR`].
-pub const FAR: f64 = 0.4;
+pub const FAR: f64 = 0.65;
 /// From this share on small differences decide whether it breaks: forces are hardly better known.
 pub const CLOSE: f64 = 0.99;
 

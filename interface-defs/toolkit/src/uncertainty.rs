@@ -46,6 +46,9 @@ const KINDS: [Kind; 13] = [
     kind("max_speed", 1.0, 1e-9),
 ];
 
+/// Means are taken over this time [s].
+const MEAN: f64 = 1e-3;
+
 /// What the run knows of its errors.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Known<'a> {
@@ -63,7 +66,7 @@ pub fn estimate(measures: &mut [Measure], known: Known) {
     let values: Vec<(String, f64)> = measures.iter().map(|m| (m.name.clone(), m.value)).collect();
     for measure in measures {
         let Some(kind) = KINDS.iter().find(|kind| is_of(&measure.name, kind.name)) else { continue };
-        if measure.time.zip(known.torn).is_some_and(|(time, torn)| time > torn) {
+        if measure.time.zip(known.torn).is_some_and(|(time, torn)| time > torn - MEAN) {
             measure.uncertainty = Some(Uncertainty { value: None, by: Found::Rupture });
             continue;
         }
