@@ -61,6 +61,9 @@ const MOST_YIELDING: u32 = 4;
 /// impact.
 const MOST_DEFECT: f64 = 2e-4;
 
+/// Largest energy that comes from nowhere in one window of a yielding net, over the energy at impact.
+const MOST_MADE: f64 = 2e-4;
+
 /// A window is one of a flight if it is longer than the scene's by this factor.
 const FLIGHT: f64 = 1.5;
 
@@ -309,6 +312,13 @@ impl<'a> Coupling<'a> {
         let reference = self.balance.system.reference().filter(|_| self.has_balance)?;
         let work = interface.work();
         let apart = (work.structure - work.mesh).abs();
+        let made = self.balance.made(self.gauges.energies);
+        if made.abs() > MOST_MADE * reference {
+            let share = 100.0 * made / reference;
+            return Some(format!(
+                "{made:.3e} J come from nowhere in it, {share:.3} % of the energy at impact"
+            ));
+        }
         (apart > MOST_DEFECT * reference).then(|| {
             format!(
                 "contact forces do {:.3e} J on the structure and {:.3e} J on the net as the contact solver moves it, {:.3} % of the \

@@ -110,6 +110,11 @@ impl Balance {
         self.defect += (work.structure - work.mesh).abs();
     }
 
+    /// Energy that would have come from nowhere in a window that ends with `now` [J].
+    pub fn made(&self, now: Both) -> f64 {
+        now.system().total() - self.now.system().total()
+    }
+
     /// The interface residual as energy: work on which the solvers disagree, relative to the energy at
     /// impact, or where that is not known to the largest work done on the structure.
     pub fn residual_share(&self, has_balance: bool) -> Option<f64> {

@@ -36,6 +36,7 @@ mod prepared;
 mod progress;
 mod record;
 mod reference;
+mod refine;
 mod run;
 mod stability;
 mod status;

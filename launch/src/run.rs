@@ -6,6 +6,7 @@ use crate::plan::{Member, Part, Plan};
 use crate::prepared::Prepared;
 use crate::progress::Progress;
 use crate::record::{self, Resume};
+use crate::refine;
 use crate::stop::Stop;
 use clap::Args;
 use interface_defs::diagnostic::{Diagnostic, code};
@@ -18,6 +19,7 @@ use std::process::Command;
 use toolkit::arguments::{Input, Profiling, Results};
 use toolkit::exit::Exit;
 use toolkit::files::{self, Dir};
+use toolkit::limits::Limits;
 use toolkit::owner::{Claim, Owner};
 use toolkit::program::Savings;
 use toolkit::progress::Line;
@@ -43,6 +45,9 @@ pub struct Arguments {
     /// Which savings are used.
     #[command(flatten)]
     pub savings: Savings,
+    /// Run the scene once more with half the windows and steps, into DIR/refined, and state by how much each measure may be off
+    #[arg(long, help_heading = "Results")]
+    pub refine: bool,
 }
 
 /// Validate, start, watch; the summary on the screen at the end.
@@ -58,7 +63,8 @@ pub fn run(request: &Arguments, json: bool) -> Result<Exit, Stop> {
         tracing::warn!("{warning}");
     }
     let mut resolved = prepared.resolved()?;
-    let Prepared { scene, plan, ground, reports, .. } = prepared;
+    let Prepared { scene, plan, ground, reports, numbers, .. } = prepared;
+    let limits = Limits::of(&scene)?;
     let out = home(&scene);
     clean(&plan)?;
     if events.interrupted() {
@@ -120,7 +126,7 @@ pub fn run(request: &Arguments, json: bool) -> Result<Exit, Stop> {
     if let Some(Err(e)) = profile.map(|file| profile::join(file, parts)) {
         tracing::error!("--profile: it cannot be written: {e}");
     }
-    let judged = verdict(&outcome, commands[0].0, &log)
+    let mut judged = verdict(&outcome, commands[0].0, &log)
         .and_then(|()| owner.check().map_err(|what| Stop::failed(code::RESULT_DIRECTORY, what)))
         .map_err(|stop| with_full_disk(stop, &out));
     for end in outcome.ends.iter().filter(|end| end.forced && judged.is_ok()) {
@@ -135,7 +141,18 @@ pub fn run(request: &Arguments, json: bool) -> Result<Exit, Stop> {
     // A foreign leader may keep no summary; one of ours that has left none has not done its work.
     let kept = plan.members[0].foreign || out.join(run_dir::SUMMARY).exists();
     let status = if status == RunStatus::Done && !kept { RunStatus::Failed } else { status };
-    let ended = with_warnings(summary(&owner, status, judged.as_ref().err()), &warnings, &out);
+    let mut ended = with_warnings(summary(&owner, status, judged.as_ref().err()), &warnings, &out);
+    if request.refine && matches!(ended.status, RunStatus::Done | RunStatus::Unreliable) {
+        let how = (!request.savings.no_shortcuts, request.quiet);
+        refine::refine(&mut ended, &out, (&resolved, &numbers, &limits), how, &events)?;
+        if let Err(what) = owner.write_summary(&mut ended) {
+            tracing::error!("{what}");
+        }
+        judged = match ended.status {
+            RunStatus::Done => Ok(()),
+            _ => Err(Stop::of(ended.clone())),
+        };
+    }
     // What was interrupted goes on.
     if ended.status != RunStatus::Interrupted && owner.check().is_ok() {
         manifest::seal(&out);

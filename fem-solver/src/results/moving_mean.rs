@@ -1,4 +1,4 @@
-//! Mean of a force over any 1 ms, from its impulse: of the support reaction, of the largest tension.
+//! Mean of the support reaction over any 1 ms, from its impulse.
 
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;

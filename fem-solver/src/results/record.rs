@@ -60,8 +60,8 @@ pub struct Step<'a> {
     pub middle: &'a [f64],
     /// When it does [s].
     pub at: f64,
-    /// Largest tension in it [N]; none where nothing has happened.
-    pub tension: Option<f64>,
+    /// Largest tension in it [N].
+    pub tension: f64,
 }
 
 /// Value, smallest and largest of one number.
@@ -73,10 +73,8 @@ pub struct Recorder {
     probes: Vec<Probe>,
     /// Displacement at t = 0 [m].
     origin: Vec<f64>,
-    /// The mean reaction, from the impulse of the supports; and the mean of the largest tension.
-    pub means: [MovingMean; 2],
-    /// Largest tension at the start [N].
-    rest_tension: f64,
+    /// The mean reaction, from the impulse of the supports.
+    pub mean: MovingMean,
     /// Impulse of the window: of all supports, then of each probe of force, its sum and its members.
     impulses: Vec<[f64; 3]>,
     reaction: [Triple; 3],
@@ -135,24 +133,17 @@ impl Recorder {
     }
 
     /// A recorder that starts at t = 0 with the displacements `origin`, where load and elements
-    /// leave `force` to the supports and the largest tension is `tension` [N]; memory for `samples` steps within 1 ms and a
-    /// window.
-    pub fn new(
-        model: &Model,
-        probes: &Probes,
-        (origin, force, tension): (&[f64], &[f64], f64),
-        samples: usize,
-    ) -> Self {
+    /// leave `force` to the supports; memory for `samples` steps within 1 ms and a window.
+    pub fn new(model: &Model, probes: &Probes, origin: &[f64], force: &[f64], samples: usize) -> Self {
         let total = Supports::of(model);
-        let at_rest = [total.reaction(force, origin, f64::NEG_INFINITY), [tension, 0.0, 0.0]];
+        let at_rest = total.reaction(force, origin, f64::NEG_INFINITY);
         let probes = probes.0.clone();
         let impulses = |p: &Probe| if matches!(p.watch, Watch::Force(_)) { 1 + p.members } else { 0 };
         let impulses = 1 + probes.iter().map(impulses).sum::<usize>();
         Self {
             total,
             origin: origin.to_vec(),
-            means: at_rest.map(|force| MovingMean::new(force, samples)),
-            rest_tension: tension,
+            mean: MovingMean::new(at_rest, samples),
             impulses: vec![[0.0; 3]; impulses],
             reaction: [[0.0; 3]; 3],
             values: vec![[0.0; 3]; probes.iter().map(|probe| probe.slots).sum()],
@@ -175,7 +166,7 @@ impl Recorder {
 
     /// A window begins.
     pub fn begin(&mut self) {
-        self.means.iter_mut().for_each(MovingMean::begin);
+        self.mean.begin();
         self.impulses.fill([0.0; 3]);
         let nothing = [0.0, f64::INFINITY, f64::NEG_INFINITY];
         self.reaction = [nothing; 3];
@@ -205,12 +196,8 @@ impl Recorder {
             widen(triple, r);
         }
         peaks.reaction.take(norm(&reaction), step.at);
-        let [of_reaction, of_tension] = &mut self.means;
-        let tension = step.tension.unwrap_or(self.rest_tension);
-        peaks.reaction_1ms.take(of_reaction.push(step.end, impulse), step.end - 0.5e-3);
-        peaks.cable_force.take(tension, step.at);
-        let tension = [tension * step.length, 0.0, 0.0];
-        peaks.cable_force_1ms.take(of_tension.push(step.end, tension), step.end - 0.5e-3);
+        peaks.reaction_1ms.take(self.mean.push(step.end, impulse), step.end - 0.5e-3);
+        peaks.take_tension(step.tension, step.at);
         if !self.probes.is_empty() {
             self.probe(model, (state, elements), step, groups);
         }

@@ -150,12 +150,8 @@ impl FemSolver {
         }
         let shortest = start.time_step.min(plan.window) / HALVINGS;
         let samples = ((1e-3 + plan.window) / shortest).min(MOST_REMEMBERED) as usize + 16;
-        let recorder = Recorder::new(
-            &self.model,
-            &self.probes,
-            (&start.form.displacement, &start.force, start.cable_force),
-            samples,
-        );
+        let recorder =
+            Recorder::new(&self.model, &self.probes, &start.form.displacement, &start.force, samples);
         let warnings = [&start.warnings[..], &load_warnings].concat();
         let sag = self.model.sag(&start.form.displacement);
         let form = (start.form.clone(), start.form_finding);
@@ -456,7 +452,7 @@ impl Solver for FemSolver {
             warnings.push(Diagnostic::absent("max_cable_force", "the structure has no cables"));
         } else {
             measures.push(peak("max_cable_force", peaks.cable_force, RANKS[1]));
-            measures.push(peak("max_cable_force_1ms", peaks.cable_force_1ms, Measure::ORDINARY));
+            measures.push(Measure::new("cable_force_beside", peaks.cable_force_beside, "N"));
         }
         measures.extend(self.probes.measures(&self.config.gauges, model, committed, prepared.time));
         match prepared.sag {

@@ -58,7 +58,7 @@ entries! {
         "max_reaction", "N", "largest magnitude of the total support reaction, dead load included, at any solver step";
         "max_reaction_1ms", "N", "the same of its mean over any 1 ms; the one to compare";
         "max_cable_force", "N", "largest axial force of any cable";
-        "max_cable_force_1ms", "N", "mean over any 1 ms of that of the most loaded cable: where it lies far below, wires swing";
+        "cable_force_beside", "N", "mean of the largest axial forces in the steps before and after that of `max_cable_force`: where it lies below, steps hardly resolve how wires swing";
         "critical_load_factor", "1", "`fem.path_speed`: load factor of the first limit point or branch point";
         "limit_point_<n>", "1", "`fem.path_speed`: load factor where the load turns back, one by one along the path";
         "branch_point_<n>", "1", "`fem.path_speed`: load factor where another path of equilibrium crosses";

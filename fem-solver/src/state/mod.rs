@@ -186,8 +186,22 @@ pub struct Peaks {
     pub reaction_1ms: Peak,
     /// Axial force of a cable [N].
     pub cable_force: Peak,
-    /// The mean over any 1 ms of the largest axial force [N].
-    pub cable_force_1ms: Peak,
+    /// The largest axial forces of the last two steps, the last one first [N].
+    pub tensions: [f64; 2],
+    /// Mean of those of the steps before and after that of the largest axial force of all [N].
+    pub cable_force_beside: f64,
+}
+
+impl Peaks {
+    /// The largest axial force of a step is `tension` [N], at `time` [s].
+    pub fn take_tension(&mut self, tension: f64, time: f64) {
+        let [last, before] = self.tensions;
+        if last == self.cable_force.value {
+            self.cable_force_beside = 0.5 * (before + tension);
+        }
+        self.cable_force.take(tension, time);
+        self.tensions = [tension, last];
+    }
 }
 
 impl State {

@@ -4,6 +4,7 @@ use super::numbers::{percent, short, three};
 use super::scene::Scene;
 use super::summary::{RunStatus, Summary};
 use interface_defs::diagnostic::{Diagnostic, code};
+use interface_defs::message::Measure;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -16,27 +17,35 @@ pub struct Limits {
     /// Largest imbalance of the whole system's energy, relative to the kinetic energy at impact. Ten times
     /// this bound ends the run at once.
     pub energy_error: f64,
-    /// Deepest overlap of a sphere, relative to its radius, beyond which a run is done with a warning: the law of contact is
-    /// one of small overlaps.
-    pub penetration: f64,
-    /// Largest interface residual, as energy, beyond which a run is done with a warning: the work of the contact force over the
-    /// displacement on which the two solvers disagree, summed over the windows without regard to sign, relative to the
-    /// energy to which `energy_error` relates. It shows noise at the interface, and windows that were accepted
-    /// although they had not converged.
-    pub residual: f64,
+    /// Deepest overlap of a sphere, relative to its radius: laws of contact are ones of small overlaps. Default: none; above 0.5 a
+    /// run is done with a warning.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub penetration: Option<f64>,
+    /// Largest interface residual, as energy: the work of the contact force over the displacement on which the two solvers
+    /// disagree, summed over the windows without regard to sign, relative to the energy to which `energy_error` relates. It
+    /// shows noise at the interface, and windows that were accepted although they had not converged. Default: none; above 0.5
+    /// a run is done with a warning.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub residual: Option<f64>,
     /// Longest window of weak coupling, relative to the longest one that `rockfall check` reports: up to that
     /// one disturbances stay small and the reaction over 1 ms is resolved; far beyond it the answer can be wrong
     /// although energy is kept. The windows found to be right in `docs/accuracy.md` reach up to 1.25 times that one.
     pub weak_window: f64,
     /// Largest `uncertainty` of `max_deflection`, `max_travel` and `max_elongation` of a coupled run, relative to their values; of
-    /// `max_reaction_1ms` and `max_cable_force` twice as much. Default: a tenth of `energy_error`.
+    /// `max_reaction_1ms` and `max_cable_force` three times as much, as their estimates are larger. Default: a tenth of `energy_error`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub deflection_error: Option<f64>,
 }
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { energy_error: 0.1, penetration: 0.5, residual: 0.5, weak_window: 1.25, deflection_error: None }
+        Self {
+            energy_error: 0.1,
+            penetration: None,
+            residual: None,
+            weak_window: 1.25,
+            deflection_error: None,
+        }
     }
 }
 
@@ -46,6 +55,9 @@ const FATAL: f64 = 10.0;
 /// Largest bound of an overlap over the radius: spheres that overlap by more have passed each other.
 const DEEPEST: f64 = 2.0;
 
+/// Penetration and residual above which a run is done with a warning, where they have no bound.
+const NOTICED: f64 = 0.5;
+
 /// Energy error above which a run is done with a warning.
 const NOTICE: f64 = 0.01;
 
@@ -54,20 +66,20 @@ impl Limits {
     pub fn of(scene: &Scene) -> Result<Self, Diagnostic> {
         let limits: Self = scene.read("limits")?.unwrap_or_default();
         for (key, bound) in [
-            ("energy_error", limits.energy_error),
+            ("energy_error", Some(limits.energy_error)),
             ("penetration", limits.penetration),
             ("residual", limits.residual),
-            ("weak_window", limits.weak_window),
-            ("deflection_error", limits.deflection_bound()),
+            ("weak_window", Some(limits.weak_window)),
+            ("deflection_error", limits.deflection_error),
         ] {
-            if bound <= 0.0 {
+            if let Some(bound) = bound.filter(|bound| *bound <= 0.0) {
                 let what = format!("a bound of {bound} would be passed by every run, it must lie above 0");
                 let default = "leave the key out for the default, or raise the bound to accept more";
                 return Err(scene.invalid(&format!("limits.{key}"), what).try_instead(default));
             }
         }
-        if limits.penetration > DEEPEST {
-            let (bound, meant) = (limits.penetration, 0.01 * limits.penetration);
+        if let Some(bound) = limits.penetration.filter(|bound| *bound > DEEPEST) {
+            let meant = 0.01 * bound;
             let what = format!("a bound of {bound} radii: no run passes it, two spheres part at 2");
             let cure = format!("it is a share of the radius: 50 % is 0.5, here perhaps {meant:?}");
             return Err(scene.invalid("limits.penetration", what).try_instead(cure));
@@ -82,7 +94,7 @@ impl Limits {
         }
         let shares = [
             ("energy_error", Some(self.energy_error)),
-            ("residual", Some(self.residual)),
+            ("residual", self.residual),
             ("deflection_error", self.deflection_error),
         ];
         let whole = shares.into_iter().filter_map(|(key, share)| Some((key, share.filter(|s| *s >= 1.0)?)));
@@ -112,7 +124,7 @@ impl Limits {
         if ends(&["max_deflection", "max_travel", "max_elongation"]) {
             return Some(self.deflection_bound());
         }
-        ends(&["max_reaction_1ms", "max_cable_force"]).then(|| 2.0 * self.deflection_bound())
+        ends(&["max_reaction_1ms", "max_cable_force"]).then(|| 3.0 * self.deflection_bound())
     }
 
     /// Judge a run that has ended: each bound that it passed becomes a sentence of its message (of its
@@ -132,28 +144,24 @@ impl Limits {
                     noticed.push((is, evidence.energy.as_str()));
                 }
             }
-            if name.contains("max_penetration") && measure.unit == "1" && value > self.penetration {
-                let bound = self.penetration;
+            let bound = self.penetration.unwrap_or(NOTICED);
+            if name.contains("max_penetration") && measure.unit == "1" && value > bound {
                 let what = format!("{name} is {value:.3} radii{at}, above limits.penetration = {bound}");
-                noticed.push((what, TOO_SOFT));
-            }
-            let uncertainty = measure.uncertainty.and_then(|of| of.value).map(|of| of / value.abs());
-            let judged =
-                uncertainty.filter(|_| evidence.residual.is_some()).zip(self.uncertainty_bound(name));
-            if let Some((uncertainty, bound)) = judged.filter(|(uncertainty, bound)| uncertainty > bound) {
-                let [uncertainty, bound] = [uncertainty, bound].map(percent);
-                let what = format!(
-                    "{name}{at} may be off by {uncertainty}, above the bound of {bound} (limits.deflection_error)"
-                );
-                passed.push((what, evidence.energy.as_str()));
+                if self.penetration.is_some() { &mut passed } else { &mut noticed }.push((what, TOO_SOFT));
             }
         }
-        if let Some(share) = evidence.residual.filter(|share| *share > self.residual) {
-            let [share, bound] = [share, self.residual].map(percent);
+        let of_measures: Vec<Diagnostic> = match evidence.residual {
+            Some(_) => self.of_measures(&summary.measures, &evidence.energy).collect(),
+            None => Vec::new(),
+        };
+        let bound = self.residual.unwrap_or(NOTICED);
+        if let Some(share) = evidence.residual.filter(|share| *share > bound) {
+            let [share, bound] = [share, bound].map(percent);
             let what = format!(
                 "the solvers disagree about interface work of {share} of the energy at impact, above limits.residual = {bound}"
             );
-            noticed.push((what, &evidence.interface));
+            if self.residual.is_some() { &mut passed } else { &mut noticed }
+                .push((what, &evidence.interface));
         }
         let notice = |(what, cure): (String, &str)| Diagnostic::warning(code::LIMIT, what).try_instead(cure);
         summary.warnings.extend(noticed.into_iter().map(notice));
@@ -163,19 +171,41 @@ impl Limits {
         if let Some(what) = evidence.weak_window.and_then(|windows| self.of_weak_window(windows)) {
             passed.push((what, SHORTEN));
         }
-        if passed.is_empty() && nearly.is_empty() {
+        if passed.is_empty() && nearly.is_empty() && of_measures.is_empty() {
             return;
         }
         if summary.status == RunStatus::Done {
             let reason = |(what, cure): (String, &str)| {
                 Diagnostic::error(code::LIMIT, what).try_if((!cure.is_empty()).then(|| cure.to_owned()))
             };
-            summary.doubt(nearly.into_iter().chain(passed.into_iter().map(reason)).collect());
+            let passed = passed.into_iter().map(reason);
+            summary.doubt(nearly.into_iter().chain(passed).chain(of_measures).collect());
         } else {
             // Its message has the cause.
             let warnings = passed.into_iter().map(|(what, _)| Diagnostic::warning(code::LIMIT, what));
             summary.warnings.extend(nearly.into_iter().chain(warnings));
         }
+    }
+
+    /// Key of the bounds of measures.
+    pub const OF_MEASURES: &str = "limits.deflection_error";
+
+    /// The measures that may be off by more than their bounds, each as a reason not to trust the run.
+    pub fn of_measures<'a>(
+        &'a self,
+        measures: &'a [Measure],
+        cure: &'a str,
+    ) -> impl Iterator<Item = Diagnostic> + 'a {
+        measures.iter().filter_map(move |measure| {
+            let uncertainty = measure.uncertainty?.value? / measure.value.abs();
+            let bound = self.uncertainty_bound(&measure.name).filter(|bound| uncertainty > *bound)?;
+            let [uncertainty, bound] = [uncertainty, bound].map(percent);
+            let at = measure.time.map_or(String::new(), |t| format!(" at {t:.6} s"));
+            let what =
+                format!("{}{at} may be off by {uncertainty}, above the bound of {bound}", measure.name);
+            let why = Diagnostic::error(code::LIMIT, what).about(Self::OF_MEASURES);
+            Some(why.try_if((!cure.is_empty()).then(|| cure.to_owned())))
+        })
     }
 
     /// What is said of a weak window that is too long, if it is: its length and the longest [s].
@@ -230,7 +260,7 @@ pub(super) fn cure(role: &str) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use interface_defs::message::Measure;
+    use interface_defs::message::{Found, Uncertainty};
 
     fn limits(text: &str) -> Result<Limits, String> {
         let scene = Scene::from_text("s.toml", text).map_err(|e| e.to_string())?;
@@ -241,8 +271,8 @@ mod tests {
     fn an_absent_table_gives_the_defaults_and_a_key_changes_one_bound() {
         let default = Limits {
             energy_error: 0.1,
-            penetration: 0.5,
-            residual: 0.5,
+            penetration: None,
+            residual: None,
             weak_window: 1.25,
             deflection_error: None,
         };
@@ -289,6 +319,17 @@ mod tests {
             weak_window: None,
             interface: "try B".into(),
         };
+        let limits = Limits { penetration: Some(0.5), residual: Some(0.5), ..Limits::default() };
+        limits.judge(&mut summary, &evidence);
+        summary
+    }
+
+    /// A coupled run of which one measure may be off by this share.
+    fn uncertain(share: f64, name: &str) -> Summary {
+        let mut summary = Summary::new(RunStatus::Done);
+        let uncertainty = Some(Uncertainty { value: Some(2.0 * share), by: Found::Estimate });
+        summary.measures = vec![Measure { uncertainty, ..Measure::new(name, 2.0, "m").at(0.25) }];
+        let evidence = Evidence { energy: "try A".into(), residual: Some(0.0), ..Evidence::default() };
         Limits::default().judge(&mut summary, &evidence);
         summary
     }
@@ -296,15 +337,21 @@ mod tests {
     #[test]
     fn a_run_within_its_bounds_stays_done_and_each_bound_that_is_passed_is_named() {
         assert_eq!(judged(RunStatus::Done, 0.02, 0.5, 0.5).status, RunStatus::Done);
+        for (share, name) in [(0.009, "max_travel"), (0.029, "max_reaction_1ms"), (0.5, "braking_time")] {
+            assert_eq!(uncertain(share, name).status, RunStatus::Done, "{name}");
+        }
         for (summary, says) in [
             (
                 judged(RunStatus::Done, 0.12, 0.1, 0.1),
                 "energy_error is 12 % at 0.250000 s, above limits.energy_error = 10 %: try A",
             ),
             (
-                judged(RunStatus::Done, 0.03, 0.1, 0.1),
-                "energy_error is 3 % at 0.250000 s, which lets expect an error of the deflection of 1.5 %, above \
-                 limits.deflection_error = 1 %: try A",
+                uncertain(0.025, "max_deflection"),
+                "max_deflection at 0.250000 s may be off by 2.5 %, above the bound of 1 %: try A",
+            ),
+            (
+                uncertain(0.035, "max_cable_force"),
+                "max_cable_force at 0.250000 s may be off by 3.5 %, above the bound of 3 %: try A",
             ),
             (
                 judged(RunStatus::Done, 0.0, 0.75, 0.1),

@@ -19,7 +19,7 @@ use crate::internal_force::assembly::take_largest;
 use crate::linear_algebra::lanes::{add, add_to, work, work_at};
 use crate::model::Model;
 use crate::results::energy::Energies;
-use crate::results::moving_mean::{MovingMean, Sample};
+use crate::results::moving_mean::Sample;
 use crate::results::record::{Recorder, Step};
 use crate::state::{Peak, Peaks, State};
 use answer::{Answer, travel};
@@ -137,8 +137,8 @@ struct Booked {
 pub struct KeptWindows {
     committed: State,
     booked: Booked,
-    /// Impulses within the last 1 ms: of the supports, of the largest tension.
-    impulses: [Vec<Sample>; 2],
+    /// Impulse of the supports within the last 1 ms.
+    impulse: Vec<Sample>,
     counts: Counts,
 }
 
@@ -543,7 +543,7 @@ impl WindowSolver {
         } else {
             internal.elements.begin_reading();
         }
-        let step = Step { end, length: h, force, middle, at, tension };
+        let step = Step { end, length: h, force, middle, at, tension: tension.unwrap_or(0.0) };
         let there = (&self.trial, &mut internal.elements);
         self.recorder.step(&self.model, there, &step, &mut peaks, &mut groups);
         self.trial.groups = groups;
@@ -556,7 +556,7 @@ impl WindowSolver {
     pub fn commit(&mut self) {
         std::mem::swap(&mut self.committed, &mut self.trial);
         self.booked.swap(0, 1);
-        self.recorder.means.iter_mut().for_each(MovingMean::commit);
+        self.recorder.mean.commit();
         self.counts.skipped += u64::from(self.skipped);
     }
 
@@ -624,7 +624,7 @@ impl WindowSolver {
         KeptWindows {
             committed: self.committed.clone(),
             booked: self.booked[1].clone(),
-            impulses: [0, 1].map(|of| self.recorder.means[of].kept()),
+            impulse: self.recorder.mean.kept(),
             counts: self.counts,
         }
     }
@@ -642,16 +642,13 @@ impl WindowSolver {
         let own = sizes(&self.committed, self.booked[1].gauges.len());
         let torn =
             kept.committed.events.iter().all(|event| (event.element as usize) < self.model.elements.len());
-        if own != sizes(&kept.committed, kept.booked.gauges.len())
-            || kept.impulses.iter().any(Vec::is_empty)
-            || !torn
-        {
+        if own != sizes(&kept.committed, kept.booked.gauges.len()) || kept.impulse.is_empty() || !torn {
             return Err(other_structure());
         }
         self.committed.copy_from(&kept.committed);
         self.trial.copy_from(&kept.committed);
         self.booked = [kept.booked.clone(), kept.booked];
-        self.recorder.means.iter_mut().zip(kept.impulses).for_each(|(mean, kept)| mean.go_on(kept));
+        self.recorder.mean.go_on(kept.impulse);
         self.counts = kept.counts;
         Ok(())
     }
@@ -712,8 +709,13 @@ fn first_state(model: &Model, config: &Config, start: &Start, recorder: &Recorde
     let at_start = |value| Peak { value, time: 0.0 };
     let size = at_start(reaction.iter().map(|r| r * r).sum::<f64>().sqrt());
     let tension = at_start(start.cable_force);
-    state.peaks =
-        Peaks { reaction: size, reaction_1ms: size, cable_force: tension, cable_force_1ms: tension };
+    state.peaks = Peaks {
+        reaction: size,
+        reaction_1ms: size,
+        cable_force: tension,
+        tensions: [tension.value; 2],
+        cable_force_beside: tension.value,
+    };
     state
 }
 

@@ -1,0 +1,117 @@
+//! `rockfall run --refine`: the scene once more with half the windows and steps, and what that changes.
+
+use crate::children::Events;
+use crate::numbers::Numbers;
+use crate::stop::Stop;
+use crate::sweep::Task;
+use interface_defs::diagnostic::{Diagnostic, code};
+use interface_defs::message::{Found, Measure, Uncertainty};
+use std::path::Path;
+use toml::Table;
+use toolkit::exit::Exit;
+use toolkit::limits::Limits;
+use toolkit::numbers::{percent, short};
+use toolkit::run_dir;
+use toolkit::scene::at;
+use toolkit::screen::show;
+use toolkit::summary::{RunStatus, Summary};
+
+/// Where the results of the second run go, in the directory of the first.
+const DIR: &str = "refined";
+/// A difference between steps and half of them is half of the error, or more of one that falls faster.
+const OF_DIFFERENCE: f64 = 2.0;
+
+/// Windows and steps of a resolved scene, half as long.
+fn half(resolved: &Table, numbers: &Numbers) -> Vec<String> {
+    let named = |key: &str| at(resolved, key).and_then(|value| value.as_float());
+    let mut sets = Vec::new();
+    for (key, own) in
+        [("coupling.time_window", None), ("dem.time_step", None), ("fem.time_step", numbers.net.step)]
+    {
+        let own = own.filter(|step: &f64| step.is_finite());
+        sets.extend(named(key).or(own).map(|value| format!("{key}={:e}", 0.5 * value)));
+    }
+    let steps = named("dem.steps_per_contact").filter(|_| named("dem.time_step").is_none());
+    sets.extend(steps.map(|steps| format!("dem.steps_per_contact={}", 2.0 * steps)));
+    sets
+}
+
+/// Run the scene in `out` again, and state in `first` by how much its measures may be off.
+pub fn refine(
+    first: &mut Summary,
+    out: &Path,
+    (resolved, numbers, limits): (&Table, &Numbers, &Limits),
+    (shortcuts, quiet): (bool, bool),
+    events: &Events,
+) -> Result<(), Stop> {
+    let sets = half(resolved, numbers);
+    if sets.is_empty() {
+        let what = "--refine: the scene has no windows or steps of fixed length that could be halved";
+        first.warnings.push(Diagnostic::warning(code::TRUST, what));
+        return Ok(());
+    }
+    let (scene, dir) = (out.join(run_dir::SCENE), out.join(DIR));
+    let sets: Vec<&str> = sets.iter().map(String::as_str).collect();
+    let task = Task { scene: &scene, sets, dir: &dir, shortcuts, limit: f64::INFINITY };
+    let ran = task.run(events, &mut |_| ())?;
+    let fine = ran.summary.filter(|_| matches!(ran.exit, Exit::Done | Exit::Unreliable));
+    let Some(fine) = fine else {
+        let why = ran.errors.first().map_or(String::new(), |error| format!(": {error}"));
+        let what = format!("--refine: the run with half the steps failed{why}");
+        first.warnings.push(Diagnostic::warning(code::TRUST, what));
+        return Ok(());
+    };
+    if !quiet {
+        show(&table(first, &fine));
+    }
+    take(first, &fine, limits);
+    Ok(())
+}
+
+/// Both values of each measure that matters, and their difference.
+fn table(first: &Summary, fine: &Summary) -> String {
+    let mut text = String::from("half the steps:\n");
+    let mut ranked: Vec<&Measure> = first.measures.iter().filter(|m| m.rank < Measure::ORDINARY).collect();
+    ranked.sort_by_key(|measure| measure.rank);
+    for measure in ranked {
+        let Some(other) = fine.measure(&measure.name) else { continue };
+        let (value, off) = (measure.value, other - measure.value);
+        let share = if value == 0.0 { short(off) } else { percent((off / value).abs()) };
+        text += &format!(
+            "{:<18} {:>12} {:>12} {:<4} {share}\n",
+            measure.name,
+            short(value),
+            short(other),
+            measure.unit
+        );
+    }
+    text
+}
+
+/// What the finer run says of the first one.
+fn take(first: &mut Summary, fine: &Summary, limits: &Limits) {
+    for measure in &mut first.measures {
+        let other = fine.measures.iter().find(|other| other.name == measure.name);
+        let value = other.map(|other| OF_DIFFERENCE * (other.value - measure.value).abs());
+        measure.uncertainty = value.map(|value| Uncertainty { value: Some(value), by: Found::Refinement });
+    }
+    let by_estimate = |reason: &Diagnostic| {
+        reason.code == code::NEAR_RUPTURE || reason.key.as_deref() == Some(Limits::OF_MEASURES)
+    };
+    // What the estimate had said is known better now.
+    if first.status == RunStatus::Unreliable && first.reasons.iter().all(by_estimate) {
+        (first.status, first.message) = (RunStatus::Done, None);
+        first.reasons.clear();
+    }
+    let count = |summary: &Summary| -> u64 { summary.torn.iter().flatten().map(|torn| torn.elements).sum() };
+    let (tore, tear) = (count(first), count(fine));
+    let mut reasons: Vec<Diagnostic> =
+        limits.of_measures(&first.measures, "shorten windows and steps").collect();
+    if tore != tear {
+        let what = format!("what tore depends on the step: {tore} elements, and {tear} with half the steps");
+        reasons.insert(0, Diagnostic::error(code::NEAR_RUPTURE, what));
+    }
+    if first.status == RunStatus::Done && !reasons.is_empty() {
+        first.doubt(reasons);
+    }
+}
