@@ -267,11 +267,8 @@ pub fn describe(
     describe_energy(summary, coupling, records);
     describe_coupling(summary, coupling);
     let balance = &coupling.balance;
-    let known = Known {
-        balance: coupling.has_balance.then_some(&balance.system),
-        interface: balance.residual_share(coupling.has_balance).unwrap_or(0.0),
-        torn: summary.first_rupture(),
-    };
+    let known =
+        Known { balance: coupling.has_balance.then_some(&balance.system), torn: summary.first_rupture() };
     uncertainty::estimate(&mut summary.measures, known);
     coupling.limits.judge(summary, &coupling.causes().evidence());
 }

@@ -353,6 +353,8 @@ pub struct Uncertainty {
     pub value: Option<f64>,
     /// How it was found.
     pub by: Found,
+    /// Whether it is above its bound of `[limits]`: then the measure is not to be trusted.
+    pub beyond: bool,
 }
 
 /// How an uncertainty was found.

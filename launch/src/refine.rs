@@ -93,7 +93,8 @@ fn take(first: &mut Summary, fine: &Summary, limits: &Limits) {
     for measure in &mut first.measures {
         let other = fine.measures.iter().find(|other| other.name == measure.name);
         let value = other.map(|other| OF_DIFFERENCE * (other.value - measure.value).abs());
-        measure.uncertainty = value.map(|value| Uncertainty { value: Some(value), by: Found::Refinement });
+        measure.uncertainty =
+            value.map(|value| Uncertainty { value: Some(value), by: Found::Refinement, beyond: false });
     }
     let by_estimate = |reason: &Diagnostic| {
         reason.code == code::NEAR_RUPTURE || reason.key.as_deref() == Some(Limits::OF_MEASURES)
@@ -105,8 +106,8 @@ fn take(first: &mut Summary, fine: &Summary, limits: &Limits) {
     }
     let count = |summary: &Summary| -> u64 { summary.torn.iter().flatten().map(|torn| torn.elements).sum() };
     let (tore, tear) = (count(first), count(fine));
-    let mut reasons: Vec<Diagnostic> =
-        limits.of_measures(&first.measures, "shorten windows and steps").collect();
+    first.warnings.retain(|warning| warning.key.as_deref() != Some(Limits::OF_MEASURES));
+    let mut reasons = limits.of_measures(first, "shorten windows and steps");
     if tore != tear {
         let what = format!("what tore depends on the step: {tore} elements, and {tear} with half the steps");
         reasons.insert(0, Diagnostic::error(code::NEAR_RUPTURE, what));

@@ -93,7 +93,7 @@ fn raised_bounds_let_the_same_run_be_done_and_stand_in_the_resolved_scene() {
     let resolved = Scene::load(&ended.out.join("scene.toml"), &[]).expect("a scene");
     let limits = Limits {
         energy_error: 2.0,
-        residual: 50.0,
+        residual: Some(50.0),
         weak_window: 20.0,
         deflection_error: Some(1.0),
         ..Limits::default()

@@ -3,7 +3,7 @@
 
 use super::exit::Exit;
 use super::files;
-use super::numbers::{percent, short, short_in};
+use super::numbers::{percent, rounded, short, short_in};
 use super::run_dir::SUMMARY;
 use super::screen::{complain, show};
 use interface_defs::{Diagnostic, Measure, Severity, Statistics, Torn, Verdict, code, verdict::NOTHING_TORE};
@@ -268,6 +268,8 @@ mod measures {
         uncertainty: Option<f64>,
         #[serde(default, skip_serializing_if = "Option::is_none")]
         uncertainty_by: Option<Found>,
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        unreliable: bool,
         rank: u16,
         worse: Worse,
         source: String,
@@ -277,6 +279,7 @@ mod measures {
         to.collect_map(measures.iter().map(|m| {
             let Measure { name, value, unit, time, member, rank, worse, source, uncertainty: of } = m.clone();
             let (uncertainty, by) = (of.and_then(|of| of.value), of.map(|of| of.by));
+            let unreliable = of.is_some_and(|of| of.beyond);
             let written = Written {
                 value,
                 unit,
@@ -284,6 +287,7 @@ mod measures {
                 time_s: time,
                 uncertainty,
                 uncertainty_by: by,
+                unreliable,
                 rank,
                 worse,
                 source,
@@ -301,11 +305,12 @@ mod measures {
                 time_s: time,
                 uncertainty,
                 uncertainty_by: by,
+                unreliable,
                 rank,
                 worse,
                 source,
             } = written;
-            let uncertainty = by.map(|by| Uncertainty { value: uncertainty, by });
+            let uncertainty = by.map(|by| Uncertainty { value: uncertainty, by, beyond: unreliable });
             Measure { name, value, unit, time, member, rank, worse, source, uncertainty }
         };
         Ok(IndexMap::<String, Written>::deserialize(from)?.into_iter().map(measure).collect())
@@ -418,8 +423,11 @@ fn row(m: &Measure) -> [String; 3] {
     let time = m.time.map_or(String::new(), |t| format!("at {} s", short(t)));
     let member = m.member.as_ref().map_or(String::new(), |member| format!(" ({member})"));
     let off = m.uncertainty.map_or(String::new(), |of| match (of.value, m.unit.as_str()) {
-        (Some(value), "1") => format!("+- {} ", short(value)),
-        (Some(value), _) => format!("+- {} ", percent(value / m.value.abs())),
+        (Some(value), "1") => format!("+- {} ", short(rounded(value, 2))),
+        (Some(value), _) => {
+            let mark = if of.beyond { "(unreliable) " } else { "" };
+            format!("+- {} {mark}", percent(rounded(value / m.value.abs(), 2)))
+        }
         (None, _) => "+- ? ".to_owned(),
     });
     [m.name.clone(), short_in(&m.unit, m.value), format!("{unit:<4} {off}{time}{member}")]

@@ -17,8 +17,6 @@ struct Kind {
     name: &'static str,
     /// Of the energy error by its time.
     energy: f64,
-    /// Of the work on which two solvers disagree.
-    interface: f64,
     /// Of how far it is above the measure of this name, its mean.
     swing: f64,
     mean: &'static str,
@@ -27,7 +25,7 @@ struct Kind {
 }
 
 const fn kind(name: &'static str, energy: f64, least: f64) -> Kind {
-    Kind { name, energy, interface: 0.0, swing: 0.0, mean: "", least }
+    Kind { name, energy, swing: 0.0, mean: "", least }
 }
 
 const KINDS: [Kind; 12] = [
@@ -35,8 +33,8 @@ const KINDS: [Kind; 12] = [
     Kind { swing: 0.2, mean: "max_reaction", ..kind("max_reaction_1ms", 3.0, 5e-4) },
     Kind { swing: 8.0, mean: "cable_force_beside", ..kind("max_cable_force", 3.0, 2e-3) },
     kind("max_deflection", 1.0, 1e-6),
-    Kind { interface: 0.01, ..kind("max_travel", 1.0, 1e-6) },
-    Kind { interface: 0.01, ..kind("max_elongation", 1.0, 1e-6) },
+    kind("max_travel", 1.0, 1e-6),
+    kind("max_elongation", 1.0, 1e-6),
     // Flights are computed in closed form: what is left is rounding.
     kind("impact_speed", 1.0, 1e-9),
     kind("impact_energy", 2.0, 1e-9),
@@ -54,8 +52,6 @@ const MEAN: f64 = 1e-3;
 pub struct Known<'a> {
     /// Balance of energy, where all of it is reported.
     pub balance: Option<&'a Balance>,
-    /// Work on which two solvers disagree, relative to the energy at impact.
-    pub interface: f64,
     /// When something tore first [s].
     pub torn: Option<f64>,
 }
@@ -67,16 +63,16 @@ pub fn estimate(measures: &mut [Measure], known: Known) {
     for measure in measures {
         let Some(kind) = KINDS.iter().find(|kind| is_of(&measure.name, kind.name)) else { continue };
         if measure.time.zip(known.torn).is_some_and(|(time, torn)| time > torn - MEAN) {
-            measure.uncertainty = Some(Uncertainty { value: None, by: Found::Rupture });
+            measure.uncertainty = Some(Uncertainty { value: None, by: Found::Rupture, beyond: false });
             continue;
         }
         let error = measure.time.map_or(balance.error(), |time| balance.error_by(time)).unwrap_or(0.0);
         let mean =
             values.iter().find(|(name, _)| name == kind.mean).map_or(measure.value, |(_, value)| *value);
         let swing = (measure.value - mean).abs() / measure.value.abs().max(f64::MIN_POSITIVE);
-        let share = kind.energy * error + kind.interface * known.interface + kind.swing * swing + kind.least;
+        let share = kind.energy * error + kind.swing * swing + kind.least;
         let value = Some(share * measure.value.abs());
-        measure.uncertainty = Some(Uncertainty { value, by: Found::Estimate });
+        measure.uncertainty = Some(Uncertainty { value, by: Found::Estimate, beyond: false });
     }
 }
 
