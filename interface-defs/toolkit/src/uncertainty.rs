@@ -80,3 +80,56 @@ pub fn estimate(measures: &mut [Measure], known: Known) {
 fn is_of(name: &str, kind: &str) -> bool {
     name.strip_suffix(kind).is_some_and(|rock| rock.is_empty() || rock.ends_with('_'))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::energy::Energies;
+
+    /// 100 J at impact; 0.1 J are lost by 1 s, and 5 J by 2 s.
+    fn balance() -> Balance {
+        let kinetic = |kinetic| Energies { kinetic, ..Energies::default() };
+        let mut balance = Balance::new(kinetic(100.0));
+        balance.impact(100.0);
+        balance.update(1.0, &kinetic(99.9), 0.0);
+        balance.update(2.0, &kinetic(95.0), 0.0);
+        balance
+    }
+
+    fn estimated(name: &str, time: f64, torn: Option<f64>) -> Option<Uncertainty> {
+        let balance = balance();
+        let mut measures = vec![
+            Measure::new(name, 10.0, "m").at(time),
+            Measure::new("cable_force_beside", 9.9, "N"),
+            Measure::new("max_reaction", 10.5, "N"),
+        ];
+        estimate(&mut measures, Known { balance: Some(&balance), torn });
+        measures[0].uncertainty
+    }
+
+    fn share(name: &str, time: f64) -> f64 {
+        estimated(name, time, None).and_then(|of| of.value).expect("known") / 10.0
+    }
+
+    #[test]
+    fn energy_that_is_lost_after_a_measure_does_not_count_for_it() {
+        assert_eq!(share("max_deflection", 0.5), 1e-6);
+        assert!((share("max_deflection", 1.5) - 1.001e-3).abs() < 1e-12);
+        assert!((share("block_max_travel", 2.5) - 0.050_001).abs() < 1e-12);
+        assert_eq!(estimated("depth", 0.5, None), None, "nothing is known of it");
+    }
+
+    #[test]
+    fn a_force_that_swings_is_less_certain() {
+        assert!((share("max_cable_force", 0.5) - (8.0 * 0.01 + 2e-3)).abs() < 1e-12);
+        assert!((share("max_reaction_1ms", 0.5) - (0.2 * 0.05 + 5e-4)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_comes_after_a_rupture_depends_on_what_tore() {
+        let after = estimated("max_reaction_1ms", 1.5, Some(1.0)).expect("stated");
+        assert_eq!((after.value, after.by), (None, Found::Rupture));
+        let before = estimated("max_reaction_1ms", 0.5, Some(1.0)).expect("stated");
+        assert_eq!(before.by, Found::Estimate);
+    }
+}
