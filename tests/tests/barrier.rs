@@ -3,14 +3,16 @@
 use tests::{Bench, Ended, scene};
 
 /// The scene with rings of twice the size, each in place of four; until the block has turned back.
-const COARSE: [&str; 9] = [
+const COARSE: [&str; 11] = [
     "structure.generator.cells=[15,6]",
     "structure.parts.2.diameter=0.6666666666666666",
     "structure.parts.2.perimeter=1.88",
     "structure.parts.2.mass=2.52",
     "structure.parts.2.rupture_force=2.4e5",
     "rock.0.cluster.spheres=100",
+    "coupling.scheme=weak",
     "coupling.time_window=5e-5",
+    "dem.time_step=1.25e-5",
     "output.fields=1.0",
     "end_time=0.34",
 ];

@@ -134,6 +134,7 @@ fn every_scene_that_comes_with_the_project_fits_the_schema() {
 fn what_a_program_refuses_at_sight_the_schema_refuses_too() {
     let schema = schema();
     let text = std::fs::read_to_string(scene("barrier-impact")).expect("readable");
+    let text = text + "[coupling]\nscheme = \"weak\"\n";
     assert!(unfit(&text, &schema).is_empty());
     for (from, to) in [
         ("[coupling]", "[couplng]"),

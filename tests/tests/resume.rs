@@ -200,7 +200,8 @@ fn a_wire_that_breaks_goes_on() {
 
 #[test]
 fn a_barrier_with_sliding_ropes_goes_on() {
-    goes_on("barrier-impact", &["end_time=0.02"], 4);
+    let weak = ["coupling.scheme=weak", "coupling.time_window=2.5e-5", "dem.time_step=1.25e-5"];
+    goes_on("barrier-impact", &[&weak[..], &["end_time=0.02"]].concat(), 4);
 }
 
 #[test]

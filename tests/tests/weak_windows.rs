@@ -35,6 +35,8 @@ fn a_net_of_rings_makes_energy_in_windows_beyond_the_longest_told_and_not_in_it(
         "rock.0.cluster.spheres=100",
         "output.fields=1.0",
         "end_time=0.34",
+        "coupling.scheme=weak",
+        "dem.time_step=1.25e-5",
     ];
     let (window, _) = printed(name, &sets);
     let kept = error(&bench, name, &sets, window);
