@@ -130,7 +130,7 @@ impl Limits {
     /// warnings, where it has not come to its end).
     pub fn judge(&self, summary: &mut Summary, evidence: &Evidence) {
         let mut nearly = Vec::new();
-        let (mut passed, mut noticed): (Vec<(String, &str)>, Vec<(String, &str)>) = Default::default();
+        let [mut passed, mut noticed] = [const { Vec::<(String, &str)>::new() }; 2];
         for measure in &summary.measures {
             let (name, value) = (measure.name.as_str(), measure.value);
             let at = measure.time.map_or(String::new(), |t| format!(" at {t:.6} s"));

@@ -131,10 +131,7 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
     }
     summary.measures.extend(gauges.into_iter().map(|m| Measure { source: hello.program.clone(), ..m }));
     let torn = summary.first_rupture();
-    uncertainty::estimate(
-        &mut summary.measures,
-        Known { balance: balance.as_ref(), torn, ..Known::default() },
-    );
+    uncertainty::estimate(&mut summary.measures, Known { balance: balance.as_ref(), torn });
     stage.limits.judge(&mut summary, &Evidence { energy: cure(stage.role).into(), ..Evidence::default() });
     let (own, total) = (with_cost(statistics, 0.0), started.elapsed().as_secs_f64());
     summary.cost.insert("wall_s".into(), json!(total));
