@@ -152,7 +152,7 @@ impl Balance {
         self.relative(self.largest.0)
     }
 
-    /// The same of what came or went by `time` [s], within a factor [`GROWN`].
+    /// The same of what came or went by `time` [s], within a fifth.
     pub fn error_by(&self, time: f64) -> Option<f64> {
         let by = self.grown.iter().take_while(|(at, _)| *at <= time).last();
         self.relative(by.map_or(0.0, |(_, largest)| *largest))
