@@ -313,8 +313,7 @@ impl<'a> Coupling<'a> {
         let work = interface.work();
         let apart = (work.structure - work.mesh).abs();
         let made = self.balance.made(self.gauges.energies);
-        // Elsewhere, on terrain, shorter windows change nothing.
-        if self.gauges.touches && made.abs() > MOST_MADE * reference {
+        if made.abs() > MOST_MADE * reference {
             let share = 100.0 * made / reference;
             return Some(format!(
                 "{made:.3e} J come from nowhere in it, {share:.3} % of the energy at impact"

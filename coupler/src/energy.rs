@@ -110,9 +110,10 @@ impl Balance {
         self.defect += (work.structure - work.mesh).abs();
     }
 
-    /// Energy that would have come from nowhere in a window that ends with `now` [J].
+    /// Energy that would have come from nowhere in a window that ends with `now` [J], where something touched the net before it:
+    /// what is lost on terrain, shorter windows do not keep.
     pub fn made(&self, now: Both) -> f64 {
-        now.system().total() - self.now.system().total()
+        if self.touched { now.system().total() - self.now.system().total() } else { 0.0 }
     }
 
     /// The interface residual as energy: work on which the solvers disagree, relative to the energy at

@@ -30,7 +30,7 @@ const fn kind(name: &'static str, energy: f64, least: f64) -> Kind {
 
 const KINDS: [Kind; 12] = [
     Kind { swing: 0.1, mean: "max_reaction_1ms", ..kind("max_reaction", 5.0, 2e-3) },
-    Kind { swing: 0.05, mean: "max_reaction", ..kind("max_reaction_1ms", 3.0, 2e-3) },
+    Kind { swing: 0.05, mean: "max_reaction", ..kind("max_reaction_1ms", 2.0, 2e-3) },
     Kind { swing: 8.0, mean: "cable_force_beside", ..kind("max_cable_force", 3.0, 2e-3) },
     kind("max_deflection", 1.0, 1e-6),
     kind("max_travel", 1.0, 1e-6),
