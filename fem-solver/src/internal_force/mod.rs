@@ -15,7 +15,7 @@ pub mod kernel;
 pub mod tangent;
 
 use crate::element::Energy;
-use crate::linear_algebra::lanes::longest_way;
+use crate::linear_algebra::lanes::longest_displacement;
 use crate::model::Model;
 use assembly::Assembly;
 use kernel::Kernel;
@@ -83,8 +83,8 @@ impl InternalForce {
     ) -> f64 {
         let of_cables = self.cables.pull(middle, force);
         let u = (start, middle);
-        let way = longest_way(start, middle, model.node_count());
-        let of_elements = self.elements.subtract_and_advance(&model.elements, (u, way), history, force);
+        let farthest = longest_displacement(start, middle, model.node_count());
+        let of_elements = self.elements.subtract_and_advance(&model.elements, (u, farthest), history, force);
         self.subtract_springs(middle, force);
         of_cables.max(of_elements)
     }

@@ -122,7 +122,7 @@ wide! {
 }
 
 /// Largest distance of any of so many nodes between two displacements, component-major.
-pub fn longest_way(from: &[f64], to: &[f64], nodes: usize) -> f64 {
+pub fn longest_displacement(from: &[f64], to: &[f64], nodes: usize) -> f64 {
     longest_square(from, to, nodes).sqrt()
 }
 

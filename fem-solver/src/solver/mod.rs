@@ -263,9 +263,12 @@ fn near_ruptures(model: &Model, state: &State) -> Option<Diagnostic> {
     let (element, share) = close.max_by(|a, b| a.1.total_cmp(&b.1))?;
     let member = model.member_name(*element as usize, None);
     let (tore, share) = (state.events.len(), 100.0 * share);
-    let what = format!(
-        "what tore depends on the step: {tore} elements did, and {member} came to {share:.1} % of its strength"
-    );
+    let depends = match tore {
+        0 => "whether anything tears".to_owned(),
+        1 => "what tore (1 element)".to_owned(),
+        _ => format!("what tore ({tore} elements)"),
+    };
+    let what = format!("{depends} depends on the step: {member} came to {share:.1} % of its strength");
     let cure = "run it with --refine, or move the start by millimetres: what tears then, too, is certain";
     Some(Diagnostic::warning(code::NEAR_RUPTURE, what).try_instead(cure))
 }

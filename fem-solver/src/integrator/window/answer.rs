@@ -2,7 +2,7 @@
 
 use super::least_common_multiple;
 use crate::integrator::shown::Shown;
-use crate::linear_algebra::lanes::longest_way;
+use crate::linear_algebra::lanes::longest_displacement;
 use crate::state::State;
 use interface_defs::field::{Items, Layout, Sampling, name};
 use interface_defs::mesh::InterfaceMesh;
@@ -96,7 +96,7 @@ impl Answer {
 /// Largest distance of any of so many nodes between two displacements [m], those of `left_out` (ascending) aside.
 pub(super) fn travel(from: &[f64], to: &[f64], nodes: usize, left_out: &[u32]) -> f64 {
     if left_out.is_empty() {
-        return longest_way(from, to, nodes);
+        return longest_displacement(from, to, nodes);
     }
     let mut largest = 0.0;
     let mut left_out = left_out.iter().peekable();

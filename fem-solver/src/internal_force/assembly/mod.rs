@@ -61,7 +61,7 @@ pub struct Assembly {
     torn: Vec<f64>,
     /// What is computed several at a time.
     rings: Rings,
-    /// Of each block in which of the readings its tensions were computed, and these [N]; and the number of the reading under way.
+    /// Of each block in which of the readings its tensions were computed, and these [N]; and the number of the current reading.
     read: Vec<(u64, [f64; WIDTH])>,
     reading: u64,
 }
@@ -144,11 +144,11 @@ impl Assembly {
     }
 
     /// The same over an explicit step from the displacements `start`, at those in its middle, where no node is further than
-    /// `way` [m] from there; `history` becomes that at the middle, and what breaks within the step pulls until it does.
+    /// `farthest` [m] from there; `history` becomes that at the middle, and what breaks within the step pulls until it does.
     pub fn subtract_and_advance(
         &mut self,
         elements: &[AnyElement],
-        ((start, middle), way): ((&[f64], &[f64]), f64),
+        ((start, middle), farthest): ((&[f64], &[f64]), f64),
         history: &mut [f64],
         force: &mut [f64],
     ) -> f64 {
@@ -159,7 +159,7 @@ impl Assembly {
         while next < elements.len() {
             let (block, end) = self.rings.block_at(next);
             let ahead =
-                block.map(|block| (block, self.rings.pull_ahead(block, (start, middle), way, history)));
+                block.map(|block| (block, self.rings.pull_ahead(block, (start, middle), farthest, history)));
             self.used = self.used.max(ahead.map_or(0.0, |(_, used)| used));
             match ahead {
                 Some((block, used)) if used <= CLOSE => {

@@ -1,7 +1,7 @@
 use super::*;
 use crate::config::Config;
 use crate::element::tests::checks::random;
-use crate::linear_algebra::lanes::longest_way;
+use crate::linear_algebra::lanes::longest_displacement;
 use toolkit::scene::Scene;
 
 /// A net whose rows are longer than a block, of rings that break.
@@ -44,7 +44,7 @@ fn rings_in_blocks_pull_break_and_store_what_they_do_one_by_one() {
         let mut forces = [vec![0.0; start.len()], vec![0.0; start.len()]];
         let mut after = history.clone();
         let [one, several] = &mut forces;
-        let at = ((&start[..], &middle[..]), longest_way(&start, &middle, model.node_count()));
+        let at = ((&start[..], &middle[..]), longest_displacement(&start, &middle, model.node_count()));
         let largest = alone.subtract_and_advance(elements, at, &mut history, one);
         let same = blocks.subtract_and_advance(elements, at, &mut after, several);
         assert_eq!((largest.to_bits(), &history), (same.to_bits(), &after), "step {step}");

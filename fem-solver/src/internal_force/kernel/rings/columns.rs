@@ -113,10 +113,10 @@ impl<const N: usize, const W: usize> BlockMemory<N, W> {
         (self.had.1[l], own)
     }
 
-    /// Force, history and tension, where each node goes `way` [m] on: a side changes by at most twice that, and the force of a
+    /// Force, history and tension, where each node goes `farthest` [m] on: a side changes by at most twice that, and the force of a
     /// perimeter grows with its length.
-    pub fn pull(&mut self, constants: &BlockConstants<N>, way: f64) {
-        let longer = 2.0 * N as f64 * way;
+    pub fn pull(&mut self, constants: &BlockConstants<N>, farthest: f64) {
+        let longer = 2.0 * N as f64 * farthest;
         Arch::new().dispatch(
             #[inline(always)]
             || {

@@ -113,13 +113,13 @@ impl Rings {
     }
 
     /// Compute force and history of a block in the middle of an explicit step that began at the displacements `start` [m], no
-    /// node further than `way` [m] from there. Returns the largest share of its strength that a ring uses at the step's end as
+    /// node further than `farthest` [m] from there. Returns the largest share of its strength that a ring uses at the step's end as
     /// long as nothing holds it up, or an upper bound of it below [`FAR`].
     pub fn pull_ahead(
         &mut self,
         block: usize,
         (start, middle): (&[f64], &[f64]),
-        way: f64,
+        farthest: f64,
         history: &[f64],
     ) -> f64 {
         let block = &self.blocks[block];
@@ -129,7 +129,7 @@ impl Rings {
         };
         of_kind!(self, block, |places, columns, memory| {
             memory.gather(block, places, middle, history);
-            memory.pull(columns, way);
+            memory.pull(columns, farthest);
             // Mostly no ring is near its strength, however its nodes go on.
             let bound = if block.breakable { share(&memory.bound) } else { 0.0 };
             if bound < FAR {

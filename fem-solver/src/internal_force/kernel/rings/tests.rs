@@ -2,7 +2,7 @@ use super::*;
 use crate::element::ring::Mechanism;
 use crate::element::tests::checks::random;
 use crate::element::{Answer, Slack};
-use crate::linear_algebra::lanes::longest_way;
+use crate::linear_algebra::lanes::longest_displacement;
 use nalgebra::Vector3;
 
 /// Rings over `count` nodes each in rows of `columns`, then some over any nodes; all somewhat different.
@@ -49,8 +49,8 @@ fn moment(elements: &[AnyElement], nodes: usize, random: &mut impl FnMut() -> f6
     let length = elements[0].start_history().len();
     let start: Vec<f64> = (0..3 * nodes).map(|_| 0.1 * random()).collect();
     // Now far enough for a ring to break, now hardly at all.
-    let way = 0.02 * (0.5 + random()).powi(4);
-    let middle = start.iter().map(|u| u + way * random()).collect();
+    let farthest = 0.02 * (0.5 + random()).powi(4);
+    let middle = start.iter().map(|u| u + farthest * random()).collect();
     let mut history: Vec<f64> = elements.iter().flat_map(|e| e.start_history()).collect();
     for (k, own) in history.chunks_mut(length).enumerate() {
         own[PERIMETER..].iter_mut().for_each(|most| *most = (0.1 * random()).max(0.0));
@@ -88,8 +88,8 @@ fn blocks_give_the_bytes_of_rings_alone_and_tell_who_bears_the_step() {
                 let own = rings.elements(block);
                 assert!(own.start == next && !own.is_empty() && own.len() <= WIDTH);
                 let (mut force, mut after) = (vec![0.0; 3 * nodes], history.clone());
-                let way = longest_way(&start, &middle, nodes);
-                let bears = rings.pull_ahead(block, (&start, &middle), way, &history) <= 1.0;
+                let farthest = longest_displacement(&start, &middle, nodes);
+                let bears = rings.pull_ahead(block, (&start, &middle), farthest, &history) <= 1.0;
                 let largest = rings.hand_back(block, &mut force, &mut after);
                 let (mut force_alone, mut after_alone) = (vec![0.0; 3 * nodes], history.clone());
                 let (mut largest_alone, mut bear_alone) = (0.0, true);
