@@ -62,7 +62,7 @@ const MOST_YIELDING: u32 = 4;
 const MOST_DEFECT: f64 = 2e-4;
 
 /// Largest energy that comes from nowhere in one window of a yielding net, over the energy at impact.
-const MOST_MADE: f64 = 2e-4;
+const MOST_MADE: f64 = 1e-3;
 
 /// A window is one of a flight if it is longer than the scene's by this factor.
 const FLIGHT: f64 = 1.5;
