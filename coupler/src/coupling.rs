@@ -164,6 +164,13 @@ impl<'a> Coupling<'a> {
                         let why = self.causes().diverged(span.end(), &self.limits);
                         return Err(CouplingError::Diverged(why.into()));
                     }
+                    if self.settings.ends_at_rest && self.dem.rests && self.fem.rests {
+                        tracing::info!(
+                            t = span.end(),
+                            "ended: the rocks lie still, and so does the structure"
+                        );
+                        break;
+                    }
                 }
                 Outcome::Rejected(reason) => {
                     // One that lasted as long as a flight is not to last as long again.

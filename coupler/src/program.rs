@@ -104,7 +104,7 @@ impl Prepared {
         let processes = Processes::of(&scene)?;
         let output = Output::of(&scene)?;
         if arguments.savings.no_shortcuts {
-            settings.flight_window = 0.0;
+            (settings.flight_window, settings.ends_at_rest) = (0.0, false);
         }
         let limits = Limits::of(&scene)?;
         let end_time = scene.end_time()?;

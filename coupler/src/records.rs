@@ -267,8 +267,7 @@ pub fn describe(
     describe_energy(summary, coupling, records);
     describe_coupling(summary, coupling);
     let balance = &coupling.balance;
-    let known =
-        Known { balance: coupling.has_balance.then_some(&balance.system), torn: summary.first_rupture() };
+    let known = Known { balance: coupling.has_balance.then_some(&balance.system), chance: summary.chance() };
     uncertainty::estimate(&mut summary.measures, known);
     coupling.limits.judge(summary, &coupling.causes().evidence());
 }

@@ -53,12 +53,14 @@ pub(crate) struct Seat<'a> {
     pub commit_due: bool,
     /// Whether it is at work on a request.
     pub asked: bool,
+    /// Whether it was at rest, by its last answer.
+    pub rests: bool,
 }
 
 impl<'a> Seat<'a> {
     /// Of a participant that is at rest.
     pub fn new(participant: &'a mut dyn Participant) -> Self {
-        Self { participant, commit_due: false, asked: false }
+        Self { participant, commit_due: false, asked: false, rests: false }
     }
 
     /// Its state, its last solve committed if it was accepted.
@@ -94,6 +96,7 @@ impl<'a> Seat<'a> {
     pub fn receive(&mut self, span: Span, side: &Side) -> Result<Answered, Failure> {
         let status = self.participant.receive()?;
         self.asked = false;
+        self.rests = status == Status::Rest;
         if status == Status::Beyond {
             return Ok(Answered::Beyond);
         }

@@ -90,6 +90,9 @@ pub struct CouplingSettings {
     /// Longest window while nothing is in reach [s]: the output interval; 0: no longer than any other.
     #[serde(skip)]
     pub flight_window: f64,
+    /// Whether the run ends once both solvers are at rest.
+    #[serde(skip)]
+    pub ends_at_rest: bool,
     /// What to do with a window that did not converge.
     pub on_no_convergence: OnNoConvergence,
     /// Shortest window that halving may reach [s]. Default: `time_window / 64`.
@@ -124,6 +127,7 @@ impl Default for CouplingSettings {
             yielding_share: 0.02,
             rings: 2,
             flight_window: 0.0,
+            ends_at_rest: true,
             on_no_convergence: OnNoConvergence::Halve,
             min_window: None,
             acceleration: AnyAcceleration::default(),

@@ -1,5 +1,6 @@
 //! Headers of a request and of its answer: plain data, versioned by type name.
 
+use crate::solver::Solver;
 use iceoryx2::prelude::ZeroCopySend;
 
 /// What the coupler asks for. Sent before the payload of each request.
@@ -119,12 +120,21 @@ pub enum Status {
     Failed = 2,
     /// No answer: a contact solver must see nodes that are not selected. The coupler asks [`Command::Reach`].
     Beyond = 3,
+    /// As [`Self::Done`], and this solver is at rest: nothing of it will move any more unless the other one moves it.
+    Rest = 4,
 }
 
 impl Status {
+    /// That of an answer of `solver`.
+    pub fn of(solver: &dyn Solver) -> Self {
+        if solver.is_at_rest() { Self::Rest } else { Self::Done }
+    }
+
     /// From its number.
     pub fn from_number(number: u32) -> Option<Self> {
-        [Self::Done, Self::Failed, Self::Beyond].into_iter().find(|status| *status as u32 == number)
+        [Self::Done, Self::Failed, Self::Beyond, Self::Rest]
+            .into_iter()
+            .find(|status| *status as u32 == number)
     }
 }
 

@@ -367,6 +367,9 @@ pub enum Found {
     Refinement,
     /// Not known: it depends on what tore before, which small differences decide.
     Rupture,
+    /// Not known: the rock slipped through meshes of the net, or was still being stopped at the end, and small differences decide
+    /// between which wires it passed.
+    Passage,
 }
 
 impl Measure {

@@ -85,6 +85,12 @@ pub trait Solver {
         false
     }
 
+    /// Whether nothing of it will move any more unless the other solver moves it, as far as its last window shows: all stands
+    /// still, and no load or support will change. A coupled run ends where both solvers are at rest.
+    fn is_at_rest(&self) -> bool {
+        false
+    }
+
     /// The committed state, with all else that the next answers follow from, to the last bit; what belongs to it in files of
     /// results is on the disk when this returns. Asked only of solvers that declare [`crate::message::capability::CHECKPOINT`].
     fn save(&mut self) -> Result<Vec<u8>, Fault> {

@@ -109,7 +109,8 @@ fn take(first: &mut Summary, fine: &Summary, limits: &Limits) {
     first.warnings.retain(|warning| warning.key.as_deref() != Some(Limits::OF_MEASURES));
     let mut reasons = limits.of_measures(first, "shorten windows and steps");
     if tore != tear {
-        let what = format!("what tore depends on the step: elements that did: {tore}, with half the steps {tear}");
+        let what =
+            format!("what tore depends on the step: elements that did: {tore}, with half the steps {tear}");
         reasons.insert(0, Diagnostic::error(code::NEAR_RUPTURE, what));
     }
     if first.status == RunStatus::Done && !reasons.is_empty() {

@@ -148,11 +148,13 @@ fn ground_name() -> String {
     "ground".into()
 }
 
-fn rest_speed() -> f64 {
+/// Speed below which a rock may be at rest, if nothing else is said [m/s].
+pub fn rest_speed() -> f64 {
     0.01
 }
 
-fn rest_time() -> f64 {
+/// Time for which it must stay below, if nothing else is said [s].
+pub fn rest_time() -> f64 {
     0.5
 }
 

@@ -379,6 +379,13 @@ impl Solver for FemSolver {
         Ok(())
     }
 
+    fn is_at_rest(&self) -> bool {
+        let Some(prepared) = &self.prepared else { return false };
+        let model = &self.model;
+        let changes = model.until.iter().any(|until| *until > prepared.time);
+        !changes && model.moving.is_empty() && model.timed.is_empty() && prepared.windows.trial.rests()
+    }
+
     fn commit(&mut self) -> Result<(), Fault> {
         let prepared = self.prepared()?;
         prepared.windows.commit();

@@ -3,8 +3,13 @@
 pub mod inherited;
 
 use crate::internal_force::assembly::Event;
+use crate::linear_algebra::lanes::dot;
 use crate::model::Model;
 use serde::{Deserialize, Serialize};
+
+/// Root mean square of the velocities below which a structure is at rest [m/s]: around a rock that lies still in it, a net of the
+/// drop test goes on humming with 0.014 m/s.
+const REST: f64 = 0.05;
 
 /// Everything that a step starts from. Vectors are component-major over all degrees of freedom.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -205,6 +210,11 @@ impl Peaks {
 }
 
 impl State {
+    /// Whether hardly anything moves.
+    pub fn rests(&self) -> bool {
+        dot(&self.velocity, &self.velocity) <= REST * REST * self.velocity.len() as f64
+    }
+
     /// A support has moved the degree of freedom `dof` by `du` [m] in a step of `h` [s] that began at the velocity `v0`: its
     /// work, and what the inertia of its node adds to its `force` [N], if there is any.
     pub fn book_support(

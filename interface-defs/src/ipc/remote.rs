@@ -381,7 +381,7 @@ impl Participant for Remote {
         let got = response.payload().len();
         let listed = header.listed as usize;
         let expected = expects.map_or(got, |fields| fields + listed);
-        if status == Status::Done && (got != expected || got < listed) {
+        if matches!(status, Status::Done | Status::Rest) && (got != expected || got < listed) {
             let what = format!("its answer has {got} numbers, its fields and gauges make {expected}");
             return Err(Failure::contract(&self.name, format!("window {}: {what}", asked.window)));
         }

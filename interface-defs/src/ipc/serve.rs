@@ -338,7 +338,7 @@ impl Session<'_> {
         // earlier payload), and every bit pattern is an f64.
         let output = unsafe { response.payload_mut().assume_init_mut() };
         let outcome = begun.and_then(|_| self.exchange.write(solver, &header, input, output));
-        let status = outcome.as_ref().map_or_else(exchange::status_of, |_| Status::Done);
+        let status = outcome.as_ref().map_or_else(exchange::status_of, |_| Status::of(solver));
         let listed = *outcome.as_ref().unwrap_or(&0);
         self.fault = outcome.err();
         // Before the answer goes: what follows is exchange.

@@ -378,6 +378,10 @@ impl Solver for Guest {
         self.count(|solver| solver.reach(window, input, nodes))
     }
 
+    fn is_at_rest(&self) -> bool {
+        self.solver.is_at_rest()
+    }
+
     fn save(&mut self) -> Result<Vec<u8>, Fault> {
         self.solver.save()
     }

@@ -130,8 +130,8 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
         summary.fail(taken);
     }
     summary.measures.extend(gauges.into_iter().map(|m| Measure { source: hello.program.clone(), ..m }));
-    let torn = summary.first_rupture();
-    uncertainty::estimate(&mut summary.measures, Known { balance: balance.as_ref(), torn });
+    let chance = summary.chance();
+    uncertainty::estimate(&mut summary.measures, Known { balance: balance.as_ref(), chance });
     stage.limits.judge(&mut summary, &Evidence { energy: cure(stage.role).into(), ..Evidence::default() });
     let (own, total) = (with_cost(statistics, 0.0), started.elapsed().as_secs_f64());
     summary.cost.insert("wall_s".into(), json!(total));

@@ -6,7 +6,10 @@ use super::files;
 use super::numbers::{percent, rounded, short, short_in};
 use super::run_dir::SUMMARY;
 use super::screen::{complain, show};
-use interface_defs::{Diagnostic, Measure, Severity, Statistics, Torn, Verdict, code, verdict::NOTHING_TORE};
+use super::uncertainty::MEAN;
+use interface_defs::message::Found;
+use interface_defs::verdict::{Fate, NOTHING_TORE};
+use interface_defs::{Diagnostic, Measure, Severity, Statistics, Torn, Verdict, code};
 use serde::{Deserialize, Serialize, Serializer};
 use serde_json::{Map, Value};
 use std::fmt::Write as _;
@@ -99,9 +102,13 @@ impl Summary {
         self.reasons = reasons;
     }
 
-    /// When something tore first [s].
-    pub fn first_rupture(&self) -> Option<f64> {
-        self.torn.iter().flatten().map(|torn| torn.first).min_by(f64::total_cmp)
+    /// From when on measures depend on what small differences decide, and on what [s].
+    pub fn chance(&self) -> Option<(f64, Found)> {
+        let torn = self.torn.iter().flatten().map(|torn| (torn.first, Found::Rupture));
+        let passes = |of: &&Verdict| matches!(of.fate, Fate::WentThrough | Fate::Undecided);
+        let passages = self.verdict.iter().filter(passes).filter_map(|of| of.impact);
+        let passages = passages.map(|touch| (touch.time + MEAN, Found::Passage));
+        torn.chain(passages).min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
     /// The run failed for one more reason.
@@ -437,7 +444,7 @@ fn row(m: &Measure) -> [String; 3] {
 mod tests {
     use super::*;
     use interface_defs::message::Worse;
-    use interface_defs::verdict::{Ending, Fate};
+    use interface_defs::verdict::Ending;
 
     fn measure(name: &str, value: f64, time: Option<f64>) -> Measure {
         Measure::new(name, value, "m").at(time)

@@ -35,25 +35,25 @@ const KINDS: [Kind; 12] = [
     kind("max_deflection", 1.0, 1e-6),
     kind("max_travel", 1.0, 1e-6),
     kind("max_elongation", 1.0, 1e-6),
-    // Flights are computed in closed form: what is left is rounding.
-    kind("impact_speed", 1.0, 1e-9),
-    kind("impact_energy", 2.0, 1e-9),
-    kind("time_of_impact", 1.0, 1e-9),
+    // Flights are computed in closed form: what is left is how exactly the first touch is found within its step.
+    kind("impact_speed", 1.0, 5e-8),
+    kind("impact_energy", 2.0, 1e-7),
+    kind("time_of_impact", 1.0, 5e-8),
     kind("rebound_speed", 2.0, 1e-4),
     kind("braking_time", 1.0, 1e-4),
     kind("max_speed", 1.0, 1e-9),
 ];
 
 /// Means are taken over this time [s].
-const MEAN: f64 = 1e-3;
+pub const MEAN: f64 = 1e-3;
 
 /// What the run knows of its errors.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Known<'a> {
     /// Balance of energy, where all of it is reported.
     pub balance: Option<&'a Balance>,
-    /// When something tore first [s].
-    pub torn: Option<f64>,
+    /// From when on measures depend on what small differences decide, and on what [s].
+    pub chance: Option<(f64, Found)>,
 }
 
 /// Fill in the uncertainty of every measure of which it is known.
@@ -62,8 +62,10 @@ pub fn estimate(measures: &mut [Measure], known: Known) {
     let values: Vec<(String, f64)> = measures.iter().map(|m| (m.name.clone(), m.value)).collect();
     for measure in measures {
         let Some(kind) = KINDS.iter().find(|kind| is_of(&measure.name, kind.name)) else { continue };
-        if measure.time.zip(known.torn).is_some_and(|(time, torn)| time > torn - MEAN) {
-            measure.uncertainty = Some(Uncertainty { value: None, by: Found::Rupture, beyond: false });
+        if let Some((time, (from, by))) = measure.time.zip(known.chance)
+            && time > from - MEAN
+        {
+            measure.uncertainty = Some(Uncertainty { value: None, by, beyond: false });
             continue;
         }
         let error = measure.time.map_or(balance.error(), |time| balance.error_by(time)).unwrap_or(0.0);
@@ -103,7 +105,8 @@ mod tests {
             Measure::new("cable_force_beside", 9.9, "N"),
             Measure::new("max_reaction", 10.5, "N"),
         ];
-        estimate(&mut measures, Known { balance: Some(&balance), torn });
+        let chance = torn.map(|time| (time, Found::Rupture));
+        estimate(&mut measures, Known { balance: Some(&balance), chance });
         measures[0].uncertainty
     }
 

@@ -82,7 +82,7 @@ impl<S: Solver> Participant for InProcess<S> {
             output.resize(length, 0.0);
             exchange.write(solver, &header, input, output)
         });
-        let status = outcome.as_ref().map_or_else(status_of, |_| Status::Done);
+        let status = outcome.as_ref().map_or_else(status_of, |_| Status::of(&*solver));
         self.listed = *outcome.as_ref().unwrap_or(&0) as usize;
         self.fault = outcome.err();
         Ok(status)
@@ -145,6 +145,9 @@ impl Solver for Any {
     }
     fn has_ended(&self) -> bool {
         self.0.has_ended()
+    }
+    fn is_at_rest(&self) -> bool {
+        self.0.is_at_rest()
     }
     fn save(&mut self) -> Result<Vec<u8>, Fault> {
         self.0.save()

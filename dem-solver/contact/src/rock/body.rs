@@ -251,6 +251,12 @@ impl Rock {
         self.solid.turn().map_or(motion.orientation, |turn| motion.orientation * turn.inverse())
     }
 
+    /// Bound of the speed of its fastest point [m/s].
+    pub fn fastest(&self, motion: &Motion) -> f64 {
+        let spin = motion.angular_momentum.norm() / self.inertia.min();
+        motion.velocity.norm() + spin * (self.arm + self.smallest_radius)
+    }
+
     /// Kinetic energy of translation and rotation [J].
     #[inline]
     pub fn kinetic_energy(&self, motion: &Motion) -> f64 {

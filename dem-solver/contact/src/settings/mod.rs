@@ -13,6 +13,7 @@ pub mod spheres;
 pub use crate::law::settings::{ContactSettings, EffectiveMass, RollingName, TangentialName};
 pub use dem::{ContactSelection, DemSettings, Rotation};
 pub use dem_terrain::settings::{NoData, TerrainSettings, ZoneSettings};
+use dem_terrain::settings::{rest_speed, rest_time};
 pub use rock::{Cluster, RockSettings, Shape};
 pub use spheres::{BoxSettings, SpheresSettings};
 
@@ -170,6 +171,12 @@ impl Settings {
             all.extend(largest.filter(|_| largest != smallest).map(|k| named + k));
         }
         all
+    }
+
+    /// Speed [m/s] below which a rock is at rest once it has stayed there for a time [s].
+    pub fn rest(&self) -> (f64, f64) {
+        let terrain = self.terrain.as_ref();
+        terrain.map_or_else(|| (rest_speed(), rest_time()), |terrain| (terrain.rest_speed, terrain.rest_time))
     }
 
     /// Direction of gravity; without gravity: -z.

@@ -88,6 +88,8 @@ pub struct ImpactRecord {
     pub beside: Option<(f64, Motion)>,
     /// Whether it touches.
     pub touching: bool,
+    /// Since when it has been slow, once there was a touch [s].
+    pub slow_since: Option<f64>,
     /// Whether it has moved on again after a rebound, which ends the watch on it.
     over: bool,
 }
@@ -112,6 +114,15 @@ impl ImpactRecord {
             self.behind = Some(passage.start + 0.5 * passage.length);
         }
         self.part(rock, &impact, passage);
+        let (speed, _) = settings.rest();
+        let slow = rock.fastest(after) <= speed;
+        self.slow_since = self.slow_since.or(Some(end)).filter(|_| slow);
+    }
+
+    /// Whether it has come to rest in the net, or on it, by `time` [s]: once it had touched, its fastest point stayed slow. No
+    /// rebound is as slow for as long.
+    pub fn rests(&self, settings: &Settings, time: f64) -> bool {
+        self.slow_since.is_some_and(|since| time - since >= settings.rest().1)
     }
 
     /// The first moment without speed along the impact direction, linear in the step.

@@ -93,7 +93,6 @@ impl RunOut {
     pub fn step(&mut self, model: &Model, rock: usize, after: &Motion, passed: Passed, outside: bool) {
         let (Some(terrain), rock) = (&model.settings.terrain, &model.rocks[rock]) else { return };
         let Passed { end, h, touching, .. } = passed;
-        let speed = after.velocity.norm();
         if self.has_left() {
             return;
         }
@@ -118,9 +117,7 @@ impl RunOut {
         self.touched = end;
         // What lies at rest while others move is not counted, unless they set it in motion again.
         self.in_contact += if self.ending.is_some() { 0.0 } else { h };
-        let fastest =
-            speed + after.angular_momentum.norm() / rock.inertia.min() * (rock.arm + rock.smallest_radius);
-        if fastest > terrain.rest_speed {
+        if rock.fastest(after) > terrain.rest_speed {
             self.slow_since = None;
             self.go_on(end);
         } else if self.slow_since.is_none() {

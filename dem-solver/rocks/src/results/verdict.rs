@@ -44,8 +44,10 @@ fn verdict(model: &Model, at: usize, state: &State, net: Option<(&ContactMesh, &
     };
     let held = body.track.touching && body.track.stopped.is_some();
     match at_net {
-        // Of a rock that the net holds only that it came to rest on terrain is worth saying.
-        Some(first) => Verdict { then: Some(end).filter(|_| !held || body.path.ending.is_some()), ..first },
+        // Of a rock that the net holds only that it came to rest is worth saying.
+        Some(first) => {
+            Verdict { then: Some(end).filter(|end| !held || end.fate != Fate::StillMoving), ..first }
+        }
         None => Verdict { then: Some(end).filter(|end| end.fate == Fate::AtRest && !end.on_terrain), ..free },
     }
 }
@@ -126,7 +128,8 @@ fn ending(model: &Model, body: &Body, time: f64) -> Ending {
         return Ending { fate: end.how, time: end.time, position, speed, on_terrain };
     }
     let speed = body.motion.velocity.norm();
-    let fate = if speed < REST { Fate::AtRest } else { Fate::StillMoving };
+    let rests = speed < REST || body.track.rests(&model.settings, time);
+    let fate = if rests { Fate::AtRest } else { Fate::StillMoving };
     Ending { fate, time, position: place(model, &body.motion.position), speed, on_terrain: false }
 }
 

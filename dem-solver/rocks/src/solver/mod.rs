@@ -385,6 +385,12 @@ impl Solver for DemSolver {
         self.model.ground.is_some() && self.committed.bodies.iter().all(|b| b.path.ending.is_some())
     }
 
+    fn is_at_rest(&self) -> bool {
+        let settings = &self.model.settings;
+        let rests = |body: &Body| body.path.ending.is_some() || body.track.rests(settings, self.trial.time);
+        self.trial.bodies.iter().all(rests)
+    }
+
     fn finish(&mut self) -> Result<Statistics, Fault> {
         let counts = self.run.as_ref().map(RockIntegrator::counts).unwrap_or_default();
         let net = self.run.as_ref().and_then(RockIntegrator::net);
