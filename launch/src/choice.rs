@@ -221,7 +221,7 @@ pub struct Preset {
 /// All, the fastest first. What was measured: `docs/coupling.md`, held by `tests/tests/presets.rs`.
 pub const PRESETS: [Preset; 3] = [
     Preset { name: "fast", samples: 5, share: 0.3, structure: 1.2, contact: 0.7, energy: 0.5 },
-    Preset { name: "balanced", samples: 10, share: 0.05, structure: 1.0, contact: 0.5, energy: 1.1 },
+    Preset { name: "balanced", samples: 10, share: 0.1, structure: 1.0, contact: 0.5, energy: 1.1 },
     Preset { name: "accurate", samples: 10, share: 0.02, structure: 0.5, contact: 0.16, energy: 0.1 },
 ];
 
