@@ -32,9 +32,9 @@ const KINDS: [Kind; 12] = [
     Kind { swing: 0.1, mean: "max_reaction_1ms", ..kind("max_reaction", 5.0, 2e-3) },
     Kind { swing: 0.05, mean: "max_reaction", ..kind("max_reaction_1ms", 2.0, 2e-3) },
     Kind { swing: 8.0, mean: "cable_force_beside", ..kind("max_cable_force", 3.0, 2e-3) },
-    kind("max_deflection", 1.0, 1e-6),
-    kind("max_travel", 1.0, 1e-6),
-    kind("max_elongation", 1.0, 1e-6),
+    kind("max_deflection", 1.0, 3e-5),
+    kind("max_travel", 1.0, 3e-5),
+    kind("max_elongation", 1.0, 3e-5),
     // Flights are computed in closed form: what is left is how exactly the first touch is found within its step.
     kind("impact_speed", 1.0, 5e-8),
     kind("impact_energy", 2.0, 1e-7),
@@ -116,9 +116,9 @@ mod tests {
 
     #[test]
     fn energy_that_is_lost_after_a_measure_does_not_count_for_it() {
-        assert_eq!(share("max_deflection", 0.5), 1e-6);
-        assert!((share("max_deflection", 1.5) - 1.001e-3).abs() < 1e-12);
-        assert!((share("block_max_travel", 2.5) - 0.050_001).abs() < 1e-12);
+        assert!((share("max_deflection", 0.5) - 3e-5).abs() < 1e-18);
+        assert!((share("max_deflection", 1.5) - 1.03e-3).abs() < 1e-12);
+        assert!((share("block_max_travel", 2.5) - 0.050_03).abs() < 1e-12);
         assert_eq!(estimated("depth", 0.5, None), None, "nothing is known of it");
     }
 

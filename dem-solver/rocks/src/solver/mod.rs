@@ -6,6 +6,7 @@
 use crate::gate;
 use crate::integrator::window::{KeptIntegrator, RockIntegrator, Solved};
 use crate::model::between::{Between, rows};
+use crate::model::impact::Impact;
 use crate::model::state::{Body, State};
 use crate::model::{Model, Steps};
 use crate::results::fields::{self, FieldFiles, KeptFields};
@@ -69,6 +70,8 @@ pub struct DemSolver {
     run: Option<RockIntegrator>,
     committed: State,
     trial: State,
+    /// Of each rock its first touch of the net, as the first pass over the window at hand has seen it.
+    touches: Vec<Option<Impact>>,
     fields: Option<FieldFiles>,
     trajectory: Option<Trajectory>,
     /// Whether rows of the trajectories are kept although no file of them is written.
@@ -124,6 +127,20 @@ impl DemSolver {
         Ok(it)
     }
 
+    /// Where a rock touches the net for the first time is found in the first pass: in later ones the net gives way to it from the
+    /// window's start on, in a straight line.
+    fn keep_touches(&mut self, iteration: u32) {
+        let bodies = self.trial.bodies.iter_mut().zip(&self.committed.bodies);
+        for (first, (trial, before)) in self.touches.iter_mut().zip(bodies) {
+            if iteration == 1 {
+                *first = trial.track.touch;
+            }
+            if before.track.touch.is_none() && trial.track.touch.is_some() {
+                trial.track.touch = first.or(trial.track.touch);
+            }
+        }
+    }
+
     /// The solver of a model that has been prepared and checked. It writes no files, and keeps the rows of the trajectories where
     /// `keeps_rows` asks for them.
     pub fn of_model(model: Model, scene: &Scene, keeps_rows: bool) -> Self {
@@ -138,6 +155,7 @@ impl DemSolver {
             choice: None,
             run: None,
             committed: state.clone(),
+            touches: vec![None; state.bodies.len()],
             trial: state,
             fields: None,
             trajectory: None,
@@ -338,7 +356,10 @@ impl Solver for DemSolver {
             self.trial.copy(&self.committed);
             self.trial.finer = finer;
             match run.solve(&self.model, &mut self.trial, window, input, output)? {
-                Solved::Done => return Ok(()),
+                Solved::Done => {
+                    self.keep_touches(window.iteration);
+                    return Ok(());
+                }
                 Solved::TooCoarse if finer >= FINEST => {
                     return Err(Fault::window(format!(
                         "the contacts are so stiff, or nodes of the net so light, that {FINEST} times as many steps as \
