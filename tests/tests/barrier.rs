@@ -89,3 +89,31 @@ fn a_barrier_with_weak_brakes_tears_and_says_where_and_when() {
     assert!(*ended.column("block_vy_m_per_s").last().expect("rows") > 5.0, "nothing stops the block");
     assert!(ended.measure("energy_error") < 0.02, "{}", ended.measure("energy_error"));
 }
+
+/// The bottom rope's end has 1.5 m to the foot of the outer post; its brakes would give way for 1.6 m.
+const SHORT_OF_ROOM: &str = "structure.generator.side_distance=5.0";
+
+#[test]
+fn a_brake_without_room_for_its_stroke_is_refused_before_the_start() {
+    let bench = Bench::new();
+    let sets: Vec<&str> = COARSE.iter().chain([&SHORT_OF_ROOM]).flat_map(|set| ["--set", *set]).collect();
+    let ended = bench.run(&scene("barrier-impact"), "out", &sets);
+    assert_eq!(ended.code, Some(2), "{}", ended.stderr);
+    let said = &ended.stderr;
+    for word in ["stroke is 1.6 m", "room for 1.500 m", "bottom_rope", "side_distance"] {
+        assert!(said.contains(word), "{word}: {said}");
+    }
+}
+
+#[test]
+fn a_brake_that_runs_into_the_foot_of_a_post_is_named_with_the_time() {
+    let bench = Bench::new();
+    // Weak brakes: the end stop is at the foot.
+    let weak = "structure.parts.0.curve=[[0.008,3e4],[1.4,4e4]]";
+    let open = "structure.parts.0.stroke=1.499";
+    let ended = run(&bench, &[SHORT_OF_ROOM, weak, open]);
+    let jammed = ended.warnings().into_iter().find(|said| said.contains("ran into"));
+    let jammed = jammed.unwrap_or_else(|| panic!("{:?}", ended.warnings()));
+    assert!(jammed.contains("of rope_brakes") && jammed.contains("(-15, 0, 0)"), "{jammed}");
+    assert!(jammed.contains("after 1.500 m"), "{jammed}");
+}

@@ -54,6 +54,11 @@ impl Bar {
         self.section.map_or(stress, |area| stress * area * l / self.length)
     }
 
+    /// Whether it is a brake that gives way.
+    pub fn is_brake(&self) -> bool {
+        self.section.is_none() && !self.law.hardening.is_empty()
+    }
+
     fn force(&self, u: &[f64], history: &[f64]) -> f64 {
         let (segment, strain) = self.segment(u);
         self.axial(self.law.stress(strain, history).stress, segment.length)

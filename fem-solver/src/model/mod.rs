@@ -13,6 +13,7 @@ pub(crate) mod generator;
 pub(crate) mod ground;
 pub mod numbering;
 pub mod pressure;
+pub mod rope_ends;
 pub mod validation;
 
 use crate::element::{AnyElement, Cable};

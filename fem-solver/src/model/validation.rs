@@ -4,7 +4,8 @@
 use crate::config::Config;
 use crate::config::scheme::Scheme;
 use crate::config::structure::CableEntry;
-use crate::element::PartConfig;
+use crate::config::generator::Generator;
+use crate::element::{AnyElement, PartConfig};
 use crate::element::cable::{CableConfig, Stated};
 use crate::element::part::{Key, Surroundings};
 use crate::model::{Model, Part};
@@ -385,6 +386,7 @@ fn warning(code: Code, key: impl Into<String>, what: impl Into<String>, hint: &s
 fn judge_parts(at: &mut Judge) -> Result<(), Diagnostic> {
     let Judge { scene, config, model, ref mut warnings } = *at;
     let extent = model.extent();
+    check_rope_ends(at.scene, config, model)?;
     for (i, (part, built)) in config.structure.parts.iter().zip(&model.parts).enumerate() {
         let key = Key { scene, key: format!("structure.parts.{i}") };
         let size = built.elements.iter().map(|e| {
@@ -394,6 +396,33 @@ fn judge_parts(at: &mut Judge) -> Result<(), Diagnostic> {
         let size = size.fold(0.0, f64::max);
         let pulled = || pulled(config, model, i);
         warnings.extend(part.judge(&Surroundings { key: &key, extent, size, pulled: &pulled })?);
+    }
+    Ok(())
+}
+
+/// Refuse brakes that run into the next point of their rope before they come to their own stop.
+fn check_rope_ends(scene: &Scene, config: &Config, model: &Model) -> Result<(), Diagnostic> {
+    for end in model.rope_ends() {
+        let AnyElement::Bar(brake) = &model.elements[end.brake] else { continue };
+        let (stroke, room) = (brake.law.limit, end.room());
+        if !(stroke.is_finite() && stroke > room) {
+            continue;
+        }
+        let part = |of: usize| model.parts.iter().position(|part| part.elements.contains(&of));
+        let (at, rope) = (part(end.brake).unwrap_or(0), part(end.rope));
+        let rope = rope.map_or("its rope", |at| config.structure.parts[at].head().name);
+        let key = Key { scene, key: format!("structure.parts.{at}") };
+        let what = format!(
+            "stroke is {stroke} m, and {} has room for {room:.3} m: there the end of `{rope}` has come to the next point that \
+             it slides through, and the brake is jammed",
+            model.member_name(end.brake, None)
+        );
+        let barrier = matches!(config.structure.generator, Some(Generator::Barrier(_)));
+        let cure = match barrier {
+            true => "anchors further beyond the outer posts (structure.generator.side_distance: the bottom rope's lie at half of it), or a shorter stroke",
+            false => "more rope between the brake and that point, or a shorter stroke",
+        };
+        return key.refuse("stroke", what, cure);
     }
     Ok(())
 }

@@ -15,6 +15,7 @@ use crate::integrator::window::{Exchange, KeptWindows, WindowSolver, other_struc
 use crate::internal_force::assembly::Event;
 use crate::internal_force::tangent::scale_masses;
 use crate::model::Model;
+use crate::model::rope_ends::{self, RopeEnd};
 use crate::results::energy::Energies;
 use crate::results::fields::{Fields, KeptFields};
 use crate::results::record::{Probes, Recorder};
@@ -80,6 +81,7 @@ struct Prepared {
     torn: Vec<Event>,
     /// Whether something touches the structure from outside.
     touched: bool,
+    rope_ends: Vec<RopeEnd>,
 }
 
 impl Prepared {
@@ -177,6 +179,7 @@ impl FemSolver {
             broken,
             torn,
             touched: !plan.takes.is_empty(),
+            rope_ends: self.model.rope_ends(),
         };
         prepared.report_broken(&[], &mut initial);
         let resume = self.resume.take();
@@ -387,9 +390,10 @@ impl Solver for FemSolver {
     }
 
     fn commit(&mut self) -> Result<(), Fault> {
-        let prepared = self.prepared()?;
-        prepared.windows.commit();
+        self.prepared()?.windows.commit();
+        let prepared = self.prepared.as_mut().expect("asked for above");
         prepared.accepted = prepared.time;
+        rope_ends::watch(&prepared.rope_ends, &self.model, &mut prepared.windows.committed, prepared.time);
         prepared.offer_fields(prepared.time)
     }
 
@@ -439,6 +443,7 @@ impl Solver for FemSolver {
         let (peaks, events) = (committed.peaks, &committed.events);
         let (mut measures, mut warnings) = (Vec::new(), ruptures(model, events));
         warnings.extend(near_ruptures(model, committed));
+        warnings.extend(rope_ends::warnings(&prepared.rope_ends, model, committed));
         warnings.extend(torn_before(prepared.torn.len()));
         if let Some(first) = events.first()
             && prepared.touched

@@ -48,6 +48,8 @@ pub struct State {
     pub used: f64,
     /// Each element that came close to breaking so far, and the largest share of its strength that it used.
     pub close: Vec<(u32, f64)>,
+    /// Ends of sliding ropes whose brake is jammed, and since when [s].
+    pub jammed: Vec<(u32, f64)>,
     /// At rest in static equilibrium, as it was at t = 0.
     pub at_rest: bool,
     /// Largest values so far.
@@ -256,6 +258,8 @@ impl State {
         self.used = other.used;
         self.close.clear();
         self.close.extend_from_slice(&other.close);
+        self.jammed.clear();
+        self.jammed.extend_from_slice(&other.jammed);
         self.at_rest = other.at_rest;
         self.peaks = other.peaks;
         self.groups.copy_from_slice(&other.groups);
