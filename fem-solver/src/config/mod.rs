@@ -8,6 +8,7 @@ pub mod structure;
 pub use fem::{FemConfig, Integrator, NewtonConfig};
 pub use structure::StructureConfig;
 
+use crate::element::PartConfig;
 use interface_defs::diagnostic::Diagnostic;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -29,11 +30,18 @@ pub struct Config {
 impl Config {
     /// Read and check the tables; the numbers in them that only a model can judge are judged there.
     pub fn of(scene: &Scene) -> Result<Self, Diagnostic> {
-        let structure: StructureConfig = scene.read("structure")?.ok_or_else(|| {
+        let mut structure: StructureConfig = scene.read("structure")?.ok_or_else(|| {
             scene
                 .invalid("structure", "the scene has no table [structure]: there is nothing to build")
                 .try_instead("write [structure] with a generator, or with nodes and elements of your own")
         })?;
+        for part in &mut structure.parts {
+            match part {
+                PartConfig::CablePart(ropes) => ropes.complete(),
+                PartConfig::SlidingCablePart(ropes) => ropes.complete(),
+                _ => {}
+            }
+        }
         let fem: FemConfig = scene.read("fem")?.unwrap_or_default();
         fem.check(scene)?;
         let gauges = scene.read("gauge")?.unwrap_or_default();

@@ -4,6 +4,7 @@
 
 use super::cable::{Cable, CableConfig, Stated};
 use super::part::{Key, NewElements, PartCell, PartSettings, Surroundings, is_zero, part};
+use super::rope::{self, Rope};
 use super::segment::{Segment, add_pair, add_vector};
 use super::{Answer, Constants, Element, Energy};
 use crate::element::Slack;
@@ -281,6 +282,9 @@ part! {
     /// node is its first. Neighbours share nodes, never cables. `young` to `tension_only`, and `radius`: default what
     /// `[structure.cable]` says.
     CablePart: "cables", (2, usize::MAX) nodes, Line2 | Row | Tri3 | Quad4 {
+        /// A wire rope from its catalogue, in place of `young`, `area`, `density`, `radius` and `rupture_force`; those of them that are
+        /// stated go before.
+        rope: Option<Rope>,
         /// Young's modulus [Pa].
         young: Option<f64>,
         /// Section [m2].
@@ -303,6 +307,14 @@ part! {
 }
 
 impl CablePart {
+    /// Fill in what its rope says.
+    pub fn complete(&mut self) {
+        let Self { rope, young, area, density, radius, rupture_force, .. } = self;
+        if let Some(rope) = rope {
+            rope.complete(rope::Stated { young, area, density, radius, rupture_force });
+        }
+    }
+
     /// The properties of each that it states itself.
     pub fn stated(&self) -> Stated {
         let Self { young, area, density, prestress, tension_only, radius, .. } = *self;
@@ -311,6 +323,7 @@ impl CablePart {
 
     /// Properties and rupture of its cables, checked.
     fn check(&self, key: &Key, common: Option<&CableConfig>) -> Result<(CableConfig, Rupture), Diagnostic> {
+        self.rope.map_or(Ok(()), |rope| rope.check(key))?;
         let own = self.stated().complete(key, common)?;
         key.positive(&[("length", self.length.unwrap_or(1.0), "m")])?;
         key.check_table("hardening", &self.hardening)?;

@@ -17,6 +17,7 @@ pub mod material;
 pub mod membrane;
 pub mod part;
 pub mod ring;
+pub mod rope;
 pub mod segment;
 pub mod shell;
 pub mod sliding_cable;

@@ -3,6 +3,7 @@
 use super::capstan::{self, Returned, RopeLaw};
 use super::material::Rupture;
 use super::part::{NewElements, PartCell, PartSettings, is_zero, part};
+use super::rope::{self, Rope};
 use super::segment::{Segment, add_pair, add_vector};
 use super::{Answer, AnyElement, Constants, Element, Energy};
 use crate::element::Slack;
@@ -383,12 +384,15 @@ impl Element for SlidingCable {
 part! {
     /// Ropes that slide over all of their nodes but the ends; lines of a mesh that follow each other are one rope.
     SlidingCablePart: "sliding cables", (2, usize::MAX) nodes, Line2 | Row {
+        /// A wire rope from its catalogue, in place of `young`, `area`, `density`, `radius` and `rupture_force`; those of them that are
+        /// stated go before.
+        rope: Option<Rope>,
         /// Young's modulus [Pa].
-        young: f64,
+        young: Option<f64>,
         /// Section [m2].
-        area: f64,
+        area: Option<f64>,
         /// Density [kg/m3].
-        density: f64,
+        density: Option<f64>,
         /// Second Piola-Kirchhoff stress at the unstretched length [Pa]; below 0: slack. Default 0.
         #[serde(default, skip_serializing_if = "is_zero")]
         prestress: f64,
@@ -402,6 +406,16 @@ part! {
     }
 }
 
+impl SlidingCablePart {
+    /// Fill in what its rope says.
+    pub fn complete(&mut self) {
+        let Self { rope, young, area, density, radius, rupture_force, .. } = self;
+        if let Some(rope) = rope {
+            rope.complete(rope::Stated { young, area, density, radius, rupture_force });
+        }
+    }
+}
+
 impl PartSettings for SlidingCablePart {
     fn joins_lines(&self) -> bool {
         true
@@ -410,8 +424,15 @@ impl PartSettings for SlidingCablePart {
     fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), Diagnostic> {
         let key = cell.key;
         let (length, radius) = (self.length.unwrap_or(1.0), self.radius.unwrap_or(0.0));
-        key.positive(&[("young", self.young, "Pa"), ("area", self.area, "m2"), ("length", length, "m")])?;
-        key.not_negative(&[("density", self.density, "kg/m3"), ("radius", radius, "m")])?;
+        self.rope.map_or(Ok(()), |rope| rope.check(key))?;
+        let needed = |name: &str, value: Option<f64>| {
+            let missing = || key.scene.invalid(&key.key, format!("missing field `{name}`, or a `rope`"));
+            value.ok_or_else(missing)
+        };
+        let (young, area) = (needed("young", self.young)?, needed("area", self.area)?);
+        let density = needed("density", self.density)?;
+        key.positive(&[("young", young, "Pa"), ("area", area, "m2"), ("length", length, "m")])?;
+        key.not_negative(&[("density", density, "kg/m3"), ("radius", radius, "m")])?;
         key.not_negative(&[("friction", self.friction, "")])?;
         let spans = cell.spans();
         let polygon: f64 = spans.iter().map(Vector3::norm).sum();
@@ -420,9 +441,9 @@ impl PartSettings for SlidingCablePart {
             nodes: cell.nodes.to_vec(),
             lengths: spans.iter().map(|s| share * s.norm()).collect(),
             spans,
-            young: self.young,
-            area: self.area,
-            density: self.density,
+            young,
+            area,
+            density,
             prestress: self.prestress,
             friction: self.friction,
             radius,

@@ -2,12 +2,12 @@
 //! elements, strengths below what acts from the start. Error: certainly wrong. Warning: possible, but unusual.
 
 use crate::config::Config;
+use crate::config::generator::Generator;
 use crate::config::scheme::Scheme;
 use crate::config::structure::CableEntry;
-use crate::config::generator::Generator;
-use crate::element::{AnyElement, PartConfig};
 use crate::element::cable::{CableConfig, Stated};
 use crate::element::part::{Key, Surroundings};
+use crate::element::{AnyElement, PartConfig};
 use crate::model::{Model, Part};
 use crate::read::refuse;
 use interface_defs::diagnostic::{Code, Diagnostic, code};
@@ -419,7 +419,9 @@ fn check_rope_ends(scene: &Scene, config: &Config, model: &Model) -> Result<(), 
         );
         let barrier = matches!(config.structure.generator, Some(Generator::Barrier(_)));
         let cure = match barrier {
-            true => "anchors further beyond the outer posts (structure.generator.side_distance: the bottom rope's lie at half of it), or a shorter stroke",
+            true => {
+                "anchors further beyond the outer posts (structure.generator.side_distance: the bottom rope's lie at half of it), or a shorter stroke"
+            }
             false => "more rope between the brake and that point, or a shorter stroke",
         };
         return key.refuse("stroke", what, cure);
