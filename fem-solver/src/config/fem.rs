@@ -105,8 +105,11 @@ pub enum Integrator {
 pub struct NewtonConfig {
     /// Largest residual, relative to the largest of load, internal force and inertia. Default 1e-10.
     pub tolerance: f64,
-    /// Most iterations of one step, and of each time that form finding begins anew. Default: 30 of a step, 200 of form
-    /// finding.
+    /// Residual [N] that is taken for equilibrium after the last iteration, however small the forces: between weak springs or in
+    /// slack rings rounding may leave more than the tolerance asks for. Not of form finding. Default 1e-6, the weight of 0.1 mg.
+    pub floor: f64,
+    /// Most iterations of one step, and of each time that form finding begins anew. Default: 30 of a step, 120 of one of statics,
+    /// 200 of form finding.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_iterations: Option<u32>,
     /// Whether a step that overshoots is shortened. Default true; false is for comparison.
@@ -115,7 +118,7 @@ pub struct NewtonConfig {
 
 impl Default for NewtonConfig {
     fn default() -> Self {
-        Self { tolerance: 1e-10, max_iterations: None, line_search: true }
+        Self { tolerance: 1e-10, floor: 1e-6, max_iterations: None, line_search: true }
     }
 }
 
@@ -143,6 +146,7 @@ impl FemConfig {
         ] {
             value.map_or(Ok(()), |value| key.positive(&[(name, value, unit)]))?;
         }
+        key.not_negative(&[("newton.floor", newton.floor, "N")])?;
         if newton.tolerance >= 1.0 {
             let what =
                 format!("a tolerance of {} accepts what is no equilibrium: 1 is the load", newton.tolerance);

@@ -24,6 +24,7 @@ pub mod sliding_cable;
 #[cfg(test)]
 pub(crate) mod tests;
 pub mod turn;
+pub mod wire_ring;
 
 pub use bar::Bar;
 pub use beam::Beam;
@@ -33,6 +34,7 @@ pub use membrane::{Membrane, MembraneQuad};
 pub use ring::Ring;
 pub use shell::Shell;
 pub use sliding_cable::SlidingCable;
+pub use wire_ring::WireRing;
 
 use part::PartSettings;
 use std::fmt::Debug;
@@ -300,6 +302,7 @@ elements! {
         "brake" => bar::BrakePart,
         "beam" => beam::BeamPart,
         "ring" => ring::RingPart,
+        "wire_ring" => wire_ring::WireRingPart,
         "membrane" => membrane::MembranePart,
         "shell" => shell::ShellPart,
         "none" => part::NoPart,
@@ -309,6 +312,7 @@ elements! {
         sliding_cable::SlidingCable,
         beam::Beam,
         ring::Ring,
+        wire_ring::WireRing,
         membrane::Membrane,
         membrane::MembraneQuad,
         shell::Shell,

@@ -169,7 +169,7 @@ macro_rules! part {
             /// Nodes of each element, counted from 0. Default: the elements of the mesh's group of that name.
             #[serde(default, skip_serializing_if = "Vec::is_empty")]
             pub cells: Vec<Vec<usize>>,
-            /// Radius for contact [m]. Default 0, a mathematical line.
+            /// Radius for contact [m]. Default 0, a mathematical line; of a `wire_ring` that of its bundle.
             pub radius: Option<f64>,
             /// Axial force at which an element breaks [N]. Default: never.
             pub rupture_force: Option<f64>,

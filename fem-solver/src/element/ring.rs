@@ -353,17 +353,22 @@ impl PartSettings for RingPart {
     }
 
     fn judge(&self, at: &Surroundings) -> Result<Vec<Diagnostic>, Diagnostic> {
-        let (diameter, size) = (self.diameter, at.size);
-        if size > 0.0 && diameter > 20.0 * size {
-            return Err(at.too_long("diameter", diameter, "its nodes lie within", size));
-        }
-        if size > 0.0 && !(0.5..=2.0).contains(&(diameter / size)) {
-            let what = format!("{diameter} m, and its nodes lie {size:.4} m apart");
-            let about = Diagnostic::warning(code::UNUSUAL_VALUE, what);
-            return Ok(vec![about.about(format!("{}.diameter", at.key.key))]);
-        }
-        Ok(Vec::new())
+        judge_diameter(self.diameter, at)
     }
+}
+
+/// Refuse a `diameter` [m] far beyond where the contacts of its ring lie; a warning where it is unusual.
+pub(super) fn judge_diameter(diameter: f64, at: &Surroundings) -> Result<Vec<Diagnostic>, Diagnostic> {
+    let size = at.size;
+    if size > 0.0 && diameter > 20.0 * size {
+        return Err(at.too_long("diameter", diameter, "its nodes lie within", size));
+    }
+    if size > 0.0 && !(0.5..=2.0).contains(&(diameter / size)) {
+        let what = format!("{diameter} m, and its nodes lie {size:.4} m apart");
+        let about = Diagnostic::warning(code::UNUSUAL_VALUE, what);
+        return Ok(vec![about.about(format!("{}.diameter", at.key.key))]);
+    }
+    Ok(Vec::new())
 }
 
 #[cfg(test)]

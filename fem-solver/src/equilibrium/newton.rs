@@ -26,6 +26,9 @@ const ENOUGH: f64 = 0.8;
 const MOST_SEARCHES: usize = 60;
 /// Rounding never counts for more than this of the forces: what flies off is not in balance.
 pub(crate) const COARSEST: f64 = 1e-7;
+/// Most iterations in statics where the scene does not say: with nothing but weak springs across, each follows a bent valley of energy by
+/// some way alone.
+const MOST_OF_STATICS: u32 = 120;
 /// An implicit step keeps its factorisation as long as an iteration takes the residual below this share:
 /// inertia rules the tangent there, and another solution costs a fifth of a new factorisation.
 const GOOD_ENOUGH: f64 = 0.1;
@@ -305,6 +308,10 @@ impl Newton {
         on_iteration: OnIteration,
     ) -> Result<Info, Failure> {
         let mut info = Info::default();
+        let most = settings.max_iterations.unwrap_or_else(|| match problem.inertia {
+            0.0 => MOST_OF_STATICS,
+            _ => settings.most_iterations(),
+        });
         let mut sizes = self.evaluate(problem, u);
         let (mut rounding, mut moved_little, mut shift) = (0.0, true, 0.0);
         let (mut last_residual, mut moved) = (0.0, 0.0);
@@ -313,7 +320,11 @@ impl Newton {
             if sizes.residual <= rounding || (sizes.residual <= limit && moved_little) {
                 return Ok(info);
             }
-            if info.iterations >= u64::from(settings.most_iterations()) || !sizes.residual.is_finite() {
+            let exhausted = info.iterations >= u64::from(most);
+            if exhausted && sizes.residual <= settings.floor {
+                return Ok(info);
+            }
+            if exhausted || !sizes.residual.is_finite() {
                 return Err(Failure::NotConverged {
                     iterations: info.iterations as u32,
                     residual: sizes.residual,

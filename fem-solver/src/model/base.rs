@@ -248,7 +248,7 @@ impl Binding<'_> {
                     "save the mesh with elements of first order, or write a part with element = \"none\" for the group"
                 }
                 Kind::Tri3 | Kind::Quad4 => {
-                    "write a part for the group: element = \"membrane\", \"shell\" or \"ring\", \"cable\" for a closed polygon of cables, \"none\" for nothing"
+                    "write a part for the group: element = \"membrane\", \"shell\", \"ring\" or \"wire_ring\", \"cable\" for a closed polygon of cables, \"none\" for nothing"
                 }
                 _ => "write a part with another element for the group; \"none\" makes nothing of it",
             };

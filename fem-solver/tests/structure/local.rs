@@ -23,6 +23,8 @@ const BARS: &str =
     "name = \"bars\"\nelement = \"cable\"\nrupture_force = 1e6\ncells = [[6, 12], [12, 18], [7, 11]]";
 const RINGS: &str = "name = \"rings\"\nelement = \"ring\"\ndiameter = 0.25\nperimeter = 0.7999\nperimeter_stiffness = 1e5\n\
                      bending_stiffness = 1e4\nmass = 0.5\ncells = [[6, 7, 12, 11], [7, 8, 13, 12], [11, 12, 17, 16]]";
+const WIRE_RINGS: &str = "name = \"rings\"\nelement = \"wire_ring\"\ndiameter = 0.26\nturns = 3\nwire_diameter = 2e-3\n\
+                          cells = [[6, 7, 12, 11], [7, 8, 13, 12], [11, 12, 17, 16]]";
 const ROPE: &str = "name = \"rope\"\nelement = \"sliding_cable\"\nyoung = 1e10\narea = 2e-5\ndensity = 7850.0\n\
                     prestress = 1e7\ncells = [[1, 6, 11, 12, 13, 18, 23]]";
 const LOOP: &str = "name = \"loop\"\nelement = \"sliding_cable\"\nyoung = 1e10\narea = 2e-5\ndensity = 7850.0\n\
@@ -198,9 +200,10 @@ const GROUND: &str = "springs = [{ nodes = [12, 13], stiffness = [3e4, 2e4, 1e4]
 
 #[test]
 fn the_tangent_is_the_change_of_the_force_with_the_displacement() {
-    let cases = ["", BARS, RINGS, BRAKE, ROPE, LOOP, MEMBRANE].map(|part| (part, EXPLICIT));
-    let implicit =
-        ["", RINGS, BRAKE, ROPE, MEMBRANE].into_iter().flat_map(|part| [(part, MIDPOINT), (part, BOSSAK)]);
+    let cases = ["", BARS, RINGS, WIRE_RINGS, BRAKE, ROPE, LOOP, MEMBRANE].map(|part| (part, EXPLICIT));
+    let implicit = ["", RINGS, WIRE_RINGS, BRAKE, ROPE, MEMBRANE]
+        .into_iter()
+        .flat_map(|part| [(part, MIDPOINT), (part, BOSSAK)]);
     for (part, (fem, sampling)) in cases.into_iter().chain(implicit) {
         let text = grid(part, "springs = [{ nodes = [12, 13], stiffness = [3e4, 2e4, 1e4] }]", fem);
         let mut structure = Near::new(&text, sampling);
@@ -222,7 +225,7 @@ fn the_tangent_is_the_change_of_the_force_with_the_displacement() {
 
 #[test]
 fn the_rate_is_the_change_of_the_force_with_time() {
-    for part in ["", BARS, RINGS, BRAKE, ROPE, RUBBING, MEMBRANE, SHELL] {
+    for part in ["", BARS, RINGS, WIRE_RINGS, BRAKE, ROPE, RUBBING, MEMBRANE, SHELL] {
         for (fem, sampling) in [EXPLICIT, MIDPOINT] {
             let springs = "springs = [{ nodes = [12, 13], stiffness = [3e4, 2e4, 1e4] }]";
             let mut structure = Near::new(&grid(part, springs, fem), sampling);
@@ -281,7 +284,7 @@ fn the_force_is_what_accelerates_a_node_beside_the_interface_force() {
 
 #[test]
 fn a_part_of_the_nodes_has_the_numbers_of_all_bit_for_bit() {
-    for part in ["", BARS, RINGS, ROPE, LOOP, RUBBING, MEMBRANE, SHELL] {
+    for part in ["", BARS, RINGS, WIRE_RINGS, ROPE, LOOP, RUBBING, MEMBRANE, SHELL] {
         let mut structure = Near::new(&grid(part, GROUND, EXPLICIT.0), EXPLICIT.1);
         (0..20).for_each(|_| structure.step());
         let everything: Vec<u32> = (0..ALL as u32).collect();

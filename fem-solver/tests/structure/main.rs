@@ -27,6 +27,7 @@ mod mutations;
 mod paths;
 mod pressures;
 mod rest;
+mod rings;
 mod selections;
 mod statics;
 mod supports;

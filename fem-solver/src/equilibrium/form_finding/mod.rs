@@ -97,8 +97,12 @@ impl Search<'_> {
     /// [`Newton::solve`] as one part of the search, to a residual of the first of `limits` relative to the forces in at most as
     /// many iterations as the second.
     pub fn solve(&mut self, problem: &Problem, limits: (f64, u32), u: &mut [f64]) -> Result<Info, Failure> {
-        let settings =
-            NewtonConfig { tolerance: limits.0, max_iterations: Some(limits.1), line_search: true };
+        let settings = NewtonConfig {
+            tolerance: limits.0,
+            floor: 0.0,
+            max_iterations: Some(limits.1),
+            line_search: true,
+        };
         let done = &mut self.done.iterations;
         let outcome = self.newton.solve(problem, &settings, u, &mut |_, residual| {
             *done += 1;
