@@ -386,7 +386,6 @@ fn warning(code: Code, key: impl Into<String>, what: impl Into<String>, hint: &s
 fn judge_parts(at: &mut Judge) -> Result<(), Diagnostic> {
     let Judge { scene, config, model, ref mut warnings } = *at;
     let extent = model.extent();
-    check_rope_ends(at.scene, config, model)?;
     for (i, (part, built)) in config.structure.parts.iter().zip(&model.parts).enumerate() {
         let key = Key { scene, key: format!("structure.parts.{i}") };
         let size = built.elements.iter().map(|e| {
@@ -397,7 +396,7 @@ fn judge_parts(at: &mut Judge) -> Result<(), Diagnostic> {
         let pulled = || pulled(config, model, i);
         warnings.extend(part.judge(&Surroundings { key: &key, extent, size, pulled: &pulled })?);
     }
-    Ok(())
+    check_rope_ends(scene, config, model)
 }
 
 /// Refuse brakes that run into the next point of their rope before they come to their own stop.

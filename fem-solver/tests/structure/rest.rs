@@ -113,6 +113,7 @@ height = 4.0
 net = "rings"
 cells = [{cells}, {}]
 anchor_rise = 0.0
+side_distance = 5.5
 lean = {:?}
 [structure.cable]
 young = 1e11
