@@ -76,6 +76,16 @@ pub enum Slack {
     Taut,
 }
 
+/// How displacements come after a history in time.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Pace {
+    /// 1 over the time between [1/s]; 0 in statics, where nothing has a speed.
+    pub rate: f64,
+    /// Whether the work of a step is that of the mean of two forces, at the history and at hand: so it is where forces balance at the
+    /// ends of steps, and with explicit steps, whose histories are of their middles. Otherwise it is that of the force at hand.
+    pub by_ends: bool,
+}
+
 /// Energies of an element [J].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Energy {
@@ -110,8 +120,8 @@ pub struct Constants {
 
 /// A force on part of a structure.
 ///
-/// An element is a function of displacements and of its committed history: whatever it remembers
-/// (plastic strain, slip, reference rotation, rupture) lies in the history, and nothing in itself.
+/// An element is a function of displacements and of its committed history (with a dashpot, of the time between, too): whatever it
+/// remembers (plastic strain, slip, reference rotation, rupture) lies in the history, and nothing in itself.
 pub trait Element: Debug {
     /// Its nodes.
     fn nodes(&self) -> &[usize];
@@ -137,7 +147,12 @@ pub trait Element: Debug {
         self.add_to(u, history, answer);
     }
 
-    /// The same, added to an answer of no force and an unchanged history.
+    /// The same, a time after the history that `pace` says: what has a dashpot answers with its force as well.
+    fn respond_at(&self, _pace: Pace, u: &[f64], history: &[f64], answer: &mut Answer) {
+        self.respond(u, history, answer);
+    }
+
+    /// The same as [`Element::respond`], added to an answer of no force and an unchanged history.
     fn add_to(&self, u: &[f64], history: &[f64], answer: &mut Answer);
 
     /// Energies at `u`, from `history`.

@@ -12,6 +12,7 @@
 //! `f . du`, and damping dissipates `h a v_m . M v_m`, never less than 0 at any step. Stable for
 //! `h < 2 / w`, whatever the damping.
 
+use crate::element::Pace;
 use crate::internal_force::InternalForce;
 use crate::linear_algebra::lanes::{LANES, add, total, wide, work};
 use crate::model::Model;
@@ -87,6 +88,8 @@ impl Explicit {
 
     /// Advance `state` from `time` by `h` [s]. Returns the largest tension in the middle of the step, squared [N2].
     pub fn step(&mut self, model: &Model, state: &mut State, time: f64, h: f64) -> f64 {
+        // Histories are those of the middles of steps.
+        self.internal.elements.pace = Pace { rate: 1.0 / h, by_ends: true };
         if !self.applied.is_empty() {
             self.before.copy_from_slice(&state.displacement);
             self.applied.mean(model, time, time + h);

@@ -6,7 +6,7 @@ mod tests;
 
 pub use self::rupture::{Broken, Event, take_largest};
 use self::rupture::{Release, Stretch};
-use crate::element::{Answer, AnyElement, CLOSE, Constants, Energy, Slack};
+use crate::element::{Answer, AnyElement, CLOSE, Constants, Energy, Pace, Slack};
 use crate::internal_force::kernel::rings::{Rings, WIDTH};
 use crate::model::Model;
 use nalgebra::Vector3;
@@ -42,6 +42,8 @@ pub struct Heading<'a> {
 #[derive(Debug, Clone, Default)]
 pub struct Assembly {
     places: Vec<Place>,
+    /// How the displacements asked for come after the history: dashpots of elements ask.
+    pub pace: Pace,
     /// Degrees of freedom of all elements, one after the other.
     dofs: Vec<usize>,
     u: Vec<f64>,
@@ -253,7 +255,7 @@ impl Assembly {
             history: &mut self.history[..m],
             tension: 0.0,
         };
-        element.respond(&self.u[..n], &history[place.history.clone()], &mut answer);
+        element.respond_at(self.pace, &self.u[..n], &history[place.history.clone()], &mut answer);
         answer.tension
     }
 
