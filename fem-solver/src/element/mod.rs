@@ -12,11 +12,13 @@ pub mod bar;
 pub mod beam;
 pub mod cable;
 mod capstan;
+pub mod fibres;
 pub mod ground_contact;
 pub mod material;
 pub mod membrane;
 pub mod part;
 pub mod ring;
+pub mod section;
 pub mod segment;
 pub mod shell;
 pub mod sliding_cable;
@@ -106,6 +108,8 @@ pub struct Constants {
     pub broken: Option<usize>,
     /// Whether it is a beam, which [`Element::moments`] are of.
     pub has_moments: bool,
+    /// Which number of its history is its largest plastic strain, above 0 once it yields.
+    pub plastic: Option<usize>,
     /// Number of its lines.
     pub lines: usize,
     /// Number of different axial forces in them, those of its first lines: 1 where all carry the same.
@@ -201,6 +205,19 @@ pub trait Element: Debug {
     /// Share of its strength that the axial force `force` [N] of a line and its strain use; 0 where it cannot break.
     fn utilisation(&self, _u: &[f64], _force: f64) -> f64 {
         0.0
+    }
+
+    /// Share of the axial force and the moments at which its section is wholly plastic that it bears at the more loaded of its ends, added
+    /// up (EN 1993-1-1, 6.2.1 (7)); 0 where it does not yield, or is broken.
+    fn plastic_utilisation(&self, _u: &[f64], _history: &[f64]) -> f64 {
+        0.0
+    }
+
+    /// Share of its strength that the most loaded of its lines uses at `u`; 1 where it is broken. Its axial forces come to `forces` [N].
+    fn used(&self, u: &[f64], history: &[f64], forces: &mut [f64]) -> f64 {
+        self.line_forces(u, history, forces);
+        let of_line = |force: &f64| if force.is_nan() { 1.0 } else { self.utilisation(u, *force) };
+        forces.iter().map(of_line).fold(self.plastic_utilisation(u, history), f64::max)
     }
 
     /// Moments in it [N m]; 0 where it is broken or no beam. Bending in the plane of each cross axis, at start and end: positive

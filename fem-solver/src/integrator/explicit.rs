@@ -14,6 +14,7 @@
 
 use crate::element::Pace;
 use crate::internal_force::InternalForce;
+use crate::internal_force::assembly::Event;
 use crate::linear_algebra::lanes::{LANES, add, total, wide, work};
 use crate::model::Model;
 use crate::model::applied::Applied;
@@ -156,6 +157,7 @@ impl Explicit {
         let (u, history) = ((&state.displacement[..], &self.middle[..]), &mut state.history);
         let largest = self.internal.subtract_and_advance(model, u, history, &mut self.force);
         state.events.extend(self.internal.elements.broken.iter().map(|broken| broken.event(time, h)));
+        state.yields.extend(Event::all(&self.internal.elements.yielded, time + 0.5 * h));
         self.applied.press_on(model, &self.middle, &mut self.force);
         for ((dof, _), velocity) in model.moving.iter().zip(&mut self.support_velocity) {
             *velocity = state.velocity[*dof];

@@ -17,6 +17,7 @@ use crate::config::scheme::Scheme;
 use crate::element::Pace;
 use crate::equilibrium::newton::{Failure, Info, Newton, Problem};
 use crate::internal_force::Displacements;
+use crate::internal_force::assembly::Event;
 use crate::linear_algebra::lanes::{add, add_to, sum_of, work};
 use crate::model::Model;
 use crate::model::applied::Applied;
@@ -139,6 +140,7 @@ impl Implicit {
         let internal = &mut self.newton.internal;
         internal.elements.advance(&model.elements, &state.displacement, &mut state.history);
         state.events.extend(internal.elements.broken.iter().map(|broken| broken.event(time, h)));
+        state.yields.extend(Event::all(&internal.elements.yielded, time + h));
         if !internal.elements.broken.is_empty() && !self.scheme.takes_mean_only() {
             self.begin_torn(model, state, load);
         }

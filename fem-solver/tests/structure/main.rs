@@ -33,6 +33,7 @@ mod supports;
 mod surfaces;
 mod tearing;
 mod verdict;
+mod yielding;
 
 use toolkit::alloc::CountingAllocator;
 
