@@ -110,6 +110,8 @@ pub mod code {
         NOT_FINITE = "not-finite";
         /// Something of the structure tore.
         RUPTURE = "rupture";
+        /// Something of the structure yielded, and is bent for good.
+        YIELD = "yield";
         /// Something of the structure came so close to its strength that small differences decide whether it tears.
         NEAR_RUPTURE = "near-rupture";
         /// A measure that is absent, and why.

@@ -117,3 +117,34 @@ fn a_brake_that_runs_into_the_foot_of_a_post_is_named_with_the_time() {
     assert!(jammed.contains("of rope_brakes") && jammed.contains("(-15, 0, 0)"), "{jammed}");
     assert!(jammed.contains("after 1.500 m"), "{jammed}");
 }
+
+#[test]
+fn a_post_that_is_struck_bears_its_plastic_moment_and_the_summary_names_it() {
+    // The block comes at an inner post, HE 160 B with its web down the slope.
+    let bench = Bench::new();
+    let struck = |name: &str, steel: &str| {
+        let posts = format!(
+            "structure.parts.8={{ name = \"posts\", element = \"beam\", section = \"HE 160 B\", up = [0.0, 1.0, 0.0], radius = 0.08, {steel} }}"
+        );
+        let more = [
+            "rock.0.position=[5.0, -0.75, 2.0]",
+            "structure.generator.post_elements=10",
+            "gauge.10.quantity=bending_moment",
+            "end_time=0.04",
+            &posts,
+        ];
+        let sets: Vec<&str> = COARSE.iter().chain(&more).flat_map(|set| ["--set", *set]).collect();
+        bench.done(&scene("barrier-impact"), name, &sets)
+    };
+    let elastic = struck("elastic", "young = 2.1e11, density = 7850.0");
+    assert!(elastic.measure("posts_bending_moment_max") > 2e5);
+    assert!(!elastic.codes().iter().any(|code| code == "yield"));
+    let steel = struck("steel", "steel = \"S235\"");
+    // 354 cm3 of the table; beyond, it hardens by 21 MPa per strain.
+    let plastic = 354e-6 * 235e6;
+    let moment = steel.measure("posts_bending_moment_max");
+    assert!((moment / plastic - 1.0).abs() < 0.03, "{moment} N m, {plastic} N m");
+    assert!(steel.measure("max_plastic_strain") > 0.01 && steel.measure("energy_error") < 0.02);
+    let said = steel.warnings().into_iter().find(|warning| warning.contains("yield at t = "));
+    assert!(said.as_ref().is_some_and(|said| said.contains("of posts, (5.0 0.0 ")), "{said:?}");
+}

@@ -114,6 +114,8 @@ pub struct Barrier {
     pub spacing: Option<f64>,
     /// Length of the posts [m].
     pub height: f64,
+    /// Beams of which a post consists, one above the other: 1 bears loads at head and foot alone, a post that is struck takes 8.
+    pub post_elements: usize,
     /// How far the heads lie down the slope of the feet [m]; below 0: towards the slope. Default with `line` or `position`: posts stand
     /// at 75 degrees to the slope, steeper than its normal, and lean by 25 degrees from the vertical at least; in axes of its own 0.
     pub lean: Option<f64>,
@@ -152,6 +154,7 @@ impl Default for Barrier {
             fields: 3,
             spacing: None,
             height: 4.0,
+            post_elements: 1,
             lean: None,
             cells: [20, 8],
             net: BarrierNet::Square,

@@ -103,4 +103,8 @@ pub enum Quantity {
     /// magnitude, of both planes together: `_bending_moment`; of several `_bending_moment_min`, `_bending_moment_max`. What is
     /// broken counts as 0.
     BendingMoment,
+    /// Share of its strength that each of the same elements uses: axial force over `rupture_force`, strain over `rupture_strain`, or
+    /// in a beam that yields the sum of axial force and moments over those at which its section is plastic, if that is more:
+    /// `_utilisation`; of several `_utilisation_min`, `_utilisation_max`. What is broken counts as 1.
+    Utilisation,
 }

@@ -315,14 +315,14 @@ pub struct GroundConfig {
     /// Heights: an ESRI grid (`.asc`), from the directory of the scene. Default `structure.generator.ground`, or
     /// `structure.place.ground`; in a scene with `[terrain]` `rockfall` makes it of that by itself.
     pub file: Option<PathBuf>,
-    /// Stiffness of each node in the ground [N/m], along the normal as it goes down, and along the ground as long as it sticks. Default: its mass,
+    /// Stiffness of each node in the ground [N/m], along the normal, and along the ground as long as it sticks. Default: its mass,
     /// but not more than that of half of the nodes, times (1000/s)^2: steps of up to 1 ms follow its motion.
     pub stiffness: Option<f64>,
     /// Coefficient of friction (Coulomb). The rest shape at t = 0 is without friction, as after a net has been shaken down;
     /// friction acts from there on.
     pub friction: f64,
-    /// Speed of a node after a bounce over that before, above 0 and at most 1: it comes off with the stiffness over the
-    /// square of this.
+    /// Speed of a node after a bounce over that before, above 0 and at most 1: what the dashpots beside both stiffnesses follow
+    /// from. With 1 there are none, and nothing comes to rest.
     pub restitution: f64,
     /// Groups or parts whose nodes take part. Default: all nodes.
     pub groups: Option<Vec<String>>,

@@ -12,12 +12,14 @@ pub mod bar;
 pub mod beam;
 pub mod cable;
 mod capstan;
+pub mod fibres;
 pub mod ground_contact;
 pub mod material;
 pub mod membrane;
 pub mod part;
 pub mod ring;
 pub mod rope;
+pub mod section;
 pub mod segment;
 pub mod shell;
 pub mod sliding_cable;
@@ -79,6 +81,16 @@ pub enum Slack {
     Taut,
 }
 
+/// How displacements come after a history in time.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Pace {
+    /// 1 over the time between [1/s]; 0 in statics, where nothing has a speed.
+    pub rate: f64,
+    /// Whether the work of a step is that of the mean of two forces, at the history and at hand: so it is where forces balance at the
+    /// ends of steps, and with explicit steps, whose histories are of their middles. Otherwise it is that of the force at hand.
+    pub by_ends: bool,
+}
+
 /// Energies of an element [J].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Energy {
@@ -99,6 +111,8 @@ pub struct Constants {
     pub broken: Option<usize>,
     /// Whether it is a beam, which [`Element::moments`] are of.
     pub has_moments: bool,
+    /// Which number of its history is its largest plastic strain, above 0 once it yields.
+    pub plastic: Option<usize>,
     /// Number of its lines.
     pub lines: usize,
     /// Number of different axial forces in them, those of its first lines: 1 where all carry the same.
@@ -113,8 +127,8 @@ pub struct Constants {
 
 /// A force on part of a structure.
 ///
-/// An element is a function of displacements and of its committed history: whatever it remembers
-/// (plastic strain, slip, reference rotation, rupture) lies in the history, and nothing in itself.
+/// An element is a function of displacements and of its committed history (with a dashpot, of the time between, too): whatever it
+/// remembers (plastic strain, slip, reference rotation, rupture) lies in the history, and nothing in itself.
 pub trait Element: Debug {
     /// Its nodes.
     fn nodes(&self) -> &[usize];
@@ -140,7 +154,12 @@ pub trait Element: Debug {
         self.add_to(u, history, answer);
     }
 
-    /// The same, added to an answer of no force and an unchanged history.
+    /// The same, a time after the history that `pace` says: what has a dashpot answers with its force as well.
+    fn respond_at(&self, _pace: Pace, u: &[f64], history: &[f64], answer: &mut Answer) {
+        self.respond(u, history, answer);
+    }
+
+    /// The same as [`Element::respond`], added to an answer of no force and an unchanged history.
     fn add_to(&self, u: &[f64], history: &[f64], answer: &mut Answer);
 
     /// Energies at `u`, from `history`.
@@ -189,6 +208,19 @@ pub trait Element: Debug {
     /// Share of its strength that the axial force `force` [N] of a line and its strain use; 0 where it cannot break.
     fn utilisation(&self, _u: &[f64], _force: f64) -> f64 {
         0.0
+    }
+
+    /// Share of the axial force and the moments at which its section is wholly plastic that it bears at the more loaded of its ends, added
+    /// up (EN 1993-1-1, 6.2.1 (7)); 0 where it does not yield, or is broken.
+    fn plastic_utilisation(&self, _u: &[f64], _history: &[f64]) -> f64 {
+        0.0
+    }
+
+    /// Share of its strength that the most loaded of its lines uses at `u`; 1 where it is broken. Its axial forces come to `forces` [N].
+    fn used(&self, u: &[f64], history: &[f64], forces: &mut [f64]) -> f64 {
+        self.line_forces(u, history, forces);
+        let of_line = |force: &f64| if force.is_nan() { 1.0 } else { self.utilisation(u, *force) };
+        forces.iter().map(of_line).fold(self.plastic_utilisation(u, history), f64::max)
     }
 
     /// Moments in it [N m]; 0 where it is broken or no beam. Bending in the plane of each cross axis, at start and end: positive

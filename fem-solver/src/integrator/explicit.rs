@@ -12,7 +12,9 @@
 //! `f . du`, and damping dissipates `h a v_m . M v_m`, never less than 0 at any step. Stable for
 //! `h < 2 / w`, whatever the damping.
 
+use crate::element::Pace;
 use crate::internal_force::InternalForce;
+use crate::internal_force::assembly::Event;
 use crate::linear_algebra::lanes::{LANES, add, total, wide, work};
 use crate::model::Model;
 use crate::model::applied::Applied;
@@ -87,6 +89,8 @@ impl Explicit {
 
     /// Advance `state` from `time` by `h` [s]. Returns the largest tension in the middle of the step, squared [N2].
     pub fn step(&mut self, model: &Model, state: &mut State, time: f64, h: f64) -> f64 {
+        // Histories are those of the middles of steps.
+        self.internal.elements.pace = Pace { rate: 1.0 / h, by_ends: true };
         if !self.applied.is_empty() {
             self.before.copy_from_slice(&state.displacement);
             self.applied.mean(model, time, time + h);
@@ -153,6 +157,7 @@ impl Explicit {
         let (u, history) = ((&state.displacement[..], &self.middle[..]), &mut state.history);
         let largest = self.internal.subtract_and_advance(model, u, history, &mut self.force);
         state.events.extend(self.internal.elements.broken.iter().map(|broken| broken.event(time, h)));
+        state.yields.extend(Event::all(&self.internal.elements.yielded, time + 0.5 * h));
         self.applied.press_on(model, &self.middle, &mut self.force);
         for ((dof, _), velocity) in model.moving.iter().zip(&mut self.support_velocity) {
             *velocity = state.velocity[*dof];

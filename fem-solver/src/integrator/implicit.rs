@@ -14,8 +14,10 @@
 
 use crate::config::NewtonConfig;
 use crate::config::scheme::Scheme;
+use crate::element::Pace;
 use crate::equilibrium::newton::{Failure, Info, Newton, Problem};
 use crate::internal_force::Displacements;
+use crate::internal_force::assembly::Event;
 use crate::linear_algebra::lanes::{add, add_to, sum_of, work};
 use crate::model::Model;
 use crate::model::applied::Applied;
@@ -125,19 +127,31 @@ impl Implicit {
             pressures: &self.applied[0].pressures,
             viscosity: (&self.viscosity, if inertia { (1.0 - alpha_f) * gamma / (beta * h) } else { 0.0 }),
         };
+        self.newton.tangent.set_pace(self.pace((1.0 - alpha_f) * h));
+        self.newton.internal.elements.pace = self.pace((1.0 - alpha_f) * h);
         let silent = &mut |_, _| Ok(());
         let info = self.newton.solve(&problem, &self.settings, &mut state.displacement, silent)?;
         self.advance_rates(damping, state, h);
+        let to_balance = if self.scheme.takes_mean_only() { 0.5 * h } else { h };
+        self.newton.internal.elements.pace = self.pace(to_balance);
         let largest = self.balance(model, state, load);
+        self.newton.internal.elements.pace = self.pace(h);
         self.end_applied(model, state, time + h);
         let internal = &mut self.newton.internal;
         internal.elements.advance(&model.elements, &state.displacement, &mut state.history);
         state.events.extend(internal.elements.broken.iter().map(|broken| broken.event(time, h)));
+        state.yields.extend(Event::all(&internal.elements.yielded, time + h));
         if !internal.elements.broken.is_empty() && !self.scheme.takes_mean_only() {
             self.begin_torn(model, state, load);
         }
         self.book_supports(model, state, time, h);
         Ok((largest, info))
+    }
+
+    /// Displacements are those a time of `after` [s] behind the start of the step.
+    fn pace(&self, after: f64) -> Pace {
+        let by_ends = self.scheme.inertia && !self.scheme.takes_mean_only();
+        Pace { rate: if self.scheme.inertia { 1.0 / after } else { 0.0 }, by_ends }
     }
 
     /// Largest share of its strength that anything used as it broke in the last step; 0 where nothing did.

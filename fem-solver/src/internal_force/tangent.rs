@@ -1,6 +1,6 @@
 //! The global tangent over the free degrees of freedom: pattern once, numbers as often as needed.
 
-use crate::element::{Cable, Slack};
+use crate::element::{Cable, Pace, Slack};
 use crate::internal_force::assembly::Assembly;
 use crate::linear_algebra::symmetric::SymmetricMatrix;
 use crate::model::Model;
@@ -67,6 +67,11 @@ impl Tangent {
         let faces = faces.map(place).collect();
         let fixed = vec![false; if model.until.is_empty() { 0 } else { dofs.len() }];
         Self { free, dofs, matrix, cables, assembly, elements, faces, fixed, revision: 0 }
+    }
+
+    /// How displacements come after the histories from now on.
+    pub fn set_pace(&mut self, pace: Pace) {
+        self.assembly.pace = pace;
     }
 
     /// `share` times the tangent of all elements at the displacements `u`.

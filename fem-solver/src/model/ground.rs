@@ -5,6 +5,7 @@ use super::base::{Base, flat, needs_ground};
 use super::generator::CELL;
 use crate::config::Config;
 use crate::config::structure::{FormFinding, GroundConfig, StructureConfig};
+use crate::element::ground_contact::damping_ratio;
 use crate::element::{AnyElement, GroundContact};
 use crate::ground::Surface;
 use crate::read::heights::Heights;
@@ -42,6 +43,7 @@ impl Model {
         let surface = self.surface(scene, table)?;
         let radii = self.radii();
         let typical = median(nodes.iter().map(|node| self.mass[*node]).collect());
+        let ratio = damping_ratio(ground.restitution);
         for node in nodes {
             let stiffness = match ground.stiffness {
                 Some(stiffness) => stiffness,
@@ -62,6 +64,8 @@ impl Model {
                 stiffness,
                 friction: ground.friction,
                 restitution: ground.restitution,
+                ratio,
+                mass: self.mass[node],
             };
             if contact.depth().is_none() {
                 let what = format!(

@@ -81,7 +81,8 @@ pub fn judge(scene: &Scene, config: &Config, model: &mut Model) -> Result<(), Di
     let mut at = Judge { scene, config, model, warnings: &mut warnings };
     judge_extent(&mut at)?;
     for section in sections(config, model) {
-        let mut judge = SectionJudge { scene, section, warnings: at.warnings };
+        let statics = Scheme::of(&config.fem).is_some_and(|scheme| !scheme.inertia);
+        let mut judge = SectionJudge { scene, statics, section, warnings: at.warnings };
         judge.material()?;
         judge.shape()?;
         judge.strength()?;
@@ -186,6 +187,8 @@ fn sections(config: &Config, model: &Model) -> Vec<Section> {
 /// Judges one section.
 struct SectionJudge<'a> {
     scene: &'a Scene,
+    /// Whether nothing has inertia.
+    statics: bool,
     section: Section,
     warnings: &'a mut Vec<Diagnostic>,
 }
@@ -212,8 +215,9 @@ impl SectionJudge<'_> {
         if density.is_some_and(|d| d >= METAL) && !stretched {
             self.pass(&YOUNG_OF_METAL, young.filter(|young| *young >= YOUNG.usual[0]))?;
         }
-        // What has no mass is meant.
-        self.pass(&DENSITY, density.filter(|density| *density > 0.0))
+        // What has no mass is meant. In statics mass is weight alone, and textbooks take next to none.
+        let light = Gate { possible: [0.0, DENSITY.possible[1]], ..DENSITY };
+        self.pass(if self.statics { &light } else { &DENSITY }, density.filter(|density| *density > 0.0))
     }
 
     /// Area, moments of inertia and radius, against each other and the length of the elements.

@@ -172,14 +172,21 @@ impl Fields {
         // NaN where it is broken.
         let mut forces: Vec<f64> = model.cables.iter().map(tension).collect();
         let mut utilisation = vec![0.0; forces.len()];
+        let yields = model.elements.iter().any(|e| e.constants().plastic.is_some());
+        let mut plastic_strain = yields.then(|| vec![0.0; forces.len()]);
         let mut moments = self.beams.then(|| MOMENTS.map(|_| vec![0.0; count]));
         for (i, element) in model.elements.iter().enumerate() {
             let (first, history) = (forces.len(), self.assembly.history(i, &state.history));
             let u = self.assembly.gather(i, &state.displacement);
             forces.resize(first + element.constants().lines, 0.0);
             element.line_forces(u, history, &mut forces[first..]);
-            let used = |force: &f64| if force.is_nan() { 1.0 } else { element.utilisation(u, *force) };
+            let plastic = element.plastic_utilisation(u, history);
+            let used =
+                |force: &f64| if force.is_nan() { 1.0 } else { element.utilisation(u, *force).max(plastic) };
             utilisation.extend(forces[first..].iter().map(used));
+            if let Some(plastic) = &mut plastic_strain {
+                plastic.resize(forces.len(), element.constants().plastic.map_or(0.0, |at| history[at]));
+            }
             if let Some(moments) = moments.as_mut().filter(|_| element.constants().has_moments) {
                 for (own, moment) in moments.iter_mut().zip(element.moments(u, history)) {
                     own[first..forces.len()].fill(moment);
@@ -202,6 +209,7 @@ impl Fields {
                 ("slack", 1, &slack),
                 ("broken", 1, &broken),
             ]);
+            cell_data.extend(plastic_strain.iter().map(|strain| ("plastic_strain", 1, &strain[..])));
             let moments = MOMENTS.iter().zip(moments.iter().flatten());
             cell_data.extend(moments.map(|(name, values)| (*name, 1, &values[..])));
         }

@@ -384,7 +384,7 @@ impl Watch {
                 Self::Force(feet)
             }
             Quantity::Height => Self::Height(Height::of(scene, key, model, nodes, gauge)?),
-            Quantity::Tension | Quantity::Elongation | Quantity::BendingMoment => {
+            Quantity::Tension | Quantity::Elongation | Quantity::BendingMoment | Quantity::Utilisation => {
                 let lines = Lines::of(model, &nodes, gauge);
                 if lines.count == 0 {
                     let kind = if gauge.quantity == Quantity::BendingMoment { "beam" } else { "cable" };
@@ -404,6 +404,7 @@ impl Watch {
             Self::Lines(lines) => match lines.quantity {
                 Elongation => ("elongation", "m"),
                 BendingMoment => ("bending_moment", "N m"),
+                Utilisation => ("utilisation", "1"),
                 Tension | Displacement | Velocity | Force | Height => ("tension", "N"),
             },
             Self::Displacement(_) | Self::Velocity(_) | Self::Height(_) => ("", ""),
@@ -558,6 +559,7 @@ impl Lines {
             let w = model.relative(u, cable);
             take(match self.quantity {
                 Elongation => (cable.span + w).norm() - cable.span.norm(),
+                Utilisation => 0.0,
                 Tension | BendingMoment | Displacement | Velocity | Force | Height => cable.tension(&w),
             });
         }
@@ -588,6 +590,7 @@ impl Lines {
                     let ends = (0..2).filter(|end| self.ends[number][*end]);
                     take(ends.map(size).fold(0.0, f64::max));
                 }
+                Utilisation => take(element.used(own, history, &mut forces[..element.constants().lines])),
                 Tension | Displacement | Velocity | Force | Height => {
                     element.line_forces(own, history, &mut forces[..element.constants().lines]);
                     // What is broken carries nothing.

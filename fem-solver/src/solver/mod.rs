@@ -44,6 +44,8 @@ const MOST_REMEMBERED: f64 = 2e5;
 const AT_END: f64 = 1e-9;
 /// Windows are halved that often before a run gives up.
 const HALVINGS: f64 = 64.0;
+/// What broke or yielded is named one by one up to so many.
+const MOST_NAMED: usize = 20;
 /// Ranks of `max_reaction_1ms`, `max_cable_force`, `max_reaction` and `sag` among all measures of a run.
 const RANKS: [u16; 4] = [60, 70, 260, 270];
 
@@ -243,7 +245,6 @@ impl FemSolver {
 
 /// What broke: the first ones one by one.
 fn ruptures(model: &Model, events: &[Event]) -> Vec<Diagnostic> {
-    const MOST_NAMED: usize = 20;
     let named = events.iter().take(MOST_NAMED).map(|event| {
         format!(
             "rupture at t = {:.6} s: {} broke under {:.4e} N",
@@ -257,6 +258,39 @@ fn ruptures(model: &Model, events: &[Event]) -> Vec<Diagnostic> {
         named.push(format!("{} more broke until t = {:.6} s", events.len() - MOST_NAMED, last.time));
     }
     named.into_iter().map(|what| Diagnostic::warning(code::RUPTURE, what)).collect()
+}
+
+/// What has yielded: the first ones one by one, with the largest plastic strain that each is left with.
+fn yields(model: &Model, committed: &State) -> (Option<Measure>, Vec<Diagnostic>) {
+    let mut histories = 0;
+    let mut all: Vec<(usize, f64, f64)> = Vec::new();
+    for (number, element) in model.elements.iter().enumerate() {
+        let own = histories..histories + element.start_history().len();
+        histories = own.end;
+        let strain = element.constants().plastic.map_or(0.0, |at| committed.history[own][at]);
+        if strain > 0.0 {
+            let event = committed.yields.iter().find(|event| event.element as usize == number);
+            all.push((number, strain, event.map_or(0.0, |event| event.time)));
+        }
+    }
+    let most = all.iter().max_by(|a, b| a.1.total_cmp(&b.1)).map(|(number, strain, time)| {
+        let measure = Measure::new("max_plastic_strain", *strain, "1").at(*time);
+        let member = model.member_name(*number, None);
+        measure.of_member(Some(member)).ranked(Measure::ORDINARY, Worse::Larger)
+    });
+    all.sort_by(|a, b| a.2.total_cmp(&b.2));
+    let named = all.iter().take(MOST_NAMED).map(|(number, strain, time)| {
+        let member = model.member_name(*number, None);
+        format!(
+            "yield at t = {time:.6} s: {member}; its largest plastic strain is {:.2} % at the end",
+            100.0 * strain
+        )
+    });
+    let mut named: Vec<_> = named.collect();
+    if let Some(last) = all.get(MOST_NAMED..).and_then(|rest| rest.last()) {
+        named.push(format!("{} more yielded until t = {:.6} s", all.len() - MOST_NAMED, last.2));
+    }
+    (most, named.into_iter().map(|what| Diagnostic::warning(code::YIELD, what)).collect())
 }
 
 /// What has nearly broken: whether it does depends on small differences, and with it what breaks after it.
@@ -442,6 +476,9 @@ impl Solver for FemSolver {
         let (model, committed) = (&self.model, &prepared.windows.committed);
         let (peaks, events) = (committed.peaks, &committed.events);
         let (mut measures, mut warnings) = (Vec::new(), ruptures(model, events));
+        let (plastic, yielded) = yields(model, committed);
+        measures.extend(plastic);
+        warnings.extend(yielded);
         warnings.extend(near_ruptures(model, committed));
         warnings.extend(rope_ends::warnings(&prepared.rope_ends, model, committed));
         warnings.extend(torn_before(prepared.torn.len()));

@@ -38,6 +38,8 @@ entries! {
         "<gauge>_elongation_{min,max}", "m", "smallest and largest elongation of the members of a group";
         "<gauge>_bending_moment", "N m", "gauge `bending_moment` of one beam: magnitude, of both planes together";
         "<gauge>_bending_moment_{min,max}", "N m", "the same of the least and the most bent beam of a group, at the more bent of its ends";
+        "<gauge>_utilisation", "1", "gauge `utilisation` of one member: share of its strength; of a beam that yields, of its plastic section";
+        "<gauge>_utilisation_{min,max}", "1", "the same of the least and the most loaded member of a group";
         "<gauge>_height", "m", "gauge `height`: height left between two groups; with `posts`, the least of the fields";
         "<gauge>_height_<field>", "m", "the same of each field between two posts, from 1";
         "energy_kinetic_fem", "J", "kinetic energy of the structure";
@@ -59,6 +61,7 @@ entries! {
         "max_reaction_1ms", "N", "the same of its mean over any 1 ms; the one to compare";
         "max_cable_force", "N", "largest axial force of any cable";
         "cable_force_beside", "N", "mean of the largest axial forces in the steps before and after that of `max_cable_force`: where it lies below, steps hardly resolve how wires swing";
+        "max_plastic_strain", "1", "largest accumulated plastic strain of any beam at the end, and when that beam began to yield";
         "critical_load_factor", "1", "`fem.path_speed`: load factor of the first limit point or branch point";
         "limit_point_<n>", "1", "`fem.path_speed`: load factor where the load turns back, one by one along the path";
         "branch_point_<n>", "1", "`fem.path_speed`: load factor where another path of equilibrium crosses";
@@ -80,7 +83,8 @@ entries! {
         "group", "1", "number of the group of a line or node, named in `structure_legend.json`";
         "axial_force", "N", "axial force of a line";
         "stress", "Pa", "axial stress, where the section is known";
-        "utilisation", "1", "force over strength; 0 where no strength is given";
+        "utilisation", "1", "force over strength; of a beam that yields at least the sum of axial force and moments over those of the plastic section; 0 where no strength is given";
+        "plastic_strain", "1", "largest accumulated plastic strain of a beam";
         "bending_moment_{1,2}_{start,end}", "N m", "bending moments of a beam at its two ends";
         "torsion", "N m", "torsional moment of a beam";
         "slack", "1", "1 where nothing is carried";

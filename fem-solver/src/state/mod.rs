@@ -28,6 +28,8 @@ pub struct State {
     pub history: Vec<f64>,
     /// What has broken so far.
     pub events: Vec<Event>,
+    /// What has begun to yield so far.
+    pub yields: Vec<Event>,
     /// Factor of the loads that grow along a path of equilibrium, and that at the start of the last step.
     pub factor: f64,
     /// See `factor`.
@@ -247,6 +249,8 @@ impl State {
         self.history.copy_from_slice(&other.history);
         self.events.clear();
         self.events.extend_from_slice(&other.events);
+        self.yields.clear();
+        self.yields.extend_from_slice(&other.yields);
         (self.factor, self.factor_before) = (other.factor, other.factor_before);
         self.along = other.along;
         self.critical.clear();

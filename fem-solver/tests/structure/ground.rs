@@ -105,6 +105,41 @@ fn a_mass_rests_below_the_angle_of_friction_and_slides_above_it() {
 }
 
 #[test]
+fn a_mass_that_is_put_on_a_slope_comes_to_rest_or_slides_as_coulomb_says() {
+    let angle = 30.0_f64;
+    let (dir, (sine, cosine)) = (slope(angle), angle.to_radians().sin_cos());
+    for fem in [
+        "time_step = 1e-4",
+        "",
+        "integrator = \"generalized_alpha\"\ntime_step = 2e-4",
+        "integrator = \"newmark\"\ntime_step = 2e-4",
+    ] {
+        // On the surface, where its weight throws it in: 5 kg, stiffness and restitution as they are by default.
+        let of = |friction: f64| {
+            let text = mass(&ground(&dir, &format!("friction = {friction}")), 0.0, angle, fem);
+            let mut run = Run::alone(&text.replace("mass = 2.0", "mass = 5.0"), 1e-2);
+            let start = run.balance();
+            let speed = |run: &Run| ["x", "y", "z"].map(|c| run.value(&format!("mass_v{c}")));
+            (0..50).for_each(|_| run.step(1e-2, &[]));
+            let half = speed(&run);
+            (0..50).for_each(|_| run.step(1e-2, &[]));
+            let size = |v: [f64; 3]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
+            let turned = 5.0 * G * 0.5 * sine * sine * (sine - friction * cosine).max(0.0) * G;
+            let off = (run.balance() - start).abs() / turned.max(run.value("energy_dissipated_fem"));
+            (size(half), size(speed(&run)), off)
+        };
+        let (_, speed, off_balance) = of(0.7);
+        assert!(speed < 1e-6, "{speed} m/s, {fem}");
+        assert!(off_balance < 5e-3, "{off_balance}, {fem}");
+        let (half, speed, off_balance) = of(0.4);
+        let expected = G * (sine - 0.4 * cosine);
+        assert!(off(2.0 * (speed - half), expected) < 1e-3, "{} m/s2, {fem}", 2.0 * (speed - half));
+        assert!(off(speed, expected) < 0.01, "{speed} m/s, {expected} m/s, {fem}");
+        assert!(off_balance < 5e-3, "{off_balance}, {fem}");
+    }
+}
+
+#[test]
 fn a_mass_that_bounces_and_slides_over_hills_keeps_its_books() {
     let dir = raster(|x, y| 500.0 + 0.4 * (0.8 * x).sin() + 0.3 * (0.7 * y + 0.3 * x).cos());
     let balance = |fem: &str, restitution: f64| {
@@ -279,13 +314,14 @@ fn a_window_depends_on_its_start_and_its_force_alone_and_allocates_nothing() {
 }
 
 #[test]
-fn the_critical_step_is_that_of_the_stiffness_with_which_it_comes_off() {
+fn the_critical_step_is_that_of_a_spring_with_a_dashpot() {
     let dir = slope(10.0);
     let text = mass(&ground(&dir, "restitution = 0.5"), 0.0, 10.0, "");
     let report = check(&scene(&text)).expect("valid");
-    // 1e6/s2 times the mass; four times that on the way back.
+    // 1e6/s2 times the mass, and the damping ratio of restitution 1/2: h w = 2 (sqrt(1 + g^2) - g).
     let critical = report.numbers["critical_step_s"];
-    assert!(off(critical, 2.0 / (4e6_f64).sqrt()) < 1e-12, "{critical} s");
+    let g = fem_solver::element::ground_contact::damping_ratio(0.5);
+    assert!(off(critical, 2e-3 * ((1.0 + g * g).sqrt() - g)) < 1e-12, "{critical} s");
     let line = report.builds.iter().find(|line| line.starts_with("ground: 1 nodes")).expect("is said");
     assert!(line.contains("2.000e6 N/m") && line.contains("friction 0.5"), "{line}");
     // Far above the ground it counts as well: it may come down.

@@ -34,6 +34,7 @@ mod supports;
 mod surfaces;
 mod tearing;
 mod verdict;
+mod yielding;
 
 use toolkit::alloc::CountingAllocator;
 

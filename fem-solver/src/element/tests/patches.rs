@@ -96,6 +96,7 @@ fn beams_of_unlike_length_pass_on_stretch_twist_and_constant_curvature() {
             gyration: 0.05,
             radius: 0.0,
             rupture: Rupture::NEVER,
+            fibres: None,
         })
         .collect();
     let all: Vec<&dyn Element> = beams.iter().map(|beam| beam as &dyn Element).collect();

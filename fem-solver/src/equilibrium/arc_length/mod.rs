@@ -26,6 +26,7 @@ mod critical;
 
 use crate::config::NewtonConfig;
 use crate::equilibrium::newton::{Failure, Info};
+use crate::internal_force::assembly::Event;
 use crate::linear_algebra::lanes::{inner, norm, work};
 use crate::model::Model;
 use crate::state::{Along, Critical, CriticalKind, State};
@@ -424,6 +425,7 @@ impl Path {
             (state.along.anew, state.along.stride) = (true, FIRST * self.extent);
         }
         state.events.extend(internal.elements.broken.iter().map(|broken| broken.event(time, 0.0)));
+        state.yields.extend(Event::all(&internal.elements.yielded, time));
     }
 }
 

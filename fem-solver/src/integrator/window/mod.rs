@@ -640,8 +640,12 @@ impl WindowSolver {
             ([u, v, a, f, load, &state.history].map(Vec::len), state.groups.len(), gauges)
         };
         let own = sizes(&self.committed, self.booked[1].gauges.len());
-        let torn =
-            kept.committed.events.iter().all(|event| (event.element as usize) < self.model.elements.len());
+        let torn = kept
+            .committed
+            .events
+            .iter()
+            .chain(&kept.committed.yields)
+            .all(|event| (event.element as usize) < self.model.elements.len());
         if own != sizes(&kept.committed, kept.booked.gauges.len()) || kept.impulse.is_empty() || !torn {
             return Err(other_structure());
         }
@@ -657,6 +661,9 @@ impl WindowSolver {
 /// The same with room for all that may break.
 fn with_room(mut state: State, model: &Model) -> State {
     state.events.reserve(model.elements.len());
+    state
+        .yields
+        .reserve(model.elements.iter().filter(|element| element.constants().plastic.is_some()).count());
     let breakable = model.elements.iter().filter(|element| element.constants().can_break);
     state.close.reserve(breakable.count());
     state

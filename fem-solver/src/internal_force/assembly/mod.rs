@@ -6,7 +6,7 @@ mod tests;
 
 pub use self::rupture::{Broken, Event, take_largest};
 use self::rupture::{Release, Stretch};
-use crate::element::{Answer, AnyElement, CLOSE, Constants, Energy, Slack};
+use crate::element::{Answer, AnyElement, CLOSE, Constants, Energy, Pace, Slack};
 use crate::internal_force::kernel::rings::{Rings, WIDTH};
 use crate::model::Model;
 use nalgebra::Vector3;
@@ -42,6 +42,8 @@ pub struct Heading<'a> {
 #[derive(Debug, Clone, Default)]
 pub struct Assembly {
     places: Vec<Place>,
+    /// How the displacements asked for come after the history: dashpots of elements ask.
+    pub pace: Pace,
     /// Degrees of freedom of all elements, one after the other.
     dofs: Vec<usize>,
     u: Vec<f64>,
@@ -50,6 +52,8 @@ pub struct Assembly {
     history: Vec<f64>,
     /// What broke as the history was last advanced.
     pub broken: Vec<Broken>,
+    /// What began to yield as the history was last advanced, with its largest axial force [N].
+    pub yielded: Vec<(u32, f64)>,
     /// Largest share of its strength that anything used in explicit steps since somebody set this to 0.
     pub used: f64,
     /// Each element that used more than [`CLOSE`] of it since somebody cleared this, with the largest share.
@@ -153,6 +157,7 @@ impl Assembly {
         force: &mut [f64],
     ) -> f64 {
         self.broken.clear();
+        self.yielded.clear();
         self.releases.clear();
         self.released.clear();
         let (mut largest, mut next) = (0.0, 0);
@@ -188,6 +193,7 @@ impl Assembly {
         };
         self.broken.extend(broken);
         self.take_force(of.number, force);
+        self.note_yield(of.number, history, tension);
         self.take_history(of.number, history);
         self.places[of.number].counted(tension)
     }
@@ -204,11 +210,22 @@ impl Assembly {
         own
     }
 
+    /// Whether the answer at hand, that of element number `element`, is the first in which it yields.
+    fn note_yield(&mut self, element: usize, history: &[f64], tension: f64) {
+        let Place { history: own, constants, .. } = &self.places[element];
+        let begins = |at| history[own.start + at] == 0.0 && self.history[at] > 0.0;
+        if constants.plastic.is_some_and(begins) {
+            self.yielded.push((element as u32, tension));
+        }
+    }
+
     /// `history` becomes that at `u`.
     pub fn advance(&mut self, elements: &[AnyElement], u: &[f64], history: &mut [f64]) {
         self.broken.clear();
+        self.yielded.clear();
         for (i, element) in elements.iter().enumerate() {
             let tension = self.respond(i, element, u, history, None);
+            self.note_yield(i, history, tension);
             let own = self.take_history(i, history);
             let u = &self.u[..self.places[i].dofs.len()];
             if element.breaks(u, own) {
@@ -225,6 +242,11 @@ impl Assembly {
                 continue;
             }
             self.respond(i, element, u, history, None);
+            // What would yield on the way to a rest shape does not: plastic strains stand behind the rotations.
+            let Place { history: own, constants, .. } = &self.places[i];
+            if let Some(plastic) = constants.plastic {
+                self.history[plastic..own.len()].copy_from_slice(&history[own.start + plastic..own.end]);
+            }
             self.take_history(i, history);
         }
     }
@@ -253,7 +275,7 @@ impl Assembly {
             history: &mut self.history[..m],
             tension: 0.0,
         };
-        element.respond(&self.u[..n], &history[place.history.clone()], &mut answer);
+        element.respond_at(self.pace, &self.u[..n], &history[place.history.clone()], &mut answer);
         answer.tension
     }
 

@@ -23,10 +23,10 @@ pub fn take_largest(all: &mut Vec<(u32, f64)>, (element, share): (u32, f64)) {
     }
 }
 
-/// Something that broke.
+/// Something that broke, or began to yield.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Event {
-    /// When it broke; with implicit steps the end of the step in which it did [s].
+    /// When; with implicit steps the end of the step in which it did [s].
     pub time: f64,
     /// Number of the element.
     pub element: u32,
@@ -45,6 +45,13 @@ pub struct Broken {
     pub part: f64,
     /// Share of its strength that it used then, 1 or more.
     pub share: f64,
+}
+
+impl Event {
+    /// That each of these elements, with its largest axial force [N], began to do something at `time` [s].
+    pub fn all(of: &[(u32, f64)], time: f64) -> impl Iterator<Item = Self> {
+        of.iter().map(move |(element, tension)| Self { time, element: *element, tension: *tension })
+    }
 }
 
 impl Broken {
@@ -78,6 +85,7 @@ impl Assembly {
     pub(super) fn reserve_ruptures(&mut self, elements: &[AnyElement]) {
         let breakable = || elements.iter().enumerate().filter(|(_, e)| e.constants().can_break);
         self.broken.reserve(elements.len());
+        self.yielded.reserve(self.places.iter().filter(|place| place.constants.plastic.is_some()).count());
         self.close.reserve(breakable().count());
         self.releases.reserve(breakable().count());
         self.released.reserve(breakable().map(|(i, _)| self.places[i].dofs.len()).sum());

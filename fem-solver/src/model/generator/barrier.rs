@@ -174,9 +174,14 @@ impl Work<'_> {
     }
 
     fn posts(&mut self) {
-        let posts =
-            self.at.feet.iter().zip(&self.at.heads).map(|(foot, head)| (Kind::Line2, vec![*foot, *head]));
-        let posts = posts.collect();
+        let (mut posts, count) = (Vec::new(), self.table.post_elements);
+        for (foot, head) in self.at.feet.clone().into_iter().zip(self.at.heads.clone()) {
+            let (from, to) = (self.mesh.nodes[foot], self.mesh.nodes[head]);
+            let inner = (1..count).map(|i| self.node(from + (to - from) * (i as f64 / count as f64)));
+            let nodes: Vec<usize> = inner.collect();
+            let nodes = [&[foot], &nodes[..], &[head]].concat();
+            posts.extend(nodes.windows(2).map(|pair| (Kind::Line2, pair.to_vec())));
+        }
         self.part("posts", "beam", posts);
     }
 

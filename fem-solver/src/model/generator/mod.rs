@@ -92,6 +92,8 @@ fn check_place(key: &Key, origin: Option<[f64; 3]>, center: Option<[f64; 3]>) ->
 /// Lengths of posts and distances between them that a barrier can have [m]: kits have 2 to 9 m, and 4 to 12 m.
 const POSTS: [f64; 2] = [0.1, 40.0];
 const FIELDS: [f64; 2] = [0.1, 200.0];
+/// Most beams of which a post consists.
+const MOST_BEAMS: usize = 100;
 
 /// Refuse keys that leave each other without use.
 fn check_use(key: &Key, table: &Barrier) -> Result<(), Diagnostic> {
@@ -132,6 +134,10 @@ fn check_barrier(key: &Key, table: &Barrier) -> Result<(), Diagnostic> {
             );
             return key.refuse(name, what, "it is written in metres: 400 cm is 4.0");
         }
+    }
+    if !(1..=MOST_BEAMS).contains(&table.post_elements) {
+        let what = format!("a post of {} beams: 1 to {MOST_BEAMS} can be", table.post_elements);
+        return Err(key.invalid("post_elements", what));
     }
     if lean.abs() >= height {
         return Err(key.invalid("lean", format!("posts of {height} m cannot lean by {lean} m")));
