@@ -95,7 +95,7 @@ pub fn barrier(degrees: f64, cells: usize, friction: f64, rest: &str, damping: f
     let brake = |name: &str, force: f64| {
         format!(
             "[[structure.parts]]\nname = \"{name}\"\nelement = \"brake\"\nstiffness = 5e6\n\
-             curve = [[0.03, {force:?}], [1.6, {:?}]]\nstroke = 1.6\nmass = 15.0\n",
+             curve = [[0.03, {force:?}], [1.6, {:?}]]\nstroke = 1.4\nmass = 15.0\n",
             1.2 * force
         )
     };
@@ -113,7 +113,6 @@ height = 4.0
 net = "rings"
 cells = [{cells}, {}]
 anchor_rise = 0.0
-side_distance = 5.5
 lean = {:?}
 [structure.cable]
 young = 1e11
