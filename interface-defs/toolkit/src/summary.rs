@@ -6,7 +6,6 @@ use super::files;
 use super::numbers::{percent, rounded, short, short_in};
 use super::run_dir::SUMMARY;
 use super::screen::{complain, show};
-use super::uncertainty::MEAN;
 use interface_defs::message::Found;
 use interface_defs::verdict::{Fate, NOTHING_TORE};
 use interface_defs::{Diagnostic, Measure, Severity, Statistics, Torn, Verdict, code};
@@ -107,7 +106,7 @@ impl Summary {
         let torn = self.torn.iter().flatten().map(|torn| (torn.first, Found::Rupture));
         let passes = |of: &&Verdict| matches!(of.fate, Fate::WentThrough | Fate::Undecided);
         let passages = self.verdict.iter().filter(passes).filter_map(|of| of.impact);
-        let passages = passages.map(|touch| (touch.time + MEAN, Found::Passage));
+        let passages = passages.map(|touch| (touch.time, Found::Passage));
         torn.chain(passages).min_by(|a, b| a.0.total_cmp(&b.0))
     }
 

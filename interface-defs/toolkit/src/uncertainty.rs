@@ -45,7 +45,7 @@ const KINDS: [Kind; 12] = [
 ];
 
 /// Means are taken over this time [s].
-pub const MEAN: f64 = 1e-3;
+const MEAN: f64 = 1e-3;
 
 /// What the run knows of its errors.
 #[derive(Debug, Clone, Copy, Default)]
@@ -63,7 +63,7 @@ pub fn estimate(measures: &mut [Measure], known: Known) {
     for measure in measures {
         let Some(kind) = KINDS.iter().find(|kind| is_of(&measure.name, kind.name)) else { continue };
         if let Some((time, (from, by))) = measure.time.zip(known.chance)
-            && time > from - MEAN
+            && time > if by == Found::Rupture { from - MEAN } else { from }
         {
             measure.uncertainty = Some(Uncertainty { value: None, by, beyond: false });
             continue;
