@@ -19,7 +19,7 @@ mod tests;
 
 use self::law::{Bundle, Strength, Tightening};
 use super::part::{NewElements, PartCell, PartSettings, Surroundings, part};
-use super::segment::{Segment, add_pair, add_scaled, add_vector};
+use super::segment::{Segment, add_pair, add_scaled, add_vector, vector};
 use super::{Answer, Constants, Element, Energy, FAR, Slack};
 use crate::element::ring;
 use interface_defs::diagnostic::Diagnostic;
@@ -102,9 +102,7 @@ impl WireRing {
 
     fn oval<const C: usize>(&self, u: &[f64], shape: &Shape<C>) -> Oval {
         let (mut parts, mut gradients) = ([0.0; 2], [[0.0; 12]; 2]);
-        for (j, [a, b]) in shape.ends.into_iter().enumerate() {
-            let modelled = if a < b { self.spans[a..b].iter().sum() } else { self.spans[a] };
-            let span = Segment::new(&modelled, u, a, b).span / self.diameter;
+        for (j, ([a, b], span)) in shape.ends.into_iter().zip(self.distances(u, shape)).enumerate() {
             for (i, share) in shape.shares.iter().map(|of| of[j]).enumerate() {
                 parts[i] += share * self.diameter * span.norm_squared();
                 add_vector(&mut gradients[i], 3 * a, &(-2.0 * share * span));
@@ -116,14 +114,35 @@ impl WireRing {
         Oval { parts, gradients, root: (1.0 + (stiffness / most).powi(2) * squared).sqrt() }
     }
 
+    /// Distances of the contacts of `shape`, over the diameter.
+    fn distances<const C: usize>(&self, u: &[f64], shape: &Shape<C>) -> [Vector3<f64>; C] {
+        shape.ends.map(|[a, b]| {
+            let modelled = if a < b { self.spans[a..b].iter().sum() } else { self.spans[a] };
+            (modelled + vector(u, 3 * b) - vector(u, 3 * a)) / self.diameter
+        })
+    }
+
     fn add_oval<const C: usize>(&self, u: &[f64], shape: &Shape<C>, answer: &mut Answer) {
-        let Oval { parts, gradients, root } = self.oval(u, shape);
         let (stiffness, most) = self.oval;
+        let Some(k) = &mut answer.tangent else {
+            let spans = self.distances(u, shape);
+            let squares = spans.map(|span| self.diameter * span.norm_squared());
+            let parts = shape.shares.map(|of| of.iter().zip(&squares).map(|(s, d)| s * d).sum::<f64>());
+            let squared = parts[0] * parts[0] + parts[1] * parts[1];
+            let first = stiffness / (1.0 + (stiffness / most).powi(2) * squared).sqrt();
+            for (j, [a, b]) in shape.ends.into_iter().enumerate() {
+                let share = parts[0] * shape.shares[0][j] + parts[1] * shape.shares[1][j];
+                let force = 2.0 * first * share * spans[j];
+                add_vector(answer.force, 3 * a, &-force);
+                add_vector(answer.force, 3 * b, &force);
+            }
+            return;
+        };
+        let Oval { parts, gradients, root } = self.oval(u, shape);
         let first = stiffness / root;
         for (part, gradient) in parts.iter().zip(&gradients) {
             add_scaled(answer.force, first * part, gradient);
         }
-        let Some(k) = &mut answer.tangent else { return };
         let n = 3 * self.nodes.len();
         for (j, [a, b]) in shape.ends.into_iter().enumerate() {
             let share = parts[0] * shape.shares[0][j] + parts[1] * shape.shares[1][j];
@@ -197,11 +216,13 @@ impl Element for WireRing {
         if history[BROKEN] > 0.0 {
             return;
         }
-        let pull = self.law.pull(self.extension(u), history[MOST]);
-        (answer.tension, answer.history[MOST]) = (pull.force, pull.most);
         let (count, n) = (self.nodes.len(), 3 * self.nodes.len());
+        let sides: [Segment; 4] = std::array::from_fn(|i| self.side(u, i.min(count - 1)));
+        let polygon: f64 = sides[..count].iter().map(|side| side.length).sum();
+        let pull = self.law.pull(polygon - self.law.round, history[MOST]);
+        (answer.tension, answer.history[MOST]) = (pull.force, pull.most);
         let mut gradient = [0.0; 12];
-        for (i, side) in self.sides(u).enumerate() {
+        for (i, side) in sides[..count].iter().enumerate() {
             let (t, next) = (side.direction(), (i + 1) % count);
             add_vector(&mut gradient, 3 * i, &-t);
             add_vector(&mut gradient, 3 * next, &t);
