@@ -6,7 +6,7 @@ use super::cable::{Cable, CableConfig, Stated};
 use super::part::{Key, NewElements, PartCell, PartSettings, Surroundings, is_zero, part};
 use super::rope::{self, Rope};
 use super::segment::{Segment, add_pair, add_vector};
-use super::{Answer, Constants, Element, Energy};
+use super::{Answer, Constants, Element, Energy, Pace};
 use crate::element::Slack;
 use crate::element::material::{HISTORY, Law, Rupture};
 use crate::read::mesh::Kind;
@@ -62,28 +62,13 @@ impl Bar {
 
     fn force(&self, u: &[f64], history: &[f64]) -> f64 {
         let (segment, strain) = self.segment(u);
-        self.axial(self.law.stress(strain, history).stress, segment.length)
-    }
-}
-
-impl Element for Bar {
-    fn nodes(&self) -> &[usize] {
-        &self.nodes
+        self.axial(self.law.held(strain, history), segment.length)
     }
 
-    fn constants(&self) -> Constants {
-        let (can_break, broken) = (self.rupture != Rupture::NEVER, Some(2));
-        let (radius, section) = (self.radius, self.section.unwrap_or(0.0));
-        Constants { can_break, broken, lines: 1, forces: 1, radius, section, ..Constants::default() }
-    }
-
-    fn start_history(&self) -> Vec<f64> {
-        vec![0.0; HISTORY]
-    }
-
-    fn add_to(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
+    /// Its answer a time `1 / rate` [s] after `history`; 0: as slowly as it may be.
+    fn add_at(&self, rate: f64, u: &[f64], history: &[f64], answer: &mut Answer) {
         let (segment, strain) = self.segment(u);
-        let now = self.law.stress(strain, history);
+        let now = self.law.stress_at(rate, strain, history);
         let pull = match self.section {
             Some(area) => {
                 let q = now.stress * area / self.length;
@@ -115,6 +100,38 @@ impl Element for Bar {
                 Matrix3::from_diagonal_element(self.section.map_or(soft, |area| soft * area / self.length));
         }
         add_pair(k, 6, 0, 3, &block);
+    }
+}
+
+impl Element for Bar {
+    fn nodes(&self) -> &[usize] {
+        &self.nodes
+    }
+
+    fn constants(&self) -> Constants {
+        let (can_break, broken) = (self.rupture != Rupture::NEVER, Some(2));
+        let (radius, section) = (self.radius, self.section.unwrap_or(0.0));
+        Constants { can_break, broken, lines: 1, forces: 1, radius, section, ..Constants::default() }
+    }
+
+    fn start_history(&self) -> Vec<f64> {
+        vec![0.0; HISTORY]
+    }
+
+    fn add_to(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
+        self.add_at(0.0, u, history, answer);
+    }
+
+    fn respond_at(&self, pace: Pace, u: &[f64], history: &[f64], answer: &mut Answer) {
+        if self.law.speeds.is_empty() {
+            return self.respond(u, history, answer);
+        }
+        answer.force.fill(0.0);
+        answer.history.copy_from_slice(history);
+        if let Some(k) = &mut answer.tangent {
+            k.fill(0.0);
+        }
+        self.add_at(pace.rate, u, history, answer);
     }
 
     fn energy(&self, u: &[f64], history: &[f64]) -> Energy {
@@ -164,6 +181,10 @@ part! {
         /// `force / stiffness` or more; constant beyond the last. Empty: elastic.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         curve: Vec<[f64; 2]>,
+        /// What speed does: rows `[speed of the travel, force over that of the curve]` [m/s, -], both increasing, straight from
+        /// `[0.0, 1.0]` on and between, constant beyond the last. Default: nothing.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        speed: Vec<[f64; 2]>,
         /// Plastic travel at which it comes to its end stop [m]. Default: none.
         stroke: Option<f64>,
         /// Mass of each [kg]. Default 0.
@@ -204,6 +225,33 @@ impl BrakePart {
             hardening.push((travel, row[1]));
         }
         Ok(hardening)
+    }
+
+    /// Refuse speeds that do not grow, and forces that fall with them.
+    fn check_speed(&self, key: &Key) -> Result<(), Diagnostic> {
+        let mut before = [0.0, 1.0];
+        for row in &self.speed {
+            if !(row[0] > before[0] && row[1] >= before[1] && row[1].is_finite()) {
+                let what = format!(
+                    "the row [{}, {}] follows [{}, {}]: speeds must grow from above 0, factors from 1 without falling",
+                    row[0], row[1], before[0], before[1]
+                );
+                return key.refuse(
+                    "speed",
+                    what,
+                    "rows are [speed in m/s, force over the slow one]: [[5.0, 1.2]]",
+                );
+            }
+            before = *row;
+        }
+        if !self.speed.is_empty() && self.curve.is_empty() {
+            return key.refuse(
+                "speed",
+                "speed acts on the curve, and there is none",
+                "add `curve`, or leave `speed` out",
+            );
+        }
+        Ok(())
     }
 
     /// Refuse a curve that the prestress of a rope at the brake exceeds from the start; what its forces may not have meant.
@@ -249,6 +297,8 @@ impl PartSettings for BrakePart {
         key.not_negative(&[("mass", self.mass, "kg"), ("radius", self.radius.unwrap_or(0.0), "m")])?;
         key.check_table("curve", &self.curve)?;
         let hardening = self.hardening(key)?;
+        self.check_speed(key)?;
+        let speeds = self.speed.iter().map(|row| (row[0], row[1])).collect();
         let limit = self.stroke.unwrap_or(f64::INFINITY);
         let span = cell.spans()[0];
         let brake = Bar {
@@ -258,7 +308,7 @@ impl PartSettings for BrakePart {
             section: None,
             mass: self.mass,
             radius: self.radius.unwrap_or(0.0),
-            law: Law { hardening, limit, ..Law::elastic(self.stiffness, 0.0, self.tension_only) },
+            law: Law { hardening, limit, speeds, ..Law::elastic(self.stiffness, 0.0, self.tension_only) },
             rupture: key.rupture(self.rupture_force, None)?,
         };
         made.elements.push(brake.into());

@@ -4,6 +4,7 @@
 //! S = s_0 + E (e - p)                      p = plastic strain, a = its sum of magnitudes
 //! |S| <= Y(a)                              straight between the rows of a table, constant beyond
 //! a <= limit                               beyond: elastic again (the end stop of a brake)
+//! |S| = Y(a) g(da/dt)                      while it flows, where a table says what speed does; g(0) = 1
 //! stored S^2 / 2 E,  dissipated int_0^a Y  per unit of what S e is work of
 //! ```
 //!
@@ -13,6 +14,9 @@
 /// Numbers in the history of a law: plastic strain, its accumulated magnitude, broken (0 or 1), energy
 /// lost at rupture (per unit as above).
 pub const HISTORY: usize = 4;
+
+/// Halvings of what flows in a step: to rounding.
+const BISECTIONS: u32 = 52;
 
 /// A uniaxial law.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,6 +31,8 @@ pub struct Law {
     pub hardening: Vec<(f64, f64)>,
     /// Largest `a`; infinite = no end stop.
     pub limit: f64,
+    /// Rows `(da/dt, g)`, both increasing from more than 0 and from 1 or more; empty = speed does nothing.
+    pub speeds: Vec<(f64, f64)>,
 }
 
 /// What a law answers.
@@ -45,7 +51,14 @@ pub struct Stress {
 impl Law {
     /// An elastic law.
     pub fn elastic(modulus: f64, prestress: f64, tension_only: bool) -> Self {
-        Self { modulus, prestress, tension_only, hardening: Vec::new(), limit: f64::INFINITY }
+        Self {
+            modulus,
+            prestress,
+            tension_only,
+            hardening: Vec::new(),
+            limit: f64::INFINITY,
+            speeds: Vec::new(),
+        }
     }
 
     /// Stress at `strain`, from `history`, if nothing flows on the way there.
@@ -70,6 +83,58 @@ impl Law {
         let modulus = slope.map_or(self.modulus, hardens);
         let history = [plastic + elastic.signum() * flow, accumulated + flow, 0.0, lost];
         Stress { stress, modulus, slack: false, history }
+    }
+
+    /// The same `1 / rate` [s] after `history`: backward Euler in what flows. `rate` 0: as slowly as it may be.
+    pub fn stress_at(&self, rate: f64, strain: f64, history: &[f64]) -> Stress {
+        let slow = self.stress(strain, history);
+        let (accumulated, most) = (history[1], slow.history[1] - history[1]);
+        if self.speeds.is_empty() || rate == 0.0 || most <= 0.0 {
+            return slow;
+        }
+        let elastic = self.trial(strain, history);
+        let bears = |flow: f64| self.yield_stress(accumulated + flow) * self.factor(flow * rate).0;
+        let (mut low, mut high) = (0.0, most);
+        for _ in 0..BISECTIONS {
+            let flow = 0.5 * (low + high);
+            let flows_on = elastic.abs() - self.modulus * flow > bears(flow);
+            *(if flows_on { &mut low } else { &mut high }) = flow;
+        }
+        let flow = high;
+        let stress = elastic - elastic.signum() * self.modulus * flow;
+        let (_, by_speed) = self.factor(flow * rate);
+        // What the hardening adds to that is small beside it.
+        let hardens = self.yield_stress(accumulated + flow) * by_speed * rate;
+        let modulus = self.modulus * hardens / (self.modulus + hardens);
+        let beyond = (stress.abs() - self.yield_stress(accumulated + flow)).max(0.0) * flow;
+        let [plastic, _, broken, lost] = [history[0], history[1], history[2], history[3]];
+        let history = [plastic + elastic.signum() * flow, accumulated + flow, broken, lost + beyond];
+        Stress { stress, modulus, slack: false, history }
+    }
+
+    /// `g` at a speed, and its slope: straight between the rows, constant beyond.
+    fn factor(&self, speed: f64) -> (f64, f64) {
+        let mut from = (0.0, 1.0);
+        for row in &self.speeds {
+            let slope = (row.1 - from.1) / (row.0 - from.0);
+            if speed < row.0 {
+                return (from.1 + slope * (speed - from.0), slope);
+            }
+            from = *row;
+        }
+        (from.1, 0.0)
+    }
+
+    /// Stress at `strain`, from `history`, if nothing more flows but what no speed holds up.
+    pub fn held(&self, strain: f64, history: &[f64]) -> f64 {
+        let [accumulated, broken] = [history[1], history[2]];
+        let elastic = self.trial(strain, history);
+        let slack = broken > 0.0 || self.tension_only && elastic < 0.0;
+        if self.speeds.is_empty() || slack || accumulated >= self.limit {
+            return self.stress(strain, history).stress;
+        }
+        let most = self.yield_stress(accumulated) * self.factor(f64::INFINITY).0;
+        elastic.clamp(-most, most)
     }
 
     /// How much flows from the trial stress of `size`, and the slope of the table there; `None` where
@@ -107,10 +172,15 @@ impl Law {
 
     /// Energy stored and dissipated at `strain`, from `history`.
     pub fn energy(&self, strain: f64, history: &[f64]) -> (f64, f64) {
-        let answer = self.stress(strain, history);
-        let [_, accumulated, broken, lost] = answer.history;
-        let dissipated = lost + self.plastic_work(accumulated);
-        let stored = if broken > 0.0 { 0.0 } else { answer.stress * answer.stress / (2.0 * self.modulus) };
+        let (stress, accumulated) = match self.speeds.is_empty() {
+            true => {
+                let answer = self.stress(strain, history);
+                (answer.stress, answer.history[1])
+            }
+            false => (self.held(strain, history), history[1]),
+        };
+        let dissipated = history[3] + self.plastic_work(accumulated);
+        let stored = if history[2] > 0.0 { 0.0 } else { stress * stress / (2.0 * self.modulus) };
         (stored, dissipated)
     }
 
@@ -182,6 +252,36 @@ mod tests {
         let unloaded = law.stress(0.009803921569, &loaded.history);
         assert!(unloaded.stress.abs() < 1e-5, "{}", unloaded.stress);
         assert!(law.stress(0.0, &loaded.history).slack);
+    }
+
+    #[test]
+    fn a_brake_drawn_fast_bears_more_and_dissipates_what_is_put_in() {
+        let law = Law { speeds: vec![(5.0, 1.2), (10.0, 1.3)], ..brake() };
+        for (speed, factor) in [(2.5, 1.1), (5.0, 1.2), (8.0, 1.26), (20.0, 1.3)] {
+            let h = 1e-5;
+            let (mut history, mut e, mut work) = ([0.0; HISTORY], 0.0, 0.0);
+            while history[1] < 0.5 {
+                e += h * speed;
+                let now = law.stress_at(1.0 / h, e, &history);
+                work += now.stress * h * speed;
+                history = now.history;
+            }
+            let now = law.stress_at(1.0 / h, e + h * speed, &history);
+            let bears = factor * law.yield_stress(now.history[1]);
+            // It hardens while it flows, by a fiftieth of its stiffness: so much slower it flows.
+            assert!((now.stress / bears - 1.0).abs() < 5e-3, "{speed} m/s: {} for {bears}", now.stress);
+            let (stored, dissipated) = law.energy(e, &history);
+            assert!(
+                ((stored + dissipated) / work - 1.0).abs() < 1e-3,
+                "{speed} m/s: {stored} {dissipated} {work}"
+            );
+            let at = |e: f64| law.stress_at(1.0 / h, e, &history).stress;
+            let (step, place) = (1e-7, e + 0.8 * h * speed);
+            let slope = (at(place + step) - at(place - step)) / (2.0 * step);
+            let stated = law.stress_at(1.0 / h, place, &history).modulus;
+            assert!((slope - stated).abs() < 0.03 * law.modulus, "{speed} m/s: {slope}, {stated}");
+        }
+        assert_eq!(law.stress_at(0.0, 0.02, &[0.0; HISTORY]), brake().stress(0.02, &[0.0; HISTORY]));
     }
 
     #[test]

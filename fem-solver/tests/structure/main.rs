@@ -28,6 +28,7 @@ mod paths;
 mod pressures;
 mod rest;
 mod rings;
+mod ropes;
 mod selections;
 mod statics;
 mod supports;
