@@ -15,7 +15,7 @@ pub type NodeLanes<const N: usize> = [[Lanes; 3]; N];
 const ZERO: Lanes = [0.0; WIDTH];
 
 /// Constants of each ring.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Copy)]
 pub struct BlockConstants<const N: usize> {
     spans: NodeLanes<N>,
     perimeter: [Lanes; 4],
@@ -89,6 +89,16 @@ impl<const N: usize> BlockConstants<N> {
     }
 }
 
+/// Compute this in the widest registers of the processor.
+///
+/// The bound makes closures such that they are called once: one that could be called again is called through a function of its own,
+/// which is compiled for the narrowest registers. What a loop over rings reads beside the memory it writes to is a copy of its own:
+/// so short a loop is left as it is if it would have to find out first whether both overlap.
+#[inline(always)]
+fn wide<R>(what: impl FnOnce() -> R) -> R {
+    Arch::new().dispatch(what)
+}
+
 /// The vectors of one ring.
 #[inline(always)]
 fn lane<const N: usize>(columns: &NodeLanes<N>, l: usize) -> [Vector; N] {
@@ -116,10 +126,10 @@ impl<const N: usize, const W: usize> BlockMemory<N, W> {
     /// Force, history and tension, where each node goes `farthest` [m] on: a side changes by at most twice that, and the force of a
     /// perimeter grows with its length.
     pub fn pull(&mut self, constants: &BlockConstants<N>, farthest: f64) {
-        let longer = 2.0 * N as f64 * farthest;
-        Arch::new().dispatch(
+        wide(
             #[inline(always)]
             || {
+                let (constants, longer) = (*constants, 2.0 * N as f64 * farthest);
                 for l in 0..WIDTH {
                     let (ring, u, had) = (constants.ring(l), lane(&self.u, l), self.had(l));
                     let RingPull { force, tension, most } = ring.pull::<W>(&u, &had);
@@ -143,25 +153,27 @@ impl<const N: usize, const W: usize> BlockMemory<N, W> {
 
     /// What each perimeter carries at the displacements `u`, 0 where it is broken.
     pub fn tensions(&self, constants: &BlockConstants<N>, u: &NodeLanes<N>) -> Lanes {
-        let mut tensions = ZERO;
-        Arch::new().dispatch(
+        wide(
             #[inline(always)]
             || {
+                let (constants, u, most, broken) = (*constants, *u, self.had.1, self.broken);
+                let mut tensions = ZERO;
                 for l in 0..WIDTH {
                     let ring = constants.ring(l);
-                    let (tension, _) = ring.perimeter.force(ring.sides(&lane(u, l)).perimeter, self.had.1[l]);
-                    tensions[l] = if self.broken[l] > 0.0 { 0.0 } else { tension };
+                    let (tension, _) = ring.perimeter.force(ring.sides(&lane(&u, l)).perimeter, most[l]);
+                    tensions[l] = if broken[l] > 0.0 { 0.0 } else { tension };
                 }
+                tensions
             },
-        );
-        tensions
+        )
     }
 
     /// Energies and tensions.
     pub fn measure(&mut self, constants: &BlockConstants<N>) {
-        Arch::new().dispatch(
+        wide(
             #[inline(always)]
             || {
+                let constants = *constants;
                 for l in 0..WIDTH {
                     let (ring, u, had) = (constants.ring(l), lane(&self.u, l), self.had(l));
                     (self.stored[l], self.dissipated[l]) = ring.energy::<W>(&u, &had);
