@@ -14,7 +14,7 @@
 
 pub mod formula;
 
-use self::formula::{RingConstants, Stiffnesses, coefficient};
+use self::formula::{Formula, RingConstants, Stiffnesses, coefficient};
 use super::part::{NewElements, PartCell, PartSettings, Surroundings, part};
 use super::segment::{Segment, add_block, add_pair, add_scaled, add_vector};
 use super::{Answer, AnyElement, Constants, Element, Energy};
@@ -118,7 +118,8 @@ impl Ring {
     /// What its formulas need, over its `N` nodes.
     pub fn constants<const N: usize>(&self) -> RingConstants<N> {
         let spans = from_fn(|i| self.spans[i].into());
-        RingConstants { spans, perimeter: (&self.perimeter).into(), width: (&self.width).into() }
+        let (perimeter, width) = ((&self.perimeter).into(), (&self.width).into());
+        RingConstants { spans, perimeter, width, rupture: self.rupture }
     }
 
     /// Force, history, tension and tangent of an unbroken ring.
@@ -126,7 +127,7 @@ impl Ring {
         if self.is_eased() {
             self.eased_pull::<N, W>(u, history, answer);
         } else {
-            let pull = self.constants::<N>().pull::<W>(&places(u), &most(history));
+            let pull = self.constants::<N>().pull(&places(u), &most::<W>(history));
             answer.force.copy_from_slice(pull.force.as_flattened());
             answer.tension = pull.tension;
             answer.history[PERIMETER] = pull.most.0;
@@ -203,13 +204,14 @@ impl Ring {
 
     fn energies(&self, u: &[f64], history: &[f64]) -> (f64, f64) {
         match self.nodes.len() {
-            3 => self.constants::<3>().energy::<3>(&places(u), &most(history)),
-            _ => self.constants::<4>().energy::<2>(&places(u), &most(history)),
+            3 => self.constants::<3>().energy(&places(u), &most::<3>(history)),
+            _ => self.constants::<4>().energy(&places(u), &most::<2>(history)),
         }
     }
 }
 
-fn places<const N: usize>(u: &[f64]) -> [[f64; 3]; N] {
+/// A vector of each of `N` nodes out of the local `u`.
+pub(super) fn places<const N: usize>(u: &[f64]) -> [[f64; 3]; N] {
     from_fn(|a| [u[3 * a], u[3 * a + 1], u[3 * a + 2]])
 }
 

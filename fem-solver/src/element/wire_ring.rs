@@ -13,14 +13,18 @@
 //! The plastic part of it is not followed: what it holds is stored and comes back. In a ring drawn evenly at its contacts it is 0.
 //! Two contacts need no such thing.
 
+pub mod formula;
 pub mod law;
 #[cfg(test)]
 mod tests;
 
+use self::formula::{Chord, Oval, WireConstants, chords};
 use self::law::{Bundle, Strength, Tightening};
 use super::part::{NewElements, PartCell, PartSettings, Surroundings, part};
-use super::segment::{Segment, add_pair, add_scaled, add_vector, vector};
-use super::{Answer, Constants, Element, Energy, FAR, Slack};
+use super::ring::formula::Formula;
+use super::ring::places;
+use super::segment::{Segment, add_pair, add_vector};
+use super::{Answer, Constants, Element, Energy, Slack};
 use crate::element::ring;
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::{Matrix3, Vector3};
@@ -58,96 +62,80 @@ pub struct WireRing {
     pub strength: Strength,
 }
 
-/// Distances of contacts, by their nodes, that say how oval a ring is, and the share of the square of each, over the diameter, in both
-/// parts of that.
-struct Shape<const C: usize> {
-    ends: [[usize; 2]; C],
-    shares: [[f64; C]; 2],
-}
-
-/// Of four contacts: diagonals, sides.
-const OF_FOUR: Shape<6> = Shape {
-    ends: [[0, 2], [1, 3], [0, 1], [1, 2], [2, 3], [3, 0]],
-    shares: [[0.25, -0.25, 0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.5, -0.5, 0.5, -0.5]],
-};
-/// Of three: sides.
-const OF_THREE: Shape<3> = Shape {
-    ends: [[0, 1], [1, 2], [2, 0]],
-    shares: [[8.0 / 9.0 * THIRD, -8.0 / 9.0 * THIRD, 0.0], [8.0 / 27.0, 8.0 / 27.0, -16.0 / 27.0]],
-};
-/// Root of a third.
-const THIRD: f64 = 0.577_350_269_189_625_8;
-
-/// An oval: its parts [m], their derivatives by each degree of freedom, and `sqrt(1 + (K o / Q)^2)`.
-struct Oval {
-    parts: [f64; 2],
-    gradients: [[f64; 12]; 2],
-    root: f64,
+/// Does the same with the formulas of a ring over 2, 3 or 4 nodes.
+macro_rules! formulas {
+    ($ring:expr, |$formulas:ident| $what:expr) => {
+        match $ring.nodes.len() {
+            2 => {
+                let $formulas = $ring.constants::<2>();
+                $what
+            }
+            3 => {
+                let $formulas = $ring.constants::<3>();
+                $what
+            }
+            _ => {
+                let $formulas = $ring.constants::<4>();
+                $what
+            }
+        }
+    };
 }
 
 impl WireRing {
-    /// Contacts come no closer than the bundle is thick: there their distance is blunted.
-    fn side(&self, u: &[f64], i: usize) -> Segment {
-        Segment::new(&self.spans[i], u, i, (i + 1) % self.nodes.len()).blunted(self.thickness)
-    }
-
-    fn sides(&self, u: &[f64]) -> impl Iterator<Item = Segment> {
-        (0..self.nodes.len()).map(|i| self.side(u, i))
+    /// What its formulas need, over its `N` nodes.
+    pub fn constants<const N: usize>(&self) -> WireConstants<N> {
+        let Self { law, oval, diameter, thickness, strength, .. } = *self;
+        let spans = std::array::from_fn(|i| self.spans[i].into());
+        WireConstants { spans, law, oval, diameter, thickness, strength }
     }
 
     /// How much longer its polygon is than that of the round ring [m].
     fn extension(&self, u: &[f64]) -> f64 {
-        self.sides(u).map(|side| side.length).sum::<f64>() - self.law.round
+        formulas!(self, |ring| ring.extension(&places(u)))
     }
 
-    fn oval<const C: usize>(&self, u: &[f64], shape: &Shape<C>) -> Oval {
-        let (mut parts, mut gradients) = ([0.0; 2], [[0.0; 12]; 2]);
-        for (j, ([a, b], span)) in shape.ends.into_iter().zip(self.distances(u, shape)).enumerate() {
-            for (i, share) in shape.shares.iter().map(|of| of[j]).enumerate() {
-                parts[i] += share * self.diameter * span.norm_squared();
-                add_vector(&mut gradients[i], 3 * a, &(-2.0 * share * span));
-                add_vector(&mut gradients[i], 3 * b, &(2.0 * share * span));
-            }
+    fn tension(&self, u: &[f64], history: &[f64]) -> f64 {
+        formulas!(self, |ring| ring.tension(&places(u), 0.0, history[MOST]))
+    }
+
+    /// Energies at `u` from `history`, as long as it is not broken; 0 in the round ring.
+    fn energies(&self, u: &[f64], history: &[f64]) -> (f64, f64) {
+        formulas!(self, |ring| ring.energy(&places(u), &(history[MOST], [])))
+    }
+
+    /// Add the tangent of an unbroken ring to `k`.
+    fn add_tangent<const N: usize>(&self, u: &[f64], history: &[f64], slack: Slack, k: &mut [f64]) {
+        let (ring, n) = (self.constants::<N>(), 3 * N);
+        let sides = ring.sides(&places(u));
+        let pull = self.law.pull(sides.perimeter - self.law.round, history[MOST]);
+        let mut gradient = [0.0; 12];
+        for (i, span) in self.spans.iter().enumerate() {
+            let next = (i + 1) % N;
+            let side = Segment::new(span, u, i, next).blunted(self.thickness);
+            let t = side.direction();
+            add_vector(&mut gradient, 3 * i, &-t);
+            add_vector(&mut gradient, 3 * next, &t);
+            add_pair(k, n, 3 * i, 3 * next, &side.tangent(0.0, pull.force));
         }
-        let (stiffness, most) = self.oval;
-        let squared = parts[0] * parts[0] + parts[1] * parts[1];
-        Oval { parts, gradients, root: (1.0 + (stiffness / most).powi(2) * squared).sqrt() }
-    }
-
-    /// Distances of the contacts of `shape`, over the diameter.
-    fn distances<const C: usize>(&self, u: &[f64], shape: &Shape<C>) -> [Vector3<f64>; C] {
-        shape.ends.map(|[a, b]| {
-            let modelled = if a < b { self.spans[a..b].iter().sum() } else { self.spans[a] };
-            (modelled + vector(u, 3 * b) - vector(u, 3 * a)) / self.diameter
-        })
-    }
-
-    fn add_oval<const C: usize>(&self, u: &[f64], shape: &Shape<C>, answer: &mut Answer) {
-        let (stiffness, most) = self.oval;
-        let Some(k) = &mut answer.tangent else {
-            let spans = self.distances(u, shape);
-            let squares = spans.map(|span| self.diameter * span.norm_squared());
-            let parts = shape.shares.map(|of| of.iter().zip(&squares).map(|(s, d)| s * d).sum::<f64>());
-            let squared = parts[0] * parts[0] + parts[1] * parts[1];
-            let first = stiffness / (1.0 + (stiffness / most).powi(2) * squared).sqrt();
-            for (j, [a, b]) in shape.ends.into_iter().enumerate() {
-                let share = parts[0] * shape.shares[0][j] + parts[1] * shape.shares[1][j];
-                let force = 2.0 * first * share * spans[j];
-                add_vector(answer.force, 3 * a, &-force);
-                add_vector(answer.force, 3 * b, &force);
-            }
-            return;
+        let slope = match slack {
+            Slack::Taut => self.law.stiffest(),
+            Slack::Regularised(part) if pull.slope == 0.0 => part * self.law.stiffest(),
+            _ => pull.slope,
         };
-        let Oval { parts, gradients, root } = self.oval(u, shape);
+        add_square(k, n, slope, &gradient, &gradient);
+        let (Oval { chords: spans, parts, root }, mut gradients) = (ring.oval(&sides), [[0.0; 12]; 2]);
+        let (stiffness, most) = self.oval;
         let first = stiffness / root;
-        for (part, gradient) in parts.iter().zip(&gradients) {
-            add_scaled(answer.force, first * part, gradient);
-        }
-        let n = 3 * self.nodes.len();
-        for (j, [a, b]) in shape.ends.into_iter().enumerate() {
-            let share = parts[0] * shape.shares[0][j] + parts[1] * shape.shares[1][j];
-            let across = 2.0 * first * share / self.diameter;
-            add_pair(k, n, 3 * a, 3 * b, &Matrix3::from_diagonal_element(across));
+        for (Chord { ends: [a, b], shares }, span) in chords::<N>().iter().zip(spans) {
+            let across = 2.0 / self.diameter;
+            for (gradient, share) in gradients.iter_mut().zip(shares) {
+                let along = across * share * Vector3::from(span);
+                add_vector(gradient, 3 * a, &-along);
+                add_vector(gradient, 3 * b, &along);
+            }
+            let share = parts[0] * shares[0] + parts[1] * shares[1];
+            add_pair(k, n, 3 * a, 3 * b, &Matrix3::from_diagonal_element(first * across * share));
         }
         for (i, a) in gradients.iter().enumerate() {
             for (j, b) in gradients.iter().enumerate() {
@@ -156,34 +144,6 @@ impl WireRing {
                 add_square(k, n, first * (own - softer), a, b);
             }
         }
-    }
-
-    fn tension(&self, u: &[f64], history: &[f64]) -> f64 {
-        self.law.pull(self.extension(u), history[MOST]).force
-    }
-
-    /// Strand force that it bears where its contacts lie at `u` [N]: that of the sharpest.
-    fn bears(&self, u: &[f64]) -> f64 {
-        let mut before = self.side(u, self.nodes.len() - 1).unit();
-        let mut least = 1.0_f64;
-        for side in self.sides(u) {
-            let along = side.unit();
-            least = least.min(before.dot(&along));
-            before = along;
-        }
-        self.strength.at(least.max(-1.0).acos())
-    }
-
-    /// Energies at `u` from `history`, as long as it is not broken; 0 in the round ring.
-    fn energies(&self, u: &[f64], history: &[f64]) -> (f64, f64) {
-        let (stored, dissipated) = self.law.energy(self.extension(u), history[MOST]);
-        let root = match self.nodes.len() {
-            4 => self.oval(u, &OF_FOUR).root,
-            3 => self.oval(u, &OF_THREE).root,
-            _ => 1.0,
-        };
-        let (stiffness, most) = self.oval;
-        (stored + most * most / stiffness * (root - 1.0), dissipated)
     }
 }
 
@@ -207,47 +167,31 @@ impl Element for WireRing {
         Constants { can_break, broken, lines, forces: 1, radius, section, ..Constants::default() }
     }
 
-    /// What is drawn out as modelled was so before.
     fn start_history(&self) -> Vec<f64> {
-        vec![0.0, 0.0, self.extension(&[0.0; 12]).max(0.0)]
+        vec![0.0, 0.0, formulas!(self, |ring| ring.drawn())]
     }
 
     fn add_to(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
         if history[BROKEN] > 0.0 {
             return;
         }
-        let (count, n) = (self.nodes.len(), 3 * self.nodes.len());
-        let sides: [Segment; 4] = std::array::from_fn(|i| self.side(u, i.min(count - 1)));
-        let polygon: f64 = sides[..count].iter().map(|side| side.length).sum();
-        let pull = self.law.pull(polygon - self.law.round, history[MOST]);
-        (answer.tension, answer.history[MOST]) = (pull.force, pull.most);
-        let mut gradient = [0.0; 12];
-        for (i, side) in sides[..count].iter().enumerate() {
-            let (t, next) = (side.direction(), (i + 1) % count);
-            add_vector(&mut gradient, 3 * i, &-t);
-            add_vector(&mut gradient, 3 * next, &t);
-            if let Some(k) = &mut answer.tangent {
-                add_pair(k, n, 3 * i, 3 * next, &side.tangent(0.0, pull.force));
-            }
-        }
-        add_scaled(answer.force, pull.force, &gradient);
-        let slope = match answer.slack {
-            Slack::Taut => self.law.stiffest(),
-            Slack::Regularised(part) if pull.slope == 0.0 => part * self.law.stiffest(),
-            _ => pull.slope,
-        };
+        let slack = answer.slack;
+        formulas!(self, |ring| {
+            let pull = ring.pull(&places(u), &(history[MOST], []));
+            answer.force.copy_from_slice(pull.force.as_flattened());
+            (answer.tension, answer.history[MOST]) = (pull.tension, pull.most.0);
+        });
         if let Some(k) = &mut answer.tangent {
-            add_square(k, n, slope, &gradient, &gradient);
-        }
-        match count {
-            4 => self.add_oval(u, &OF_FOUR, answer),
-            3 => self.add_oval(u, &OF_THREE, answer),
-            _ => (),
+            match self.nodes.len() {
+                2 => self.add_tangent::<2>(u, history, slack, k),
+                3 => self.add_tangent::<3>(u, history, slack, k),
+                _ => self.add_tangent::<4>(u, history, slack, k),
+            }
         }
     }
 
     fn energy(&self, u: &[f64], history: &[f64]) -> Energy {
-        let start = self.energies(&[0.0; 12], &self.start_history());
+        let start = formulas!(self, |ring| ring.modelled());
         let lost = history[LOST] - start.1;
         if history[BROKEN] > 0.0 {
             let dissipated = lost + self.law.energy(0.0, history[MOST]).1;
@@ -257,15 +201,13 @@ impl Element for WireRing {
         Energy { stored: stored - start.0, dissipated: lost + dissipated }
     }
 
-    /// Far from breaking that of a ring whose strand is turned by 180 degrees.
     fn utilisation_bound(&self, u: &[f64], history: &[f64]) -> f64 {
-        let tension = self.tension(u, history);
-        let most = tension / self.strength.at(PI);
-        if most < FAR { most } else { tension / self.bears(u) }
+        formulas!(self, |ring| ring.share(&places(u), ring.tension(&places(u), 0.0, history[MOST])))
     }
 
     fn breaks(&self, u: &[f64], history: &mut [f64]) -> bool {
-        if history[BROKEN] > 0.0 || self.tension(u, history) <= self.bears(u) {
+        let bears = || formulas!(self, |ring| ring.bears(&places(u)));
+        if history[BROKEN] > 0.0 || self.tension(u, history) <= bears() {
             return false;
         }
         let (stored, dissipated) = self.energies(u, history);
@@ -281,7 +223,7 @@ impl Element for WireRing {
     }
 
     fn utilisation(&self, u: &[f64], force: f64) -> f64 {
-        force / self.bears(u)
+        force / formulas!(self, |ring| ring.bears(&places(u)))
     }
 
     fn line_forces(&self, u: &[f64], history: &[f64], forces: &mut [f64]) {

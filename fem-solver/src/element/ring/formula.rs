@@ -13,8 +13,36 @@ use super::Mechanism;
 /// A vector.
 pub type Vector = [f64; 3];
 
+/// A law of rings over `N` nodes whose history is a largest extension of the perimeter and `W` more, with the sides of one ring.
+pub trait Formula<const N: usize, const W: usize>: Copy + PartialEq {
+    /// The same over other sides as modelled [m].
+    fn over(self, spans: [Vector; N]) -> Self;
+
+    /// Its sides as modelled [m].
+    fn spans(&self) -> [Vector; N];
+
+    /// Stored and dissipated energy as modelled [J], which do not count.
+    fn modelled(&self) -> (f64, f64);
+
+    /// Its answer where its nodes are displaced by `u` [m], after the largest extensions `most` [m].
+    fn pull(&self, u: &[Vector; N], most: &(f64, [f64; W])) -> RingPull<N, W>;
+
+    /// Force of the perimeter [N] where that is so much `longer` [m] than there.
+    fn tension(&self, u: &[Vector; N], longer: f64, most: f64) -> f64;
+
+    /// Stored and dissipated energy [J] there, ruptures apart.
+    fn energy(&self, u: &[Vector; N], most: &(f64, [f64; W])) -> (f64, f64);
+
+    /// Force of the perimeter that it bears wherever its nodes are [N]; infinite = any.
+    fn strength(&self) -> f64;
+
+    /// Share of its strength there that the force `tension` [N] of the perimeter uses; or an upper bound below
+    /// [`crate::element::FAR`].
+    fn share(&self, u: &[Vector; N], tension: f64) -> f64;
+}
+
 /// What a mechanism needs without easing.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Stiffnesses {
     /// Length beyond which it acts [m].
     pub start: f64,
@@ -53,7 +81,7 @@ impl Stiffnesses {
 }
 
 /// A ring: its sides as modelled [m] and its mechanisms.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RingConstants<const N: usize> {
     /// From each node to the next.
     pub spans: [Vector; N],
@@ -61,6 +89,8 @@ pub struct RingConstants<const N: usize> {
     pub perimeter: Stiffnesses,
     /// Each width.
     pub width: Stiffnesses,
+    /// Force of the perimeter at which it breaks [N]; infinite = never.
+    pub rupture: f64,
 }
 
 /// The sides of a ring [m].
@@ -94,16 +124,17 @@ pub const fn coefficient<const N: usize>(j: usize, a: usize) -> f64 {
     }
 }
 
+/// Length of a vector.
 #[inline(always)]
-fn norm([x, y, z]: Vector) -> f64 {
+pub fn norm([x, y, z]: Vector) -> f64 {
     (x * x + y * y + z * z).sqrt()
 }
 
-impl<const N: usize> RingConstants<N> {
-    /// The sides where its nodes are displaced by `u` [m].
+impl<const N: usize> RingSides<N> {
+    /// Those that are `spans` [m] as modelled, where the nodes are displaced by `u` [m].
     #[inline(always)]
-    pub fn sides(&self, u: &[Vector; N]) -> RingSides<N> {
-        let mut sides = RingSides { spans: self.spans, lengths: [0.0; N], perimeter: 0.0 };
+    pub fn new(spans: &[Vector; N], u: &[Vector; N]) -> Self {
+        let mut sides = Self { spans: *spans, lengths: [0.0; N], perimeter: 0.0 };
         for i in 0..N {
             for c in 0..3 {
                 sides.spans[i][c] += u[(i + 1) % N][c] - u[i][c];
@@ -113,7 +144,9 @@ impl<const N: usize> RingConstants<N> {
         }
         sides
     }
+}
 
+impl<const N: usize> RingConstants<N> {
     /// The widths as vectors [m].
     #[inline(always)]
     pub fn widths<const W: usize>(&self, u: &[Vector; N]) -> [Vector; W] {
@@ -131,11 +164,25 @@ impl<const N: usize> RingConstants<N> {
         }
         widths
     }
+}
 
-    /// Its answer where its nodes are displaced by `u` [m], after the largest extensions `most` [m].
+impl<const N: usize, const W: usize> Formula<N, W> for RingConstants<N> {
     #[inline(always)]
-    pub fn pull<const W: usize>(&self, u: &[Vector; N], most: &(f64, [f64; W])) -> RingPull<N, W> {
-        let sides = self.sides(u);
+    fn over(self, spans: [Vector; N]) -> Self {
+        Self { spans, ..self }
+    }
+
+    fn spans(&self) -> [Vector; N] {
+        self.spans
+    }
+
+    fn modelled(&self) -> (f64, f64) {
+        (self.energy(&[[0.0; 3]; N], &(0.0, [0.0; W])).0, 0.0)
+    }
+
+    #[inline(always)]
+    fn pull(&self, u: &[Vector; N], most: &(f64, [f64; W])) -> RingPull<N, W> {
+        let sides = RingSides::new(&self.spans, u);
         let (tension, stretched) = self.perimeter.force(sides.perimeter, most.0);
         let mut pull = RingPull { force: [[0.0; 3]; N], tension, most: (stretched, most.1) };
         let mut along = sides.spans;
@@ -166,15 +213,29 @@ impl<const N: usize> RingConstants<N> {
         pull
     }
 
-    /// Stored and dissipated energy [J] there, ruptures apart.
     #[inline(always)]
-    pub fn energy<const W: usize>(&self, u: &[Vector; N], most: &(f64, [f64; W])) -> (f64, f64) {
-        let (mut stored, mut dissipated) = self.perimeter.energy(self.sides(u).perimeter, most.0);
+    fn tension(&self, u: &[Vector; N], longer: f64, most: f64) -> f64 {
+        self.perimeter.force(RingSides::new(&self.spans, u).perimeter + longer, most).0
+    }
+
+    #[inline(always)]
+    fn energy(&self, u: &[Vector; N], most: &(f64, [f64; W])) -> (f64, f64) {
+        let perimeter = RingSides::new(&self.spans, u).perimeter;
+        let (mut stored, mut dissipated) = self.perimeter.energy(perimeter, most.0);
         for (j, width) in self.widths::<W>(u).into_iter().enumerate() {
             let own = self.width.energy(norm(width), most.1[j]);
             stored += own.0;
             dissipated += own.1;
         }
         (stored, dissipated)
+    }
+    #[inline(always)]
+    fn strength(&self) -> f64 {
+        self.rupture
+    }
+
+    #[inline(always)]
+    fn share(&self, _u: &[Vector; N], tension: f64) -> f64 {
+        tension / self.rupture
     }
 }

@@ -24,6 +24,8 @@
 //!
 //! Against wires of elastic-plastic fibres (3 mm, ring of 0.3 m, 2 to 4 contacts, no friction, thin) the tension is off by -14 to
 //! +9 % at all extensions; unloading sets free 0.43 to 0.67 `N_m d / 1.3`, here 0.57.
+//!
+//! Computed without branches: several rings at a time, each to the same bytes as alone.
 
 use std::f64::consts::PI;
 
@@ -125,11 +127,13 @@ impl Tightening {
     }
 
     /// Extension where bending becomes plastic [m].
+    #[inline(always)]
     pub fn first_yield(&self) -> f64 {
         (1.0 + ROUNDING) * self.back(self.yields).0
     }
 
     /// The way from the tension `force` back to slack [m], over that along the tangent, too.
+    #[inline(always)]
     fn back(&self, force: f64) -> (f64, f64) {
         let (stretch, bends) = (self.stretch * force, self.bend / force);
         let way = stretch + SPRING_BACK * bends;
@@ -137,57 +141,71 @@ impl Tightening {
     }
 
     /// Tension at the extension `e` where all of that is plastic [N].
+    #[inline(always)]
     fn plastic(&self, e: f64) -> f64 {
         let gap = self.free - e;
         let root = (gap * gap + 4.0 * self.stretch * self.bend).sqrt();
         // Without the cancellation on either side.
-        if gap > 0.0 { 2.0 * self.bend / (gap + root) } else { (root - gap) / (2.0 * self.stretch) }
+        let (over, under) =
+            if gap > 0.0 { (2.0 * self.bend, gap + root) } else { (root - gap, 2.0 * self.stretch) };
+        over / under
+    }
+
+    /// The larger of this and the extension where bending becomes plastic [m].
+    #[inline(always)]
+    fn yielded(&self, most: f64) -> f64 {
+        let first = self.first_yield();
+        if most > first { most } else { first }
     }
 
     /// Its answer at the extension `e` after the largest extension `most` [m].
+    #[inline(always)]
     pub fn pull(&self, e: f64, most: f64) -> Pull {
-        let largest = most.max(self.first_yield());
-        if e >= largest {
-            let force = self.plastic(e);
-            let slope = 1.0 / (self.stretch + self.bend / (force * force));
-            return Pull { force, slope, most: e };
-        }
-        let top = self.plastic(largest);
+        let largest = self.yielded(most);
+        let draws = e >= largest;
+        let top = self.plastic(if draws { e } else { largest });
         let (back, steep) = self.back(top);
         let (share, slope, _) = self.unloading(1.0 - (largest - e) / back, steep);
-        Pull { force: top * share, slope: top * slope / back, most }
+        let drawn = 1.0 / (self.stretch + self.bend / (top * top));
+        Pull {
+            force: if draws { top } else { top * share },
+            slope: if draws { drawn } else { top * slope / back },
+            most: if draws { e } else { most },
+        }
     }
 
     /// Stored and dissipated energy [J] there; both are 0 in the round ring.
+    #[inline(always)]
     pub fn energy(&self, e: f64, most: f64) -> (f64, f64) {
-        let largest = e.max(most).max(self.first_yield());
-        let held = |force: f64, beyond: f64| {
-            let (back, steep) = self.back(force);
-            force * back * self.unloading(1.0 - beyond / back, steep).2
-        };
+        let largest = self.yielded(if e > most { e } else { most });
         let (top, yields) = (self.plastic(largest), self.yields);
         // Of stretch, and of plastic bends, from the first yield on.
         let since = 0.5 * self.stretch * (top * top - yields * yields) + self.bend * (top / yields).ln();
-        (held(top, largest - e), held(yields, 0.0) + since - held(top, 0.0))
+        let dissipated = self.held(yields, 0.0) + since - self.held(top, 0.0);
+        (self.held(top, largest - e), dissipated)
+    }
+
+    /// Energy stored so far `beyond` the extension [m] that the tension `force` has drawn out [J].
+    #[inline(always)]
+    fn held(&self, force: f64, beyond: f64) -> f64 {
+        let (back, steep) = self.back(force);
+        force * back * self.unloading(1.0 - beyond / back, steep).2
     }
 
     /// Shape of unloading at `y`, with this slope at 1: its value, slope and integral from slack on.
+    #[inline(always)]
     fn unloading(&self, y: f64, steep: f64) -> (f64, f64, f64) {
         const R: f64 = ROUNDING;
-        let (value, slope, integral) = match y {
-            y if y <= -R => return (0.0, 0.0, 0.0),
-            y if y < R => {
-                let z = y + R;
-                (z * z / (4.0 * R), z / (2.0 * R), z * z * z / (12.0 * R))
-            }
-            y => (y, 1.0, 0.5 * y * y + R * R / 6.0),
-        };
-        let (k, z) = (self.late, y.max(0.0));
+        let (rounded, x) = (y < R, if y > -R { y + R } else { 0.0 });
+        let value = if rounded { x * x * (1.0 / (4.0 * R)) } else { y };
+        let slope = if rounded { x * (1.0 / (2.0 * R)) } else { 1.0 };
+        let integral = if rounded { x * x * x * (1.0 / (12.0 * R)) } else { 0.5 * y * y + R * R / 6.0 };
+        let (k, z) = (self.late, if y > 0.0 { y } else { 0.0 });
         let (a, b) = (3.0 - 2.0 * k - steep, k + steep - 2.0);
         (
             k * value + z * z * (a + b * z),
             k * slope + z * (2.0 * a + 3.0 * b * z),
-            k * integral + z * z * z * (a / 3.0 + 0.25 * b * z),
+            k * integral + z * z * z * (a * (1.0 / 3.0) + 0.25 * b * z),
         )
     }
 }
@@ -223,6 +241,12 @@ impl Strength {
         } else {
             self.straight / (1.0 + self.loss * (angle / PI).powf(self.power))
         }
+    }
+
+    /// Where a contact turns it by 180 degrees: the least.
+    #[inline(always)]
+    pub fn turned_back(&self) -> f64 {
+        self.straight / (1.0 + self.loss)
     }
 
     /// Share of the strength that a turn of 180 degrees leaves of so many wires: `0.45 (1 - 1.35 / n)`, of fewer than 3 as of 3.

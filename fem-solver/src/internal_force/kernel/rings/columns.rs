@@ -6,7 +6,7 @@
 )]
 
 use super::{Lanes, WIDTH};
-use crate::element::ring::formula::{RingConstants, RingPull, Stiffnesses, Vector};
+use crate::element::ring::formula::{Formula, RingPull, Vector};
 use pulp::Arch;
 
 /// A vector at each of `N` nodes.
@@ -14,12 +14,11 @@ pub type NodeLanes<const N: usize> = [[Lanes; 3]; N];
 
 const ZERO: Lanes = [0.0; WIDTH];
 
-/// Constants of each ring.
-#[derive(Debug, Clone)]
-pub struct BlockConstants<const N: usize> {
-    spans: NodeLanes<N>,
-    perimeter: [Lanes; 4],
-    width: [Lanes; 4],
+/// The sides of each ring as modelled, and the law that they share.
+#[derive(Debug, Clone, Copy)]
+pub struct BlockConstants<const N: usize, F> {
+    pub spans: NodeLanes<N>,
+    pub law: F,
 }
 
 /// What the rings of a block are given, and what they answer.
@@ -58,35 +57,25 @@ impl<const N: usize, const W: usize> Default for BlockMemory<N, W> {
     }
 }
 
-impl<const N: usize> BlockConstants<N> {
-    /// Of these rings.
-    pub fn new(rings: &[RingConstants<N>; WIDTH]) -> Self {
-        let span = |a: usize, c: usize| rings.map(|ring| ring.spans[a][c]);
-        let columns = |of: [Stiffnesses; WIDTH]| {
-            [of.map(|m| m.start), of.map(|m| m.loading), of.map(|m| m.unloading), of.map(|m| m.lost)]
-        };
-        Self {
-            spans: std::array::from_fn(|a| [0, 1, 2].map(|c| span(a, c))),
-            perimeter: columns(rings.map(|ring| ring.perimeter)),
-            width: columns(rings.map(|ring| ring.width)),
-        }
-    }
-
-    /// The constants of one of them.
+impl<const N: usize, F> BlockConstants<N, F> {
+    /// The formulas of one of the rings.
     #[inline(always)]
-    fn ring(&self, l: usize) -> RingConstants<N> {
-        let mechanism = |of: &[Lanes; 4]| Stiffnesses {
-            start: of[0][l],
-            loading: of[1][l],
-            unloading: of[2][l],
-            lost: of[3][l],
-        };
-        RingConstants {
-            spans: lane(&self.spans, l),
-            perimeter: mechanism(&self.perimeter),
-            width: mechanism(&self.width),
-        }
+    fn ring<const W: usize>(&self, l: usize) -> F
+    where
+        F: Formula<N, W>,
+    {
+        self.law.over(lane(&self.spans, l))
     }
+}
+
+/// Compute this in the widest registers of the processor.
+///
+/// The bound makes closures such that they are called once: one that could be called again is called through a function of its own,
+/// which is compiled for the narrowest registers. What a loop over rings reads beside the memory it writes to is a copy of its own:
+/// so short a loop is left as it is if it would have to find out first whether both overlap.
+#[inline(always)]
+fn wide<R>(what: impl FnOnce() -> R) -> R {
+    Arch::new().dispatch(what)
 }
 
 /// The vectors of one ring.
@@ -115,15 +104,15 @@ impl<const N: usize, const W: usize> BlockMemory<N, W> {
 
     /// Force, history and tension, where each node goes `farthest` [m] on: a side changes by at most twice that, and the force of a
     /// perimeter grows with its length.
-    pub fn pull(&mut self, constants: &BlockConstants<N>, farthest: f64) {
-        let longer = 2.0 * N as f64 * farthest;
-        Arch::new().dispatch(
+    pub fn pull<F: Formula<N, W>>(&mut self, constants: &BlockConstants<N, F>, farthest: f64) {
+        wide(
             #[inline(always)]
             || {
+                let (constants, longer) = (*constants, 2.0 * N as f64 * farthest);
                 for l in 0..WIDTH {
                     let (ring, u, had) = (constants.ring(l), lane(&self.u, l), self.had(l));
-                    let RingPull { force, tension, most } = ring.pull::<W>(&u, &had);
-                    let (bound, _) = ring.perimeter.force(ring.sides(&u).perimeter + longer, had.0);
+                    let RingPull { force, tension, most } = ring.pull(&u, &had);
+                    let bound = ring.tension(&u, longer, had.0);
                     let broken = self.broken[l] > 0.0;
                     self.tension[l] = if broken { 0.0 } else { tension };
                     self.bound[l] = if broken { 0.0 } else { bound };
@@ -141,31 +130,45 @@ impl<const N: usize, const W: usize> BlockMemory<N, W> {
         );
     }
 
+    /// What no share of the first `count` rings exceeds by the end of the explicit step.
+    pub fn share_bound<F: Formula<N, W>>(&self, constants: &BlockConstants<N, F>, count: usize) -> f64 {
+        self.bound[..count].iter().copied().fold(0.0, f64::max) / constants.law.strength()
+    }
+
+    /// Largest share of its strength that any of the first `count` rings uses at the displacements in `ahead`, or an upper bound below
+    /// [`crate::element::FAR`].
+    pub fn share_ahead<F: Formula<N, W>>(&self, constants: &BlockConstants<N, F>, count: usize) -> f64 {
+        let tensions = self.tensions(constants, &self.ahead);
+        let share = |l: usize| constants.ring(l).share(&lane(&self.ahead, l), tensions[l]);
+        (0..count).map(share).fold(0.0, f64::max)
+    }
+
     /// What each perimeter carries at the displacements `u`, 0 where it is broken.
-    pub fn tensions(&self, constants: &BlockConstants<N>, u: &NodeLanes<N>) -> Lanes {
-        let mut tensions = ZERO;
-        Arch::new().dispatch(
+    pub fn tensions<F: Formula<N, W>>(&self, constants: &BlockConstants<N, F>, u: &NodeLanes<N>) -> Lanes {
+        wide(
             #[inline(always)]
             || {
+                let (constants, u, most, broken) = (*constants, *u, self.had.1, self.broken);
+                let mut tensions = ZERO;
                 for l in 0..WIDTH {
-                    let ring = constants.ring(l);
-                    let (tension, _) = ring.perimeter.force(ring.sides(&lane(u, l)).perimeter, self.had.1[l]);
-                    tensions[l] = if self.broken[l] > 0.0 { 0.0 } else { tension };
+                    let tension = constants.ring(l).tension(&lane(&u, l), 0.0, most[l]);
+                    tensions[l] = if broken[l] > 0.0 { 0.0 } else { tension };
                 }
+                tensions
             },
-        );
-        tensions
+        )
     }
 
     /// Energies and tensions.
-    pub fn measure(&mut self, constants: &BlockConstants<N>) {
-        Arch::new().dispatch(
+    pub fn measure<F: Formula<N, W>>(&mut self, constants: &BlockConstants<N, F>) {
+        wide(
             #[inline(always)]
             || {
+                let constants = *constants;
                 for l in 0..WIDTH {
                     let (ring, u, had) = (constants.ring(l), lane(&self.u, l), self.had(l));
-                    (self.stored[l], self.dissipated[l]) = ring.energy::<W>(&u, &had);
-                    let (tension, _) = ring.perimeter.force(ring.sides(&u).perimeter, had.0);
+                    (self.stored[l], self.dissipated[l]) = ring.energy(&u, &had);
+                    let tension = ring.tension(&u, 0.0, had.0);
                     self.tension[l] = if self.broken[l] > 0.0 { 0.0 } else { tension };
                 }
             },

@@ -1,16 +1,19 @@
-//! Rings, several at a time: force, history and energy, to the same bytes as [`crate::element::Ring`] alone.
+//! Rings, several at a time: force, history and energy, to the same bytes as [`crate::element::Ring`] or
+//! [`crate::element::WireRing`] alone.
 //!
-//! Rings that follow each other among the elements and have as many nodes form blocks of up to [`WIDTH`], with each quantity in
-//! a column. A block is gathered, computed in wide registers by the formulas of [`crate::element::ring::formula`], and handed
-//! back. Where the nodes of neighbours have consecutive numbers, as in the rows of a generated net, nodes are columns of the
+//! Rings that follow each other among the elements, of one law with the same numbers and as many nodes, form blocks of up to
+//! [`WIDTH`], with each quantity in a column. A block is gathered, computed in wide registers by the [`Formula`] of its law, and
+//! handed back. Where the nodes of neighbours have consecutive numbers, as in the rows of a generated net, nodes are columns of the
 //! structure already, and blocks end where rows do. Forces are handed back node by node of the rings: in a generated net
 //! every node takes them in the order of the elements, as it does of rings one by one.
 
 mod columns;
 
 use self::columns::{BlockConstants, BlockMemory, NodeLanes};
+use crate::element::ring::formula::{Formula, RingConstants};
 use crate::element::ring::{BROKEN, PERIMETER, WIDTHS};
-use crate::element::{AnyElement, Element, Energy, FAR, Ring};
+use crate::element::wire_ring::formula::WireConstants;
+use crate::element::{AnyElement, Energy, FAR};
 use std::ops::Range;
 
 /// Rings that are computed together.
@@ -29,6 +32,8 @@ pub struct Rings {
     block_of: Vec<Option<u32>>,
     three: BlockMemory<3, 3>,
     four: BlockMemory<4, 2>,
+    wire_three: BlockMemory<3, 0>,
+    wire_four: BlockMemory<4, 0>,
 }
 
 /// Up to [`WIDTH`] rings.
@@ -40,19 +45,21 @@ struct RingBlock {
     nodes: usize,
     /// Where the history of the first begins; the others follow it.
     history: usize,
-    /// Force of the perimeter at which each breaks [N], and whether any of them can.
-    strength: Lanes,
-    breakable: bool,
-    /// Energy as modelled [J].
-    modelled: Lanes,
+    /// Energies as modelled [J], stored and dissipated.
+    modelled: (Lanes, Lanes),
     constants: BlockKind,
 }
 
-/// Nodes and constants, over 3 or over 4 nodes. Numbers beyond the last ring repeat it.
+/// Nodes and constants. Numbers beyond the last ring repeat it.
+type Own<const N: usize, F> = Box<([SameCorner; N], BlockConstants<N, F>)>;
+
+/// By law and number of nodes.
 #[derive(Debug, Clone)]
 enum BlockKind {
-    Three(Box<([SameCorner; 3], BlockConstants<3>)>),
-    Four(Box<([SameCorner; 4], BlockConstants<4>)>),
+    Three(Own<3, RingConstants<3>>),
+    Four(Own<4, RingConstants<4>>),
+    WireThree(Own<3, WireConstants<3>>),
+    WireFour(Own<4, WireConstants<4>>),
 }
 
 /// The nodes that are at one place of each ring.
@@ -64,39 +71,50 @@ enum SameCorner {
     Each([u32; WIDTH]),
 }
 
-/// Does the same with a block over 3 and over 4 nodes: with its places and columns, and the memory of its kind.
+/// Does the same with a block of any kind: with its places and columns, and the memory of its kind.
 macro_rules! of_kind {
     ($rings:expr, $block:expr, |$places:ident, $columns:ident, $memory:ident| $what:expr) => {
+        of_kind!($rings, $block, |$places, $columns, $memory| $what; Three three, Four four, WireThree wire_three, WireFour wire_four)
+    };
+    ($rings:expr, $block:expr, |$places:ident, $columns:ident, $memory:ident| $what:expr; $($kind:ident $own:ident),*) => {
         match &$block.constants {
-            BlockKind::Three(own) => {
-                let (($places, $columns), $memory) = (&**own, &mut $rings.three);
+            $(BlockKind::$kind(own) => {
+                let (($places, $columns), $memory) = (&**own, &mut $rings.$own);
                 $what
-            }
-            BlockKind::Four(own) => {
-                let (($places, $columns), $memory) = (&**own, &mut $rings.four);
-                $what
-            }
+            })*
         }
     };
+}
+
+/// The formulas of a ring over so many nodes, where it is one.
+fn ring<const N: usize>(element: &AnyElement) -> Option<RingConstants<N>> {
+    match element {
+        AnyElement::Ring(ring) if ring.nodes.len() == N && !ring.is_eased() => Some(ring.constants()),
+        _ => None,
+    }
+}
+
+/// The same of a ring of wire.
+fn wire_ring<const N: usize>(element: &AnyElement) -> Option<WireConstants<N>> {
+    match element {
+        AnyElement::WireRing(ring) if ring.nodes.len() == N => Some(ring.constants()),
+        _ => None,
+    }
 }
 
 impl Rings {
     /// The rings among `elements` between `nodes` nodes, where `history` says where the history of each element begins.
     pub fn new(elements: &[AnyElement], nodes: usize, history: impl Fn(usize) -> usize) -> Self {
-        let rings = elements.iter().map(|element| match element {
-            AnyElement::Ring(ring) if !ring.is_eased() => Some(ring),
-            _ => None,
-        });
-        let rings: Vec<Option<&Ring>> = rings.collect();
-        let mut all = Self::default();
-        let mut next = 0;
-        while let Some(first) = (next..rings.len()).find(|i| rings[*i].is_some()) {
-            let own: Vec<&Ring> = rings[first..].iter().take(WIDTH).map_while(|ring| *ring).collect();
-            let count = together(&own);
-            all.block_of.resize(rings.len(), None);
-            all.block_of[first..first + count].fill(Some(all.blocks.len() as u32));
-            all.blocks.push(RingBlock::new(&own[..count], first, nodes, history(first)));
-            next = first + count;
+        let (mut all, mut next) = (Self::default(), 0);
+        while next < elements.len() {
+            let Some(block) = RingBlock::first_of(&elements[next..], (next, nodes, history(next))) else {
+                next += 1;
+                continue;
+            };
+            next = block.elements.end;
+            all.block_of.resize(elements.len(), None);
+            all.block_of[block.elements.clone()].fill(Some(all.blocks.len() as u32));
+            all.blocks.push(block);
         }
         all
     }
@@ -123,22 +141,17 @@ impl Rings {
         history: &[f64],
     ) -> f64 {
         let block = &self.blocks[block];
-        let share = |forces: &Lanes| {
-            let shares = forces.iter().zip(&block.strength).take(block.count());
-            shares.fold(0.0, |most, (force, strength)| f64::max(most, force / strength))
-        };
         of_kind!(self, block, |places, columns, memory| {
             memory.gather(block, places, middle, history);
             memory.pull(columns, farthest);
             // Mostly no ring is near its strength, however its nodes go on.
-            let bound = if block.breakable { share(&memory.bound) } else { 0.0 };
+            let bound = memory.share_bound(columns, block.count());
             if bound < FAR {
-                bound
-            } else {
-                gather(places, block.nodes, start, &mut memory.ahead);
-                memory.look_ahead();
-                share(&memory.tensions(columns, &memory.ahead))
+                return bound;
             }
+            gather(places, block.nodes, start, &mut memory.ahead);
+            memory.look_ahead();
+            memory.share_ahead(columns, block.count())
         })
     }
 
@@ -182,34 +195,48 @@ impl Rings {
 }
 
 /// How many of these rings, the first and those that follow it, make a block.
-fn together(rings: &[&Ring]) -> usize {
-    let first = rings[0];
-    let alike = rings.iter().take_while(|ring| ring.nodes.len() == first.nodes.len()).count();
-    let in_row = |l: &usize| rings[*l].nodes.iter().zip(&first.nodes).all(|(node, from)| *node == from + l);
-    let row = (0..alike).take_while(in_row).count();
-    if row >= SHORTEST_ROW { row } else { alike }
+fn together(rings: &[AnyElement]) -> usize {
+    let first = rings[0].nodes();
+    let in_row = |l: &usize| rings[*l].nodes().iter().zip(first).all(|(node, from)| *node == from + l);
+    let row = (0..rings.len()).take_while(in_row).count();
+    if row >= SHORTEST_ROW { row } else { rings.len() }
 }
 
 impl RingBlock {
-    fn new(rings: &[&Ring], first: usize, nodes: usize, history: usize) -> Self {
-        let lanes: [&Ring; WIDTH] = std::array::from_fn(|l| rings[l.min(rings.len() - 1)]);
-        let place = |a: usize| SameCorner::new(rings, lanes.map(|ring| ring.nodes[a]), nodes);
-        let (constants, modelled) = if lanes[0].nodes.len() == 3 {
-            let columns = columns_of::<3, 3>(&lanes);
-            (BlockKind::Three(Box::new((std::array::from_fn(place), columns.0))), columns.1)
-        } else {
-            let columns = columns_of::<4, 2>(&lanes);
-            (BlockKind::Four(Box::new((std::array::from_fn(place), columns.0))), columns.1)
-        };
-        Self {
+    /// The block that begins with these `elements`, of which the first is number `place.0`, between `place.1` nodes, and has its
+    /// history at `place.2`.
+    fn first_of(elements: &[AnyElement], place: (usize, usize, usize)) -> Option<Self> {
+        Self::new::<3, 3, _>(elements, place, ring, BlockKind::Three)
+            .or_else(|| Self::new::<4, 2, _>(elements, place, ring, BlockKind::Four))
+            .or_else(|| Self::new::<3, 0, _>(elements, place, wire_ring, BlockKind::WireThree))
+            .or_else(|| Self::new::<4, 0, _>(elements, place, wire_ring, BlockKind::WireFour))
+    }
+
+    /// The same of one kind.
+    fn new<const N: usize, const W: usize, F: Formula<N, W>>(
+        elements: &[AnyElement],
+        (first, nodes, history): (usize, usize, usize),
+        formulas: fn(&AnyElement) -> Option<F>,
+        kind: fn(Own<N, F>) -> BlockKind,
+    ) -> Option<Self> {
+        let still = [[0.0; 3]; N];
+        let law = formulas(elements.first()?)?.over(still);
+        let of = |element: &AnyElement| formulas(element).filter(|own| own.over(still) == law);
+        let alike = elements.iter().take(WIDTH).take_while(|element| of(element).is_some()).count();
+        let rings = &elements[..together(&elements[..alike])];
+        let lanes: [&AnyElement; WIDTH] = std::array::from_fn(|l| &rings[l.min(rings.len() - 1)]);
+        let place = |a: usize| SameCorner::new(rings.len(), lanes.map(|ring| ring.nodes()[a]), nodes);
+        let constants = lanes.map(|ring| of(ring).unwrap_or(law));
+        let modelled = constants.map(|ring| ring.modelled());
+        let spans = constants.map(|ring| ring.spans());
+        let spans = std::array::from_fn(|a| [0, 1, 2].map(|c| spans.map(|of| of[a][c])));
+        Some(Self {
             elements: first..first + rings.len(),
             nodes,
             history,
-            strength: lanes.map(|ring| ring.rupture),
-            breakable: rings.iter().any(|ring| Element::constants(*ring).can_break),
-            modelled,
-            constants,
-        }
+            modelled: (modelled.map(|energy| energy.0), modelled.map(|energy| energy.1)),
+            constants: kind(Box::new((std::array::from_fn(place), BlockConstants { spans, law }))),
+        })
     }
 
     fn count(&self) -> usize {
@@ -219,25 +246,14 @@ impl RingBlock {
     #[cfg(test)]
     fn is_row(&self) -> bool {
         let in_row = |place: &SameCorner| matches!(place, SameCorner::Row(_));
-        match &self.constants {
-            BlockKind::Three(own) => own.0.iter().all(in_row),
-            BlockKind::Four(own) => own.0.iter().all(in_row),
-        }
+        of_kind!(Rings::default(), self, |places, _columns, _memory| places.iter().all(in_row))
     }
 }
 
-/// Constants of rings, and their energies as modelled [J].
-fn columns_of<const N: usize, const W: usize>(lanes: &[&Ring; WIDTH]) -> (BlockConstants<N>, Lanes) {
-    let constants = lanes.map(|ring| ring.constants::<N>());
-    let still = ([[0.0; 3]; N], (0.0, [0.0; W]));
-    let modelled = constants.map(|ring| ring.energy::<W>(&still.0, &still.1).0);
-    (BlockConstants::new(&constants), modelled)
-}
-
 impl SameCorner {
-    /// At these nodes, of which there are `nodes` in all.
-    fn new(rings: &[&Ring], own: [usize; WIDTH], nodes: usize) -> Self {
-        let row = (0..rings.len()).all(|l| own[l] == own[0] + l);
+    /// At these nodes of so many rings; there are `nodes` in all.
+    fn new(count: usize, own: [usize; WIDTH], nodes: usize) -> Self {
+        let row = (0..count).all(|l| own[l] == own[0] + l);
         // What a row has beyond the last ring is computed and left.
         if row && own[0] + WIDTH <= nodes {
             Self::Row(own[0])
@@ -309,8 +325,8 @@ impl<const N: usize, const W: usize> BlockMemory<N, W> {
             return false;
         }
         for l in own {
-            sum.stored += self.stored[l] - block.modelled[l];
-            sum.dissipated += self.dissipated[l];
+            sum.stored += self.stored[l] - block.modelled.0[l];
+            sum.dissipated += self.dissipated[l] - block.modelled.1[l];
         }
         true
     }

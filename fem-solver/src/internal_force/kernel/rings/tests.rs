@@ -1,41 +1,74 @@
 use super::*;
 use crate::element::ring::Mechanism;
 use crate::element::tests::checks::random;
-use crate::element::{Answer, Slack};
+use crate::element::wire_ring::law::{Bundle, Strength, Tightening};
+use crate::element::{Answer, Ring, Slack, WireRing};
 use crate::linear_algebra::lanes::longest_displacement;
 use nalgebra::Vector3;
 
-/// Rings over `count` nodes each in rows of `columns`, then some over any nodes; all somewhat different.
-fn net(count: usize, columns: usize, random: &mut impl FnMut() -> f64) -> (Vec<AnyElement>, usize) {
+/// A ring over these nodes and sides, of a law whose numbers are off by 5 % of `off`, that breaks or not.
+type Make = fn(Vec<usize>, Vec<Vector3<f64>>, [f64; 4], bool) -> AnyElement;
+
+fn ring(nodes: Vec<usize>, spans: Vec<Vector3<f64>>, off: [f64; 4], breaks: bool) -> AnyElement {
+    let [a, b, c, d] = off.map(|off| 1.0 + 0.05 * off);
+    let mechanism = |start, stiffness, unloading| Mechanism { start, stiffness, unloading, ease: 0.0 };
+    let (perimeter, width) = (mechanism(1.2 * a, 2e5 * b, 3.0), mechanism(0.42 * c, 1e4 * d, 100.0));
+    let rupture = if breaks { 2e4 } else { f64::INFINITY };
+    Ring { nodes, spans, perimeter, width, mass: 0.6, radius: 0.0, rupture }.into()
+}
+
+fn wire_ring(nodes: Vec<usize>, spans: Vec<Vector3<f64>>, off: [f64; 4], breaks: bool) -> AnyElement {
+    let [a, b, c, d] = off.map(|off| 1.0 + 0.05 * off);
+    let bundle =
+        Bundle { turns: 7.0, wire: 3e-3 * a, diameter: 0.4 * b, young: 1.5e11 * c, yields: 1.7e9 * d };
+    let strength = if breaks {
+        Strength::new(1.77e9 * bundle.area(), [0.55, 0.37])
+    } else {
+        Strength::even(f64::INFINITY)
+    };
+    WireRing {
+        law: Tightening::new(&bundle, nodes.len()),
+        oval: (bundle.first_stiffness(), 8.0 * bundle.plastic_moment() / bundle.diameter),
+        section: bundle.area(),
+        diameter: bundle.diameter,
+        thickness: bundle.thickness(),
+        mass: 0.6,
+        radius: 0.0,
+        nodes,
+        spans,
+        strength,
+    }
+    .into()
+}
+
+/// Rings over `count` nodes each in rows of `columns`, then some over any nodes; a few of one law, then a few of another.
+fn net(
+    make: Make,
+    (count, columns): (usize, usize),
+    random: &mut impl FnMut() -> f64,
+) -> (Vec<AnyElement>, usize) {
     let rows = 3;
     let row = columns + 1;
     let nodes = row * (rows + 1);
     let place = |node: usize| Vector3::new((node % row) as f64, (node / row) as f64, 0.0) * 0.3;
-    let mut rings = Vec::new();
+    let (mut rings, mut off) = (Vec::new(), [0.0; 4]);
     for k in 0..rows * columns + 5 {
         let (i, j) = (k % columns, k / columns);
         let corners = [j * row + i, j * row + i + 1, (j + 1) * row + i + 1, (j + 1) * row + i];
         let own = if j < rows { corners } else { [0, 2, 5, 7].map(|step| (k + step) % nodes) };
         let own = own[..count].to_vec();
         let spans = (0..count).map(|a| place(own[(a + 1) % count]) - place(own[a])).collect();
-        let mut mechanism = |start: f64, stiffness: f64, unloading: f64| Mechanism {
-            start: start * (1.0 + 0.05 * random()),
-            stiffness: stiffness * (1.0 + 0.05 * random()),
-            unloading,
-            ease: 0.0,
-        };
-        rings.push(AnyElement::from(Ring {
-            nodes: own,
-            spans,
-            perimeter: mechanism(1.2, 2e5, 3.0),
-            width: mechanism(0.42, 1e4, 100.0),
-            mass: 0.6,
-            radius: 0.0,
-            rupture: if k % 5 == 0 { f64::INFINITY } else { 2e4 },
-        }));
+        if k % 11 == 0 {
+            off = off.map(|_| random());
+        }
+        rings.push(make(own, spans, off, k / 11 != 1));
     }
     (rings, nodes)
 }
+
+const LAWS: [Make; 2] = [ring, wire_ring];
+/// Over 4 and 3 nodes, in rows that make blocks, and in shorter ones.
+const SIZES: [(usize, usize); 4] = [(4, 9), (4, 3), (3, 12), (3, 2)];
 
 /// Displacements at the start of a step, in its middle, and histories, broken and stretched ones among them.
 struct Moment {
@@ -76,10 +109,10 @@ fn alone(element: &AnyElement, u: &[f64], history: &[f64]) -> (Vec<f64>, Vec<f64
 #[test]
 fn blocks_give_the_bytes_of_rings_alone_and_tell_who_bears_the_step() {
     let mut noise = random(21);
-    let (mut bore, mut gave_way, mut rows) = (0, 0, 0);
-    for (count, columns) in [(4, 9), (4, 3), (3, 12), (3, 2)] {
-        let (elements, nodes) = net(count, columns, &mut noise);
-        for _ in 0..40 {
+    for make in LAWS {
+        let (mut bore, mut gave_way, mut rows, mut slack, mut back) = (0, 0, 0, 0, 0);
+        for (size, _) in SIZES.into_iter().flat_map(|size| (0..60).map(move |round| (size, round))) {
+            let (elements, nodes) = net(make, size, &mut noise);
             let Moment { start, middle, history, length } = moment(&elements, nodes, &mut noise);
             let mut rings = Rings::new(&elements, nodes, |i| length * i);
             let mut next = 0;
@@ -89,10 +122,10 @@ fn blocks_give_the_bytes_of_rings_alone_and_tell_who_bears_the_step() {
                 assert!(own.start == next && !own.is_empty() && own.len() <= WIDTH);
                 let (mut force, mut after) = (vec![0.0; 3 * nodes], history.clone());
                 let farthest = longest_displacement(&start, &middle, nodes);
-                let bears = rings.pull_ahead(block, (&start, &middle), farthest, &history) <= 1.0;
+                let used = rings.pull_ahead(block, (&start, &middle), farthest, &history);
                 let largest = rings.hand_back(block, &mut force, &mut after);
                 let (mut force_alone, mut after_alone) = (vec![0.0; 3 * nodes], history.clone());
-                let (mut largest_alone, mut bear_alone) = (0.0, true);
+                let (mut largest_alone, mut used_alone) = (0.0, 0.0);
                 for (i, element) in elements.iter().enumerate().take(own.end).skip(next) {
                     let before = &history[length * i..][..length];
                     let (f, h, tension) = alone(element, &local(element, nodes, &middle), before);
@@ -103,10 +136,15 @@ fn blocks_give_the_bytes_of_rings_alone_and_tell_who_bears_the_step() {
                     largest_alone = f64::max(largest_alone, tension);
                     let end: Vec<f64> = start.iter().zip(&middle).map(|(a, b)| a + 2.0 * (b - a)).collect();
                     let at_end = element.utilisation_bound(&local(element, nodes, &end), before);
-                    bear_alone &= element.is_broken(before) || at_end <= 1.0;
+                    if !element.is_broken(before) {
+                        used_alone = f64::max(used_alone, at_end);
+                        slack += usize::from(tension == 0.0);
+                        back += usize::from(tension > 0.0 && h[PERIMETER] == before[PERIMETER]);
+                    }
                 }
-                assert_eq!((bears, largest.to_bits()), (bear_alone, f64::to_bits(largest_alone)));
-                (bore, gave_way) = (bore + usize::from(bears), gave_way + usize::from(!bears));
+                assert_eq!(largest.to_bits(), f64::to_bits(largest_alone));
+                assert!(used == used_alone || used < FAR && used_alone <= used, "{used} {used_alone}");
+                (bore, gave_way) = (bore + usize::from(used <= 1.0), gave_way + usize::from(used > 1.0));
                 assert_eq!(after, after_alone);
                 // Two rings of one block may share nodes; at these the order of the sum may be another.
                 let size = largest + 1e4;
@@ -117,15 +155,31 @@ fn blocks_give_the_bytes_of_rings_alone_and_tell_who_bears_the_step() {
                 next = own.end;
             }
         }
+        let often = [bore, gave_way, rows, slack, back];
+        assert!(often.iter().all(|times| *times > 40), "{often:?}");
     }
-    assert!(bore > 100 && gave_way > 100 && rows > 100, "{bore} {gave_way} {rows}");
+}
+
+#[test]
+fn blocks_end_where_rings_are_others() {
+    let mut noise = random(5);
+    let [(mut elements, nodes), (others, _)] =
+        [ring as Make, wire_ring].map(|make| net(make, (4, 9), &mut noise));
+    elements.truncate(6);
+    elements.extend_from_slice(&others[6..20]);
+    let (two, _) = net(wire_ring, (2, 9), &mut noise);
+    elements.push(two[0].clone());
+    let rings = Rings::new(&elements, nodes, |i| 5 * i);
+    let ends: Vec<usize> = (0..elements.len()).map(|i| rings.block_at(i).1).collect();
+    assert_eq!(ends, [[6; 6].as_slice(), &[11; 5], &[18; 7], &[20; 2], &[21]].concat());
+    assert_eq!(rings.block_at(20).0, None);
 }
 
 #[test]
 fn energies_and_tensions_of_blocks_are_those_of_rings_alone() {
     let mut noise = random(4);
-    for (count, columns) in [(4, 9), (3, 12)] {
-        let (elements, nodes) = net(count, columns, &mut noise);
+    for (make, size) in LAWS.into_iter().flat_map(|make| SIZES.map(|size| (make, size))) {
+        let (elements, nodes) = net(make, size, &mut noise);
         for _ in 0..20 {
             let Moment { middle, history, length, .. } = moment(&elements, nodes, &mut noise);
             let mut rings = Rings::new(&elements, nodes, |i| length * i);
