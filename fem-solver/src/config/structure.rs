@@ -22,6 +22,8 @@ pub struct StructureConfig {
     pub place: Option<PlaceConfig>,
     /// The ground that nodes lie on. Without it the structure passes through the terrain.
     pub ground: Option<GroundConfig>,
+    /// Contact of lines with lines. Without it parts of the structure pass through each other.
+    pub contact: Option<ContactConfig>,
     /// Properties of every cable, also of a part, that does not state its own.
     pub cable: Option<CableConfig>,
     /// Nodes [m].
@@ -342,6 +344,22 @@ impl Default for GroundConfig {
             except: Vec::new(),
         }
     }
+}
+
+/// Contact between lines of the structure that do not hang together, with friction: rings of one net, a net and a punch.
+///
+/// Each line is a cylinder with the radius of its part and round ends; where lines follow each other in a chain, they are one
+/// rope. Lines connected by nodes never touch each other. `central_difference` alone, as modelled (`form_finding = "none"`).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ContactConfig {
+    /// Parts whose lines take part.
+    pub parts: Vec<String>,
+    /// Force per depth of two lines in each other [N/m], across, and along as long as they stick.
+    pub stiffness: f64,
+    /// Coefficient of friction (Coulomb). Default 0.
+    #[serde(default)]
+    pub friction: f64,
 }
 
 /// Where a mesh file, a generated net or a barrier in axes of its own stands: it is turned about z, then moved.

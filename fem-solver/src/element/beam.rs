@@ -400,7 +400,8 @@ part! {
         /// Shear modulus [Pa]. Default `young / 2.6`.
         shear: Option<f64>,
         /// A section by name, in place of `area`, `inertia` and `torsion`: `HE 160 B`, `HE 160 A` (100 to 300), `CHS 101.6x6.3`
-        /// (tube: diameter and wall in mm), `ROUND 20` (bar). The web of an H lies towards `up`.
+        /// (tube: diameter and wall in mm), `ROUND 20` (bar), `WIRES 7x3` (7 wires of 3 mm side by side, each of which bends about
+        /// its own middle: the bundle of a ring). The web of an H lies towards `up`.
         section: Option<String>,
         /// Section [m2].
         area: Option<f64>,

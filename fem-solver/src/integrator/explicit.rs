@@ -158,6 +158,10 @@ impl Explicit {
         let largest = self.internal.subtract_and_advance(model, u, history, &mut self.force);
         state.events.extend(self.internal.elements.broken.iter().map(|broken| broken.event(time, h)));
         state.yields.extend(Event::all(&self.internal.elements.yielded, time + 0.5 * h));
+        if let Some(contact) = &mut self.internal.contact {
+            let u = (&state.displacement[..], &self.middle[..]);
+            state.dissipated += contact.push(model, u, &mut state.touches, &mut self.force);
+        }
         self.applied.press_on(model, &self.middle, &mut self.force);
         for ((dof, _), velocity) in model.moving.iter().zip(&mut self.support_velocity) {
             *velocity = state.velocity[*dof];

@@ -120,7 +120,8 @@ impl Start {
         let frequency = if statics || tangent.dofs.is_empty() {
             0.0
         } else {
-            highest_frequency(whole, tangent, displacement, history)
+            let own = highest_frequency(whole, tangent, displacement, history);
+            own.hypot(whole.contact.as_ref().map_or(0.0, |lines| lines.frequency(whole)))
         };
         let mut warnings = notes(model, inherited, *smoothed);
         warnings.extend(fallen(model, displacement));

@@ -5,6 +5,7 @@
 //!
 //! - [`assembly`]: the elements one by one; what breaks within a step
 //! - [`kernel`]: all plain cables at once, fast
+//! - [`line_contact`]: lines of the structure that touch each other, in explicit steps
 //! - [`tangent`]: the sparse stiffness of all, and masses for longer steps
 //!
 //! Loads are not part of it: `force` holds them when [`InternalForce::subtract`] takes the internal force from it. What is left
@@ -12,6 +13,7 @@
 
 pub mod assembly;
 pub mod kernel;
+pub mod line_contact;
 pub mod tangent;
 
 use crate::element::Energy;
@@ -19,6 +21,7 @@ use crate::linear_algebra::lanes::longest_displacement;
 use crate::model::Model;
 use assembly::Assembly;
 use kernel::Kernel;
+use line_contact::LineContact;
 
 /// Displacements at which the internal force is asked for.
 #[derive(Debug, Clone, Copy)]
@@ -45,6 +48,8 @@ pub struct InternalForce {
     pub cables: Kernel,
     /// The other elements: their histories, and what of them breaks.
     pub elements: Assembly,
+    /// Lines that touch each other, which explicit steps ask by themselves.
+    pub contact: Option<LineContact>,
     springs: Vec<(usize, f64)>,
 }
 
@@ -54,6 +59,7 @@ impl InternalForce {
         Self {
             cables: Kernel::new(&model.cables, model.node_count()),
             elements: Assembly::with_blocks(model),
+            contact: model.contact.as_ref().map(|lines| LineContact::new(model, lines)),
             springs: model.spring_dofs(),
         }
     }
@@ -105,6 +111,7 @@ impl InternalForce {
 
     /// Number of tiles of the plain cables, where they are all that the structure consists of: an explicit step sweeps over them.
     pub fn tile_count(&self) -> Option<usize> {
-        (self.elements.is_empty() && self.springs.is_empty()).then_some(self.cables.tile_count())
+        (self.elements.is_empty() && self.springs.is_empty() && self.contact.is_none())
+            .then_some(self.cables.tile_count())
     }
 }

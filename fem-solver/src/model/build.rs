@@ -1,6 +1,7 @@
 //! From the table `[structure]` and its parts to a [`Model`], with every input error located.
 
 use super::base::{Base, Cell, Made};
+use super::contact::Lines;
 use super::{Model, Part};
 use crate::config::Config;
 use crate::config::structure::{StructureConfig, Where};
@@ -50,6 +51,7 @@ impl Model {
         model.add_supports(scene, table)?;
         model.lump();
         model.add_ground(scene, config)?;
+        model.contact = Lines::of(scene, config, &model)?;
         model.load(scene, config)?;
         model.check_path(scene, config)?;
         model.check_held_together(scene, config, framed)?;

@@ -9,6 +9,7 @@ pub mod applied;
 mod base;
 mod boundary;
 mod build;
+pub mod contact;
 pub(crate) mod generator;
 pub(crate) mod ground;
 pub mod numbering;
@@ -18,6 +19,7 @@ pub mod validation;
 
 use crate::element::{AnyElement, Cable};
 use crate::read::nearest;
+use contact::Lines;
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::mesh::{Group, InterfaceMesh};
 use nalgebra::Vector3;
@@ -36,6 +38,8 @@ pub struct Model {
     pub elements: Vec<AnyElement>,
     /// Those of them that are contacts with the ground: the last ones.
     pub ground: Range<usize>,
+    /// Lines that touch each other, where the scene has any.
+    pub contact: Option<Lines>,
     /// Named sets of elements: the parts of the scene, then the other groups of the mesh.
     pub parts: Vec<Part>,
     /// How many of them are parts of the scene.

@@ -51,9 +51,10 @@ impl Energies {
         let kinetic = 0.5 * weighted_square(&self.mass, &state.velocity);
         let potential = -dot(&model.dead_load, u);
         let elements = internal.energy(model, u, &state.history);
+        let contact = internal.contact.as_mut().map_or(0.0, |c| c.stored(model, u, &state.touches));
         to.clear();
         let dissipated = state.dissipated + elements.dissipated;
-        to.extend([kinetic, potential, elements.stored, dissipated, state.received]);
+        to.extend([kinetic, potential, elements.stored + contact, dissipated, state.received]);
         if !model.moving.is_empty() {
             to.push(-state.support_work);
         }

@@ -3,6 +3,7 @@
 pub mod inherited;
 
 use crate::internal_force::assembly::Event;
+use crate::internal_force::line_contact::Touch;
 use crate::linear_algebra::lanes::dot;
 use crate::model::Model;
 use serde::{Deserialize, Serialize};
@@ -26,6 +27,8 @@ pub struct State {
     pub load: Vec<f64>,
     /// History of all elements: plastic strains, slips, reference rotations, what is broken.
     pub history: Vec<f64>,
+    /// Lines that touch each other and hold each other by friction, by their numbers.
+    pub touches: Vec<Touch>,
     /// What has broken so far.
     pub events: Vec<Event>,
     /// What has begun to yield so far.
@@ -247,6 +250,7 @@ impl State {
         self.force.copy_from_slice(&other.force);
         self.load.copy_from_slice(&other.load);
         self.history.copy_from_slice(&other.history);
+        self.touches.clone_from(&other.touches);
         self.events.clear();
         self.events.extend_from_slice(&other.events);
         self.yields.clear();

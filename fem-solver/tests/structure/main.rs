@@ -34,6 +34,7 @@ mod statics;
 mod supports;
 mod surfaces;
 mod tearing;
+mod touching;
 mod verdict;
 mod yielding;
 

@@ -16,6 +16,7 @@ use crate::integrator::interface_force::Loads;
 use crate::integrator::local::Local;
 use crate::integrator::start::Start;
 use crate::internal_force::assembly::take_largest;
+use crate::internal_force::line_contact::LineContact;
 use crate::linear_algebra::lanes::{add, add_to, work, work_at};
 use crate::model::Model;
 use crate::results::energy::Energies;
@@ -376,6 +377,10 @@ impl WindowSolver {
             self.answer.write((step + 1, steps), &self.trial, &self.origin, output);
         }
         if let Engine::Explicit(explicit) = &mut self.engine {
+            if let Some(what) = explicit.internal.contact.as_mut().and_then(LineContact::too_deep) {
+                let (number, start) = (window.number, window.start);
+                return Err(Fault::window(format!("window {number} from {start:.6e} s: {what}")));
+            }
             let elements = &mut explicit.internal.elements;
             self.trial.used = std::mem::take(&mut elements.used);
             elements.close.drain(..).for_each(|close| take_largest(&mut self.trial.close, close));
