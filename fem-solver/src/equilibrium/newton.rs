@@ -443,7 +443,7 @@ impl Newton {
     /// Newton's direction at the last evaluation, by the last factorisation.
     fn aim(&mut self) {
         self.tangent.gather(&self.residual, &mut self.free);
-        self.tangent.matrix.cholesky.solve(&mut self.free);
+        self.tangent.matrix.solve(&mut self.free);
         self.tangent.scatter(&self.free, &mut self.direction);
     }
 

@@ -322,7 +322,7 @@ fn film(
     tangent.factorise().ok()?;
     let mut shape = vec![0.0; tangent.dofs.len()];
     tangent.gather(force, &mut shape);
-    tangent.matrix.cholesky.solve(&mut shape);
+    tangent.matrix.solve(&mut shape);
     Some(shape)
 }
 
