@@ -1,6 +1,6 @@
 //! Long barriers: rest shapes in a time that grows with the number of fields, and what is said where there is none.
 
-use crate::common::{Run, scene};
+use crate::common::{Run, scene, solver};
 use crate::rest::barrier;
 use fem_solver::config::Config;
 use fem_solver::element::Slack;
@@ -76,6 +76,46 @@ fn a_rope_in_pieces_is_the_rope_as_a_whole() {
         let off = x.iter().zip(&y).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(off < 1e-10 * size, "{slack:?}: {off} of {size}");
     }
+}
+
+#[test]
+fn a_post_that_falls_is_named_where_no_rest_shape_is_found() {
+    // A post without ropes falls over, and 200 kg draw out a brake that gives way at 1 kN.
+    let text = r#"
+end_time = 1.0
+gravity = [0.0, 0.0, -9.81]
+[structure]
+nodes = [[0.0, 0.0, 0.0], [0.0, 1.0, 4.0], [9.0, 0.0, 0.0], [9.0, 0.0, -1.0]]
+supports = [{ nodes = [0], rotations = "z" }, { nodes = [2] }]
+masses = [{ nodes = [3], mass = 200.0 }]
+[[structure.parts]]
+name = "posts"
+element = "beam"
+cells = [[0, 1]]
+young = 2.1e11
+area = 5.4e-3
+inertia = [2.5e-5, 9e-6]
+torsion = 3e-7
+density = 7850.0
+[[structure.parts]]
+name = "brake"
+element = "brake"
+cells = [[2, 3]]
+stiffness = 1e6
+curve = [[0.001, 1e3]]
+mass = 1.0
+"#;
+    let fault = refusal(text);
+    assert!(fault.0.contains("of posts") && fault.0.contains("it falls over"), "{}", fault.0);
+    assert!(fault.1.contains("structure.generator.lean"), "{}", fault.1);
+}
+
+/// Message and hint with which a structure is refused.
+fn refusal(text: &str) -> (String, String) {
+    use interface_defs::solver::Solver;
+    let outcome = solver(text).prepare(&Default::default(), &mut |_| Ok(()));
+    let diagnostic = outcome.map(|_| ()).expect_err("it falls").diagnostic;
+    (diagnostic.message.clone(), diagnostic.hint.clone().unwrap_or_default())
 }
 
 #[test]
