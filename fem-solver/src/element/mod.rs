@@ -100,6 +100,9 @@ pub struct Energy {
     pub dissipated: f64,
 }
 
+/// Tangent of a piece of an element: of the places of two nodes, and of two slips.
+pub type Piece = [[f64; 8]; 8];
+
 /// What never changes of an element.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Constants {
@@ -113,6 +116,8 @@ pub struct Constants {
     pub has_moments: bool,
     /// Which number of its history is its largest plastic strain, above 0 once it yields.
     pub plastic: Option<usize>,
+    /// Whether its tangent comes in pieces ([`Element::pieces`]) as well: as a whole it couples each of its nodes with each.
+    pub in_pieces: bool,
     /// Number of its lines.
     pub lines: usize,
     /// Number of different axial forces in them, those of its first lines: 1 where all carry the same.
@@ -161,6 +166,11 @@ pub trait Element: Debug {
 
     /// The same as [`Element::respond`], added to an answer of no force and an unchanged history.
     fn add_to(&self, u: &[f64], history: &[f64], answer: &mut Answer);
+
+    /// Call `take` with the symmetric tangent of each piece between one node and the next at `u`, from `history`: over the places of
+    /// the two, and over what has slipped past the first and past the second [m], in the way from the first to the last node. Nothing slips
+    /// past the ends of the whole. With all slips eliminated, their sum is the tangent as a whole.
+    fn pieces(&self, _u: &[f64], _history: &[f64], _slack: Slack, _take: &mut dyn FnMut(&Piece)) {}
 
     /// Energies at `u`, from `history`.
     fn energy(&self, u: &[f64], history: &[f64]) -> Energy;

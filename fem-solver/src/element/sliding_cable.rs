@@ -5,10 +5,10 @@ use super::material::Rupture;
 use super::part::{NewElements, PartCell, PartSettings, is_zero, part};
 use super::rope::{self, Rope};
 use super::segment::{Segment, add_pair, add_vector};
-use super::{Answer, AnyElement, Constants, Element, Energy};
+use super::{Answer, AnyElement, Constants, Element, Energy, Piece};
 use crate::element::Slack;
 use interface_defs::diagnostic::Diagnostic;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use std::cell::{RefCell, RefMut};
 
 /// A rope from its first node over all others to its last.
@@ -19,6 +19,9 @@ use std::cell::{RefCell, RefMut};
 /// e = (l^2 - L^2) / (2 L^2),  N = A (s_0 + E e) l / L,  f = N g
 /// K = dN/dl g (x) g + N dg/du,  dN/dl = (E A / L) (1 + 3 e) + s_0 A / L
 /// ```
+///
+/// `dN/dl g (x) g` couples each node with each. It is what `n` springs of `n dN/dl` in a row show at their ends: with what slips past
+/// each inner node as an unknown, every segment has such a spring of its own, and couples two nodes alone ([`Element::pieces`]).
 ///
 /// With friction each segment has a tension, bound by its neighbours' as in `capstan`. The tangent is then
 /// that of the return mapping, and not symmetric. Slack parts carry nothing. Handbook 2.2.
@@ -241,8 +244,7 @@ impl SlidingCable {
             if let Slack::Regularised(part) = slack
                 && shape.forces[i] == 0.0
             {
-                let soft =
-                    nalgebra::Matrix3::from_diagonal_element(part * self.young * self.area / self.lengths[i]);
+                let soft = Matrix3::from_diagonal_element(part * self.young * self.area / self.lengths[i]);
                 add_pair(k, n, 3 * i, 3 * i + 3, &soft);
             }
         }
@@ -277,7 +279,17 @@ impl Element for SlidingCable {
     fn constants(&self) -> Constants {
         let (can_break, broken) = (self.rupture != Rupture::NEVER, Some(BROKEN));
         let (lines, radius, section) = (self.spans.len(), self.radius, self.area);
-        Constants { can_break, broken, lines, forces: lines, radius, section, ..Constants::default() }
+        let in_pieces = self.friction == 0.0;
+        Constants {
+            can_break,
+            broken,
+            in_pieces,
+            lines,
+            forces: lines,
+            radius,
+            section,
+            ..Constants::default()
+        }
     }
 
     fn start_history(&self) -> Vec<f64> {
@@ -305,6 +317,42 @@ impl Element for SlidingCable {
         }
         if let Some(k) = &mut answer.tangent {
             self.add_tangent(&mut shape, answer.slack, k);
+        }
+    }
+
+    fn pieces(&self, u: &[f64], history: &[f64], slack: Slack, take: &mut dyn FnMut(&Piece)) {
+        let shape = self.shape(u, history);
+        let (count, broken) = (self.spans.len(), history[BROKEN] > 0.0);
+        for ((segment, force), rest) in shape.segments.iter().zip(&shape.forces).zip(&self.lengths) {
+            let (mut k, rigidity) = ([[0.0; 8]; 8], self.young * self.area);
+            let axial = match slack {
+                _ if broken => 0.0,
+                Slack::Taut => rigidity * segment.length.powi(2) / rest.powi(3) + force / rest,
+                _ => (count as f64 * shape.stiffness).max(0.0),
+            };
+            let mut block = segment.tangent(axial, *force);
+            if let Slack::Regularised(part) = slack
+                && *force == 0.0
+                && !broken
+            {
+                block += Matrix3::from_diagonal_element(part * rigidity / rest);
+            }
+            for (row, column) in (0..6).flat_map(|row| (0..6).map(move |column| (row, column))) {
+                let sign = if row / 3 == column / 3 { 1.0 } else { -1.0 };
+                k[row][column] = sign * block[(row % 3, column % 3)];
+            }
+            if slack != Slack::Taut && axial > 0.0 {
+                // It is longer by `t . (u_2 - u_1) - s_1 + s_2`.
+                let t = segment.direction();
+                let growth = [-t.x, -t.y, -t.z, t.x, t.y, t.z, -1.0, 1.0];
+                for (slip, along) in [(6, -axial), (7, axial)] {
+                    (0..8).for_each(|i| (k[slip][i], k[i][slip]) = (along * growth[i], along * growth[i]));
+                }
+            } else {
+                // Nothing to slip, of a rope that is slack or counts piece by piece.
+                (k[6][6], k[7][7]) = (1.0, 1.0);
+            }
+            take(&k);
         }
     }
 

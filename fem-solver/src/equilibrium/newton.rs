@@ -120,6 +120,15 @@ pub enum Failure {
     },
     /// Something does not come to rest: the fastest node, its speed [m/s], and how many are about as fast.
     Moves(usize, f64, usize),
+    /// A beam has fallen over on the way to a rest shape, which was not found.
+    Falls {
+        /// Number of the element.
+        element: usize,
+        /// By how much it has turned [degrees].
+        angle: f64,
+        /// What ended the search.
+        why: Box<Failure>,
+    },
     /// Whoever listens to the progress has stopped it.
     Stopped(Fault),
 }
@@ -164,6 +173,11 @@ impl Failure {
             Self::Moves(node, speed, count) => format!(
                 "it does not come to rest: node {} moves at {speed:.2e} m/s, and {count} nodes in all at a tenth of that or more",
                 model.node_name(*node)
+            ),
+            Self::Falls { element, angle, why } => format!(
+                "{} has turned by {angle:.0} degrees, it falls over; {}",
+                model.member_name(*element, None),
+                why.describe(model)
             ),
             Self::Stopped(fault) => fault.to_string(),
         }
@@ -443,7 +457,7 @@ impl Newton {
     /// Newton's direction at the last evaluation, by the last factorisation.
     fn aim(&mut self) {
         self.tangent.gather(&self.residual, &mut self.free);
-        self.tangent.matrix.cholesky.solve(&mut self.free);
+        self.tangent.matrix.solve(&mut self.free);
         self.tangent.scatter(&self.free, &mut self.direction);
     }
 

@@ -3,7 +3,7 @@
 use crate::config::structure::FormFinding;
 use crate::config::{Config, Integrator};
 use crate::element::AnyElement;
-use crate::equilibrium::form_finding::{Basis, Form, Wanted, find_form};
+use crate::equilibrium::form_finding::{Basis, Form, Wanted, fallen, find_form};
 use crate::equilibrium::newton::{Failure, Info, Newton};
 use crate::integrator::critical_step::highest_frequency;
 use crate::internal_force::Displacements;
@@ -27,8 +27,8 @@ const DEFAULT_SHARE: f64 = 0.5;
 /// frequency is the root of twice the stiffness. The drop test holds at 0.74 and diverges at 0.81.
 pub const LOADED: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
-/// Turn of a beam in form finding from which on it has fallen [degrees].
-const FALLEN: f64 = 30.0;
+/// What keeps a post from falling over.
+const STAND: &str = "move the anchors further away from it, raise them, or let it lean the other way (structure.generator.lean, anchor_distance)";
 
 /// A structure at t = 0.
 pub struct Start {
@@ -124,7 +124,7 @@ impl Start {
             own.hypot(whole.contact.as_ref().map_or(0.0, |lines| lines.frequency(whole)))
         };
         let mut warnings = notes(model, inherited, *smoothed);
-        warnings.extend(fallen(model, displacement));
+        warnings.extend(lies(model, displacement));
         // Whoever reads the log sees why form finding took so long; its answer does not depend on a shift.
         if let Some(dof) = form_finding.shifted_at {
             tracing::warn!(
@@ -192,33 +192,21 @@ fn notes(model: &Model, inherited: Option<&Inherited>, smoothed: bool) -> Vec<Di
     if smoothed {
         warnings.push(Diagnostic::warning(
             code::NOT_CONVERGED,
-            "with friction of the ropes no rest shape was found: they hang as they would without, with one tension each; \
+            "with friction of the ropes no rest shape was found (or they are long): they hang as they would without, with one tension each; \
              friction acts from t = 0 on",
         ));
     }
     warnings
 }
 
-/// A beam that stands elsewhere than it was modelled: a post that fell over is a shape at rest, too.
-fn fallen(model: &Model, displacement: &[f64]) -> Option<Diagnostic> {
-    let turned = |element: &AnyElement| {
-        let nodes = element.nodes();
-        let (first, last) = (*nodes.first()?, *nodes.last()?);
-        let span = model.nodes[last] - model.nodes[first];
-        let moved = model.vector(displacement, last) - model.vector(displacement, first);
-        element.constants().has_moments.then(|| span.angle(&(span + moved)).to_degrees())
-    };
-    let all =
-        model.elements.iter().enumerate().filter_map(|(number, element)| Some((number, turned(element)?)));
-    let (number, most) = all.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, angle)| *angle > FALLEN)?;
+/// That a beam has fallen over in form finding.
+fn lies(model: &Model, displacement: &[f64]) -> Option<Diagnostic> {
+    let (number, most) = fallen(model, displacement)?;
     let what = format!(
         "{} has turned by {most:.0} degrees in form finding: it has fallen over, and the net with it",
         model.member_name(number, None)
     );
-    Some(Diagnostic::warning(code::GEOMETRY, what).try_instead(
-        "move the anchors further away from it, raise them, or let it lean the other way (structure.generator.lean, \
-         anchor_distance)",
-    ))
+    Some(Diagnostic::warning(code::GEOMETRY, what).try_instead(STAND))
 }
 
 /// What is said of a degree of freedom without stiffness at rest; in statics that is an error, unless something moves or loads
@@ -267,6 +255,11 @@ fn not_found(scene: &Scene, model: &Model, way: FormFinding, failure: &Failure) 
         return scene.invalid("structure", what).coded(code::GEOMETRY).try_instead(
             "add supports = [{ group = \"name of a group\" }]; or write form_finding = \"none\" for what shall fall",
         );
+    }
+    if let Failure::Falls { .. } = failure {
+        let hint =
+            format!("{STAND}; or write form_finding = \"none\" with damping, where it comes to rest in time");
+        return scene.invalid("structure.form_finding", what).coded(code::NOT_CONVERGED).try_instead(hint);
     }
     let other = match way {
         FormFinding::DynamicRelaxation => {

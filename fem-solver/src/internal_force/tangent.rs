@@ -22,7 +22,11 @@ pub struct Tangent {
     cables: Vec<[u32; 21]>,
     /// The other elements.
     assembly: Assembly,
-    /// Positions of the lower triangles of their tangents, by rows, one after the other, and whether each stands for its mirror
+    /// Whether elements that come in pieces do so here.
+    in_pieces: bool,
+    /// Degree of freedom of the structure at which each slip of an element in pieces is; they follow the free ones in the matrix.
+    slips: Vec<usize>,
+    /// Positions of the lower triangles of their tangents or of those of their pieces, by rows, one after the other, and whether each stands for its mirror
     /// image too: an element that comes back to a node, as a closed rope does, has entries beside its diagonal that lie on the
     /// structure's.
     elements: Vec<(u32, bool)>,
@@ -35,8 +39,17 @@ pub struct Tangent {
 }
 
 impl Tangent {
-    /// Pattern and positions of a structure.
+    /// Pattern and positions of a structure, elements that come in pieces by these: as sparse as the structure, for solutions.
     pub fn new(model: &Model) -> Self {
+        Self::with(model, true)
+    }
+
+    /// The same with all elements as a whole: the products of the matrix and its determinant count, too.
+    pub fn whole(model: &Model) -> Self {
+        Self::with(model, false)
+    }
+
+    fn with(model: &Model, in_pieces: bool) -> Self {
         let mut free = vec![CONSTRAINED; model.dof_count()];
         let mut dofs = Vec::new();
         for node in 0..model.node_count() {
@@ -51,22 +64,41 @@ impl Tangent {
         let places: Vec<_> =
             model.cables.iter().flat_map(|c| triangle(&free, &ends(c)).collect::<Vec<_>>()).collect();
         let assembly = Assembly::new(model);
-        let others: Vec<_> =
-            (0..model.elements.len()).flat_map(|i| triangle(&free, assembly.dofs(i))).collect();
-        let matrix = SymmetricMatrix::new(dofs.len(), places.iter().chain(&others).flatten().copied());
+        let (mut others, mut mirrored, mut slips) = (Vec::new(), Vec::new(), Vec::new());
+        for (i, element) in model.elements.iter().enumerate() {
+            let own = assembly.dofs(i);
+            if !(in_pieces && element.constants().in_pieces) {
+                others.extend(triangle(&free, own));
+                mirrored
+                    .extend(lower(own.len()).map(|(row, column)| row != column && own[row] == own[column]));
+                continue;
+            }
+            let (mut before, last) = (CONSTRAINED, own.len() / 3 - 2);
+            for (at, ends) in own.windows(6).step_by(3).enumerate() {
+                let mut unknowns = [CONSTRAINED; 8];
+                (0..6).for_each(|c| unknowns[c] = free[ends[c]]);
+                unknowns[6] = before;
+                if at < last {
+                    before = dofs.len() + slips.len();
+                    unknowns[7] = before;
+                    slips.push(ends[3]);
+                }
+                others.extend(entries(&unknowns));
+                mirrored.extend([false; 36]);
+            }
+        }
+        let all = places.iter().chain(&others).flatten().copied();
+        let matrix = SymmetricMatrix::new(dofs.len(), slips.len(), all);
         let place = |at: Option<(usize, usize)>| matrix.position(at);
         let cables = places.as_chunks::<21>().0.iter().map(|p| p.map(place)).collect();
-        let mirrored = (0..model.elements.len()).map(|i| assembly.dofs(i)).flat_map(|dofs| {
-            lower(dofs.len()).map(move |(row, column)| row != column && dofs[row] == dofs[column])
-        });
         let elements = others.iter().map(|at| place(*at)).zip(mirrored).collect();
         // The nodes of a face are those of one element, whose entries the pattern has.
         let faces = model.timed.iter().chain(&model.live_pressures).flat_map(|load| &load.faces);
         let faces = faces
             .flat_map(|face| triangle(&free, &dofs_of_face(face, model.node_count())).collect::<Vec<_>>());
         let faces = faces.map(place).collect();
-        let fixed = vec![false; if model.until.is_empty() { 0 } else { dofs.len() }];
-        Self { free, dofs, matrix, cables, assembly, elements, faces, fixed, revision: 0 }
+        let fixed = vec![false; if model.until.is_empty() { 0 } else { dofs.len() + slips.len() }];
+        Self { free, dofs, matrix, cables, assembly, in_pieces, slips, elements, faces, fixed, revision: 0 }
     }
 
     /// How displacements come after the histories from now on.
@@ -92,6 +124,14 @@ impl Tangent {
         });
         let mut places = self.elements.iter();
         for (i, element) in model.elements.iter().enumerate() {
+            if self.in_pieces && element.constants().in_pieces {
+                self.assembly.pieces(i, element, (u, history), slack, |k| {
+                    for ((row, column), (at, _)) in lower(8).zip(&mut places) {
+                        self.matrix.add(*at, share * k[row][column]);
+                    }
+                });
+                continue;
+            }
             let k = self.assembly.tangent(i, element, u, history, slack);
             let n = k.len().isqrt();
             for ((row, column), (at, mirrored)) in lower(n).zip(&mut places) {
@@ -130,6 +170,17 @@ impl Tangent {
     pub fn add_film(&mut self, model: &Model, u: &[f64], history: &[f64], part: f64) {
         let mut places = self.elements.iter();
         for (i, element) in model.elements.iter().enumerate() {
+            if self.in_pieces && element.constants().in_pieces {
+                self.assembly.pieces(i, element, (u, history), Slack::Taut, |k| {
+                    let stiffness = (0..6).map(|d| k[d][d]).fold(0.0, f64::max) * part;
+                    for ((row, column), (at, _)) in lower(8).zip(&mut places) {
+                        let film = if row == column { stiffness } else { -stiffness };
+                        let along = row % 3 == column % 3 && row < 6;
+                        self.matrix.add(*at, if along { film } else { (row == column).into() });
+                    }
+                });
+                continue;
+            }
             let k = self.assembly.tangent(i, element, u, history, Slack::Taut);
             let n = k.len().isqrt();
             let stiffness = (0..n).map(|d| k[d * n + d]).fold(0.0, f64::max) * part;
@@ -221,19 +272,24 @@ impl Tangent {
     /// is not positive.
     pub fn factorise(&mut self) -> Result<(), usize> {
         self.matrix.leave_out(&self.fixed);
-        self.matrix.factorise().map_err(|unknown| self.dofs[unknown])
+        self.matrix.factorise().map_err(|unknown| self.dof(unknown))
     }
 
     /// The same with pivots of either sign; returns how many are negative. The error is a degree of freedom of the structure
     /// where the tangent is no number.
     pub fn factorise_signed(&mut self) -> Result<usize, usize> {
         self.matrix.leave_out(&self.fixed);
-        self.matrix.factorise_signed().map_err(|unknown| self.dofs[unknown])
+        self.matrix.factorise_signed().map_err(|unknown| self.dof(unknown))
     }
 
     /// Degree of freedom of the structure of the first negative pivot of the last factorisation, if there is one.
     pub fn first_negative(&self) -> Option<usize> {
-        self.matrix.cholesky.first_negative().map(|unknown| self.dofs[unknown])
+        self.matrix.cholesky.first_negative().map(|unknown| self.dof(unknown))
+    }
+
+    /// Degree of freedom of the structure of an unknown, or at which it slips.
+    fn dof(&self, unknown: usize) -> usize {
+        self.dofs.get(unknown).copied().unwrap_or_else(|| self.slips[unknown - self.dofs.len()])
     }
 }
 
@@ -244,10 +300,16 @@ fn lower(n: usize) -> impl Iterator<Item = (usize, usize)> {
 
 /// Row and column, in the lower triangle of all, of each entry of the lower triangle of one element, by rows.
 fn triangle<'a>(free: &'a [usize], dofs: &'a [usize]) -> impl Iterator<Item = Option<(usize, usize)>> + 'a {
-    lower(dofs.len()).map(|(row, column)| {
-        let (a, b) = (free[dofs[row]], free[dofs[column]]);
-        (a != CONSTRAINED && b != CONSTRAINED).then(|| (a.max(b), a.min(b)))
-    })
+    lower(dofs.len()).map(|(row, column)| entry(free[dofs[row]], free[dofs[column]]))
+}
+
+/// The same of unknowns of the matrix.
+fn entries(unknowns: &[usize; 8]) -> impl Iterator<Item = Option<(usize, usize)>> {
+    lower(8).map(|(row, column)| entry(unknowns[row], unknowns[column]))
+}
+
+fn entry(a: usize, b: usize) -> Option<(usize, usize)> {
+    (a != CONSTRAINED && b != CONSTRAINED).then(|| (a.max(b), a.min(b)))
 }
 
 /// Add to the masses of nodes that move what they need for steps of `step` [s], by Gershgorin's bound of the highest

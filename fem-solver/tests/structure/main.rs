@@ -19,6 +19,7 @@ mod ground;
 mod groups;
 mod input;
 mod leans;
+mod lines;
 mod load_steps;
 mod loads;
 mod local;

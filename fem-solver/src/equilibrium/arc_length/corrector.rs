@@ -49,7 +49,7 @@ pub struct Corrector {
 
 impl Corrector {
     pub fn new(model: &Model, settings: NewtonConfig) -> Self {
-        let tangent = Tangent::new(model);
+        let tangent = Tangent::whole(model);
         let free = tangent.dofs.len();
         let [of_load, of_rest, rest, product] = [(); 4].map(|()| vec![0.0; free]);
         Self {
@@ -147,7 +147,7 @@ impl Corrector {
                 break;
             }
             last = size;
-            self.tangent.matrix.cholesky.solve(&mut self.rest);
+            self.tangent.matrix.solve(&mut self.rest);
             let change = -self.rest[control] / self.of_load[control];
             for ((a, y), x) in along.iter_mut().zip(&self.rest).zip(&self.of_load) {
                 *a += y + change * x;
@@ -164,7 +164,7 @@ impl Corrector {
         // By inverse iteration from what has a share of every direction.
         self.of_load.iter_mut().enumerate().for_each(|(i, x)| *x = (1.7 * i as f64 + 1.0).sin());
         for _ in 0..SOFTEST {
-            self.tangent.matrix.cholesky.solve(&mut self.of_load);
+            self.tangent.matrix.solve(&mut self.of_load);
             let Some(most) = self.moves_most(model) else { return };
             let size = 1.0 / self.of_load[most];
             self.of_load.iter_mut().for_each(|x| *x *= size);
@@ -220,8 +220,8 @@ impl Corrector {
         }
         self.of_load.copy_from_slice(&self.load);
         self.tangent.gather(&self.force, &mut self.of_rest);
-        self.tangent.matrix.cholesky.solve(&mut self.of_load);
-        self.tangent.matrix.cholesky.solve(&mut self.of_rest);
+        self.tangent.matrix.solve(&mut self.of_load);
+        self.tangent.matrix.solve(&mut self.of_rest);
         Ok(())
     }
 
@@ -238,7 +238,7 @@ impl Corrector {
         self.tangent.matrix.multiply(&self.of_rest, &mut self.product);
         let sums = self.rest.iter_mut().zip(&self.tangent.dofs).zip(self.product.iter().zip(&self.load));
         sums.for_each(|((rest, dof), (product, q))| *rest = self.force[*dof] - product + factor * q);
-        self.tangent.matrix.cholesky.solve(&mut self.rest);
+        self.tangent.matrix.solve(&mut self.rest);
         let change = -(self.rest[control] + self.of_rest[control]) / self.of_load[control];
         for ((step, y), x) in self.of_rest.iter_mut().zip(&self.rest).zip(&self.of_load) {
             *step += y + change * x;

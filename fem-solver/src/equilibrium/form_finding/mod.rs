@@ -10,7 +10,7 @@ pub mod kinetic;
 
 use crate::config::NewtonConfig;
 use crate::config::structure::FormFinding;
-use crate::element::{Cable, Slack};
+use crate::element::{AnyElement, Cable, Slack};
 use crate::equilibrium::form_finding::kinetic::{MOST_STEPS, Swing};
 use crate::equilibrium::newton::{Failure, Info, Newton, OnIteration, Problem};
 use crate::internal_force::Displacements;
@@ -35,6 +35,16 @@ const MOST_RELAXING: usize = 20_000;
 const RELAXED: f64 = 1e-4;
 /// Steps after which the masses of dynamic relaxation are taken anew at the next peak.
 const RETAKEN: usize = 50;
+
+/// Iterations times free degrees of freedom after which a structure that swings is given up, and iterations that it has at least: 10 s of
+/// a processor of 2.5 GHz. A number of iterations, and no time, so that the answer does not depend on the machine.
+const MOST_WORK: (u64, u64) = (28_000_000, 800);
+/// Turn of a beam from which on it has fallen, and in a search that ends without a rest shape is about to [degrees].
+const FALLEN: f64 = 30.0;
+const FALLS: f64 = 5.0;
+/// Nodes of a rope with friction, whose tangent couples each with each and cannot be taken in pieces, up to which a form is looked for
+/// with its friction: three fields of 30 rings have 96.
+const MOST_COUPLED: usize = 128;
 
 /// A structure in equilibrium.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -155,7 +165,7 @@ impl Search<'_> {
 /// Displacements [m] of static equilibrium under the dead load, moving supports at their place at
 /// t = 0, and what it took.
 ///
-/// Ropes with friction have many forms; where Newton does not come to one at once, they hang as they would without it,
+/// Ropes with friction have many forms; where Newton does not come to one at once, or they are long, they hang as they would without it,
 /// with the same tension in every segment: a form that friction holds, too.
 pub fn find_form(
     wanted: Wanted,
@@ -166,9 +176,12 @@ pub fn find_form(
     if !model.elements.iter().any(|element| element.smooth().is_some()) {
         return find(wanted, newton, on_iteration);
     }
-    let mut start = Approach::new(wanted, newton, on_iteration);
-    if let Some(form) = start.by_newton(most.unwrap_or(MOST.2))? {
-        return Ok((form, start.search.done));
+    let is_long = |element: &AnyElement| element.smooth().is_some() && element.nodes().len() > MOST_COUPLED;
+    if !model.elements.iter().any(is_long) {
+        let mut start = Approach::new(wanted, newton, on_iteration);
+        if let Some(form) = start.by_newton(most.unwrap_or(MOST.2))? {
+            return Ok((form, start.search.done));
+        }
     }
     let mut smooth = model.clone();
     for element in &mut smooth.elements {
@@ -268,11 +281,25 @@ impl<'a> Approach<'a> {
 
     /// Falling and swinging, by Newton from each peak of the kinetic energy.
     fn swinging(&mut self) -> Result<Form, Failure> {
+        self.swung().map_err(|why| match most_turned(self.search.wanted.model, &self.u, FALLS) {
+            _ if matches!(why, Failure::Stopped(_)) => why,
+            Some((element, angle)) => Failure::Falls { element, angle, why: Box::new(why) },
+            None => why,
+        })
+    }
+
+    fn swung(&mut self) -> Result<Form, Failure> {
+        let most_iterations =
+            (MOST_WORK.0 / self.search.newton.tangent.dofs.len().max(1) as u64).max(MOST_WORK.1);
         let most = self.most();
         let Self { search, u, history, .. } = self;
         let (mut swing, mut unstable) = (Swing::new(search.wanted.model), 0);
         for _ in 0..MOST_STEPS {
-            if !swing.advance(search, u, history)? {
+            let peak = swing.advance(search, u, history)?;
+            if search.done.iterations > most_iterations {
+                break;
+            }
+            if !peak {
                 continue;
             }
             if let Some(form) = search.tried(u, history, most)? {
@@ -286,6 +313,25 @@ impl<'a> Approach<'a> {
         }
         Err(swing.moves())
     }
+}
+
+/// The beam that stands most elsewhere than it was modelled, and by how many degrees; none where that is little. A post that fell over is
+/// a shape at rest, too.
+pub fn fallen(model: &Model, u: &[f64]) -> Option<(usize, f64)> {
+    most_turned(model, u, FALLEN)
+}
+
+fn most_turned(model: &Model, u: &[f64], least: f64) -> Option<(usize, f64)> {
+    let turned = |element: &AnyElement| {
+        let nodes = element.nodes();
+        let (first, last) = (*nodes.first()?, *nodes.last()?);
+        let span = model.nodes[last] - model.nodes[first];
+        let moved = model.vector(u, last) - model.vector(u, first);
+        element.constants().has_moments.then(|| span.angle(&(span + moved)).to_degrees())
+    };
+    let all =
+        model.elements.iter().enumerate().filter_map(|(number, element)| Some((number, turned(element)?)));
+    all.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, angle)| *angle > least)
 }
 
 /// Move `u` to where every cable keeps its force per length `q_0` as modelled: `sum q_0 (x_j - x_i) = -p`, one linear
@@ -322,7 +368,7 @@ fn film(
     tangent.factorise().ok()?;
     let mut shape = vec![0.0; tangent.dofs.len()];
     tangent.gather(force, &mut shape);
-    tangent.matrix.cholesky.solve(&mut shape);
+    tangent.matrix.solve(&mut shape);
     Some(shape)
 }
 

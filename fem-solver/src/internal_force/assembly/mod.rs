@@ -6,7 +6,7 @@ mod tests;
 
 pub use self::rupture::{Broken, Event, take_largest};
 use self::rupture::{Release, Stretch};
-use crate::element::{Answer, AnyElement, CLOSE, Constants, Energy, Pace, Slack};
+use crate::element::{Answer, AnyElement, CLOSE, Constants, Energy, Pace, Piece, Slack};
 use crate::internal_force::kernel::rings::{Rings, WIDTH};
 use crate::model::Model;
 use nalgebra::Vector3;
@@ -291,6 +291,20 @@ impl Assembly {
         self.respond(i, element, u, history, Some(slack));
         let n = self.places[i].dofs.len();
         &self.tangent[..n * n]
+    }
+
+    /// Call `take` with the tangent of each piece of element number `i`.
+    pub fn pieces(
+        &mut self,
+        i: usize,
+        element: &AnyElement,
+        (u, history): (&[f64], &[f64]),
+        slack: Slack,
+        mut take: impl FnMut(&Piece),
+    ) {
+        self.gather(i, u);
+        let Place { dofs, history: own, .. } = &self.places[i];
+        element.pieces(&self.u[..dofs.len()], &history[own.clone()], slack, &mut take);
     }
 
     /// Internal forces of element number `i` where it is `heading`, its exact tangent there, square, by rows, and its degrees of

@@ -245,7 +245,9 @@ impl Place<'_> {
                 *foot = self.on(ground, foot.xy(), &format!("post {}", k + 1))?;
             }
         }
-        if self.uphill(&feet)? == Side::Left {
+        let uphill = self.uphill(&feet)?;
+        let against = self.ground.and_then(|ground| self.against(ground, &feet, uphill));
+        if uphill == Side::Left {
             feet.reverse();
         }
         let down: Vec<Vector2<f64>> = (0..feet.len()).map(|k| left(along(&feet, k))).collect();
@@ -254,7 +256,8 @@ impl Place<'_> {
         let posts = down.iter().map(|d| Vector3::new(d.x, d.y, 0.0) * lean + Vector3::z() * rise).collect();
         let sides = [self.beside(&feet, 0.5)?, self.beside(&feet, 1.0)?];
         let upslope = (0..feet.len()).map(|k| self.upslope(&feet, &down, k)).collect::<Result<_, _>>()?;
-        let warnings = self.ground.map_or_else(Vec::new, |ground| off_ground(ground, &feet));
+        let mut warnings = self.ground.map_or_else(Vec::new, |ground| off_ground(ground, &feet));
+        warnings.extend(against);
         Ok(Site { feet, posts, sides, upslope, warnings })
     }
 
@@ -285,6 +288,25 @@ impl Place<'_> {
             return refuse(self.scene, self.line.key, what, hint);
         }
         Ok(if mean > 0.0 { Side::Left } else { Side::Right })
+    }
+
+    /// That the slope rises on the other side than the scene says.
+    fn against(&self, ground: &Heights, feet: &[Vector3<f64>], stated: Side) -> Option<Diagnostic> {
+        let (away, mean) = (self.table.anchor_distance, self.fall(ground, feet));
+        let (side, other, higher) = match stated {
+            Side::Left => ("left", "right", -mean),
+            Side::Right => ("right", "left", mean),
+        };
+        let what = format!(
+            "uphill = \"{side}\", and {away} m to its {other}, seen from the first point of the line, the ground lies {higher:.2} m higher \
+             than to its {side}: the barrier stands with its back to the slope"
+        );
+        let hint = format!("leave out `uphill`, or write \"{other}\"; as it is where rocks come from below");
+        (higher >= 2.0 * SLOPE * away).then(|| {
+            Diagnostic::warning(code::CONTRADICTION, what)
+                .about("structure.generator.uphill")
+                .try_instead(hint)
+        })
     }
 
     /// How much higher the ground lies an anchor's distance to the left of the line than to its right, on average [m].

@@ -231,3 +231,26 @@ fn what_no_one_can_mean_is_refused_with_its_reason() {
     assert!(made(&known, Some(&text)).expect_err("twice").contains("the line has heights of its own"));
     assert!(made(&Barrier { uphill: Some(Side::Left), ..known }, None).is_ok());
 }
+
+#[test]
+fn an_uphill_that_contradicts_the_ground_is_told_with_both_facts() {
+    // Rises to the north by 0.5: to the left of a line that runs east.
+    let text = grid(slope(180.0, 0.5));
+    let across = Barrier {
+        position: Some(vec![0.0, 0.0]),
+        azimuth: Some(90.0),
+        length: Some(30.0),
+        ..Barrier::default()
+    };
+    let warned = |uphill| {
+        let table = Barrier { uphill, ..across.clone() };
+        let warnings = made(&table, Some(&text)).expect("valid").mesh.warnings;
+        warnings.iter().map(ToString::to_string).collect::<Vec<_>>()
+    };
+    assert!(warned(None).is_empty() && warned(Some(Side::Left)).is_empty());
+    let [warning] = &warned(Some(Side::Right))[..] else { panic!("one warning") };
+    let both = warning.contains("uphill = \"right\"")
+        && warning.contains("to its left")
+        && warning.contains("6.00 m higher");
+    assert!(both, "{warning}");
+}
