@@ -192,3 +192,14 @@ fn openings(test: &Test, launch: &Launch) -> Criterion {
         (true, false) => of,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_category_is_that_of_the_height_that_is_left() {
+        let of = [0.62, 0.5, 0.49, 0.3, 0.29, -0.1].map(category);
+        assert_eq!(of, ["A", "A", "B", "B", "C", "C"]);
+    }
+}

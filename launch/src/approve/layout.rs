@@ -217,3 +217,25 @@ impl Part {
 pub fn number(value: Option<&Value>) -> Option<f64> {
     value.and_then(|value| value.as_float().or_else(|| value.as_integer().map(|n| n as f64)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two lines that sag: one along x through the middle, one beside; a block sees the part of them in its way.
+    #[test]
+    fn what_is_in_the_way_of_a_block_is_found_also_between_nodes() {
+        let mesh = InterfaceMesh {
+            coordinates: vec![-4.0, 0.0, 1.0, 4.0, 0.8, 1.0, -4.0, -1.0, 3.0, 4.0, -1.0, 3.0],
+            lines: vec![[0, 1], [2, 3]],
+            line_radius: vec![0.01, 0.01],
+            ..InterfaceMesh::default()
+        };
+        let layout = Layout { mesh, parts: Vec::new(), resolved: Table::new() };
+        let least = layout.in_the_way([0.0, 1.0], 0.5).expect("the first line");
+        assert!((least - (0.35 - 0.01)).abs() < 1e-12, "{least}");
+        assert_eq!(layout.in_the_way([0.0, 2.6], 0.5), Some(-1.01));
+        assert_eq!(layout.in_the_way([0.0, 2.0], 0.5), None);
+        assert_eq!(layout.in_the_way([6.0, 1.0], 0.5), None);
+    }
+}

@@ -523,3 +523,50 @@ fn work(history: &History, gauge: &str, row: usize) -> Option<f64> {
     let last = row.min(forces.len().checked_sub(1)?);
     Some((1..=last).map(|i| 0.5 * (forces[i] + forces[i - 1]) * (ways[i] - ways[i - 1])).sum())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use interface_defs::InterfaceMesh;
+
+    fn history(columns: &[&str], rows: Vec<Vec<f64>>) -> History {
+        History {
+            columns: columns.iter().enumerate().map(|(i, name)| ((*name).to_owned(), i)).collect(),
+            rows,
+        }
+    }
+
+    /// A block of 2 kg falls freely for 10 ms, is braked with 100 m/s2 for 10 ms, and pushed with 400 m/s2 for the last half of a
+    /// millisecond: forces of 0, 2 (100 + g) and 2 (400 + g).
+    #[test]
+    fn the_force_on_a_block_follows_from_its_motion() {
+        let (step, fall, brake) = (0.25e-3, 40, 80);
+        let speed = |i: i32| {
+            let t = |rows: i32| f64::from(rows) * step;
+            25.0 + GRAVITY * t(i.min(fall))
+                - 100.0 * t((i - fall).clamp(0, brake - fall))
+                - 400.0 * t((i - brake).max(0))
+        };
+        let rows = (0..=brake + 2).map(|i| vec![f64::from(i) * step, 0.0, speed(i), 0.0]).collect();
+        let columns = ["time_s", "block_vx_m_per_s", "block_vy_m_per_s", "block_vz_m_per_s"];
+        let run = Ended { history: history(&columns, rows), ..Ended::default() };
+        let now = Layout { mesh: InterfaceMesh::default(), parts: Vec::new(), resolved: toml::Table::new() };
+        let block = Block { mass: 2.0, size: 0.1 };
+        let mut rows = Rows { now: &now, block, run: &run, rest: None, rows: Vec::new() };
+        rows.block_force(f64::from(fall) * step, f64::from(brake) * step);
+        let [mean, smooth, raw] = [0, 1, 2].map(|i| rows.rows[i].value.expect("a force"));
+        assert!((mean / (2.0 * (100.0 + GRAVITY)) - 1.0).abs() < 1e-9, "{mean}");
+        assert!((raw / (2.0 * (400.0 + GRAVITY)) - 1.0).abs() < 1e-9, "{raw}");
+        // Half of the last millisecond.
+        assert!((smooth / (2.0 * (250.0 + GRAVITY)) - 1.0).abs() < 1e-9, "{smooth}");
+    }
+
+    #[test]
+    fn the_work_of_a_brake_is_the_area_under_its_force() {
+        let rows = vec![vec![0.0, 0.0], vec![100.0, 0.01], vec![100.0, 0.51], vec![0.0, 0.5]];
+        let history = history(&["g_tension_N", "g_elongation_m"], rows);
+        assert_eq!(work(&history, "g", 2), Some(50.5));
+        assert_eq!(work(&history, "g", usize::MAX), Some(50.0));
+        assert_eq!(work(&history, "h", 2), None);
+    }
+}
