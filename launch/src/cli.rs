@@ -2,7 +2,7 @@
 
 use crate::plan::own_program;
 use crate::stop::Stop;
-use crate::{estimate, reference, run, status, trade, worst};
+use crate::{approve, estimate, reference, run, status, trade, worst};
 use clap::{CommandFactory, Parser, Subcommand};
 use clap_mangen::Man;
 use interface_defs::diagnostic::{Diagnostic, code};
@@ -53,6 +53,13 @@ enum Command {
     /// has the table of all settings, the front and lines to copy; `trade.csv` has all runs, `trade.svg` shows error over cost.
     /// Exit codes: 0 done; 1 interrupted, or nothing to compare with; 2 bad input.
     Trade(trade::Arguments),
+    /// Test a barrier as for its approval (EAD 340059-00-0106): SEL 1, SEL 2, MEL, each criterion with its number, pass or fail
+    ///
+    /// The launches are made at a vertical site, then again with what is uncertain varied, one thing at a time. Runs are kept: after
+    /// Ctrl-C the same command goes on. `approval.json` and `approval.csv` of its directory have all numbers.
+    /// Exit codes: 0 judged, pass or fail; 1 interrupted, or failed; 2 bad input, nothing was started; 3 not settled: a run that
+    /// failed or is unreliable decides, which is never a pass.
+    Approve(approve::Arguments),
     /// Fill a closed surface (STL, OBJ, built-in shape) with overlapping spheres, and print its error
     #[command(
         after_help = "SHAPE is a file or one of cube:EDGE, box:A,B,C (edges), sphere:RADIUS, ellipsoid:A,B,C (semi-axes), \
@@ -160,6 +167,7 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
             shown(checked.map(|text| (text, Exit::Done)), answer.format)
         }
         Command::Trade(arguments) => trade::trade(&arguments, json),
+        Command::Approve(arguments) => approve::approve(&arguments, json),
         Command::Ensemble(arguments) if arguments.barrier.is_some() => worst::worst(&arguments, json),
         Command::Ensemble(_) => become_program("dem-solver", "ensemble"),
         Command::Status { dir } => shown(status::status(&dir), Format::Text),

@@ -19,12 +19,14 @@
 //! - [`status`]: `rockfall status`: how far a run or a study is, by its files; `rockfall verify`: whether they are what was written
 //! - [`sweep`]: many runs, each kept
 //! - [`trade`](mod@trade): `rockfall trade`: accuracy against cost, by many runs
+//! - [`approve`](mod@approve): `rockfall approve`: a kit under the launches of an approval test, each criterion judged
 //! - [`worst`](mod@worst): `rockfall ensemble --barrier`: the members of a study that are hardest on a barrier, coupled with it
 //! - [`reference`](mod@reference): schema and reference of what a scene may hold, put together from all programs
 //!
 //! A new command is a variant of `Command` in [`cli`]; options that other programs have too stand in
 //! `toolkit::arguments`.
 
+mod approve;
 mod children;
 mod choice;
 mod cli;

@@ -127,6 +127,9 @@ pub fn hashes(scene: &Scene, table: &Table) -> io::Result<Map<String, Value>> {
     };
     // As it was read: the resolved scene may have taken its place by now.
     note(scene.path(), scene.text().as_bytes());
+    if let Some((kit, text)) = scene.kit() {
+        note(&std::path::absolute(kit)?, text.as_bytes());
+    }
     for path in inputs {
         note(&path, &files::read_input(&path, files::STATE)?);
     }

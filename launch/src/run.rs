@@ -181,8 +181,11 @@ fn keep_logs(log: &Path, commands: &[(&str, Vec<OsString>)]) -> io::Result<()> {
 
 /// A run that is to go on, and has come to its end before.
 fn is_over(summary: &Summary, out: &Path, quiet: bool) -> Exit {
-    // It was killed between its summary and its manifest.
+    // It was killed between its summary and its manifest: its checkpoints may be there.
     if !out.join(run_dir::MANIFEST).exists() {
+        if let Err(e) = run_dir::remove_checkpoints(out) {
+            tracing::warn!("{}: the checkpoints cannot be removed: {e}", out.display());
+        }
         manifest::seal(out);
     }
     if !quiet {

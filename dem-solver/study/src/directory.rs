@@ -194,7 +194,9 @@ pub fn record(base: &Base, file: &Scene) -> Result<Value, Diagnostic> {
             inputs.insert(name, hash(&input_file::read(&path, files::STATE)?).into());
         }
         // As it was read.
-        inputs.insert(absolute(scene.path()).display().to_string(), hash(text.as_bytes()).into());
+        for (path, text) in std::iter::once((scene.path(), text)).chain(scene.kit()) {
+            inputs.insert(absolute(path).display().to_string(), hash(text.as_bytes()).into());
+        }
     }
     Ok(json!({
         "version": env!("CARGO_PKG_VERSION"),

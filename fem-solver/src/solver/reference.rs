@@ -1,18 +1,23 @@
 //! What this program reads of a scene and writes as results, for `rockfall schema`.
 
 use crate::config::{FemConfig, GaugeConfig, StructureConfig};
+use toolkit::kit;
 use toolkit::schema::{Entry, Share, Tables};
 use toolkit::start_from::{self, StartFrom};
 
 /// Its tables and results.
 pub fn share() -> Share {
-    Tables::default()
+    let mut share = Tables::default()
         .key::<StructureConfig>("structure")
         .key::<FemConfig>("fem")
         .key::<Vec<GaugeConfig>>("gauge")
         .value::<StartFrom>(start_from::KEY, start_from::MEANING)
         .results(RESULTS)
-        .share()
+        .share();
+    // It is put in place where a scene is read, and never seen here.
+    let about = serde_json::json!({ "type": "string", "description": kit::MEANING });
+    share.definitions["StructureConfig"]["properties"]["kit"] = about;
+    share
 }
 
 /// The results, by files; one line an entry: name, unit, meaning.

@@ -6,6 +6,7 @@
 use super::exact::{Exact, Mismatch};
 use super::explain::{suggestion, values};
 use super::files;
+use super::kit::{self, About, Kit};
 use super::regular_file;
 use super::syntax;
 use interface_defs::diagnostic::{Code, Diagnostic, Place, code};
@@ -55,6 +56,9 @@ pub struct Kind {
 /// A scene.
 static SCENE: Kind = Kind { name: "scene", keys: &KEYS };
 
+/// A kit file.
+static KIT: Kind = Kind { name: "kit", keys: &kit::TABLES };
+
 /// A scene: text of its file, with every `--set` in place.
 #[derive(Debug, Clone)]
 pub struct Scene {
@@ -62,6 +66,8 @@ pub struct Scene {
     text: String,
     overrides: Vec<Override>,
     kind: &'static Kind,
+    /// The barrier that it names, from a file of its own.
+    kit: Option<Kit>,
     /// What is read in place of the text and of every `--set`, where a program has changed values.
     patch: Option<Arc<str>>,
     /// From which byte on the text follows from another file, and which.
@@ -83,6 +89,27 @@ impl Scene {
         Self::new(kind, path.to_owned(), syntax::decode(path, bytes)?, sets)
     }
 
+    /// A kit file as a document of its own, and what it says of itself.
+    pub fn load_kit(path: &Path) -> Result<(Self, About), Diagnostic> {
+        let kit = Self::load_as(&KIT, path, &[])?;
+        let about: About = kit.read("kit")?.unwrap_or_default();
+        if let Some(class) = about.class.filter(|class| *class > 8) {
+            return Err(kit.invalid("kit.class", format!("there is no class {class}: they are 0 to 8")));
+        }
+        if let Some(energy) = about.energy.filter(|energy| *energy <= 0.0) {
+            return Err(kit.invalid("kit.energy", format!("the energy is {energy} J, it must lie above 0")));
+        }
+        if !kit.has("structure") {
+            let what = "the kit has no table [structure]: there is no barrier in it";
+            let cure = "write [structure.generator] with type = \"barrier\", and [[structure.parts]]";
+            return kit.refuse("structure", what, cure);
+        }
+        if at(&kit.document()?, kit::KEY).is_some() {
+            return kit.refuse(kit::KEY, "a kit cannot be made of another kit", "write its parts here");
+        }
+        Ok((kit, about))
+    }
+
     /// A scene from text; `name` stands for its file.
     pub fn from_text(name: &str, text: &str) -> Result<Self, Diagnostic> {
         Self::new(&SCENE, name.into(), text.into(), &[])
@@ -95,9 +122,44 @@ impl Scene {
             overrides.push(Override::parse(set, base)?);
             base += set.len() + 1;
         }
-        let scene = Self { path, text, overrides, kind, patch: None, added: None };
+        let mut scene = Self { path, text, overrides, kind, kit: None, patch: None, added: None };
+        if let Some((name, span)) = scene.named_kit()? {
+            let file = scene.resolve(Path::new(&name));
+            // What is wrong with the file as a whole is said where it is named.
+            let named = |e: Diagnostic| match e.place.as_ref().and_then(|place| place.position) {
+                Some(_) => e,
+                None => Diagnostic { message: format!("the kit {}: {}", file.display(), e.message), ..e }
+                    .about(kit::KEY)
+                    .at(scene.place(span)),
+            };
+            let (kit, _) = Self::load_kit(&file).map_err(named)?;
+            scene.kit = Some(Kit::new(&file, kit.text(), base));
+        }
         scene.check()?;
         Ok(scene)
+    }
+
+    /// The kit that it names, and where it does.
+    fn named_kit(&self) -> Result<Option<(String, Range<usize>)>, Diagnostic> {
+        if self.kind != &SCENE {
+            return Ok(None);
+        }
+        let mut tree = self.own_tree()?;
+        // A --set of what is in the kit has no place in the scene yet.
+        let is_kit = |set: &&Override| set.path.iter().map(|(name, _)| name.as_str()).eq(kit::KEY.split('.'));
+        self.overrides.iter().filter(is_kit).try_for_each(|set| set.set_in_table(&mut tree, 0))?;
+        let structure = tree.get("structure").and_then(|value| value.get_ref().as_table());
+        let Some(value) = structure.and_then(|table| table.get("kit")) else { return Ok(None) };
+        match value.get_ref().as_str() {
+            Some(name) => Ok(Some((name.to_owned(), value.span()))),
+            None => {
+                let what = format!(
+                    "the kit is a text, the name of its file, and not: {}",
+                    value.get_ref().type_str()
+                );
+                Err(self.error(code::WRONG_TYPE, value.span(), what).about(kit::KEY))
+            }
+        }
     }
 
     /// The same document with `more` behind its text, which follows from the file `of`: what is wrong there is said of that file.
@@ -166,18 +228,23 @@ impl Scene {
         }
     }
 
+    /// The file of the kit that it names, and its text.
+    pub fn kit(&self) -> Option<(&Path, &str)> {
+        self.kit.as_ref().map(|kit| (kit.path.as_path(), kit.text()))
+    }
+
     /// Every `--set` as it was typed.
     pub fn sets(&self) -> impl Iterator<Item = &str> {
         self.overrides.iter().map(|set| set.text.as_str())
     }
 
-    /// Fingerprint of what was read: of the file's bytes, and of every `--set` behind them, each after a byte 0.
+    /// Fingerprint of what was read: of the file's bytes, and of every `--set` and the kit behind them, each after a byte 0.
     /// Programs of one run compare it, see [`Hello::scene`](interface_defs::message::Hello::scene).
     pub fn fingerprint(&self) -> String {
         let mut bytes = self.text.clone().into_bytes();
-        for set in &self.overrides {
+        for text in self.sets().chain(self.kit().map(|(_, text)| text)) {
             bytes.push(0);
-            bytes.extend_from_slice(set.text.as_bytes());
+            bytes.extend_from_slice(text.as_bytes());
         }
         regular_file::hash(&bytes)
     }
@@ -272,20 +339,30 @@ impl Scene {
         Ok(self.read("gravity")?.unwrap_or_default())
     }
 
-    /// The text as a tree with positions. It is parsed anew each time: some microseconds, and
-    /// nothing that borrows from itself.
+    /// The text as a tree with positions, with the kit and every `--set` in place. It is parsed anew each time: some
+    /// microseconds, and nothing that borrows from itself.
     fn tree(&self) -> Result<DeTable<'_>, Diagnostic> {
-        let mut tree = DeTable::parse(&self.text)
-            .map_err(|e| {
-                let span = e.span().unwrap_or(0..0);
-                let hint = syntax::hint(&self.path, &self.text, span.start);
-                self.error(code::SYNTAX, span, e.message()).try_if(hint)
-            })?
-            .into_inner();
+        let mut tree = self.own_tree()?;
+        if let Some(kit) = &self.kit {
+            kit.fill(&mut tree);
+        }
         for set in &self.overrides {
             set.set_in_table(&mut tree, 0)?;
         }
+        if let Some(kit) = &self.kit {
+            kit.settle(&mut tree);
+        }
         Ok(tree)
+    }
+
+    /// The text of its own file alone.
+    fn own_tree(&self) -> Result<DeTable<'_>, Diagnostic> {
+        let tree = DeTable::parse(&self.text).map_err(|e| {
+            let span = e.span().unwrap_or(0..0);
+            let hint = syntax::hint(&self.path, &self.text, span.start);
+            self.error(code::SYNTAX, span, e.message()).try_if(hint)
+        })?;
+        Ok(tree.into_inner())
     }
 
     /// What is read: the text, or what a program has put in its place.
@@ -305,6 +382,10 @@ impl Scene {
             self.added.as_ref().filter(|(from, _)| (*from..self.text.len()).contains(&span.start))
         {
             return Place::file(file.display().to_string());
+        }
+        if let Some(kit) = self.kit.as_ref().filter(|kit| span.start >= kit.base) {
+            let own = span.start - kit.base..span.end.max(kit.base) - kit.base;
+            return Place::in_text(&kit.path.display().to_string(), kit.text(), own);
         }
         let set =
             self.overrides.iter().find(|set| (set.base..set.base + set.text.len() + 1).contains(&span.start));

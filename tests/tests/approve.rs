@@ -1,0 +1,383 @@
+//! A barrier from a kit file: in a scene, and under the launches of an approval test. The kit is coarse, so that all takes seconds.
+
+use interface_defs::Fate;
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use tests::{Bench, Ended, program, repository, until};
+use toolkit::scene::Scene;
+use toolkit::summary::Summary;
+
+/// Three fields of 6 m, posts of 2 m, rings of 0.4 m.
+const KIT: &str = r#"[kit]
+name = "small"
+energy = 5e4 # of its largest test [J]
+
+[structure]
+supports = [{ group = "feet", rotations = "z" }, { group = "anchors" }]
+
+[structure.generator]
+type = "barrier"
+height = 2.0
+spacing = 6.0
+net = "rings"
+cells = [15, 5]
+anchor_distance = 4.0
+side_distance = 5.0
+
+[structure.cable] # ropes that do not slide: 16 mm
+young = 1e11
+area = 1.18e-4
+density = 7850.0
+radius = 0.008
+
+[[structure.parts]]
+name = "rope_brakes"
+element = "brake"
+stiffness = 3e6
+curve = [[0.02, 4e4], [1.2, 5e4]]
+stroke = 1.2
+mass = 8.0
+radius = 0.02
+
+[[structure.parts]]
+name = "upslope_brakes"
+element = "brake"
+stiffness = 3e6
+curve = [[0.02, 2.5e4], [1.0, 3e4]]
+stroke = 1.0
+mass = 6.0
+radius = 0.02
+
+[[structure.parts]]
+name = "net"
+element = "ring"
+diameter = 0.4
+perimeter = 1.128
+perimeter_stiffness = 1e6
+bending_stiffness = 2e4
+mass = 0.5
+radius = 0.006
+rupture_force = 1e5
+
+[[structure.parts]]
+name = "top_rope"
+element = "sliding_cable"
+young = 1e11
+area = 1.18e-4
+density = 7850.0
+prestress = 5e7
+radius = 0.008
+rupture_force = 4e5
+
+[[structure.parts]]
+name = "bottom_rope"
+element = "sliding_cable"
+young = 1e11
+area = 1.18e-4
+density = 7850.0
+prestress = 5e7
+radius = 0.008
+rupture_force = 4e5
+
+[[structure.parts]]
+name = "side_ropes"
+element = "cable"
+prestress = 5e7
+rupture_force = 4e5
+
+[[structure.parts]]
+name = "upslope_ropes"
+element = "cable"
+rupture_force = 4e5
+
+[[structure.parts]]
+name = "lateral_ropes"
+element = "cable"
+rupture_force = 4e5
+
+[[structure.parts]]
+name = "posts" # HE 100 B
+element = "beam"
+young = 2.1e11
+area = 2.6e-3
+inertia = [4.5e-6, 1.67e-6]
+torsion = 9.3e-8
+density = 7850.0
+radius = 0.05
+"#;
+
+/// A block falls into the kit, which stands out from a wall: with so much for the structure.
+fn scene(structure: &str) -> String {
+    format!(
+        r#"
+end_time = 0.05
+gravity = [0.0, 9.81, 0.0]
+
+[[rock]]
+name = "block"
+position = [0.0, -0.3, 1.0]
+velocity = [0.0, 15.0, 0.0]
+mass = 444.0
+shape = {{ type = "ead_block", size = 0.6 }}
+cluster.spheres = 60
+
+[[contact]]
+law = "linear"
+stiffness = 1e7
+restitution = 0.5
+
+{structure}
+
+[fem]
+integrator = "central_difference"
+"#
+    )
+}
+
+fn approve(bench: &Bench, out: &str, arguments: &[&str]) -> Command {
+    let kit = bench.path("kit.toml");
+    if !kit.exists() {
+        std::fs::write(&kit, KIT).expect("written");
+    }
+    let mut command = Command::new(program("rockfall"));
+    command
+        .arg("approve")
+        .arg(kit)
+        .arg("--out")
+        .arg(bench.path(out))
+        .args(["--speed", "15", "--time", "0.35"]);
+    command.args(arguments).current_dir(bench.path("")).stdin(Stdio::null());
+    command.stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+fn ended(bench: &Bench, out: &str, arguments: &[&str]) -> Ended {
+    Ended::of(approve(bench, out, arguments).output().expect("started"), bench.path(out))
+}
+
+fn read(path: &Path) -> String {
+    std::fs::read_to_string(path).expect("written")
+}
+
+fn approval(ended: &Ended) -> Value {
+    serde_json::from_str(&read(&ended.out.join("approval.json"))).expect("JSON")
+}
+
+/// A number of a launch of the first case.
+fn number<'a>(approval: &'a Value, launch: &str, name: &str) -> &'a Value {
+    let launches = approval["cases"][0]["launches"].as_array().expect("launches");
+    let launch = launches.iter().find(|of| of["launch"] == launch).expect("a launch");
+    let rows = launch["numbers"].as_array().expect("numbers");
+    rows.iter().find(|row| row["name"] == name).unwrap_or_else(|| panic!("no {name} in {launch}"))
+}
+
+#[test]
+fn a_scene_with_a_kit_is_the_scene_written_in_full() {
+    let bench = Bench::new();
+    std::fs::write(bench.path("kit.toml"), KIT).expect("written");
+    let of_kit = "[structure]\nkit = \"kit.toml\"\ndamping = 1.0\n[structure.generator]\nanchor_rise = 0.0\n";
+    let tables = KIT.split_once("[structure]\n").expect("a structure").1;
+    let full = format!("[structure]\ndamping = 1.0\n{tables}")
+        .replace("type = \"barrier\"\n", "type = \"barrier\"\nanchor_rise = 0.0\n");
+    let first = bench.done(&bench.scene(&scene(of_kit)), "kit", &[]);
+    let record = read(&first.out.join("run.json"));
+    assert!(record.contains("kit.toml\": \"fnv1a64:"), "{record}");
+    // Nothing of the kit is needed any more.
+    std::fs::remove_file(bench.path("kit.toml")).expect("removed");
+    let resolved = read(&first.out.join("scene.toml"));
+    assert!(!resolved.contains("kit"), "{resolved}");
+    let again = bench.done(&first.out.join("scene.toml"), "again", &[]);
+    let second = bench.done(&bench.scene(&scene(&full)), "full", &[]);
+    assert!(first.rows() > 20 && first.history() == second.history() && first.history() == again.history());
+
+    // The structure's program alone reads the same.
+    std::fs::write(bench.path("kit.toml"), KIT).expect("written");
+    let alone = "end_time = 0.01\ngravity = [0.0, 9.81, 0.0]\n";
+    let histories = [of_kit, &full].map(|structure| {
+        let scene = bench.scene(&format!("{alone}{structure}"));
+        let out = bench.path("alone");
+        let done = Command::new(program("fem-solver"))
+            .arg("run")
+            .arg(scene)
+            .arg("--out")
+            .arg(&out)
+            .arg("--force")
+            .output();
+        let done = done.expect("started");
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        read(&out.join("history.csv"))
+    });
+    assert_eq!(histories[0], histories[1]);
+
+    // A value that a program refuses is said with file and line of the kit.
+    std::fs::write(bench.path("kit.toml"), KIT.replace("stroke = 1.2", "strok = 1.2")).expect("written");
+    let refused = bench.run(&bench.scene(&scene(of_kit)), "refused", &[]);
+    assert_eq!(refused.code, Some(2), "{}", refused.stderr);
+    assert!(refused.stderr.contains("kit.toml:28:1: unknown key `strok`"), "{}", refused.stderr);
+    assert!(!bench.path("refused").exists());
+}
+
+#[test]
+fn every_criterion_has_the_number_of_its_run() {
+    let bench = Bench::new();
+    let ended = ended(&bench, "out", &["--sel", "16", "--no-variations"]);
+    assert_eq!(ended.code, Some(0), "{}{}", ended.stdout, ended.stderr);
+    let approval = approval(&ended);
+    assert_eq!((&approval["verdict"], &approval["class"]), (&"pass".into(), &0.into()), "{approval:#}");
+    assert!(ended.stdout.contains("verdict: pass in 1 of 1 cases"), "{}", ended.stdout);
+    let dir = ended.out.join("runs/as_defined");
+    let of = |number: &Value| number["value"].as_f64().expect("a number");
+    for (launch, run, energy) in [("SEL 1", "sel_1", 16e3), ("SEL 2", "sel_2", 16e3), ("MEL", "mel", 50e3)] {
+        // One that is not to be trusted was made again.
+        let finer = dir.join(format!("{run}_accurate"));
+        let place = if finer.exists() { finer } else { dir.join(run) };
+        let summary = Summary::read(&place).expect("a summary");
+        let measure = |name: &str| summary.measure(name).unwrap_or_else(|| panic!("no {name}"));
+        let found = |name: &str| of(number(&approval, launch, name));
+        for name in ["impact_energy", "impact_speed", "max_elongation"] {
+            assert_eq!(found(name), measure(name), "{launch} {name}");
+        }
+        // It touches with the energy of the test: the corners of the block are cut, and come a little later.
+        assert!((found("impact_energy") / energy - 1.0).abs() < 0.01, "{launch}: {}", found("impact_energy"));
+        let way = summary.measures.iter().find(|m| m.name == "max_elongation").expect("a way");
+        let time = way.time.expect("a time") - measure("time_of_impact");
+        assert!((found("braking_time") - time).abs() < 1e-12, "{launch}");
+        let fall = found("block_mass") * 9.81 * way.value;
+        assert!((found("absorbed_energy") - found("impact_energy") - fall).abs() < 1e-6 * fall, "{launch}");
+        assert_eq!(found("top_rope tension"), measure("approve_top_rope_tension_max"));
+        assert_eq!(found("rope_brakes 1 travel"), measure("approve_rope_brakes_1_elongation_max"));
+        let share = number(&approval, launch, "top_rope tension")["share"].as_f64().expect("a share");
+        assert!((share - found("top_rope tension") / 4e5).abs() < 1e-12);
+        // A mean of a force that is not negative lies below its peaks, and the peak of means below that of their parts.
+        let [mean, smooth, raw] =
+            ["mean", "peak_1ms", "peak_raw"].map(|name| found(&format!("block_force_{name}")));
+        assert!(0.0 < mean && mean < smooth && smooth <= raw, "{launch}: {mean} {smooth} {raw}");
+        let work = found("energy brakes");
+        assert!(0.0 < work && work < found("energy structure_dissipated") * 1.01, "{launch}: {work}");
+        let foot = number(&approval, launch, "foot_1 force");
+        let vector: Vec<f64> =
+            foot["vector"].as_array().expect("three").iter().filter_map(Value::as_f64).collect();
+        assert!((vector.iter().map(|f| f * f).sum::<f64>().sqrt() / of(foot) - 1.0).abs() < 1e-12);
+    }
+    // Block left in, at rest: that of the run which brings it there.
+    let last = ["sel_1_rest_4", "sel_1_rest_3", "sel_1_rest_2", "sel_1_rest_1"].map(|name| dir.join(name));
+    let last = last.iter().find(|place| place.join("summary.json").exists()).expect("at rest");
+    let height =
+        Summary::read(last).expect("a summary").measure("approve_left_height_end").expect("a height");
+    let [left, share, before] = ["h_R", "h_R/h_N", "h_N"].map(|name| of(number(&approval, "SEL 1", name)));
+    assert_eq!(left, height);
+    assert!(
+        share == left / before && (0.7..0.8).contains(&share) && (1.9..2.0).contains(&before),
+        "{share} {before}"
+    );
+    // The second launch hits a net that hangs lower, with brakes that have given way.
+    let used = |launch| of(number(&approval, launch, "rope_brakes 1 travel"));
+    assert!(used("SEL 2") > used("SEL 1"), "{} {}", used("SEL 2"), used("SEL 1"));
+    let scene = Scene::load(&dir.join("sel_2.toml"), &[]).expect("a scene").document().expect("a table");
+    assert!(scene["rock"][0]["position"][1].as_float() > Some(0.0), "{}", scene["rock"]);
+    // A row for each number, in the table too.
+    let table = read(&ended.out.join("approval.csv"));
+    assert!(table.starts_with("case,launch,name,value,unit,time_s,share,x,y,z,member,note\n"), "{table}");
+    let launches = approval["cases"][0]["launches"].as_array().expect("launches");
+    let rows: usize = launches.iter().map(|launch| launch["numbers"].as_array().map_or(0, Vec::len)).sum();
+    assert_eq!(table.lines().count() - 1, rows);
+    // Another test does not take the place of this one.
+    let other = self::ended(&bench, "out", &["--sel", "15", "--no-variations"]);
+    assert_eq!(other.code, Some(2), "{}", other.stderr);
+    assert!(other.stderr.contains("of another test") && other.stderr.contains("--force"), "{}", other.stderr);
+}
+
+#[test]
+fn a_weak_net_fails_by_name_and_a_study_that_was_interrupted_gives_the_same_bytes() {
+    let bench = Bench::new();
+    let weak = ["--vary", "structure.parts.2.rupture_force=2000"];
+    let whole = ended(&bench, "whole", &weak);
+    assert_eq!(whole.code, Some(0), "{}{}", whole.stdout, whole.stderr);
+    let approval = approval(&whole);
+    assert_eq!(approval["cases"][0]["verdict"], "pass", "{approval:#}");
+    assert_eq!(approval["cases"][1]["verdict"], "fail", "{approval:#}");
+    let criteria = approval["cases"][1]["criteria"].as_array().expect("criteria");
+    let failed: Vec<&Value> = criteria.iter().filter(|criterion| criterion["result"] == "fail").collect();
+    assert_eq!(
+        (&failed[0]["launch"], &failed[0]["name"]),
+        (&"MEL".into(), &"stopped".into()),
+        "{criteria:#?}"
+    );
+    assert_eq!(approval["cases"][1]["launches"][0]["fate"], Fate::WentThrough.name());
+    let stands = approval["stands"].as_str().expect("a sentence");
+    assert_eq!(
+        stands,
+        "pass in 1 of 2 cases; structure.parts.2.rupture_force=2000 makes it FAIL: MEL stopped"
+    );
+
+    let child = approve(&bench, "cut", &weak).spawn().expect("started");
+    until("the first run", || bench.path("cut/runs/as_defined/mel/task.json").exists().then_some(()));
+    kill_process(Pid::from_child(&child), Signal::INT).expect("it runs");
+    let cut = Ended::of(child.wait_with_output().expect("ended"), bench.path("cut"));
+    assert_eq!(cut.code, Some(1), "{}", cut.stderr);
+    assert!(
+        cut.stderr.contains("0 of 2 cases are judged") && cut.stderr.contains("the same command goes on"),
+        "{}",
+        cut.stderr
+    );
+    let first = read(&cut.out.join("runs/as_defined/mel/summary.json"));
+    let again = ended(&bench, "cut", &weak);
+    assert_eq!(again.code, Some(0), "{}", again.stderr);
+    assert_eq!(read(&again.out.join("runs/as_defined/mel/summary.json")), first, "what was finished is kept");
+    for name in ["approval.json", "approval.csv"] {
+        assert_eq!(read(&again.out.join(name)), read(&whole.out.join(name)), "{name}");
+    }
+}
+
+#[test]
+fn what_cannot_be_tested_is_refused_before_anything_starts() {
+    let bench = Bench::new();
+    let refused = |arguments: &[&str], what: &[&str]| {
+        let ended = ended(&bench, "out", arguments);
+        assert_eq!(ended.code, Some(2), "{}", ended.stderr);
+        what.iter().for_each(|what| assert!(ended.stderr.contains(what), "{}", ended.stderr));
+        assert!(!bench.path("out").exists(), "{arguments:?} left something");
+    };
+    refused(
+        &["--energy", "200"],
+        &["has an edge of 0.9865", "a third of the height", "m with --density 3000"],
+    );
+    refused(&["--density", "2000"], &["--density", "2000 kg/m3", "2500 to 3000"]);
+    refused(&["--energy=0"], &["--energy", "must lie above 0"]);
+    refused(&["--vary", "brake_force"], &["there is no `=`"]);
+    refused(&["--vary", "brake_force=much"], &["`much` is no number"]);
+    refused(&["--vary", "place=moon"], &["`moon` is no place: post, edge_field, top_rope"]);
+    refused(&["--vary", "bundle_factor=2"], &["there is nothing in the kit that `bundle_factor` changes"]);
+    refused(&["--vary", "structure.parts.0.strok=2"], &["unknown key `strok`", "structure.parts.0.strok=2"]);
+    refused(
+        &["--set", "structure.generator.line=[[0.0, 0.0], [9.0, 0.0]]"],
+        &["the test has a site of its own"],
+    );
+    std::fs::write(bench.path("kit.toml"), KIT.replace("energy = 5e4 # of its largest test [J]\n", ""))
+        .expect("written");
+    refused(&[], &["kit.toml:1:", "the energy of the largest launch is not known", "--energy KJ"]);
+    std::fs::write(bench.path("kit.toml"), KIT.replace("type = \"barrier\"", "type = \"ring_net\""))
+        .expect("written");
+    refused(&[], &["the test is of a barrier"]);
+}
+
+#[test]
+fn the_kits_that_come_with_the_project_are_valid_and_their_brakes_have_room() {
+    for entry in std::fs::read_dir(repository().join("launch/kits")).expect("kits").flatten() {
+        let (kit, about) = Scene::load_kit(&entry.path()).expect("a kit");
+        assert!(about.name.is_some() && about.energy.is_some() && about.class.is_some());
+        let document = kit.document().expect("a table");
+        let structure = &document["structure"];
+        let brakes = structure["parts"]
+            .as_array()
+            .expect("parts")
+            .iter()
+            .find(|part| part["name"].as_str() == Some("rope_brakes"));
+        let stroke = brakes.expect("brakes")["stroke"].as_float().expect("a stroke");
+        // Of the bottom rope, before the outer post; a brake is 1 m long.
+        let side = structure["generator"]["side_distance"].as_float().expect("a distance");
+        assert!(0.5 * side - 1.0 > stroke, "{}", entry.path().display());
+    }
+}
