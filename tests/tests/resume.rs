@@ -336,6 +336,23 @@ fn a_structure_alone_survives_kills() {
     assert!(survives("barrier", &[], "1e-6", 3, 5) > 0);
 }
 
+/// Killed after `summary.json` and before the rest: what is left to do is done by `--resume`.
+#[test]
+fn a_run_killed_between_its_summary_and_its_manifest_is_ended_in_order() {
+    let bench = Bench::new();
+    let words = arguments(&[&NEAR[..], &["end_time=0.03", "output.checkpoint=0.01"]].concat());
+    let whole = bench.run(&scene("walenstadt-compare"), "parts", &words);
+    let manifest = bench.path("parts/manifest.json");
+    let sealed = std::fs::read(&manifest).expect("it was sealed");
+    std::fs::remove_file(&manifest).unwrap();
+    std::fs::create_dir(bench.path("parts/checkpoint")).unwrap();
+    std::fs::write(bench.path("parts/checkpoint/1.state"), "an old one").unwrap();
+    let parts = bench.run(&scene("walenstadt-compare"), "parts", &[&words[..], &["--resume"]].concat());
+    assert_eq!(parts.code, whole.code, "{}", parts.stderr);
+    assert!(!bench.path("parts/checkpoint").exists(), "a run that is over needs none");
+    assert_eq!(std::fs::read(&manifest).expect("sealed again"), sealed);
+}
+
 /// A run of which two checkpoints are there, killed.
 fn cut(bench: &Bench, words: &[&str]) {
     let second = bench.path("parts/checkpoint/2.state");

@@ -481,7 +481,7 @@ impl BeamPart {
             hardening: vec![(0.0, stress), (1.0, stress + hardening)],
             ..Law::elastic(young, 0.0, false)
         };
-        Ok(Some(Arc::new(Fibres { section, law })))
+        Ok(Some(Arc::new(Fibres::new(section, law))))
     }
 }
 
@@ -581,7 +581,7 @@ mod tests {
             bending: section.inertia().map(|i| young * i),
             torsion: young / 2.6 * section.torsion,
             line_mass: 42.6,
-            fibres: Some(Arc::new(Fibres { section, law })),
+            fibres: Some(Arc::new(Fibres::new(section, law))),
             ..beam
         }
     }

@@ -17,7 +17,7 @@
 //! Source: Spacone, Filippou, Taucer (1996), Earthquake Eng. Struct. Dyn. 25, 711 (sections in balance with the ends).
 
 use super::material::Law;
-use super::section::Section;
+use super::section::{Fibre, Section};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 /// Deformations that the ends say: stretch [m], turn of each end in the first plane, in the second [rad].
@@ -29,7 +29,7 @@ const ALL: usize = ENDS + INNER;
 const POINTS: [(f64, f64, f64, f64); 3] =
     [(0.0, 1.0 / 6.0, 1.0, 2.0), (0.5, 4.0 / 6.0, 0.0, -1.0), (1.0, 1.0 / 6.0, -1.0, 2.0)];
 /// Sections are in balance to this share of what the elastic section would bear at a strain of 1.
-const BALANCED: f64 = 1e-16;
+const BALANCED: f64 = 1e-15;
 /// Most iterations; the energy is convex, and some three are taken.
 const MOST: usize = 60;
 /// Least slope of a fibre over its modulus: where all flow without hardening, there is a direction to go on.
@@ -44,6 +44,20 @@ pub struct Fibres {
     pub section: Section,
     /// The law of each fibre.
     pub law: Law,
+    /// Stress up to which none flows, however far it has flowed: it hardens, or flows on [Pa].
+    elastic_limit: f64,
+    /// How far they lie from the middle along each cross axis [m].
+    reach: [f64; 2],
+    /// Force and moments of the section by its strains while nothing flows [N, N m2].
+    elastic: Matrix3<f64>,
+}
+
+/// First and second derivative of the work by all deformations.
+struct Derivatives {
+    force: SVector<f64, ALL>,
+    stiffness: SMatrix<f64, ALL, ALL>,
+    /// Whether any fibre flows on the way there.
+    flows: bool,
 }
 
 /// Forces at the ends, and their derivative.
@@ -56,6 +70,15 @@ pub struct Resultants {
 }
 
 impl Fibres {
+    /// The fibres of a section, all by one law.
+    pub fn new(section: Section, law: Law) -> Self {
+        let of = |fibre: &Fibre| fibre.area * fibre.place() * fibre.place().transpose();
+        let (reach, elastic) =
+            (section.reach(), law.modulus * section.fibres.iter().map(of).sum::<Matrix3<f64>>());
+        let elastic_limit = law.yield_stress(0.0);
+        Self { section, law, elastic_limit, reach, elastic }
+    }
+
     /// Numbers in the history: the largest plastic strain of any fibre, what the sections decide, and those of each fibre.
     pub fn history_len(&self) -> usize {
         1 + INNER + POINTS.len() * OF_FIBRE * self.section.fibres.len()
@@ -65,7 +88,7 @@ impl Fibres {
     pub fn is_elastic(&self, ends: &[f64; ENDS], rest: f64, history: &[f64]) -> bool {
         let [stretch, y1, y2, z1, z2] = *ends;
         let most = |a: f64, b: f64| (4.0 * a + 2.0 * b).abs().max((2.0 * a + 4.0 * b).abs());
-        let [a, b] = self.section.reach();
+        let [a, b] = self.reach;
         let strain = (stretch.abs() + a * most(y1, y2) + b * most(z1, z2)) / rest;
         history[0] == 0.0 && self.law.modulus * strain <= self.law.yield_stress(0.0)
     }
@@ -78,12 +101,14 @@ impl Fibres {
         history: &[f64],
         after: Option<&mut [f64]>,
     ) -> Resultants {
-        let x = self.balance(ends, rest, history);
+        let (x, Derivatives { force, stiffness: k, flows }) = self.balance(ends, rest, history);
         if let Some(after) = after {
+            after.copy_from_slice(history);
             after[1..][..INNER].copy_from_slice(&x.as_slice()[ENDS..]);
-            after[0] = self.flow(&x, rest, history, &mut after[1 + INNER..]).max(history[0]);
+            if flows {
+                after[0] = self.flow(&x, rest, history, &mut after[1 + INNER..]).max(history[0]);
+            }
         }
-        let (force, k) = self.sums(&x, rest, history);
         let inner = k.fixed_view::<INNER, INNER>(ENDS, ENDS).into_owned();
         let mixed = k.fixed_view::<INNER, ENDS>(ENDS, 0).into_owned();
         let ends = k.fixed_view::<ENDS, ENDS>(0, 0).into_owned();
@@ -96,7 +121,7 @@ impl Fibres {
 
     /// Energy stored and dissipated at the deformations `ends` [J].
     pub fn energy(&self, ends: &[f64; ENDS], rest: f64, history: &[f64]) -> (f64, f64) {
-        let x = self.balance(ends, rest, history);
+        let (x, _) = self.balance(ends, rest, history);
         let (mut stored, mut dissipated) = (0.0, 0.0);
         self.each(&x, rest, history, |volume, strain, own| {
             let (kept, lost) = self.law.energy(strain, own);
@@ -106,18 +131,18 @@ impl Fibres {
         (stored, dissipated)
     }
 
-    /// The deformations with those that the sections decide.
-    fn balance(&self, ends: &[f64; ENDS], rest: f64, history: &[f64]) -> SVector<f64, ALL> {
+    /// The deformations with those that the sections decide, and the derivatives of the work there.
+    fn balance(&self, ends: &[f64; ENDS], rest: f64, history: &[f64]) -> (SVector<f64, ALL>, Derivatives) {
         let mut x = SVector::<f64, ALL>::zeros();
         x.as_mut_slice()[..ENDS].copy_from_slice(ends);
         x.as_mut_slice()[ENDS..].copy_from_slice(&history[1..][..INNER]);
-        let axial = self.law.modulus * self.section.area() * rest;
-        let [a, b] = self.section.reach();
+        let axial = self.elastic[(0, 0)] * rest;
+        let [a, b] = self.reach;
         let scales = [axial, axial, axial * a, axial * b];
         let inner = |of: &SVector<f64, ALL>| of.fixed_rows::<INNER>(ENDS).into_owned();
-        let (force, mut k) = self.sums(&x, rest, history);
-        let mut left = inner(&force);
+        let mut sums = self.sums(&x, rest, history);
         for _ in 0..MOST {
+            let (mut left, k) = (inner(&sums.force), &sums.stiffness);
             if left.iter().zip(scales).all(|(left, scale)| left.abs() <= BALANCED * scale) {
                 break;
             }
@@ -127,8 +152,8 @@ impl Fibres {
             let mut part = 1.0;
             loop {
                 x.fixed_rows_mut::<INNER>(ENDS).copy_from(&(start + part * way));
-                let (force, stiffness) = self.sums(&x, rest, history);
-                (left, k) = (inner(&force), stiffness);
+                sums = self.sums(&x, rest, history);
+                left = inner(&sums.force);
                 // Convex: the least lies where the work along the way is 0, and less of the way is enough where it is far beyond.
                 if way.dot(&left) <= -0.5 * before || part < 1e-6 {
                     break;
@@ -136,33 +161,38 @@ impl Fibres {
                 part *= 0.5;
             }
         }
-        x
+        (x, sums)
     }
 
     /// First and second derivative of the work by all deformations.
-    fn sums(
-        &self,
-        x: &SVector<f64, ALL>,
-        rest: f64,
-        history: &[f64],
-    ) -> (SVector<f64, ALL>, SMatrix<f64, ALL, ALL>) {
-        let (mut force, mut stiffness) = (SVector::zeros(), SMatrix::zeros());
-        let mut fibres = history[1 + INNER..].chunks_exact(OF_FIBRE);
-        for point in &POINTS {
+    fn sums(&self, x: &SVector<f64, ALL>, rest: f64, history: &[f64]) -> Derivatives {
+        let (mut force, mut stiffness, mut flows) = (SVector::zeros(), SMatrix::zeros(), false);
+        let mut histories = history[1 + INNER..].chunks_exact(OF_FIBRE * self.section.fibres.len());
+        let modulus = self.law.modulus;
+        for (point, own) in POINTS.iter().zip(&mut histories) {
             let shape = strains(point, rest);
             let strain = shape * x;
-            let (mut s, mut k) = (Vector3::zeros(), Matrix3::zeros());
-            for (fibre, own) in self.section.fibres.iter().zip(&mut fibres) {
-                let place = Vector3::new(1.0, fibre.at[0], fibre.at[1]);
-                let now = self.law.stress(place.dot(&strain), &[own[0], own[1], 0.0, 0.0]);
+            let (mut s, mut k) = (Vector3::zeros(), self.elastic);
+            for (fibre, own) in self.section.fibres.iter().zip(own.as_chunks::<OF_FIBRE>().0) {
+                let place = fibre.place();
+                let strain = place.dot(&strain);
+                let trial = modulus * (strain - own[0]);
+                if trial.abs() <= self.elastic_limit {
+                    s += fibre.area * trial * place;
+                    continue;
+                }
+                let now = self.law.stress(strain, &[own[0], own[1], 0.0, 0.0]);
                 s += fibre.area * now.stress * place;
-                let slope = now.modulus.max(LEAST_SLOPE * self.law.modulus);
-                k += fibre.area * slope * place * place.transpose();
+                if now.modulus < modulus {
+                    flows = true;
+                    let less = modulus - now.modulus.max(LEAST_SLOPE * modulus);
+                    k -= fibre.area * less * place * place.transpose();
+                }
             }
             force += point.1 * rest * shape.transpose() * s;
             stiffness += point.1 * rest * shape.transpose() * (k * shape);
         }
-        (force, stiffness)
+        Derivatives { force, stiffness, flows }
     }
 
     /// Show `take` the volume [m3] of each fibre, its strain and its history.

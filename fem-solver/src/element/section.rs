@@ -7,6 +7,7 @@
 //! Sources: EN 10365:2017 (HEA, HEB), EN 10210-2 (tubes: diameter and wall); torsion constant of an H section with its fillets:
 //! SCI P363 (2013), 3.2.2; yield strengths and elastic constants: EN 1993-1-1, table 3.1 (up to 40 mm) and 3.2.6.
 
+use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
@@ -87,6 +88,13 @@ pub struct Fibre {
     pub at: [f64; 2],
     /// Area [m2].
     pub area: f64,
+}
+
+impl Fibre {
+    /// What its strain takes of those of the section: stretch, and curvature in each plane.
+    pub fn place(&self) -> Vector3<f64> {
+        Vector3::new(1.0, self.at[0], self.at[1])
+    }
 }
 
 /// A section; the web of an H lies along the first cross axis.

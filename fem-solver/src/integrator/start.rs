@@ -17,8 +17,8 @@ use toolkit::output::Output;
 use toolkit::scene::Scene;
 use toolkit::start_from::{At, Origin};
 
-/// Residual, relative to the largest of load and internal force, below which a structure is at rest.
-const AT_REST: f64 = 1e-10;
+/// Residual, relative to load and internal force, below which a structure is at rest; where Newton stops at rounding, some 1e-10 is left.
+const AT_REST: f64 = 1e-9;
 /// Time between two reports of form finding.
 const BETWEEN_REPORTS: Duration = Duration::from_millis(500);
 /// Share of the critical step that is taken by default.

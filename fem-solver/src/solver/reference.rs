@@ -1,7 +1,7 @@
 //! What this program reads of a scene and writes as results, for `rockfall schema`.
 
 use crate::config::{FemConfig, GaugeConfig, StructureConfig};
-use toolkit::kit;
+use toolkit::{kit, library};
 use toolkit::schema::{Entry, Share, Tables};
 use toolkit::start_from::{self, StartFrom};
 
@@ -17,6 +17,9 @@ pub fn share() -> Share {
     // It is put in place where a scene is read, and never seen here.
     let about = serde_json::json!({ "type": "string", "description": kit::MEANING });
     share.definitions["StructureConfig"]["properties"]["kit"] = about;
+    let of = serde_json::json!({ "type": "string", "description": library::MEANING });
+    let parts = share.definitions["PartConfig"]["oneOf"].as_array_mut().expect("one for each element");
+    parts.iter_mut().for_each(|part| part["properties"][library::KEY] = of.clone());
     share
 }
 

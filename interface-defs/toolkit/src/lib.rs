@@ -1,7 +1,7 @@
 //! What rockfall's own programs share beside the contract. A foreign solver needs none of it.
 //!
 //! - [`scene`]: scene text, its tables, and where in the file a value stands
-//! - [`kit`]: a barrier from a file of its own, which a scene names
+//! - [`kit`]: a barrier from a file of its own, which a scene names; [`library`]: parts by name
 //! - [`schema`]: what a program reads and writes, for editors and the reference
 //! - [`tagged`]: enums that a table names under one of its keys
 //! - [`input_file`]: what stands at the path of an input file; [`coordinates`]: points of lines and areas, as written or of a file
@@ -38,6 +38,7 @@ pub mod history;
 pub mod input_file;
 pub mod kit;
 mod layout;
+pub mod library;
 pub mod limits;
 pub mod log;
 pub mod manifest;

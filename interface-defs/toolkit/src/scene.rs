@@ -7,6 +7,7 @@ use super::exact::{Exact, Mismatch};
 use super::explain::{suggestion, values};
 use super::files;
 use super::kit::{self, About, Kit};
+use super::library;
 use super::regular_file;
 use super::syntax;
 use interface_defs::diagnostic::{Code, Diagnostic, Place, code};
@@ -352,6 +353,9 @@ impl Scene {
         if let Some(kit) = &self.kit {
             kit.settle(&mut tree);
         }
+        library::fill(&mut tree).map_err(|(span, what, cure)| {
+            self.error(code::UNKNOWN_NAME, span, what).about("structure.parts.of").try_instead(cure)
+        })?;
         Ok(tree)
     }
 

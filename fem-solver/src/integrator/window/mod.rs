@@ -41,7 +41,7 @@ use std::rc::Rc;
 /// around it turn slack and taut at every swing. The energy of a mode at an instant is wrong by `(w h / 2)^2` of its kinetic
 /// energy: with half the critical step by a quarter, with this step by a sixtieth.
 ///
-/// Before, too, from windows in which anything uses more than [`NEAR`] of its strength to those with less than [`FAR`]: when it
+/// Before, too, in windows that begin with more than [`FAR`] of any strength used, or come to use more than [`NEAR`] of it: when it
 /// breaks depends on how its tension swings in the fastest modes. Measured on a net of cables (0.3 m): with half the critical
 /// step it tore 0.37 ms late and the reaction was 10 % too large, with this step within 0.02 ms and 1.2 %.
 const TORN_SHARE: f64 = 0.125;
