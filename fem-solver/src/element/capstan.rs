@@ -7,27 +7,40 @@
 //! N_i <= r N_(i-1)   and   N_(i-1) <= r N_i
 //! ```
 //!
-//! Where they do not, reference length passes to the side of higher tension until they just do: the slips
-//! of all nodes solve one tridiagonal system (semi-smooth Newton with an active set), so that the result does
-//! not depend on the end where one starts, and a long rope needs no more iterations than a short one.
-//! Handbook 2.2.
+//! Where they do not, reference length passes to the side of higher tension until they just do. With `y_i = ln N_i` the slips
+//! `s_j` are where a convex sum is least,
+//!
+//! ```text
+//! sum E_i(L_i + s_(i-1) - s_i) + sum mu phi_j |s_j|,   dE_i/dL = -y_i
+//! ```
+//!
+//! for its conditions are those above: the rise of `y` over a node that slips is `mu phi` in the direction of the slip, and lies between where it
+//! sticks. With `E` taken as a parabola in each segment, the least is found exactly in one pass along the rope and back ([`Returned::aim`]);
+//! from there again, some four times, and by less of the way where the sum grows again behind it. So it comes down from anywhere, and does not
+//! depend on the end where one starts.
+//!
+//! Sources: handbook 2.2; the pass is that of Johnson (2013), J. Comput. Graph. Stat. 22, 246, for the bounds of neighbours.
 
 use nalgebra::Vector3;
 use std::cmp::Ordering;
 use std::sync::Once;
 
-/// Most iterations at a time.
-const MOST: usize = 25;
-/// Times that they are begun anew after [`SWEEPS`] over all nodes, at most.
-const ROUNDS: usize = 30;
-/// Sweeps over all nodes, there and back, one node at a time.
-const SWEEPS: usize = 4;
-/// Relative error of a slip in a sweep.
-const CLOSE: f64 = 1e-3;
+/// Most iterations; 20 was the most of 2 700 ropes, at random or with 95 segments bunched by their nodes.
+const MOST: usize = 100;
+/// Most halvings of a step.
+const HALVINGS: usize = 40;
+/// A step is short enough where the sum, behind it, grows by less than this part of how it fell before.
+const TURNS: f64 = 0.3;
 /// Change of tension, relative to the stiffness of the rope, below which a node has returned.
 const SETTLED: f64 = 1e-14;
+/// Change of a slip, relative to the length of the rope, that is rounding where [`SETTLED`] nearly holds.
+const ROUNDING: f64 = 2e-15;
+/// See [`ROUNDING`].
+const NEARLY: f64 = 1e-11;
 /// A slack segment shows this part of its stiffness, so that length still finds its way through it.
 const SLACK: f64 = 1e-9;
+/// Tension over `E A` from which on down its logarithm goes on straight.
+const LOWEST: f64 = 1e-14;
 
 /// RopeLaw of a segment: `N = A (s_0 + E e) l / L`, `e = (l^2 - L^2) / (2 L^2)`.
 #[derive(Debug, Clone, Copy)]
@@ -72,6 +85,14 @@ impl RopeLaw {
         self.preload + self.rigidity * (l - rest) * (l + rest) / (2.0 * rest * rest)
     }
 
+    /// `S A` and its derivative by `L`: unlike `N` it falls with `L` however far a slack segment is pushed together.
+    fn slack(&self, l: f64, rest: f64) -> (f64, f64) {
+        let (padded, whole) = self.padded(l, rest);
+        let x = padded / whole;
+        let falls = self.rigidity * if rest < self.least { x } else { x * x } / whole;
+        (self.stress(padded, whole), -falls.max(SLACK * self.rigidity / whole))
+    }
+
     /// Stored energy [J], counted from where the stress is 0.
     pub fn energy(&self, l: f64, rest: f64) -> f64 {
         let (l, rest) = self.padded(l, rest);
@@ -106,9 +127,18 @@ pub struct Returned {
     pub dissipated: f64,
     contacts: Vec<Ordering>,
     factors: Vec<f64>,
+    /// Their logarithms, `mu phi`.
+    bounds: Vec<f64>,
     slip: Vec<f64>,
-    /// Slips after the last sweeps.
-    swept: Vec<f64>,
+    /// Slips before a step, and where it leads.
+    start: Vec<f64>,
+    target: Vec<f64>,
+    /// Logarithm of each tension, and by how much it falls per reference length.
+    logarithms: Vec<(f64, f64)>,
+    /// For [`Returned::aim`]: where the logarithm of each tension would lie as far as the rope before it goes; and, to the left and right of
+    /// that, where the slope of the sum changes, and by how much.
+    best: Vec<f64>,
+    knots: [Vec<(f64, f64)>; 2],
     /// The tridiagonal system: below, on and above the diagonal, and the right-hand side.
     system: [Vec<f64>; 4],
 }
@@ -140,34 +170,9 @@ impl Returned {
     pub fn slide(&mut self, law: &RopeLaw, lengths: &[f64], rest: &[f64], factors: &[f64]) {
         let inner = factors.len();
         self.begin(rest, factors);
-        self.pull(law, lengths);
-        let mut settled = self.iterate(law, lengths, rest);
-        if !settled {
-            self.slip.fill(0.0);
-            self.rest.copy_from_slice(rest);
-        }
-        for _ in 0..ROUNDS {
-            if settled {
-                break;
-            }
-            // Where segments go slack and taut the iteration can walk in circles; one node at a time cannot.
-            for _ in 0..SWEEPS {
-                (0..inner).chain((0..inner).rev()).for_each(|j| self.return_one(law, lengths, j));
-            }
-            self.pull(law, lengths);
-            for (contact, slip) in self.contacts.iter_mut().zip(&self.slip) {
-                *contact = slip.partial_cmp(&0.0).unwrap_or(STICKS);
-            }
-            self.swept.copy_from_slice(&self.slip);
-            settled = self.iterate(law, lengths, rest);
-            if !settled {
-                // On from where the sweeps had come.
-                self.slip.copy_from_slice(&self.swept);
-                for (i, now) in self.rest.iter_mut().enumerate() {
-                    *now = rest[i] + gained(&self.slip, i);
-                }
-            }
-        }
+        let settled = self.settle(law, lengths, rest);
+        self.tension.clear();
+        self.tension.extend(lengths.iter().zip(&self.rest).map(|(l, rest)| softened(law, *l, *rest)));
         if !settled {
             static SAID: Once = Once::new();
             SAID.call_once(|| {
@@ -180,134 +185,178 @@ impl Returned {
         self.dissipated = (0..inner).map(|j| self.slip[j] * (release(j + 1) - release(j))).sum();
     }
 
-    /// The semi-smooth iteration from the slips and contacts at hand; whether it settled.
-    fn iterate(&mut self, law: &RopeLaw, lengths: &[f64], rest: &[f64]) -> bool {
-        let (inner, total, scale) = (self.factors.len(), rest.iter().sum::<f64>(), law.rigidity);
+    /// Slip to where the sum is least; whether it settled.
+    fn settle(&mut self, law: &RopeLaw, lengths: &[f64], rest: &[f64]) -> bool {
+        let (inner, least) = (self.factors.len(), LOWEST * law.rigidity);
+        let total: f64 = rest.iter().sum();
+        self.pull(law, lengths);
         for _ in 0..MOST {
-            let changed = self.choose(scale);
-            self.set_up();
-            let left = (0..inner).map(|j| match self.contacts[j] {
-                STICKS => self.slip[j].abs() / total,
-                _ => self.system[3][j].abs() / scale,
-            });
-            if !changed && left.fold(0.0, f64::max) <= SETTLED {
+            let mut left = 0.0_f64;
+            for j in 0..inner {
+                self.contacts[j] = self.turns_to(j);
+                let slope = match self.contacts[j] {
+                    FORWARD => self.bounds[j] - self.rise(j),
+                    BACKWARD => self.bounds[j] + self.rise(j),
+                    STICKS => 0.0,
+                };
+                let force = self.tension[j].force.max(self.tension[j + 1].force).max(least);
+                left = left.max(slope.abs() * force);
+            }
+            if left <= SETTLED * law.rigidity {
                 return true;
             }
-            let [below, diagonal, above, step] = &mut self.system;
-            solve_tridiagonal(below, diagonal, above, step);
-            // No segment may lose more than half of what it counts as at once.
-            let share = self.rest.iter().enumerate().map(|(i, rest)| {
-                let change = gained(step, i);
-                let most = -0.5 * rest.max(law.least);
-                if change < most { most / change } else { 1.0 }
-            });
-            let share = share.fold(1.0, f64::min);
-            self.slip.iter_mut().zip(step).for_each(|(s, d)| *s += share * *d);
-            for (i, now) in self.rest.iter_mut().enumerate() {
-                *now = rest[i] + gained(&self.slip, i);
+            self.aim(rest);
+            self.start.copy_from_slice(&self.slip);
+            let way = |of: &Self, j: usize| of.target[j] - of.start[j];
+            if left <= NEARLY * law.rigidity && (0..inner).all(|j| way(self, j).abs() <= ROUNDING * total) {
+                return true;
             }
-            self.pull(law, lengths);
+            // No segment may lose more than half of what it counts as at once.
+            let mut share = 1.0_f64;
+            for (i, now) in self.rest.iter().enumerate() {
+                let change = rest[i] + gained(&self.target, i) - now;
+                let most = -0.5 * now.max(law.least);
+                share = share.min(if change < most { most / change } else { 1.0 });
+            }
+            // Slope of the sum along the way: at its start ahead, and from where it ends back.
+            let slope = |of: &Self, j: usize, towards: f64| {
+                let sign = if of.slip[j] == 0.0 { towards } else { of.slip[j] }.signum();
+                way(of, j) * (sign * of.bounds[j] - of.rise(j))
+            };
+            let before: f64 = (0..inner).map(|j| slope(self, j, way(self, j))).sum();
+            for _ in 0..HALVINGS {
+                for j in 0..inner {
+                    let part = self.start[j] + share * way(self, j);
+                    self.slip[j] = if share == 1.0 { self.target[j] } else { part };
+                }
+                for (i, now) in self.rest.iter_mut().enumerate() {
+                    *now = rest[i] + gained(&self.slip, i);
+                }
+                self.pull(law, lengths);
+                let behind: f64 = (0..inner).map(|j| slope(self, j, -way(self, j))).sum();
+                if behind <= TURNS * before.abs() {
+                    break;
+                }
+                share *= 0.5;
+            }
         }
         false
     }
 
-    /// Let node `j` alone slip to where friction holds the rope there; the slips of the others stay.
-    fn return_one(&mut self, law: &RopeLaw, lengths: &[f64], j: usize) {
-        let now = self.slip[j];
-        let (before, behind) = (self.rest[j] + now, self.rest[j + 1] - now);
-        // How far tension exceeds what friction holds towards the segment behind (`sign` 1) or before, at the slip
-        // `sign * s`; decreases with `s`.
-        let excess = |sign: f64, s: f64| {
-            let a = softened(law, lengths[j], before - sign * s).force;
-            let b = softened(law, lengths[j + 1], behind + sign * s).force;
-            if sign > 0.0 { (b - self.factors[j] * a, b) } else { (a - self.factors[j] * b, a) }
-        };
-        let pulled = [1.0, -1.0].into_iter().find(|sign| {
-            let (excess, pull) = excess(*sign, 0.0);
-            excess > 0.0 && pull > 0.0
-        });
-        let Some(sign) = pulled else {
-            self.put(j, 0.0, before, behind);
-            return;
-        };
-        // A segment without a least length keeps some.
-        let room = if law.least > 0.0 {
-            f64::INFINITY
-        } else if sign > 0.0 {
-            before
-        } else {
-            behind
-        };
-        let (mut low, mut high) = (0.0, now.abs().max(1e-9 * (before + behind)).min(0.5 * room));
-        while excess(sign, high).0 > 0.0 && high - low > f64::EPSILON * high {
-            low = high;
-            high = (4.0 * high).min(0.5 * (high + room));
-        }
-        // The iteration makes it exact.
-        while high - low > CLOSE * high {
-            let middle = 0.5 * (low + high);
-            if excess(sign, middle).0 > 0.0 {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        self.put(j, sign * high, before, behind);
+    /// By how much the logarithm of the tension rises over a node.
+    fn rise(&self, j: usize) -> f64 {
+        self.logarithms[j + 1].0 - self.logarithms[j].0
     }
 
-    /// Node `j` has slipped by `slip`, the segments beside it `before` and `behind` long without that.
-    fn put(&mut self, j: usize, slip: f64, before: f64, behind: f64) {
-        self.slip[j] = slip;
-        (self.rest[j], self.rest[j + 1]) = (before - slip, behind + slip);
+    /// Where a node slips, or is about to.
+    fn turns_to(&self, j: usize) -> Ordering {
+        let (slip, rise, most) = (self.slip[j], self.rise(j), self.bounds[j]);
+        match slip.partial_cmp(&0.0) {
+            Some(STICKS) if rise > most => FORWARD,
+            Some(STICKS) if rise < -most => BACKWARD,
+            direction => direction.unwrap_or(STICKS),
+        }
+    }
+
+    /// Slips at which the sum is least, with the logarithms straight in the reference lengths.
+    ///
+    /// In terms of the logarithms `y`: the least of `sum (y_i - c_i)^2 / (2 e_i)` where no rise exceeds its bound. What the segments up to one add to
+    /// it as a function of that one's `y` has a slope of straight pieces, `a y + b` around its zero; over a node the pieces move apart by
+    /// its bound, and flat ground opens at the zero.
+    fn aim(&mut self, rest: &[f64]) {
+        let (inner, [left, right]) = (self.factors.len(), &mut self.knots);
+        let centre = |i: usize| {
+            let (y, falls) = self.logarithms[i];
+            y + falls * (self.rest[i] - rest[i])
+        };
+        left.clear();
+        right.clear();
+        let (mut moved, mut a, mut b) = (0.0, 0.0, 0.0);
+        for i in 0..=inner {
+            let weight = 1.0 / self.logarithms[i].1;
+            a += weight;
+            b -= weight * centre(i);
+            let mut zero = -b / a;
+            if left.last().is_some_and(|(at, _)| zero < at - moved) {
+                while let Some((at, change)) = left.pop_if(|(at, _)| zero < *at - moved) {
+                    (a, b) = (a - change, b + change * (at - moved));
+                    right.push((at - 2.0 * moved, change));
+                    zero = (-b / a).min(at - moved);
+                }
+            } else {
+                while let Some((at, change)) = right.pop_if(|(at, _)| zero > *at + moved) {
+                    (a, b) = (a + change, b - change * (at + moved));
+                    left.push((at + 2.0 * moved, change));
+                    zero = (-b / a).max(at + moved);
+                }
+            }
+            self.best[i] = zero;
+            if i < inner {
+                moved += self.bounds[i];
+                left.push((zero - self.bounds[i] + moved, -a));
+                right.push((zero + self.bounds[i] - moved, a));
+                (a, b) = (0.0, 0.0);
+            }
+        }
+        // Back from the last segment, whose `y` is known; where a bound holds, its node slips.
+        for j in (0..inner).rev() {
+            let (next, bound) = (self.best[j + 1], self.bounds[j]);
+            self.contacts[j] = match self.best[j] {
+                y if y <= next - bound => FORWARD,
+                y if y >= next + bound => BACKWARD,
+                _ => STICKS,
+            };
+            self.best[j] = self.best[j].clamp(next - bound, next + bound);
+        }
+        let mut given = 0.0;
+        for j in 0..inner {
+            given += (self.best[j] - centre(j)) / self.logarithms[j].1;
+            let turns = given.partial_cmp(&0.0) != Some(self.contacts[j]);
+            self.target[j] = if turns { 0.0 } else { given };
+        }
     }
 
     fn begin(&mut self, rest: &[f64], factors: &[f64]) {
         let inner = factors.len();
         rest.clone_into(&mut self.rest);
         factors.clone_into(&mut self.factors);
+        self.bounds.clear();
+        self.bounds.extend(factors.iter().map(|factor| factor.ln()));
         self.contacts.clear();
         self.contacts.resize(inner, STICKS);
         self.slip.clear();
         self.slip.resize(inner, 0.0);
-        self.swept.resize(inner, 0.0);
+        self.start.resize(inner, 0.0);
+        self.target.resize(inner, 0.0);
+        self.best.resize(inner + 1, 0.0);
         self.system.iter_mut().for_each(|part| part.resize(inner, 0.0));
     }
 
+    /// Tensions at the reference lengths at hand, and their logarithms.
     fn pull(&mut self, law: &RopeLaw, lengths: &[f64]) {
+        let least = LOWEST * law.rigidity;
         self.tension.clear();
-        self.tension.extend(lengths.iter().zip(&self.rest).map(|(l, rest)| softened(law, *l, *rest)));
+        self.tension.extend(lengths.iter().zip(&self.rest).map(|(l, rest)| law.tension(*l, *rest)));
+        self.logarithms.clear();
+        self.logarithms.extend(self.tension.iter().zip(lengths.iter().zip(&self.rest)).map(|(t, (l, rest))| {
+            if t.force >= least {
+                return (t.force.ln(), -t.by_rest / t.force);
+            }
+            let (force, by_rest) = law.slack(*l, *rest);
+            (least.ln() + force / least - 1.0, -by_rest / least)
+        }));
     }
 
-    /// What each node does next; returns whether any changes its mind.
-    fn choose(&mut self, scale: f64) -> bool {
-        let mut changed = false;
-        for (j, contact) in self.contacts.iter_mut().enumerate() {
-            let (before, behind, r) = (self.tension[j].force, self.tension[j + 1].force, self.factors[j]);
-            let least = SETTLED * scale;
-            let next = match *contact {
-                STICKS if behind > r * before + least && behind > 0.0 => FORWARD,
-                STICKS if before > r * behind + least && before > 0.0 => BACKWARD,
-                FORWARD if self.slip[j] < 0.0 => STICKS,
-                BACKWARD if self.slip[j] > 0.0 => STICKS,
-                same => same,
-            };
-            changed |= next != *contact;
-            *contact = next;
-        }
-        changed
-    }
-
-    /// The system for the next step of the slips; slip `s_j` takes from `L_j` and gives to `L_(j+1)`.
+    /// The system for the derivative of the slips; slip `s_j` takes from `L_j` and gives to `L_(j+1)`.
     fn set_up(&mut self) {
-        let [below, diagonal, above, residual] = &mut self.system;
+        let [below, diagonal, above, _] = &mut self.system;
         for j in 0..self.factors.len() {
             if self.contacts[j] == STICKS {
-                (below[j], diagonal[j], above[j], residual[j]) = (0.0, 1.0, 0.0, -self.slip[j]);
+                (below[j], diagonal[j], above[j]) = (0.0, 1.0, 0.0);
                 continue;
             }
             let (a, b) = (self.tension[j], self.tension[j + 1]);
             let (weight_a, weight_b) = weights(self.contacts[j], self.factors[j]);
-            residual[j] = -(weight_b * b.force + weight_a * a.force);
             below[j] = weight_a * a.by_rest;
             diagonal[j] = weight_b * b.by_rest - weight_a * a.by_rest;
             above[j] = -weight_b * b.by_rest;
