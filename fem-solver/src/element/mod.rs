@@ -23,6 +23,7 @@ pub mod section;
 pub mod segment;
 pub mod shell;
 pub mod sliding_cable;
+pub mod support_spring;
 #[cfg(test)]
 pub(crate) mod tests;
 pub mod turn;
@@ -36,6 +37,7 @@ pub use membrane::{Membrane, MembraneQuad};
 pub use ring::Ring;
 pub use shell::Shell;
 pub use sliding_cable::SlidingCable;
+pub use support_spring::SupportSpring;
 pub use wire_ring::WireRing;
 
 use part::PartSettings;
@@ -359,5 +361,6 @@ elements! {
         membrane::MembraneQuad,
         shell::Shell,
         ground_contact::GroundContact,
+        support_spring::SupportSpring,
     }
 }

@@ -154,8 +154,7 @@ impl FemSolver {
         }
         let shortest = start.time_step.min(plan.window) / HALVINGS;
         let samples = ((1e-3 + plan.window) / shortest).min(MOST_REMEMBERED) as usize + 16;
-        let recorder =
-            Recorder::new(&self.model, &self.probes, &start.form.displacement, &start.force, samples);
+        let recorder = Recorder::new(&self.model, &self.probes, &start.form, &start.force, samples);
         let warnings = [&start.warnings[..], &load_warnings].concat();
         let sag = self.model.sag(&start.form.displacement);
         let form = (start.form.clone(), start.form_finding);
@@ -325,7 +324,7 @@ fn torn(model: &Model, events: &[Event]) -> Option<Vec<Torn>> {
     let mut all: Vec<Torn> = Vec::new();
     for event in events {
         let element = event.element as usize;
-        let part = model.parts.iter().find(|p| p.elements.contains(&element));
+        let part = model.part_of(0, element);
         let part = part.map_or("the structure", |part| part.name.as_str());
         match all.iter_mut().find(|torn| torn.part == part) {
             Some(torn) => (torn.elements, torn.last) = (torn.elements + 1, event.time),
@@ -494,7 +493,7 @@ impl Solver for FemSolver {
             );
             warnings.push(Diagnostic::warning(code::TRUST, what));
         }
-        if model.held.contains(&true) || !model.until.is_empty() || !model.springs.is_empty() {
+        if model.is_supported() {
             measures.push(peak("max_reaction", peaks.reaction, RANKS[2]));
             measures.push(peak("max_reaction_1ms", peaks.reaction_1ms, RANKS[0]));
         } else {

@@ -14,6 +14,7 @@ mod fields;
 mod forms;
 mod gate;
 mod generated;
+mod giving;
 mod going_on;
 mod ground;
 mod groups;

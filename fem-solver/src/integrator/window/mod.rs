@@ -717,7 +717,7 @@ fn first_state(model: &Model, config: &Config, start: &Start, recorder: &Recorde
         state.acceleration.copy_from_slice(own);
     }
     [state.dissipated, state.received, state.support_work, state.load_work] = start.booked;
-    let reaction = recorder.total_reaction(&start.force, &start.form.displacement);
+    let reaction = recorder.total_reaction(&start.force, &start.form);
     let at_start = |value| Peak { value, time: 0.0 };
     let size = at_start(reaction.iter().map(|r| r * r).sum::<f64>().sqrt());
     let tension = at_start(start.cable_force);

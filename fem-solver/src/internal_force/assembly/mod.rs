@@ -21,9 +21,10 @@ struct Place {
 }
 
 impl Place {
-    /// The axial force of its element, where it counts among those of cables, ropes, rings and brakes: a post is none of them.
+    /// The axial force of its element, where it counts among those of cables, ropes, rings and brakes: a post or a support is none of
+    /// them.
     fn counted(&self, tension: f64) -> f64 {
-        if self.constants.has_moments { 0.0 } else { tension }
+        if self.constants.has_moments || self.constants.lines == 0 { 0.0 } else { tension }
     }
 }
 
