@@ -222,6 +222,11 @@ pub trait Element: Debug {
         0.0
     }
 
+    /// Share of the strain at which its fibres tear; 0 where they do not.
+    fn strain_utilisation(&self, _u: &[f64], _history: &[f64]) -> f64 {
+        0.0
+    }
+
     /// Share of the axial force and the moments at which its section is wholly plastic that it bears at the more loaded of its ends, added
     /// up (EN 1993-1-1, 6.2.1 (7)); 0 where it does not yield, or is broken.
     fn plastic_utilisation(&self, _u: &[f64], _history: &[f64]) -> f64 {
@@ -232,7 +237,8 @@ pub trait Element: Debug {
     fn used(&self, u: &[f64], history: &[f64], forces: &mut [f64]) -> f64 {
         self.line_forces(u, history, forces);
         let of_line = |force: &f64| if force.is_nan() { 1.0 } else { self.utilisation(u, *force) };
-        forces.iter().map(of_line).fold(self.plastic_utilisation(u, history), f64::max)
+        let section = self.plastic_utilisation(u, history).max(self.strain_utilisation(u, history));
+        forces.iter().map(of_line).fold(section, f64::max)
     }
 
     /// Moments in it [N m]; 0 where it is broken or no beam. Bending in the plane of each cross axis, at start and end: positive

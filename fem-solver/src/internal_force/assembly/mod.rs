@@ -230,7 +230,7 @@ impl Assembly {
             let own = self.take_history(i, history);
             let u = &self.u[..self.places[i].dofs.len()];
             if element.breaks(u, own) {
-                let share = element.utilisation(u, tension);
+                let share = element.utilisation(u, tension).max(element.strain_utilisation(u, own));
                 self.broken.push(Broken { element: i as u32, tension, part: 1.0, share });
             }
         }
