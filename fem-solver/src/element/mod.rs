@@ -40,6 +40,7 @@ pub use sliding_cable::SlidingCable;
 pub use support_spring::SupportSpring;
 pub use wire_ring::WireRing;
 
+use interface_defs::ShareOf;
 use part::PartSettings;
 use std::fmt::Debug;
 use std::ops::Deref;
@@ -220,6 +221,11 @@ pub trait Element: Debug {
     /// Share of its strength that the axial force `force` [N] of a line and its strain use; 0 where it cannot break.
     fn utilisation(&self, _u: &[f64], _force: f64) -> f64 {
         0.0
+    }
+
+    /// The same of what else it has that comes to an end, such as a stroke, where `history` says how far it went.
+    fn used_of(&self, u: &[f64], force: f64, _history: &[f64]) -> (f64, ShareOf) {
+        (self.utilisation(u, force), ShareOf::Force)
     }
 
     /// Share of the strain at which its fibres tear; 0 where they do not.

@@ -245,6 +245,20 @@ impl Model {
         self.elements[self.giving.clone()].iter().any(|spring| spring.nodes() == [node])
     }
 
+    /// What utilisation and energy are reported of: the parts of the scene, and groups of supports that give way.
+    pub fn accounted(&self) -> impl Iterator<Item = &Part> {
+        self.parts[..self.part_count].iter().chain(&self.giving_groups)
+    }
+
+    /// For each element which of these it is in; their number where it is in none.
+    pub fn accounts(&self) -> Vec<u32> {
+        let mut accounts = vec![self.accounted().count() as u32; self.elements.len()];
+        for (number, part) in self.accounted().enumerate() {
+            part.elements.iter().for_each(|element| accounts[*element] = number as u32);
+        }
+        accounts
+    }
+
     /// Whether anything holds the structure, if not for ever.
     pub fn is_supported(&self) -> bool {
         let springs = self.springs.is_empty() && self.giving.is_empty();

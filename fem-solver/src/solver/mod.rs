@@ -18,6 +18,7 @@ use crate::model::Model;
 use crate::model::rope_ends::{self, RopeEnd};
 use crate::results::energy::Energies;
 use crate::results::fields::{Fields, KeptFields};
+use crate::results::parts;
 use crate::results::record::{Probes, Recorder};
 use crate::state::inherited::{End, Inherited};
 use crate::state::{Critical, Peak, State};
@@ -37,6 +38,7 @@ use toolkit::output::Output;
 use toolkit::program::Options;
 use toolkit::run_dir;
 use toolkit::scene::Scene;
+use toolkit::start_from::At;
 
 /// Steps within 1 ms and a window for which memory is set aside, at most.
 const MOST_REMEMBERED: f64 = 2e5;
@@ -517,11 +519,15 @@ impl Solver for FemSolver {
         measures.extend(critical_loads(committed));
         warnings.extend(unstable_path(committed));
         let counts = &prepared.windows.counts;
+        // The books of a run that starts at rest begin anew.
+        let anew = self.inherited.as_ref().is_some_and(|from| from.origin.at == At::Rest);
+        let before = anew.then_some(&prepared.form.0);
         warnings.extend(counts.warnings(model, self.config.fem.load_steps.is_some()));
         warnings.extend(lost);
         Ok(Statistics {
             measures,
             torn: torn(model, events),
+            parts: Some(parts::used(model, committed, prepared.windows.energy(), before)),
             counts: counts.named(),
             warnings,
             ..Statistics::default()

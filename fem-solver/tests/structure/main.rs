@@ -26,6 +26,7 @@ mod loads;
 mod local;
 mod meshes;
 mod mutations;
+mod parts;
 mod paths;
 mod pressures;
 mod rest;

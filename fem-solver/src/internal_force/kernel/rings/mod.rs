@@ -104,10 +104,18 @@ fn wire_ring<const N: usize>(element: &AnyElement) -> Option<WireConstants<N>> {
 
 impl Rings {
     /// The rings among `elements` between `nodes` nodes, where `history` says where the history of each element begins.
-    pub fn new(elements: &[AnyElement], nodes: usize, history: impl Fn(usize) -> usize) -> Self {
+    /// Those of a block are all in one part, whose numbers are `parts`.
+    pub fn new(
+        elements: &[AnyElement],
+        nodes: usize,
+        parts: &[u32],
+        history: impl Fn(usize) -> usize,
+    ) -> Self {
         let (mut all, mut next) = (Self::default(), 0);
         while next < elements.len() {
-            let Some(block) = RingBlock::first_of(&elements[next..], (next, nodes, history(next))) else {
+            let own = parts[next..].iter().take(WIDTH).take_while(|part| **part == parts[next]).count();
+            let own = &elements[next..next + own];
+            let Some(block) = RingBlock::first_of(own, (next, nodes, history(next))) else {
                 next += 1;
                 continue;
             };
@@ -132,12 +140,12 @@ impl Rings {
 
     /// Compute force and history of a block in the middle of an explicit step that began at the displacements `start` [m], no
     /// node further than `farthest` [m] from there. Returns the largest share of its strength that a ring uses at the step's end as
-    /// long as nothing holds it up, or an upper bound of it below [`FAR`].
+    /// long as nothing holds it up, or an upper bound of it below [`FAR`] and `most`.
     pub fn pull_ahead(
         &mut self,
         block: usize,
         (start, middle): (&[f64], &[f64]),
-        farthest: f64,
+        (farthest, most): (f64, f64),
         history: &[f64],
     ) -> f64 {
         let block = &self.blocks[block];
@@ -146,7 +154,7 @@ impl Rings {
             memory.pull(columns, farthest);
             // Mostly no ring is near its strength, however its nodes go on.
             let bound = memory.share_bound(columns, block.count());
-            if bound < FAR {
+            if bound < FAR && bound <= most {
                 return bound;
             }
             gather(places, block.nodes, start, &mut memory.ahead);
