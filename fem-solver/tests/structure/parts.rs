@@ -166,3 +166,44 @@ cells = [[1, 2]]
         assert!(all.last().unwrap().part == "the rest" || part(&all, "strong").0.utilisation.is_none());
     }
 }
+
+#[test]
+fn rings_in_blocks_are_used_as_one_by_one_and_each_part_by_its_own() {
+    // Two parts of the same rings, the second pulled less: what blocks say is what the gauge of every step says.
+    let net = |name: &str, at: f64, speed: f64| {
+        let corner = |k: usize| [[0.0, 0.0], [0.3, 0.0], [0.3, 0.3], [0.0, 0.3]][k];
+        let nodes: Vec<[f64; 3]> =
+            (0..12).map(|i| [at + corner(i % 4)[0] + (i / 4) as f64, corner(i % 4)[1], 0.0]).collect();
+        (name.to_owned(), nodes, speed)
+    };
+    let nets = [net("first", 0.0, 8.0), net("second", 10.0, 4.0)];
+    let nodes: Vec<[f64; 3]> = nets.iter().flat_map(|(_, nodes, _)| nodes.clone()).collect();
+    let mut parts_text = String::new();
+    let (mut supports, mut velocities, mut gauges) = (String::new(), String::new(), String::new());
+    for (n, (name, _, speed)) in nets.iter().enumerate() {
+        let cells: Vec<Vec<usize>> =
+            (0..3).map(|ring| (0..4).map(|k| 12 * n + 4 * ring + k).collect()).collect();
+        parts_text += &format!(
+            "[[structure.parts]]\nname = \"{name}\"\nelement = \"ring\"\ncells = {cells:?}\ndiameter = 0.3\nperimeter = 1.0\n\
+             perimeter_stiffness = 1e6\nbending_stiffness = 1e4\nmass = 0.5\nrupture_force = 1e5\n"
+        );
+        for cell in &cells {
+            supports += &format!("{{ nodes = [{}] }}, ", cell[0]);
+            velocities += &format!("{{ nodes = [{}], velocity = [{speed:?}, {speed:?}, 0.0] }}, ", cell[2]);
+        }
+        gauges += &format!("[[gauge]]\nname = \"{name}\"\ngroup = \"{name}\"\nquantity = \"tension\"\n");
+    }
+    let text = format!(
+        "end_time = 1.0\n[structure]\nform_finding = \"none\"\nnodes = {nodes:?}\nsupports = [{supports}]\n\
+         velocities = [{velocities}]\n{parts_text}{gauges}[fem]\ntime_step = 2e-6\n"
+    );
+    let mut run = Run::alone(&text, 1e-3);
+    (0..40).for_each(|_| run.step(1e-3, &[]));
+    let all = parts(&mut run);
+    for name in ["first", "second"] {
+        let largest = run.measure(&format!("{name}_tension_max"));
+        let (_, used) = part(&all, name);
+        assert!(largest > 100.0 && off(used.share, largest / 1e5) < 1e-3, "{name}: {used:?} {largest}");
+    }
+    assert_ne!(part(&all, "second").1.share, part(&all, "first").1.share);
+}

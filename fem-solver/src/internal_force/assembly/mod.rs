@@ -183,19 +183,14 @@ impl Assembly {
         let (mut largest, mut next) = (0.0, 0);
         while next < elements.len() {
             let (block, end) = self.rings.block_at(next);
-            let ahead = block.map(|block| {
-                let most = self
-                    .used_parts
-                    .get(self.accounts[next] as usize)
-                    .map_or(f64::INFINITY, |used| used.share);
-                let used = self.rings.pull_ahead(block, (start, middle), (farthest, most), history);
-                (block, used)
-            });
+            let ahead =
+                block.map(|block| (block, self.rings.pull_ahead(block, (start, middle), farthest, history)));
             self.used = self.used.max(ahead.map_or(0.0, |(_, used)| used));
             match ahead {
                 Some((block, used)) if used <= CLOSE => {
-                    self.note_used(next, (used, ShareOf::Force));
-                    largest = f64::max(largest, self.rings.hand_back(block, force, history))
+                    let tension = self.rings.hand_back(block, force, history);
+                    self.note_block(next, block, tension);
+                    largest = f64::max(largest, tension);
                 }
                 // Where a block has a ring that may not bear the step, too.
                 _ => {
@@ -237,6 +232,14 @@ impl Assembly {
         let account = self.used_parts.get_mut(self.accounts[element] as usize);
         if let Some(account) = account.filter(|account| share > account.share) {
             *account = Utilisation { share, of, time: self.now };
+        }
+    }
+
+    /// The same of the rings of a block from number `first` on, of which the most drawn one carries `tension` [N].
+    fn note_block(&mut self, first: usize, block: usize, tension: f64) {
+        if let Some(most) = self.used_parts.get(self.accounts[first] as usize) {
+            let share = self.rings.share(block, tension, most.share);
+            self.note_used(first, (share, ShareOf::Force));
         }
     }
 

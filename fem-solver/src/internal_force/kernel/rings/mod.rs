@@ -140,12 +140,12 @@ impl Rings {
 
     /// Compute force and history of a block in the middle of an explicit step that began at the displacements `start` [m], no
     /// node further than `farthest` [m] from there. Returns the largest share of its strength that a ring uses at the step's end as
-    /// long as nothing holds it up, or an upper bound of it below [`FAR`] and `most`.
+    /// long as nothing holds it up, or an upper bound of it below [`FAR`].
     pub fn pull_ahead(
         &mut self,
         block: usize,
         (start, middle): (&[f64], &[f64]),
-        (farthest, most): (f64, f64),
+        farthest: f64,
         history: &[f64],
     ) -> f64 {
         let block = &self.blocks[block];
@@ -154,12 +154,21 @@ impl Rings {
             memory.pull(columns, farthest);
             // Mostly no ring is near its strength, however its nodes go on.
             let bound = memory.share_bound(columns, block.count());
-            if bound < FAR && bound <= most {
+            if bound < FAR {
                 return bound;
             }
             gather(places, block.nodes, start, &mut memory.ahead);
             memory.look_ahead();
             memory.share_ahead(columns, block.count())
+        })
+    }
+
+    /// Largest share of its strength that a ring of a block uses where [`Rings::pull_ahead`] has computed it, the most drawn one with
+    /// `tension` [N]; or an upper bound that is not above `most`.
+    pub fn share(&mut self, block: usize, tension: f64, most: f64) -> f64 {
+        let block = &self.blocks[block];
+        of_kind!(self, block, |_places, columns, memory| {
+            memory.share_above(columns, block.count(), (tension, most))
         })
     }
 

@@ -122,7 +122,7 @@ fn blocks_give_the_bytes_of_rings_alone_and_tell_who_bears_the_step() {
                 assert!(own.start == next && !own.is_empty() && own.len() <= WIDTH);
                 let (mut force, mut after) = (vec![0.0; 3 * nodes], history.clone());
                 let farthest = longest_displacement(&start, &middle, nodes);
-                let used = rings.pull_ahead(block, (&start, &middle), (farthest, f64::INFINITY), &history);
+                let used = rings.pull_ahead(block, (&start, &middle), farthest, &history);
                 let largest = rings.hand_back(block, &mut force, &mut after);
                 let (mut force_alone, mut after_alone) = (vec![0.0; 3 * nodes], history.clone());
                 let (mut largest_alone, mut used_alone) = (0.0, 0.0);
