@@ -165,7 +165,8 @@ impl Element for Bar {
     }
 
     fn utilisation(&self, u: &[f64], force: f64) -> f64 {
-        self.rupture.share(force, self.segment(u).1)
+        // A strain for nothing, where it is no matter.
+        self.rupture.share(force, if self.rupture.strain.is_finite() { self.segment(u).1 } else { 0.0 })
     }
 
     fn used_of(&self, u: &[f64], force: f64, history: &[f64]) -> (f64, ShareOf) {
