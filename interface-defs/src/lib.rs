@@ -43,6 +43,7 @@ pub mod mesh;
 pub mod message;
 #[cfg(test)]
 mod message_golden;
+pub mod part;
 pub mod participant;
 pub mod selection;
 pub mod solver;
@@ -56,6 +57,7 @@ pub use mesh::{Group, InterfaceMesh};
 pub use message::{
     Fault, FaultKind, Gauge, Hello, Measure, Plan, Progress, Ready, Role, Statistics, Worse, capability,
 };
+pub use part::{PartUse, ShareOf, Utilisation};
 pub use participant::{Failure, Fill, Participant, Request};
 pub use selection::Selection;
 pub use solver::{OnProgress, Solver, Window};

@@ -7,6 +7,7 @@
 use crate::diagnostic::{Code, Diagnostic, code};
 use crate::field::FieldSpec;
 use crate::mesh::InterfaceMesh;
+use crate::part::PartUse;
 use crate::verdict::{Torn, Verdict};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use std::fmt;
@@ -422,6 +423,8 @@ pub struct Statistics {
     pub verdicts: Vec<Verdict>,
     /// What tore of the structure, a part each, in the order of their first ruptures; `None`: nothing of it can.
     pub torn: Option<Vec<Torn>>,
+    /// How far each part of the structure was used, the largest utilisation first; `None`: it does not say.
+    pub parts: Option<Vec<PartUse>>,
     /// Counts of work done and work skipped, by name.
     pub counts: Vec<(String, u64)>,
     /// What the user should know; also each expected measure that is absent, with the reason.

@@ -6,6 +6,7 @@ use crate::header::{AnswerHeader, RequestHeader};
 use crate::ipc::channel::ControlHeader;
 use crate::mesh::{Group, InterfaceMesh};
 use crate::message::*;
+use crate::part::{PartUse, ShareOf, Utilisation};
 use crate::verdict::{Ending, Fate, Gap, Torn, Touch, Verdict};
 use serde::{Serialize, de::DeserializeOwned};
 
@@ -109,6 +110,15 @@ fn torn_bytes(bytes: Bytes) -> Bytes {
     bytes.text("rope").u64(2).f64(0.25).f64(0.5).f64(3e5).text("element 7")
 }
 
+fn part_use() -> PartUse {
+    let utilisation = Some(Utilisation { share: 0.75, of: ShareOf::Travel, time: 0.5 });
+    PartUse { part: "brakes".into(), utilisation, dissipated: 8e4, stored: 2.5 }
+}
+
+fn part_use_bytes(bytes: Bytes) -> Bytes {
+    bytes.text("brakes").byte(1).f64(0.75).u32(1).f64(0.5).f64(8e4).f64(2.5)
+}
+
 fn verdict() -> Verdict {
     let ending = Ending {
         fate: Fate::LeftTerrain,
@@ -193,6 +203,7 @@ fn messages_from_a_solver_are_these_bytes() {
         measures: vec![measure(Some(0.5)), of_post],
         verdicts: vec![verdict()],
         torn: Some(vec![torn()]),
+        parts: Some(vec![part_use()]),
         counts: vec![("steps".into(), 7)],
         warnings: vec![],
         cpu_seconds: 1.0,
@@ -204,7 +215,8 @@ fn messages_from_a_solver_are_these_bytes() {
     let bytes =
         bytes.u16(1000).u32(2).text("").text("peak").f64(2.0).text("N").byte(0).byte(1).text("post 3");
     let bytes = verdict_bytes(bytes.u16(60).u32(1).text("").u64(1));
-    let bytes = torn_bytes(bytes.byte(1).u64(1)).u64(1).text("steps").u64(7).u64(0);
+    let bytes = part_use_bytes(torn_bytes(bytes.byte(1).u64(1)).byte(1).u64(1));
+    let bytes = bytes.u64(1).text("steps").u64(7).u64(0);
     golden(FromSolver::Statistics(statistics), option_bytes(bytes.f64(1.0).f64(2.0).u64(3)));
     golden(FromSolver::Saved { state: vec![7, 9] }, Bytes::message(5).u64(2).byte(7).byte(9));
     golden(FromSolver::Resumed, Bytes::message(6));

@@ -251,6 +251,11 @@ entry! {
         turning: Option<TurningConfig>,
         /// When they let go [s], at the end of the solver's step that is nearest. Default: never.
         released_at: Option<f64>,
+        /// Stiffness of the ground or foundation [N/m]: in the supported directions a spring, the same in all of them, holds each
+        /// node to where it stands as modelled. Default: it does not give at all. Supported `rotations` stay rigid.
+        stiffness: Option<f64>,
+        /// Force under which that spring of a node tears [N]; supported `rotations` hold on. Default: never.
+        strength: Option<f64>,
     }
 }
 

@@ -10,6 +10,7 @@ use super::{Answer, Constants, Element, Energy, Pace};
 use crate::element::Slack;
 use crate::element::material::{HISTORY, Law, Rupture};
 use crate::read::mesh::Kind;
+use interface_defs::ShareOf;
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::{Matrix3, Vector3};
 
@@ -164,7 +165,13 @@ impl Element for Bar {
     }
 
     fn utilisation(&self, u: &[f64], force: f64) -> f64 {
-        self.rupture.share(force, self.segment(u).1)
+        // A strain for nothing, where it is no matter.
+        self.rupture.share(force, if self.rupture.strain.is_finite() { self.segment(u).1 } else { 0.0 })
+    }
+
+    fn used_of(&self, u: &[f64], force: f64, history: &[f64]) -> (f64, ShareOf) {
+        let (of_force, of_travel) = (self.utilisation(u, force), history[1] / self.law.limit);
+        if of_travel > of_force { (of_travel, ShareOf::Travel) } else { (of_force, ShareOf::Force) }
     }
 
     fn elongation(&self, u: &[f64]) -> f64 {

@@ -57,7 +57,7 @@ pub struct Beam {
     pub gyration: f64,
     /// Radius that a contact sees [m].
     pub radius: f64,
-    /// When it breaks: axial force of either sign [N], or curvature is no matter.
+    /// When it breaks: axial force of either sign [N]; tensile strain of a fibre, without fibres never.
     pub rupture: Rupture,
     /// Of what it yields; `None`: it does not.
     pub fibres: Option<Arc<Fibres>>,
@@ -147,6 +147,14 @@ impl Beam {
     /// Axial force at `u` [N].
     fn force(&self, u: &[f64], history: &[f64]) -> f64 {
         self.resultants(&self.shape(u, history), history, None).force[0]
+    }
+
+    /// Largest tensile strain of its fibres, where it can break by that; else 0.
+    fn strain(&self, u: &[f64], history: &[f64]) -> f64 {
+        let Some(fibres) = self.fibres.as_ref().filter(|_| self.rupture.strain.is_finite()) else {
+            return 0.0;
+        };
+        fibres.largest_strain(&self.ends(&self.shape(u, history)), self.rest(), &history[PLASTIC..])
     }
 
     fn energy_of(&self, shape: &BeamShape, history: &[f64]) -> Energy {
@@ -323,7 +331,7 @@ impl Element for Beam {
             None => (self.axial / self.rest() * self.elongation(u)).abs(),
             Some(_) => self.force(u, history).abs(),
         };
-        self.rupture.share(force, force / self.axial)
+        self.rupture.share(force, self.strain(u, history))
     }
 
     fn breaks(&self, u: &[f64], history: &mut [f64]) -> bool {
@@ -331,7 +339,7 @@ impl Element for Beam {
             return false;
         }
         let force = self.force(u, history).abs();
-        let breaks = self.rupture.at(force, force / self.axial);
+        let breaks = self.rupture.at(force, self.strain(u, history));
         if breaks {
             let had = self.energy(u, history);
             history[LOST] = had.stored + had.dissipated;
@@ -361,7 +369,11 @@ impl Element for Beam {
     }
 
     fn utilisation(&self, _u: &[f64], force: f64) -> f64 {
-        self.rupture.share(force.abs(), force.abs() / self.axial)
+        self.rupture.share(force.abs(), 0.0)
+    }
+
+    fn strain_utilisation(&self, u: &[f64], history: &[f64]) -> f64 {
+        self.rupture.share(0.0, self.strain(u, history))
     }
 
     fn moments(&self, u: &[f64], history: &[f64]) -> [f64; 5] {
@@ -415,6 +427,9 @@ part! {
         yield_stress: Option<f64>,
         /// How much that grows per plastic strain [Pa]. Default `young / 10000`, nearly nothing (EN 1993-1-5, C.6).
         hardening_modulus: Option<f64>,
+        /// Tensile strain of a fibre at which the element tears, of a `section` that yields. It depends on the length of the elements in
+        /// which the strains concentrate. Default: never.
+        fracture_strain: Option<f64>,
         /// Density [kg/m3]; `static` alone does without. Default that of `steel`, else 0.
         density: Option<f64>,
         /// A direction that lies in the plane of the first bending. Default z, or x for upright beams.
@@ -453,6 +468,24 @@ impl BeamPart {
             return Err(key.scene.invalid(&key.key, what).try_instead("section = \"HE 160 B\""));
         };
         Ok((area, inertia, self.torsion.unwrap_or(inertia[0] + inertia[1]), None))
+    }
+
+    /// The strain at which fibres tear, where stated: above that at which they yield.
+    fn fracture_strain(&self, key: &Key, fibres: Option<&Fibres>) -> Result<f64, Diagnostic> {
+        let Some(strain) = self.fracture_strain else { return Ok(f64::INFINITY) };
+        let Some(law) = fibres.map(|fibres| &fibres.law) else {
+            let what = "only fibres have strains, and this beam has none: it stays elastic";
+            let hint = "section = \"HE 160 B\" and steel = \"S235\"; or rupture_force";
+            return key.refuse("fracture_strain", what, hint);
+        };
+        let yields = law.yield_stress(0.0) / law.modulus;
+        if !(strain > yields && strain < 1.0) {
+            let what = format!(
+                "fracture_strain = {strain}: it must lie above {yields:.5}, where the steel yields, and below 1"
+            );
+            return key.refuse("fracture_strain", what, "15 % is 0.15");
+        }
+        Ok(strain)
     }
 
     /// What of a beam yields; `None` where nothing does.
@@ -501,7 +534,9 @@ impl PartSettings for BeamPart {
             key.positive(&[("inertia", inertia[0].min(inertia[1]), "m4"), ("torsion", torsion, "m4")])?;
         }
         key.not_negative(&[("density", density, "kg/m3"), ("radius", self.radius.unwrap_or(0.0), "m")])?;
-        let rupture = key.rupture(self.rupture_force, None)?;
+        let fibres = self.fibres(key, young, section)?;
+        let strain = self.fracture_strain(key, fibres.as_deref())?;
+        let rupture = Rupture { strain, ..key.rupture(self.rupture_force, None)? };
         if !bends {
             let bar = Bar {
                 nodes,
@@ -534,7 +569,7 @@ impl PartSettings for BeamPart {
             gyration: (torsion.max(inertia[0] + inertia[1]) / area).sqrt(),
             radius: self.radius.unwrap_or(0.0),
             rupture,
-            fibres: self.fibres(key, young, section)?,
+            fibres,
         };
         made.elements.push(beam.into());
         Ok(())

@@ -39,8 +39,8 @@ const ROUNDING: f64 = 2e-15;
 const NEARLY: f64 = 1e-11;
 /// A slack segment shows this part of its stiffness, so that length still finds its way through it.
 const SLACK: f64 = 1e-9;
-/// Tension over `E A` from which on down its logarithm goes on straight.
-const LOWEST: f64 = 1e-14;
+/// Tension over `E A` from which on down its logarithm goes on straight: the cone holds to this.
+const LOWEST: f64 = 1e-9;
 
 /// RopeLaw of a segment: `N = A (s_0 + E e) l / L`, `e = (l^2 - L^2) / (2 L^2)`.
 #[derive(Debug, Clone, Copy)]
@@ -471,8 +471,9 @@ mod tests {
             slack += usize::from(end.tension.iter().all(|t| t.force <= 0.0));
             for (j, r) in factors.iter().enumerate() {
                 let (n, m) = (end.tension[j].force.max(0.0), end.tension[j + 1].force.max(0.0));
+                let slack = 2.0 * LOWEST * LAW.rigidity;
                 assert!(
-                    n <= r * m + 1e-8 && m <= r * n + 1e-8,
+                    n <= r * m + slack && m <= r * n + slack,
                     "round {round}, node {j} of {segments}: {n} {m} {r}"
                 );
             }
@@ -525,7 +526,7 @@ mod tests {
     fn a_slack_side_is_pulled_over_until_nothing_is_taut_or_it_carries_its_share() {
         // Long slack: all is slack in the end. Short slack: both taut, in the ratio of the capstan.
         let end = slide(&[1.01, 0.9], &[1.0, 1.0], &[1.2]);
-        assert!(end.tension.iter().all(|t| t.force < 1e-6), "{:?}", end.tension);
+        assert!(end.tension.iter().all(|t| t.force < 2.0 * LOWEST * LAW.rigidity), "{:?}", end.tension);
         let end = slide(&[1.05, 0.99], &[1.0, 1.0], &[1.2]);
         assert!((end.tension[0].force / end.tension[1].force - 1.2).abs() < 1e-9);
         assert!(end.tension[1].force > 0.0);

@@ -86,11 +86,26 @@ impl Fibres {
 
     /// Whether nothing flows at the deformations `ends` of a beam of the length `rest` [m], nor has flowed.
     pub fn is_elastic(&self, ends: &[f64; ENDS], rest: f64, history: &[f64]) -> bool {
+        let strain = self.elastic_strain(ends, rest);
+        history[0] == 0.0 && self.law.modulus * strain <= self.law.yield_stress(0.0)
+    }
+
+    /// An upper bound of the strain of its fibres at the deformations `ends` where none flows.
+    fn elastic_strain(&self, ends: &[f64; ENDS], rest: f64) -> f64 {
         let [stretch, y1, y2, z1, z2] = *ends;
         let most = |a: f64, b: f64| (4.0 * a + 2.0 * b).abs().max((2.0 * a + 4.0 * b).abs());
         let [a, b] = self.reach;
-        let strain = (stretch.abs() + a * most(y1, y2) + b * most(z1, z2)) / rest;
-        history[0] == 0.0 && self.law.modulus * strain <= self.law.yield_stress(0.0)
+        (stretch.abs() + a * most(y1, y2) + b * most(z1, z2)) / rest
+    }
+
+    /// Largest tensile strain of any fibre at the deformations `ends`; where nothing flows, an upper bound of it.
+    pub fn largest_strain(&self, ends: &[f64; ENDS], rest: f64, history: &[f64]) -> f64 {
+        if self.is_elastic(ends, rest, history) {
+            return self.elastic_strain(ends, rest);
+        }
+        let (x, mut most) = (self.balance(ends, rest, history).0, 0.0);
+        self.each(&x, rest, history, |_, strain, _| most = f64::max(most, strain));
+        most
     }
 
     /// Forces at the deformations `ends`, and what the history becomes.

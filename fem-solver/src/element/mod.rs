@@ -23,6 +23,7 @@ pub mod section;
 pub mod segment;
 pub mod shell;
 pub mod sliding_cable;
+pub mod support_spring;
 #[cfg(test)]
 pub(crate) mod tests;
 pub mod turn;
@@ -36,8 +37,10 @@ pub use membrane::{Membrane, MembraneQuad};
 pub use ring::Ring;
 pub use shell::Shell;
 pub use sliding_cable::SlidingCable;
+pub use support_spring::SupportSpring;
 pub use wire_ring::WireRing;
 
+use interface_defs::ShareOf;
 use part::PartSettings;
 use std::fmt::Debug;
 use std::ops::Deref;
@@ -220,6 +223,16 @@ pub trait Element: Debug {
         0.0
     }
 
+    /// The same of what else it has that comes to an end, such as a stroke, where `history` says how far it went.
+    fn used_of(&self, u: &[f64], force: f64, _history: &[f64]) -> (f64, ShareOf) {
+        (self.utilisation(u, force), ShareOf::Force)
+    }
+
+    /// Share of the strain at which its fibres tear; 0 where they do not.
+    fn strain_utilisation(&self, _u: &[f64], _history: &[f64]) -> f64 {
+        0.0
+    }
+
     /// Share of the axial force and the moments at which its section is wholly plastic that it bears at the more loaded of its ends, added
     /// up (EN 1993-1-1, 6.2.1 (7)); 0 where it does not yield, or is broken.
     fn plastic_utilisation(&self, _u: &[f64], _history: &[f64]) -> f64 {
@@ -230,7 +243,8 @@ pub trait Element: Debug {
     fn used(&self, u: &[f64], history: &[f64], forces: &mut [f64]) -> f64 {
         self.line_forces(u, history, forces);
         let of_line = |force: &f64| if force.is_nan() { 1.0 } else { self.utilisation(u, *force) };
-        forces.iter().map(of_line).fold(self.plastic_utilisation(u, history), f64::max)
+        let section = self.plastic_utilisation(u, history).max(self.strain_utilisation(u, history));
+        forces.iter().map(of_line).fold(section, f64::max)
     }
 
     /// Moments in it [N m]; 0 where it is broken or no beam. Bending in the plane of each cross axis, at start and end: positive
@@ -359,5 +373,6 @@ elements! {
         membrane::MembraneQuad,
         shell::Shell,
         ground_contact::GroundContact,
+        support_spring::SupportSpring,
     }
 }

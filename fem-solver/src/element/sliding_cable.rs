@@ -421,7 +421,9 @@ impl Element for SlidingCable {
     }
 
     fn utilisation(&self, u: &[f64], force: f64) -> f64 {
-        self.rupture.share(force, self.strain(self.pieces(u).map(|s| s.length).sum()))
+        // The lengths of all pieces, for nothing where the strain is no matter.
+        let strain = || self.strain(self.pieces(u).map(|s| s.length).sum());
+        self.rupture.share(force, if self.rupture.strain.is_finite() { strain() } else { 0.0 })
     }
 
     fn elongation(&self, u: &[f64]) -> f64 {

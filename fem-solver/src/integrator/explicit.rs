@@ -155,7 +155,9 @@ impl Explicit {
         self.begin(all.clone(), state, kick.half);
         model.prescribe(time + 0.5 * h, (time, h), &mut self.middle);
         let (u, history) = ((&state.displacement[..], &self.middle[..]), &mut state.history);
+        self.internal.elements.follow(&mut state.used_parts, time + 0.5 * h);
         let largest = self.internal.subtract_and_advance(model, u, history, &mut self.force);
+        self.internal.elements.follow(&mut state.used_parts, time);
         state.events.extend(self.internal.elements.broken.iter().map(|broken| broken.event(time, h)));
         state.yields.extend(Event::all(&self.internal.elements.yielded, time + 0.5 * h));
         if let Some(contact) = &mut self.internal.contact {

@@ -138,7 +138,9 @@ impl Implicit {
         self.newton.internal.elements.pace = self.pace(h);
         self.end_applied(model, state, time + h);
         let internal = &mut self.newton.internal;
+        internal.elements.follow(&mut state.used_parts, time + h);
         internal.elements.advance(&model.elements, &state.displacement, &mut state.history);
+        internal.elements.follow(&mut state.used_parts, time);
         state.events.extend(internal.elements.broken.iter().map(|broken| broken.event(time, h)));
         state.yields.extend(Event::all(&internal.elements.yielded, time + h));
         if !internal.elements.broken.is_empty() && !self.scheme.takes_mean_only() {

@@ -1,9 +1,11 @@
 //! Boundary conditions: supports, which hold, until when, and which move; weight, nodal loads, pressure; and what moves at t = 0.
 
-use super::Model;
 use super::pressure::{Face, Motion, TimedLoad};
+use super::{Model, Part};
 use crate::config::structure::{StructureConfig, SupportEntry, TurningConfig};
 use crate::config::{Config, Integrator};
+use crate::element::SupportSpring;
+use crate::element::material::Rupture;
 use crate::read::{Key, refuse};
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::Vector3;
@@ -17,12 +19,15 @@ const ROUNDING: f64 = 1e-12;
 impl Model {
     /// All supports of the scene.
     pub(super) fn add_supports(&mut self, scene: &Scene, table: &StructureConfig) -> Result<(), Diagnostic> {
+        self.giving = self.elements.len()..self.elements.len();
         let mut until = vec![f64::NEG_INFINITY; self.dof_count()];
         for (i, entry) in table.supports.iter().enumerate() {
             let key = Key { scene, key: format!("structure.supports.{i}") };
             check_support(&key, entry)?;
             let mut moves = false;
-            for node in self.place(&key, entry.place())? {
+            let nodes = self.place(&key, entry.place())?;
+            self.add_springs(&nodes, entry);
+            for node in nodes {
                 for dof in self.supported(node, entry) {
                     match entry.released_at {
                         Some(time) => until[dof] = until[dof].max(time),
@@ -43,6 +48,41 @@ impl Model {
         if until.iter().any(|t| t.is_finite()) {
             self.until = until;
         }
+        self.check_springs(scene, table)
+    }
+
+    /// A spring at each of these nodes, where the entry says that it gives way.
+    fn add_springs(&mut self, nodes: &[usize], entry: &SupportEntry) {
+        let Some(stiffness) = entry.stiffness else { return };
+        let rupture = Rupture { force: entry.strength.unwrap_or(f64::INFINITY), ..Rupture::NEVER };
+        let directions = Vector3::from(['x', 'y', 'z'].map(|c| f64::from(entry.directions.contains(c))));
+        let first = self.elements.len();
+        for node in nodes {
+            self.elements.push(SupportSpring { node: [*node], directions, stiffness, rupture }.into());
+            self.element_numbers[0].push(None);
+        }
+        self.giving.end = self.elements.len();
+        let name = entry.group.clone().unwrap_or_else(|| "supports".into());
+        let elements = (first..self.giving.end).collect();
+        self.giving_groups.push(Part { name, elements, cables: Vec::new() });
+    }
+
+    /// Refuse a spring where another support holds its node.
+    fn check_springs(&self, scene: &Scene, table: &StructureConfig) -> Result<(), Diagnostic> {
+        let rows = table.supports.iter().enumerate().filter(|(_, entry)| entry.stiffness.is_some());
+        for ((i, _), group) in rows.zip(&self.giving_groups) {
+            let nodes = group.elements.iter().map(|element| self.elements[*element].nodes()[0]);
+            for node in nodes {
+                let springs = self.elements[self.giving.clone()].iter().filter(|s| s.nodes() == [node]);
+                if springs.count() > 1 || (0..3).any(|c| self.held_first(self.dof(node, c))) {
+                    let what =
+                        format!("another support holds node {}: it cannot give way", self.node_name(node));
+                    let hint =
+                        "name each node in one row of supports, with all of its directions and rotations";
+                    return refuse(scene, &format!("structure.supports.{i}.stiffness"), what, hint);
+                }
+            }
+        }
         Ok(())
     }
 
@@ -50,6 +90,7 @@ impl Model {
     fn supported(&self, node: usize, entry: &SupportEntry) -> Vec<usize> {
         let letters = |of: &str| ['x', 'y', 'z'].map(|c| of.contains(c));
         let (along, about) = (letters(&entry.directions), letters(&entry.rotations));
+        let along = if entry.stiffness.is_some() { [false; 3] } else { along };
         let directions = (0..3).filter(|c| along[*c]).map(|c| self.dof(node, c));
         directions.chain((0..3).filter(|c| about[*c]).filter_map(|c| self.rotation(node, c))).collect()
     }
@@ -120,9 +161,9 @@ impl Model {
         self.held[dof] || self.until.get(dof).is_some_and(|until| *until > 0.0)
     }
 
-    /// Whether a node is held in all directions, if not for ever.
+    /// Whether a node is held in all directions, or by a support that gives way, if not for ever.
     pub fn held_at_first(&self, node: usize) -> bool {
-        (0..3).all(|c| self.held_first(self.dof(node, c)))
+        (0..3).all(|c| self.held_first(self.dof(node, c))) || self.gives_way(node)
     }
 
     /// Degrees of freedom that supports let go.
@@ -295,6 +336,7 @@ fn check_support(key: &Key, entry: &SupportEntry) -> Result<(), Diagnostic> {
         let what = format!("a support lets go at {time} s, before the run begins");
         return key.refuse("released_at", what, "leave out the support");
     }
+    check_giving(key, entry)?;
     let Some(turning) = &entry.turning else { return Ok(()) };
     if !entry.motion.is_empty() {
         return Err(key.invalid("turning", "a support has either motion or turning"));
@@ -307,6 +349,35 @@ fn check_support(key: &Key, entry: &SupportEntry) -> Result<(), Diagnostic> {
         let what = "there are no angles: nothing turns";
         let hint = "rows are [t, angle] in s and rad, as [[0.0, 0.0], [1.0, 1.57]]";
         return key.refuse("turning.angles", what, hint);
+    }
+    Ok(())
+}
+
+/// What a support that gives way states.
+fn check_giving(key: &Key, entry: &SupportEntry) -> Result<(), Diagnostic> {
+    let or_one = |stated: Option<f64>| stated.unwrap_or(1.0);
+    key.positive(&[
+        ("stiffness", or_one(entry.stiffness), "N/m"),
+        ("strength", or_one(entry.strength), "N"),
+    ])?;
+    if entry.stiffness.is_none() {
+        let what = "a support tears by the force of its spring, and stiffness does not say of which";
+        let hint = "stiffness = 2e7 [N/m] beside it gives 1.5 cm under 300 kN";
+        return if entry.strength.is_some() { key.refuse("strength", what, hint) } else { Ok(()) };
+    }
+    if entry.directions.is_empty() {
+        let what = "directions = \"\" leaves nothing for a spring to hold: rotations stay rigid";
+        return key.refuse(
+            "stiffness",
+            what,
+            "name the directions in which it holds, or leave stiffness out",
+        );
+    }
+    let moves = entry.turning.is_some() || !entry.motion.is_empty() || entry.released_at.is_some();
+    if moves {
+        let what =
+            "a support that gives way stands where it is modelled: it has no motion, turning or released_at";
+        return key.refuse("stiffness", what, "leave out either");
     }
     Ok(())
 }

@@ -391,6 +391,7 @@ impl Model {
         let head = self.numbered(0, element, |part| &part.elements);
         let lines = self.elements[element].lines();
         match line.and_then(|line| lines.get(line)) {
+            _ if nodes.len() == 1 => format!("{head}, at {}", point(&self.nodes[nodes[0]])),
             Some(ends) => format!("{head}, its segment {}", self.ends_name(*ends)),
             // Closed: a ring.
             None if lines.len() == nodes.len() => {
@@ -408,11 +409,17 @@ impl Model {
     }
 
     fn numbered(&self, kind: usize, own: usize, members: impl Fn(&Part) -> &Vec<usize>) -> String {
-        let part = self.parts.iter().find(|p| members(p).contains(&own));
+        let part = self.part_of(kind, own);
         let place = part.and_then(|p| members(p).iter().position(|e| *e == own));
         let number = self.element_numbers[kind].get(own).copied().flatten();
         let number = number.unwrap_or(place.unwrap_or(own) as u64);
         part.map_or_else(|| format!("element {number}"), |part| format!("element {number} of {}", part.name))
+    }
+
+    /// The named set that an element (`kind` 0) or a cable (1) is in first.
+    pub(crate) fn part_of(&self, kind: usize, own: usize) -> Option<&Part> {
+        let members = |part: &&Part| [&part.elements, &part.cables][kind].contains(&own);
+        self.parts.iter().chain(&self.giving_groups).find(members)
     }
 
     fn ends_name(&self, ends: [usize; 2]) -> String {

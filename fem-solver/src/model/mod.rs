@@ -17,7 +17,8 @@ pub mod pressure;
 pub mod rope_ends;
 pub mod validation;
 
-use crate::element::{AnyElement, Cable};
+use crate::element::support_spring;
+use crate::element::{AnyElement, Cable, SupportSpring};
 use crate::read::nearest;
 use contact::Lines;
 use interface_defs::diagnostic::Diagnostic;
@@ -38,6 +39,10 @@ pub struct Model {
     pub elements: Vec<AnyElement>,
     /// Those of them that are contacts with the ground: the last ones.
     pub ground: Range<usize>,
+    /// Those of them that are supports which give way: the last ones before the ground.
+    pub giving: Range<usize>,
+    /// The same by the groups that the scene supports so.
+    pub giving_groups: Vec<Part>,
     /// Lines that touch each other, where the scene has any.
     pub contact: Option<Lines>,
     /// Named sets of elements: the parts of the scene, then the other groups of the mesh.
@@ -218,9 +223,46 @@ impl Model {
             if level[first].is_none() {
                 numbering::walk(first, &around, &mut level, &mut part);
             }
-            let safe = |node: &usize| held(*node) || self.springs.iter().any(|s| s.0 == *node);
+            let safe = |node: &usize| {
+                held(*node) || self.gives_way(*node) || self.springs.iter().any(|s| s.0 == *node)
+            };
             (!part.is_empty() && !part.iter().any(safe)).then_some((first, part.len()))
         })
+    }
+
+    /// The supports that give way, with where their histories begin in that of all elements.
+    pub fn support_springs(&self) -> impl Iterator<Item = (usize, &SupportSpring)> + '_ {
+        let before = &self.elements[..self.giving.start];
+        let first: usize = before.iter().map(|element| element.start_history().len()).sum();
+        self.elements[self.giving.clone()].iter().enumerate().filter_map(move |(i, element)| match element {
+            AnyElement::SupportSpring(spring) => Some((first + i * support_spring::HISTORY, spring)),
+            _ => None,
+        })
+    }
+
+    /// Whether a support holds a node that gives way.
+    pub fn gives_way(&self, node: usize) -> bool {
+        self.elements[self.giving.clone()].iter().any(|spring| spring.nodes() == [node])
+    }
+
+    /// What utilisation and energy are reported of: the parts of the scene, and groups of supports that give way.
+    pub fn accounted(&self) -> impl Iterator<Item = &Part> {
+        self.parts[..self.part_count].iter().chain(&self.giving_groups)
+    }
+
+    /// For each element which of these it is in; their number where it is in none.
+    pub fn accounts(&self) -> Vec<u32> {
+        let mut accounts = vec![self.accounted().count() as u32; self.elements.len()];
+        for (number, part) in self.accounted().enumerate() {
+            part.elements.iter().for_each(|element| accounts[*element] = number as u32);
+        }
+        accounts
+    }
+
+    /// Whether anything holds the structure, if not for ever.
+    pub fn is_supported(&self) -> bool {
+        let springs = self.springs.is_empty() && self.giving.is_empty();
+        self.held.contains(&true) || !self.until.is_empty() || !springs
     }
 
     /// Whether a node is held in all directions.

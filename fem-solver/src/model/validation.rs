@@ -537,8 +537,7 @@ fn judge_supports(at: &mut Judge) -> Result<(), Diagnostic> {
         at.warnings.push(warning(code::GEOMETRY, key, what, "hold the frame alone"));
         return Ok(());
     }
-    let nothing_holds = !model.held.contains(&true) && for_ever && model.springs.is_empty();
-    if nothing_holds && model.ground.is_empty() && model.down.is_some() {
+    if !model.is_supported() && model.ground.is_empty() && model.down.is_some() {
         let what = "nothing holds the structure: it falls";
         let hint = "supports = [{ group = \"name of a group\" }]";
         at.warnings.push(warning(code::GEOMETRY, "structure", what, hint));

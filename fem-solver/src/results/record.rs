@@ -4,6 +4,8 @@
 
 use crate::config::structure::Where;
 use crate::config::{GaugeConfig, Quantity};
+use crate::element::SupportSpring;
+use crate::equilibrium::form_finding::Form;
 use crate::internal_force::assembly::Assembly;
 use crate::model::Model;
 use crate::read::Key;
@@ -13,15 +15,30 @@ use crate::results::moving_mean::MovingMean;
 use crate::state::{Peaks, Range, State};
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::message::{Gauge, Measure, Worse};
+use nalgebra::Vector3;
 use toolkit::scene::Scene;
 
-/// Supports whose force is summed: held degrees of freedom, and springs by their feet.
+/// Supports whose force is summed: held degrees of freedom, springs by their feet, and springs that give way.
 #[derive(Debug, Clone)]
 struct Supports {
     held: [Vec<usize>; 3],
     /// Those that let go, with the time until they do.
     until: [Vec<(usize, f64)>; 3],
     springs: [Vec<(usize, f64)>; 3],
+    giving: Vec<Giving>,
+    nodes: usize,
+}
+
+/// A support that gives way, and where its history begins.
+type Giving = (usize, SupportSpring);
+
+/// Force that stretches supports which give way [N].
+fn pulls(of: &[Giving], nodes: usize, u: &[f64], history: &[f64]) -> Vector3<f64> {
+    let pull = |(first, spring): &Giving| {
+        let at = |c: usize| u[c * nodes + spring.node[0]];
+        spring.pull(&Vector3::new(at(0), at(1), at(2)), &history[*first..])
+    };
+    of.iter().map(pull).sum()
 }
 
 impl Supports {
@@ -33,17 +50,20 @@ impl Supports {
             until: [0, 1, 2].map(|c| (0..n).filter_map(|i| until(model.dof(i, c))).collect()),
             held: [0, 1, 2].map(|c| (0..n).map(|i| model.dof(i, c)).filter(|dof| model.held[*dof]).collect()),
             springs: [0, 1, 2].map(|c| springs.iter().copied().filter(|(dof, _)| dof / n == c).collect()),
+            giving: model.support_springs().map(|(first, spring)| (first, spring.clone())).collect(),
+            nodes: n,
         }
     }
 
     /// Force of the supports on the structure, where `force` is that of load and elements, less the inertia of held nodes that move, in the step with its middle at
     /// `time` [s].
-    fn reaction(&self, force: &[f64], u: &[f64], time: f64) -> [f64; 3] {
+    fn reaction(&self, force: &[f64], u: &[f64], history: &[f64], time: f64) -> [f64; 3] {
+        let pulls = pulls(&self.giving, self.nodes, u, history);
         [0, 1, 2].map(|c: usize| {
             let held: f64 = self.held[c].iter().map(|dof| force[*dof]).sum();
             let springs: f64 = self.springs[c].iter().map(|(dof, k)| k * u[*dof]).sum();
             let still = self.until[c].iter().filter(|(_, until)| *until > time);
-            -(held + springs + still.map(|(dof, _)| force[*dof]).sum::<f64>())
+            -(held + springs + still.map(|(dof, _)| force[*dof]).sum::<f64>() + pulls[c])
         })
     }
 }
@@ -132,17 +152,17 @@ impl Recorder {
         Ok((Probes(probes), declared))
     }
 
-    /// A recorder that starts at t = 0 with the displacements `origin`, where load and elements
-    /// leave `force` to the supports; memory for `samples` steps within 1 ms and a window.
-    pub fn new(model: &Model, probes: &Probes, origin: &[f64], force: &[f64], samples: usize) -> Self {
-        let total = Supports::of(model);
-        let at_rest = total.reaction(force, origin, f64::NEG_INFINITY);
+    /// A recorder that starts at t = 0 with `form`, where load and elements leave `force` to the supports; memory for `samples`
+    /// steps within 1 ms and a window.
+    pub fn new(model: &Model, probes: &Probes, form: &Form, force: &[f64], samples: usize) -> Self {
+        let (total, origin) = (Supports::of(model), &form.displacement);
+        let at_rest = total.reaction(force, origin, &form.history, f64::NEG_INFINITY);
         let probes = probes.0.clone();
         let impulses = |p: &Probe| if matches!(p.watch, Watch::Force(_)) { 1 + p.members } else { 0 };
         let impulses = 1 + probes.iter().map(impulses).sum::<usize>();
         Self {
             total,
-            origin: origin.to_vec(),
+            origin: origin.clone(),
             mean: MovingMean::new(at_rest, samples),
             impulses: vec![[0.0; 3]; impulses],
             reaction: [[0.0; 3]; 3],
@@ -155,8 +175,8 @@ impl Recorder {
     }
 
     /// Total support reaction at the start [N].
-    pub fn total_reaction(&self, force: &[f64], u: &[f64]) -> [f64; 3] {
-        self.total.reaction(force, u, f64::NEG_INFINITY)
+    pub fn total_reaction(&self, force: &[f64], form: &Form) -> [f64; 3] {
+        self.total.reaction(force, &form.displacement, &form.history, f64::NEG_INFINITY)
     }
 
     /// Smallest and largest of the members of each group, before the first step.
@@ -189,7 +209,8 @@ impl Recorder {
             self.elapsed = 0.0;
         }
         self.elapsed += step.length;
-        let reaction = self.total.reaction(step.force, step.middle, step.end - 0.5 * step.length);
+        let middle = step.end - 0.5 * step.length;
+        let reaction = self.total.reaction(step.force, step.middle, &state.history, middle);
         let impulse = reaction.map(|r| r * step.length);
         add(&mut self.impulses[0], impulse);
         for (triple, r) in self.reaction.iter_mut().zip(reaction) {
@@ -234,7 +255,7 @@ impl Recorder {
                     let (sums, own) = self.impulses[impulse..].split_at_mut(1);
                     let (mut sum, mut mean, mut next_mean) = ([0.0; 3], Range::default(), 0);
                     for (i, foot) in feet.iter().enumerate() {
-                        let reaction = foot.reaction(model.node_count(), step);
+                        let reaction = foot.reaction(model.node_count(), step, &state.history);
                         add(&mut sum, reaction);
                         if *members > 0 {
                             add(&mut own[i], reaction.map(|r| r * step.length));
@@ -445,13 +466,14 @@ impl Watch {
     }
 }
 
-/// A node that supports hold, and their springs.
+/// A node that supports hold, their springs, and those that give way.
 #[derive(Debug, Clone)]
 struct Foot {
     node: usize,
     /// Until when it is held in each direction [s]; minus infinity where it is not.
     held: [f64; 3],
     springs: [f64; 3],
+    giving: Vec<Giving>,
 }
 
 impl Foot {
@@ -459,6 +481,7 @@ impl Foot {
     fn of(model: &Model, nodes: &[usize]) -> Vec<Self> {
         let n = model.node_count();
         let springs = model.spring_dofs();
+        let giving: Vec<Giving> = model.support_springs().map(|(at, spring)| (at, spring.clone())).collect();
         let mut nodes = nodes.to_vec();
         nodes.sort_unstable();
         nodes.dedup();
@@ -474,19 +497,22 @@ impl Foot {
             }),
             springs: [0, 1, 2]
                 .map(|c| springs.iter().filter(|(dof, _)| *dof == c * n + node).map(|(_, k)| k).sum()),
+            giving: giving.iter().filter(|(_, spring)| spring.node == [node]).cloned().collect(),
         });
         feet.filter(|f| {
-            f.held.iter().any(|until| *until > f64::NEG_INFINITY) || f.springs.iter().any(|k| *k > 0.0)
+            let springs = f.springs.iter().any(|k| *k > 0.0) || !f.giving.is_empty();
+            f.held.iter().any(|until| *until > f64::NEG_INFINITY) || springs
         })
         .collect()
     }
 
     /// Force of its supports on the structure in a step [N].
-    fn reaction(&self, nodes: usize, step: &Step) -> [f64; 3] {
+    fn reaction(&self, nodes: usize, step: &Step, history: &[f64]) -> [f64; 3] {
+        let pulls = pulls(&self.giving, nodes, step.middle, history);
         [0, 1, 2].map(|c: usize| {
             let dof = c * nodes + self.node;
             let held = if self.held[c] > step.end - 0.5 * step.length { step.force[dof] } else { 0.0 };
-            -(held + self.springs[c] * step.middle[dof])
+            -(held + self.springs[c] * step.middle[dof] + pulls[c])
         })
     }
 }

@@ -36,9 +36,7 @@ pub fn check(scene: &Scene) -> Result<CheckReport, Diagnostic> {
     let masses = std::mem::take(&mut interface.masses);
     let least = masses.iter().copied().filter(|m| m.is_finite()).fold(f64::INFINITY, f64::min);
     let sag = model.sag(&start.form.displacement);
-    let elements = model.cables.len() + model.elements.len() - model.ground.len()
-        + model.springs.len()
-        + model.point_masses.len();
+    let elements = model.cables.len() + model.giving.start + model.springs.len() + model.point_masses.len();
     let per_node =
         (!interface.lines.is_empty()).then(|| mesh_length(&interface) / interface.node_count() as f64);
     let typical = typical_stiffness(model, &start.form.displacement, &start.form.history).unzip();
@@ -148,7 +146,7 @@ fn counts(model: &Model) -> String {
     let parts = &model.parts[..model.part_count];
     let size = |part: &Part| part.cables.len() + part.elements.len();
     let named: usize = parts.iter().map(size).sum();
-    let all = model.cables.len() + model.elements.len() - model.ground.len();
+    let all = model.cables.len() + model.giving.start;
     let mut counts = vec![(all.saturating_sub(named), "cables".to_owned())];
     counts.extend(parts.iter().map(|part| (size(part), format!("elements of `{}`", part.name))));
     counts.push((model.springs.len(), "springs".into()));

@@ -18,6 +18,7 @@ use crate::model::Model;
 use crate::model::rope_ends::{self, RopeEnd};
 use crate::results::energy::Energies;
 use crate::results::fields::{Fields, KeptFields};
+use crate::results::parts;
 use crate::results::record::{Probes, Recorder};
 use crate::state::inherited::{End, Inherited};
 use crate::state::{Critical, Peak, State};
@@ -37,6 +38,7 @@ use toolkit::output::Output;
 use toolkit::program::Options;
 use toolkit::run_dir;
 use toolkit::scene::Scene;
+use toolkit::start_from::At;
 
 /// Steps within 1 ms and a window for which memory is set aside, at most.
 const MOST_REMEMBERED: f64 = 2e5;
@@ -154,8 +156,7 @@ impl FemSolver {
         }
         let shortest = start.time_step.min(plan.window) / HALVINGS;
         let samples = ((1e-3 + plan.window) / shortest).min(MOST_REMEMBERED) as usize + 16;
-        let recorder =
-            Recorder::new(&self.model, &self.probes, &start.form.displacement, &start.force, samples);
+        let recorder = Recorder::new(&self.model, &self.probes, &start.form, &start.force, samples);
         let warnings = [&start.warnings[..], &load_warnings].concat();
         let sag = self.model.sag(&start.form.displacement);
         let form = (start.form.clone(), start.form_finding);
@@ -325,7 +326,7 @@ fn torn(model: &Model, events: &[Event]) -> Option<Vec<Torn>> {
     let mut all: Vec<Torn> = Vec::new();
     for event in events {
         let element = event.element as usize;
-        let part = model.parts.iter().find(|p| p.elements.contains(&element));
+        let part = model.part_of(0, element);
         let part = part.map_or("the structure", |part| part.name.as_str());
         match all.iter_mut().find(|torn| torn.part == part) {
             Some(torn) => (torn.elements, torn.last) = (torn.elements + 1, event.time),
@@ -494,7 +495,7 @@ impl Solver for FemSolver {
             );
             warnings.push(Diagnostic::warning(code::TRUST, what));
         }
-        if model.held.contains(&true) || !model.until.is_empty() || !model.springs.is_empty() {
+        if model.is_supported() {
             measures.push(peak("max_reaction", peaks.reaction, RANKS[2]));
             measures.push(peak("max_reaction_1ms", peaks.reaction_1ms, RANKS[0]));
         } else {
@@ -518,11 +519,15 @@ impl Solver for FemSolver {
         measures.extend(critical_loads(committed));
         warnings.extend(unstable_path(committed));
         let counts = &prepared.windows.counts;
+        // The books of a run that starts at rest begin anew.
+        let anew = self.inherited.as_ref().is_some_and(|from| from.origin.at == At::Rest);
+        let before = anew.then_some(&prepared.form.0);
         warnings.extend(counts.warnings(model, self.config.fem.load_steps.is_some()));
         warnings.extend(lost);
         Ok(Statistics {
             measures,
             torn: torn(model, events),
+            parts: Some(parts::used(model, committed, prepared.windows.energy(), before)),
             counts: counts.named(),
             warnings,
             ..Statistics::default()

@@ -6,6 +6,7 @@ use crate::internal_force::assembly::Event;
 use crate::internal_force::line_contact::Touch;
 use crate::linear_algebra::lanes::dot;
 use crate::model::Model;
+use interface_defs::Utilisation;
 use serde::{Deserialize, Serialize};
 
 /// Root mean square of the velocities below which a structure is at rest [m/s]: around a rock that lies still in it, a net of the
@@ -53,6 +54,8 @@ pub struct State {
     pub used: f64,
     /// Each element that came close to breaking so far, and the largest share of its strength that it used.
     pub close: Vec<(u32, f64)>,
+    /// Largest utilisation so far of each of [`Model::accounted`].
+    pub used_parts: Vec<Utilisation>,
     /// Ends of sliding ropes whose brake is jammed, and since when [s].
     pub jammed: Vec<(u32, f64)>,
     /// At rest in static equilibrium, as it was at t = 0.
@@ -266,6 +269,7 @@ impl State {
         self.used = other.used;
         self.close.clear();
         self.close.extend_from_slice(&other.close);
+        self.used_parts.copy_from_slice(&other.used_parts);
         self.jammed.clear();
         self.jammed.extend_from_slice(&other.jammed);
         self.at_rest = other.at_rest;

@@ -259,3 +259,64 @@ fn a_window_in_which_a_post_yields_depends_on_its_start_and_its_force_alone_and_
         assert!(run.balance().abs() < 0.01 * run.value("energy_received_fem"), "{} J", run.balance());
     }
 }
+
+/// When an element tore [s], under which force [N], and what it lost [J].
+fn fractured(section: &str, supports: &str, fem: (&str, f64)) -> (f64, f64, f64) {
+    let structure = format!("form_finding = \"none\"\ndamping = 20.0\nsupports = [{supports}]");
+    let mut run = Run::alone(&row(section, (1, 1.0), 0.0, &structure, fem.0, ""), fem.1);
+    (0..110).for_each(|_| run.step(fem.1, &[]));
+    let torn = run.solver.finish().expect("ends").torn.expect("it can tear");
+    assert_eq!((torn[0].part.as_str(), torn[0].elements), ("post", 1));
+    assert!(run.balance().abs() < 1e-2 * run.value("energy_dissipated_fem"), "{fem:?}: {}", run.balance());
+    (torn[0].first, torn[0].force, run.value("energy_dissipated_fem"))
+}
+
+#[test]
+fn a_post_fractures_where_a_fibre_reaches_its_strain_in_tension_and_in_bending() {
+    // Perfectly plastic; 5 cm per m in 1 s, and a turn of both ends by 0.8 rad: strains of half the height times 1.6 rad/m.
+    let section = format!("{HE_160_B}\nhardening_modulus = 0.0\nfracture_strain = 0.04");
+    let drawn = "{ nodes = [0], rotations = \"xyz\" },
+        { nodes = [1], rotations = \"xyz\", motion = [[0.0, 0.0, 0.0, 0.0], [1.0, 0.05, 0.0, 0.0]] }";
+    let turning = |x: f64, angle: f64| {
+        format!(
+            "through = [{x:?}, 0.0, 0.0], axis = [0.0, 1.0, 0.0], angles = [[0.0, 0.0], [1.0, {angle:?}]]"
+        )
+    };
+    let bent = format!(
+        "{{ nodes = [0], rotations = \"xyz\", turning = {{ {} }} }},
+         {{ nodes = [1], directions = \"yz\", rotations = \"xyz\", turning = {{ {} }} }}",
+        turning(0.0, 0.8),
+        turning(1.0, -0.8)
+    );
+    let yield_force = 5425e-6 * 235e6;
+    for fem in SCHEMES {
+        let (time, force, lost) = fractured(&section, drawn, fem);
+        assert!((time / 0.8 - 1.0).abs() < 0.02, "{fem:?}: {time}");
+        assert!((force / yield_force - 1.0).abs() < 0.01, "{fem:?}: {force}");
+        let work = yield_force * (0.04 - 0.5 * 235e6 / 2.1e11);
+        assert!((lost / work - 1.0).abs() < 0.03, "{fem:?}: {lost} of {work}");
+        // The outermost fibre lies within the flange, from 67 to 80 mm.
+        let (time, force, lost) = fractured(&section, &bent, fem);
+        let strain = |height: f64| 1.6 * time * height;
+        assert!(strain(0.067) < 0.04 && strain(0.08) > 0.04, "{fem:?}: {time}");
+        assert!(force.abs() < 0.02 * yield_force, "{fem:?}: {force}");
+        assert!((lost / (1.6 * time * PLASTIC) - 1.0).abs() < 0.06, "{fem:?}: {lost}");
+    }
+}
+
+#[test]
+fn a_fracture_strain_without_fibres_or_below_the_yield_point_is_refused() {
+    for (section, words) in [
+        (
+            "young = 2.1e11\narea = 5e-3\ninertia = [1e-5, 1e-5]\nfracture_strain = 0.1",
+            "only fibres have strains",
+        ),
+        ("section = \"HE 160 B\"\nsteel = \"S235\"\nfracture_strain = 1e-3", "above 0.00112"),
+        ("section = \"HE 160 B\"\nsteel = \"S235\"\nfracture_strain = 15.0", "15 % is 0.15"),
+    ] {
+        let text = row(section, (1, 1.0), 0.0, "supports = [{ nodes = [0] }]", "", "");
+        let options = toolkit::program::Options::default();
+        let error = fem_solver::FemSolver::new(&crate::common::scene(&text), &options).err().expect(words);
+        assert!(error.to_string().contains(words), "{error}");
+    }
+}

@@ -8,7 +8,7 @@ use super::run_dir::SUMMARY;
 use super::screen::{complain, show};
 use interface_defs::message::Found;
 use interface_defs::verdict::{Fate, NOTHING_TORE};
-use interface_defs::{Diagnostic, Measure, Severity, Statistics, Torn, Verdict, code};
+use interface_defs::{Diagnostic, Measure, PartUse, Severity, Statistics, Torn, Verdict, code};
 use serde::{Deserialize, Serialize, Serializer};
 use serde_json::{Map, Value};
 use std::fmt::Write as _;
@@ -54,6 +54,9 @@ pub struct Summary {
     /// What tore of the structure, a part each; `None`: nothing of it can.
     #[serde(default)]
     pub torn: Option<Vec<Torn>>,
+    /// How far each part of the structure was used, the largest utilisation first; left out where the structure does not say.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub parts: Vec<PartUse>,
     /// How it ended.
     pub status: RunStatus,
     /// Id of the run.
@@ -152,6 +155,7 @@ impl Summary {
         }
         let torn = self.torn.as_deref().unwrap_or_default();
         self.verdict.iter_mut().for_each(|verdict| verdict.torn = torn.to_vec());
+        self.parts.extend(statistics.parts.iter().flatten().cloned());
         self.warnings.extend_from_slice(&statistics.warnings);
         if clashes.is_empty() {
             return Ok(());
@@ -175,12 +179,14 @@ impl Summary {
         self.measures.iter().find(|m| m.name == name).map(|m| m.value)
     }
 
-    /// What became of each rock and of the structure, a sentence each.
+    /// What became of each rock and of the structure, a sentence each; of parts, those that tore or were used beyond what they bear.
     pub fn sentences(&self) -> Vec<String> {
         let rocks = self.verdict.iter().map(Verdict::to_string);
         let torn = self.torn.iter().flatten().map(Torn::to_string);
         let nothing = self.torn.as_ref().is_some_and(Vec::is_empty).then(|| NOTHING_TORE.to_owned());
-        rocks.chain(torn).chain(nothing).collect()
+        let tore = |part: &str| self.torn.iter().flatten().any(|torn| torn.part == part);
+        let beyond = self.parts.iter().filter(|part| part.share() > 1.0 && !tore(&part.part));
+        rocks.chain(torn).chain(nothing).chain(beyond.map(PartUse::to_string)).collect()
     }
 
     /// Write `summary.json` to `dir`: as a whole or not at all.
@@ -208,6 +214,14 @@ impl Summary {
                 format!("the value {} of this measure is not a finite number; it is left out", m.value);
             lost.push(Diagnostic::warning(code::NOT_FINITE, what).about(&m.name));
             false
+        });
+        out.parts.retain(|part| {
+            let finite = part.share().is_finite() && part.dissipated.is_finite() && part.stored.is_finite();
+            if !finite {
+                let what = "not all numbers of this part are finite; it is left out";
+                lost.push(Diagnostic::warning(code::NOT_FINITE, what).about(&part.part));
+            }
+            finite
         });
         for (section, map) in
             [("energy", &mut out.energy), ("coupling", &mut out.coupling), ("cost", &mut out.cost)]
@@ -340,6 +354,9 @@ const SHOWN: usize = 10;
 /// Warnings of one kind that are shown, such as ruptures; all are in `summary.json`.
 const OF_A_KIND: usize = 3;
 
+/// Parts that are shown, the most used ones; all are in `summary.json`.
+const PARTS: usize = 8;
+
 impl Summary {
     /// The short text for the screen; `out` is where the files are.
     pub fn table(&self, out: &Path) -> String {
@@ -356,6 +373,7 @@ impl Summary {
             let line = format!("{name:names$}  {number:>numbers$} {rest}");
             let _ = writeln!(text, "{}", line.trim_end());
         }
+        self.show_parts(&mut text, names);
         let mut kinds: Vec<(String, usize)> = Vec::new();
         for warning in &self.warnings {
             let kind = kind(warning);
@@ -378,6 +396,21 @@ impl Summary {
         };
         let _ = writeln!(text, "{:names$}  {}{more}", "results", out.display());
         text
+    }
+
+    /// The parts that were used most, a row each, behind the names of the rows above.
+    fn show_parts(&self, text: &mut String, names: usize) {
+        let used = self.parts.iter().filter_map(|part| Some((part, part.utilisation?))).take(PARTS);
+        let used: Vec<_> = used.collect();
+        let names = used.iter().map(|(part, _)| part.part.chars().count()).fold(names, usize::max);
+        if !used.is_empty() {
+            let _ = writeln!(text, "{:names$}  utilisation, at    dissipated [kJ]", "part");
+        }
+        for (part, largest) in used {
+            let (word, lost) = (largest.of.word(), part.dissipated / 1e3);
+            let share = format!("{:.2} of {word:<7} {:.4} s", largest.share, largest.time);
+            let _ = writeln!(text, "{:names$}  {share} {lost:>11.1}", part.part);
+        }
     }
 
     /// Print why the run is not done on stderr.
@@ -444,6 +477,7 @@ mod tests {
     use super::*;
     use interface_defs::message::Worse;
     use interface_defs::verdict::Ending;
+    use interface_defs::{ShareOf, Utilisation};
 
     fn measure(name: &str, value: f64, time: Option<f64>) -> Measure {
         Measure::new(name, value, "m").at(time)
@@ -508,6 +542,45 @@ mod tests {
         assert_eq!(summary.sentences(), [summary.verdict[0].to_string(), torn.to_string()]);
         let nothing = Summary { torn: Some(Vec::new()), ..Summary::new(RunStatus::Done) };
         assert_eq!(nothing.sentences(), [NOTHING_TORE]);
+    }
+
+    #[test]
+    fn the_parts_that_were_used_most_are_shown_and_one_beyond_what_it_bears_has_a_sentence() {
+        let part = |name: &str, share: f64, of: ShareOf| PartUse {
+            part: name.into(),
+            utilisation: Some(Utilisation { share, of, time: 0.25 }).filter(|_| share > 0.0),
+            dissipated: 81234.0,
+            stored: 0.0,
+        };
+        let mut parts = vec![part("posts", 1.04, ShareOf::Section), part("brakes", 0.92, ShareOf::Travel)];
+        parts.extend((0..8).map(|i| part(&format!("rope_{i}"), 0.5, ShareOf::Force)));
+        parts.push(part("the rest", 0.0, ShareOf::Force));
+        let dir = tempfile::tempdir().expect("a directory");
+        let mut summary = Summary::new(RunStatus::Done);
+        let of_structure = Statistics { parts: Some(parts), ..Statistics::default() };
+        summary.take("fem-solver", &of_structure).expect("the first");
+        assert_eq!(summary.sentences(), ["`posts` came to 1.04 of its section at 0.2500 s"]);
+        let text = summary.table(dir.path());
+        assert!(text.contains("brakes        0.92 of travel  0.2500 s        81.2\n"), "{text}");
+        assert!(text.contains("rope_5") && !text.contains("rope_6") && !text.contains("the rest"), "{text}");
+        summary.write(dir.path()).expect("written");
+        let json: Value =
+            serde_json::from_str(&std::fs::read_to_string(dir.path().join(SUMMARY)).expect("a file"))
+                .expect("JSON");
+        assert_eq!(json["parts"][1]["utilisation"]["of"], "travel");
+        assert_eq!(Summary::read(dir.path()).expect("read"), summary);
+        let torn = Torn {
+            part: "posts".into(),
+            elements: 1,
+            first: 0.25,
+            last: 0.25,
+            force: 1.0,
+            member: String::new(),
+        };
+        summary.torn = Some(vec![torn.clone()]);
+        assert_eq!(summary.sentences(), [torn.to_string()], "it is named once");
+        summary.parts[0].stored = f64::NAN;
+        assert_eq!(summary.finite().parts.len(), 10);
     }
 
     #[test]

@@ -420,7 +420,9 @@ impl Path {
         state.received += self.work(model, state);
         self.face(state);
         let internal = &mut self.corrector.internal;
+        internal.elements.follow(&mut state.used_parts, time);
         internal.elements.advance(&model.elements, &state.displacement, &mut state.history);
+        internal.elements.follow(&mut state.used_parts, time);
         if !internal.elements.broken.is_empty() {
             (state.along.anew, state.along.stride) = (true, FIRST * self.extent);
         }

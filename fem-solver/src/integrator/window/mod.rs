@@ -24,6 +24,7 @@ use crate::results::moving_mean::Sample;
 use crate::results::record::{Recorder, Step};
 use crate::state::{Peak, Peaks, State};
 use answer::{Answer, travel};
+use interface_defs::Utilisation;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::field::name;
 use interface_defs::ipc::interrupt;
@@ -544,6 +545,13 @@ impl WindowSolver {
             (force, middle, at) = (&self.rest_force, displacement, end);
         }
         if last {
+            internal.elements.follow(&mut self.trial.used_parts, end);
+            internal.elements.note_sections(
+                &self.model.elements,
+                &self.trial.displacement,
+                &self.trial.history,
+            );
+            internal.elements.follow(&mut self.trial.used_parts, end);
             self.energies.of(&self.model, internal, &self.trial, &mut self.energy_now);
         } else {
             internal.elements.begin_reading();
@@ -624,6 +632,12 @@ impl WindowSolver {
         }
     }
 
+    /// Energy stored and dissipated by the end of the last window accepted [J].
+    pub fn energy(&self) -> [f64; 2] {
+        let gauges = &self.booked[1].gauges;
+        [2, 3].map(|energy| gauges[3 * energy])
+    }
+
     /// What the next window follows from.
     pub fn kept(&self) -> KeptWindows {
         KeptWindows {
@@ -642,7 +656,12 @@ impl WindowSolver {
     pub fn go_on(&mut self, kept: KeptWindows) -> Result<(), Fault> {
         let sizes = |state: &State, gauges: usize| {
             let State { displacement: u, velocity: v, acceleration: a, force: f, load, .. } = state;
-            ([u, v, a, f, load, &state.history].map(Vec::len), state.groups.len(), gauges)
+            (
+                [u, v, a, f, load, &state.history].map(Vec::len),
+                state.groups.len(),
+                state.used_parts.len(),
+                gauges,
+            )
         };
         let own = sizes(&self.committed, self.booked[1].gauges.len());
         let torn = kept
@@ -697,6 +716,7 @@ fn first_state(model: &Model, config: &Config, start: &Start, recorder: &Recorde
         at_rest: start.at_rest && !thrown && config.fem.path_speed.is_none(),
         history: start.form.history.clone(),
         groups: recorder.groups(),
+        used_parts: vec![Utilisation::default(); model.accounted().count()],
         ..State::default()
     };
     state = with_room(state, model);
@@ -717,7 +737,7 @@ fn first_state(model: &Model, config: &Config, start: &Start, recorder: &Recorde
         state.acceleration.copy_from_slice(own);
     }
     [state.dissipated, state.received, state.support_work, state.load_work] = start.booked;
-    let reaction = recorder.total_reaction(&start.force, &start.form.displacement);
+    let reaction = recorder.total_reaction(&start.force, &start.form);
     let at_start = |value| Peak { value, time: 0.0 };
     let size = at_start(reaction.iter().map(|r| r * r).sum::<f64>().sqrt());
     let tension = at_start(start.cable_force);

@@ -9,6 +9,7 @@ use self::rupture::{Release, Stretch};
 use crate::element::{Answer, AnyElement, CLOSE, Constants, Energy, Pace, Piece, Slack};
 use crate::internal_force::kernel::rings::{Rings, WIDTH};
 use crate::model::Model;
+use interface_defs::{ShareOf, Utilisation};
 use nalgebra::Vector3;
 use std::ops::Range;
 
@@ -21,9 +22,10 @@ struct Place {
 }
 
 impl Place {
-    /// The axial force of its element, where it counts among those of cables, ropes, rings and brakes: a post is none of them.
+    /// The axial force of its element, where it counts among those of cables, ropes, rings and brakes: a post or a support is none of
+    /// them.
     fn counted(&self, tension: f64) -> f64 {
-        if self.constants.has_moments { 0.0 } else { tension }
+        if self.constants.has_moments || self.constants.lines == 0 { 0.0 } else { tension }
     }
 }
 
@@ -58,6 +60,13 @@ pub struct Assembly {
     pub used: f64,
     /// Each element that used more than [`CLOSE`] of it since somebody cleared this, with the largest share.
     pub close: Vec<(u32, f64)>,
+    /// Of each element which of [`Model::accounted`] it is in, and the largest utilisation of each of these, at `now` [s] or before;
+    /// empty where nobody asks.
+    accounts: Vec<u32>,
+    used_parts: Vec<Utilisation>,
+    now: f64,
+    /// Beams with fibres, whose sections are asked for at the ends of windows.
+    sections: Vec<usize>,
     /// What broke within the last explicit step, and the forces of that over the step, one after the other [N].
     releases: Vec<Release>,
     released: Vec<f64>,
@@ -93,6 +102,11 @@ impl Assembly {
         (assembly.u, assembly.force) = (vec![0.0; widest], vec![0.0; widest]);
         (assembly.tangent, assembly.history) = (vec![0.0; widest * widest], vec![0.0; longest]);
         assembly.reserve_ruptures(&model.elements);
+        assembly.accounts = model.accounts();
+        let section = |i: &usize| {
+            assembly.places[*i].constants.has_moments && assembly.places[*i].constants.plastic.is_some()
+        };
+        assembly.sections = (0..assembly.places.len()).filter(section).collect();
         assembly
     }
 
@@ -101,7 +115,8 @@ impl Assembly {
     pub fn with_blocks(model: &Model) -> Self {
         let mut assembly = Self::new(model);
         let places = &assembly.places;
-        assembly.rings = Rings::new(&model.elements, model.node_count(), |i| places[i].history.start);
+        let history = |i: usize| places[i].history.start;
+        assembly.rings = Rings::new(&model.elements, model.node_count(), &assembly.accounts, history);
         assembly.read = vec![(0, [0.0; WIDTH]); assembly.rings.block_count()];
         assembly
     }
@@ -127,6 +142,11 @@ impl Assembly {
         let local = &mut self.u[..dofs.len()];
         local.iter_mut().zip(dofs).for_each(|(to, dof)| *to = u[*dof]);
         local
+    }
+
+    /// The same, of its own.
+    pub fn gathered(&self, element: usize, u: &[f64]) -> Vec<f64> {
+        self.dofs(element).iter().map(|dof| u[*dof]).collect()
     }
 
     /// Take the internal forces at the displacements `u` from `force` [N]. Returns the largest axial
@@ -168,7 +188,9 @@ impl Assembly {
             self.used = self.used.max(ahead.map_or(0.0, |(_, used)| used));
             match ahead {
                 Some((block, used)) if used <= CLOSE => {
-                    largest = f64::max(largest, self.rings.hand_back(block, force, history))
+                    let tension = self.rings.hand_back(block, force, history);
+                    self.note_block(next, block, tension);
+                    largest = f64::max(largest, tension);
                 }
                 // Where a block has a ring that may not bear the step, too.
                 _ => {
@@ -192,10 +214,54 @@ impl Assembly {
             None => self.respond(of.number, of.element, of.middle, history, None),
         };
         self.broken.extend(broken);
+        self.note_force(of.number, of.element, tension, broken.map_or(0.0, |broken| broken.share));
         self.take_force(of.number, force);
         self.note_yield(of.number, history, tension);
         self.take_history(of.number, history);
         self.places[of.number].counted(tension)
+    }
+
+    /// From now on, at `now` [s], the largest utilisations are these; those so far are in their place.
+    pub fn follow(&mut self, used_parts: &mut Vec<Utilisation>, now: f64) {
+        std::mem::swap(&mut self.used_parts, used_parts);
+        self.now = now;
+    }
+
+    /// An element uses this share of what it bears.
+    fn note_used(&mut self, element: usize, (share, of): (f64, ShareOf)) {
+        let account = self.used_parts.get_mut(self.accounts[element] as usize);
+        if let Some(account) = account.filter(|account| share > account.share) {
+            *account = Utilisation { share, of, time: self.now };
+        }
+    }
+
+    /// The same of the rings of a block from number `first` on, of which the most drawn one carries `tension` [N].
+    fn note_block(&mut self, first: usize, block: usize, tension: f64) {
+        if let Some(most) = self.used_parts.get(self.accounts[first] as usize) {
+            let share = self.rings.share(block, tension, most.share);
+            self.note_used(first, (share, ShareOf::Force));
+        }
+    }
+
+    /// The same by its axial force `tension` [N] in the answer at hand, and at `least`.
+    fn note_force(&mut self, number: usize, element: &AnyElement, tension: f64, least: f64) {
+        let Place { dofs, history, constants } = &self.places[number];
+        if constants.lines > 0 || constants.can_break {
+            let own = &self.history[..history.len()];
+            let (share, of) = element.used_of(&self.u[..dofs.len()], tension, own);
+            self.note_used(number, (share.max(least), of));
+        }
+    }
+
+    /// The same of sections that yield, at `u`.
+    pub fn note_sections(&mut self, elements: &[AnyElement], u: &[f64], history: &[f64]) {
+        for at in 0..self.sections.len() {
+            let number = self.sections[at];
+            let (element, own) = (&elements[number], &history[self.places[number].history.clone()]);
+            let u = self.gather(number, u);
+            let share = element.plastic_utilisation(u, own).max(element.strain_utilisation(u, own));
+            self.note_used(number, (share, ShareOf::Section));
+        }
     }
 
     /// Take the force of the answer at hand, that of element number `element`, from `force`.
@@ -226,10 +292,11 @@ impl Assembly {
         for (i, element) in elements.iter().enumerate() {
             let tension = self.respond(i, element, u, history, None);
             self.note_yield(i, history, tension);
+            self.note_force(i, element, tension, 0.0);
             let own = self.take_history(i, history);
             let u = &self.u[..self.places[i].dofs.len()];
             if element.breaks(u, own) {
-                let share = element.utilisation(u, tension);
+                let share = element.utilisation(u, tension).max(element.strain_utilisation(u, own));
                 self.broken.push(Broken { element: i as u32, tension, part: 1.0, share });
             }
         }

@@ -135,11 +135,33 @@ impl<const N: usize, const W: usize> BlockMemory<N, W> {
         self.bound[..count].iter().copied().fold(0.0, f64::max) / constants.law.strength()
     }
 
+    /// Largest share of its strength that any of the first `count` rings uses, the most drawn one with `tension` [N]; or an upper
+    /// bound that is not above `most`.
+    pub fn share_above<F: Formula<N, W>>(
+        &self,
+        constants: &BlockConstants<N, F>,
+        count: usize,
+        (tension, most): (f64, f64),
+    ) -> f64 {
+        let bound = tension / constants.law.strength();
+        if bound > most { self.share_at(constants, &self.u, count) } else { bound }
+    }
+
     /// Largest share of its strength that any of the first `count` rings uses at the displacements in `ahead`, or an upper bound below
     /// [`crate::element::FAR`].
     pub fn share_ahead<F: Formula<N, W>>(&self, constants: &BlockConstants<N, F>, count: usize) -> f64 {
-        let tensions = self.tensions(constants, &self.ahead);
-        let share = |l: usize| constants.ring(l).share(&lane(&self.ahead, l), tensions[l]);
+        self.share_at(constants, &self.ahead, count)
+    }
+
+    /// The same at the displacements `u`.
+    pub fn share_at<F: Formula<N, W>>(
+        &self,
+        constants: &BlockConstants<N, F>,
+        u: &NodeLanes<N>,
+        count: usize,
+    ) -> f64 {
+        let tensions = self.tensions(constants, u);
+        let share = |l: usize| constants.ring(l).share(&lane(u, l), tensions[l]);
         (0..count).map(share).fold(0.0, f64::max)
     }
 

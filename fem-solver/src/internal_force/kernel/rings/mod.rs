@@ -104,10 +104,18 @@ fn wire_ring<const N: usize>(element: &AnyElement) -> Option<WireConstants<N>> {
 
 impl Rings {
     /// The rings among `elements` between `nodes` nodes, where `history` says where the history of each element begins.
-    pub fn new(elements: &[AnyElement], nodes: usize, history: impl Fn(usize) -> usize) -> Self {
+    /// Those of a block are all in one part, whose numbers are `parts`.
+    pub fn new(
+        elements: &[AnyElement],
+        nodes: usize,
+        parts: &[u32],
+        history: impl Fn(usize) -> usize,
+    ) -> Self {
         let (mut all, mut next) = (Self::default(), 0);
         while next < elements.len() {
-            let Some(block) = RingBlock::first_of(&elements[next..], (next, nodes, history(next))) else {
+            let own = parts[next..].iter().take(WIDTH).take_while(|part| **part == parts[next]).count();
+            let own = &elements[next..next + own];
+            let Some(block) = RingBlock::first_of(own, (next, nodes, history(next))) else {
                 next += 1;
                 continue;
             };
@@ -152,6 +160,15 @@ impl Rings {
             gather(places, block.nodes, start, &mut memory.ahead);
             memory.look_ahead();
             memory.share_ahead(columns, block.count())
+        })
+    }
+
+    /// Largest share of its strength that a ring of a block uses where [`Rings::pull_ahead`] has computed it, the most drawn one with
+    /// `tension` [N]; or an upper bound that is not above `most`.
+    pub fn share(&mut self, block: usize, tension: f64, most: f64) -> f64 {
+        let block = &self.blocks[block];
+        of_kind!(self, block, |_places, columns, memory| {
+            memory.share_above(columns, block.count(), (tension, most))
         })
     }
 

@@ -114,7 +114,7 @@ fn blocks_give_the_bytes_of_rings_alone_and_tell_who_bears_the_step() {
         for (size, _) in SIZES.into_iter().flat_map(|size| (0..60).map(move |round| (size, round))) {
             let (elements, nodes) = net(make, size, &mut noise);
             let Moment { start, middle, history, length } = moment(&elements, nodes, &mut noise);
-            let mut rings = Rings::new(&elements, nodes, |i| length * i);
+            let mut rings = Rings::new(&elements, nodes, &vec![0; elements.len()], |i| length * i);
             let mut next = 0;
             while next < elements.len() {
                 let block = rings.block_at(next).0.expect("all are rings");
@@ -169,7 +169,7 @@ fn blocks_end_where_rings_are_others() {
     elements.extend_from_slice(&others[6..20]);
     let (two, _) = net(wire_ring, (2, 9), &mut noise);
     elements.push(two[0].clone());
-    let rings = Rings::new(&elements, nodes, |i| 5 * i);
+    let rings = Rings::new(&elements, nodes, &vec![0; elements.len()], |i| 5 * i);
     let ends: Vec<usize> = (0..elements.len()).map(|i| rings.block_at(i).1).collect();
     assert_eq!(ends, [[6; 6].as_slice(), &[11; 5], &[18; 7], &[20; 2], &[21]].concat());
     assert_eq!(rings.block_at(20).0, None);
@@ -182,7 +182,7 @@ fn energies_and_tensions_of_blocks_are_those_of_rings_alone() {
         let (elements, nodes) = net(make, size, &mut noise);
         for _ in 0..20 {
             let Moment { middle, history, length, .. } = moment(&elements, nodes, &mut noise);
-            let mut rings = Rings::new(&elements, nodes, |i| length * i);
+            let mut rings = Rings::new(&elements, nodes, &vec![0; elements.len()], |i| length * i);
             let mut next = 0;
             while next < elements.len() {
                 let block = rings.block_at(next).0.expect("all are rings");
