@@ -1,6 +1,7 @@
 //! Each criterion of the test, with its number, its bound, and what follows.
 
-use super::measured::{Launch, Which, is_caught};
+use super::layout::NET;
+use super::measured::{Launch, Which};
 use super::site::Test;
 use interface_defs::verdict::Fate;
 use serde::Serialize;
@@ -59,31 +60,26 @@ pub fn category(share: f64) -> &'static str {
 /// All criteria.
 pub fn all(test: &Test, launches: &[Launch]) -> Vec<Criterion> {
     let of = |which| launches.iter().find(|launch| launch.which == which);
-    let mut found = Vec::new();
-    let absent = |which: Which, why: &str| blank(which, "stopped", why);
-    match (test.sel(), of(Which::Sel1)) {
-        (Some(_), Some(first)) => {
-            found.extend(common(first));
-            found.push(trusted(first, left(first)));
-            found.push(trusted(first, connections(test, first)));
-            found.push(trusted(first, openings(test, first)));
-            match of(Which::Sel2) {
-                Some(second) => found.extend(common(second)),
-                None => found.push(absent(
-                    Which::Sel2,
-                    "not run: the block of SEL 1 was not stopped, or that run does not count",
-                )),
-            }
+    let absent = |which, why| vec![Criterion { why, ..blank(which, "stopped") }];
+    let mut found = match of(Which::Sel1) {
+        Some(first) => {
+            let more = [left(first), tearing(test, first, false), tearing(test, first, true)];
+            let second = of(Which::Sel2).map(common).unwrap_or_else(|| {
+                let why = "not run: the block of SEL 1 was not stopped, or that run does not count";
+                absent(Which::Sel2, why.into())
+            });
+            let more = more.into_iter().map(|criterion| trusted(first, criterion));
+            common(first).into_iter().chain(more).chain(second).collect()
         }
-        _ => found.push(absent(Which::Sel1, "class 0 has no SEL launches (ETAG 027); --sel KJ makes them")),
-    }
+        None => absent(Which::Sel1, "class 0 has no SEL launches (ETAG 027); --sel KJ makes them".into()),
+    };
     found.extend(of(Which::Mel).into_iter().flat_map(common));
     found
 }
 
-fn blank(which: Which, name: &'static str, why: impl Into<String>) -> Criterion {
-    let (result, why) = (Result::NotExamined, why.into());
-    Criterion { launch: which.name(), name, value: None, bound: None, unit: "1", result, why }
+fn blank(which: Which, name: &'static str) -> Criterion {
+    let (launch, result) = (which.name(), Result::NotExamined);
+    Criterion { launch, name, value: None, bound: None, unit: "1", result, why: String::new() }
 }
 
 /// Nothing passes or fails by a run that is not to be trusted.
@@ -95,102 +91,84 @@ fn trusted(launch: &Launch, criterion: Criterion) -> Criterion {
 }
 
 /// Those of every launch.
-fn common(launch: &Launch) -> [Criterion; 2] {
-    let of = |name| blank(launch.which, name, "");
-    let stopped = match launch.fate {
-        Some(Fate::Undecided | Fate::StillMoving) => Criterion {
-            result: Result::NotSettled,
-            why: "it is still being stopped at the end of the run: --time S, longer".into(),
-            ..of("stopped")
+fn common(launch: &Launch) -> Vec<Criterion> {
+    let open = matches!(launch.fate, Some(Fate::Undecided | Fate::StillMoving));
+    let words = launch.fate.map_or("no verdict", Fate::words);
+    let slipped = matches!(launch.fate, Some(Fate::Stopped | Fate::Rebounded)) && !launch.stopped;
+    let stopped = Criterion {
+        result: match launch.stopped {
+            _ if open => Result::NotSettled,
+            true => Result::Pass,
+            false => Result::Fail,
         },
-        fate => {
-            let words = fate.map_or("no verdict", Fate::words);
-            let slipped = fate.is_some_and(is_caught) && !launch.stopped;
-            let why =
-                if slipped { format!("{words}, and left the net as it came to rest") } else { words.into() };
-            Criterion {
-                result: if launch.stopped { Result::Pass } else { Result::Fail },
-                why,
-                ..of("stopped")
-            }
-        }
+        why: match (open, slipped) {
+            (true, _) => "it is still being stopped at the end of the run: --time S, longer".into(),
+            (_, true) => format!("{words}, and left the net as it came to rest"),
+            _ => words.into(),
+        },
+        ..blank(launch.which, "stopped")
     };
-    let clear =
-        launch.value("clearance_block").zip(launch.value("clearance_net")).map(|(block, net)| block.min(net));
+    let clear = launch.value("clearance_block").zip(launch.value("clearance_net"));
+    let clear = clear.map(|(block, net)| block.min(net));
     let ground = Criterion {
         value: clear,
         bound: Some(0.0),
         unit: "m",
         result: match clear {
+            _ if open => Result::NotSettled,
             Some(clear) if clear > 0.0 => Result::Pass,
             Some(_) => Result::Fail,
             None => Result::NotExamined,
         },
         why: "block, and net where it hits, above the slope through the feet until the largest elongation"
             .into(),
-        ..of("no ground contact")
+        ..blank(launch.which, "no ground contact")
     };
-    [trusted(launch, stopped), trusted(launch, ground)]
+    [stopped, ground].map(|criterion| trusted(launch, criterion)).into()
 }
 
 /// The height left after SEL 1.
 fn left(launch: &Launch) -> Criterion {
-    let of = blank(launch.which, "height left", "the block was not stopped, or not brought to rest");
+    let of = blank(launch.which, "height left");
     let numbers = ["h_R/h_N", "h_N", "h_R_least", "h_R_most"].map(|name| launch.value(name));
-    let [Some(share), Some(before), Some(least), Some(most)] = numbers else { return of };
+    let [Some(share), Some(before), Some(least), Some(most)] = numbers else {
+        return Criterion { why: "the block was not stopped, or not brought to rest".into(), ..of };
+    };
     let bound = LEFT_AFTER_SEL * before;
+    let at_rest = || "h_R/h_N at rest, block left in".to_owned();
     let (result, why) = match (least >= bound, most < bound) {
-        (true, _) => (Result::Pass, "h_R/h_N at rest, block left in".to_owned()),
-        (_, true) => (Result::Fail, "h_R/h_N at rest, block left in".into()),
+        (true, _) => (Result::Pass, at_rest()),
+        (_, true) => (Result::Fail, at_rest()),
         _ => (Result::NotSettled, format!("it still swings from {} to {} m", three(least), three(most))),
     };
     Criterion { value: Some(share), bound: Some(LEFT_AFTER_SEL), result, why, ..of }
 }
 
-/// No connection part in two: all that is not net.
-fn connections(test: &Test, launch: &Launch) -> Criterion {
-    let (net, others): (Vec<_>, Vec<_>) = test.layout.parts.iter().partition(|part| part.is_net());
-    let of = blank(launch.which, "no connection part in two", "no rope, brake or post has a strength");
-    let torn = launch.torn.iter().flatten().filter(|torn| net.iter().all(|net| net.name != torn.part));
-    let torn: Vec<_> = torn.map(ToString::to_string).collect();
-    let names = |can| {
-        others.iter().filter(|p| p.can_break == can).map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ")
+/// Of the net: openings below twice what they were. Where a mesh tears, two become one; where none does, its sides hold, and a mesh
+/// cannot open to more than the circle of its perimeter. Of all other parts: none in two, and so many tore.
+fn tearing(test: &Test, launch: &Launch, net: bool) -> Criterion {
+    let parts = || test.layout.parts.iter().filter(|part| (part.name == NET) == net);
+    let torn = launch.torn.iter().flatten().filter(|torn| (torn.part == NET) == net);
+    let torn: Vec<String> = torn.map(ToString::to_string).collect();
+    let weak = parts().any(|part| part.can_break);
+    let strong: Vec<_> = parts().filter(|part| !part.can_break).map(|part| part.name.as_str()).collect();
+    let (name, nothing) = match net {
+        true => ("openings below twice the initial", "the net has no strength: it cannot tear"),
+        false => ("no connection part in two", "no rope, brake or post has a strength"),
     };
-    if !torn.is_empty() {
-        return Criterion {
-            value: Some(torn.len() as f64),
-            bound: Some(0.0),
-            result: Result::Fail,
-            why: torn.join("; "),
-            ..of
-        };
-    }
-    if names(true).is_empty() {
-        return of;
-    }
-    let why = match names(false) {
-        none if none.is_empty() => String::new(),
-        none => format!("without a strength, and so not examined: {none}"),
-    };
-    Criterion { value: Some(0.0), bound: Some(0.0), result: Result::Pass, why, ..of }
-}
-
-/// Openings of the net below twice what they were. Where a mesh tears, two become one; where none does, its sides hold, and a mesh
-/// cannot open to more than the circle of its perimeter.
-fn openings(test: &Test, launch: &Launch) -> Criterion {
-    let of =
-        blank(launch.which, "openings below twice the initial", "the net has no strength: it cannot tear");
-    let net: Vec<_> = test.layout.parts.iter().filter(|part| part.is_net()).collect();
-    let torn = launch.torn.iter().flatten().filter(|torn| net.iter().any(|net| net.name == torn.part));
-    let torn: Vec<_> = torn.map(ToString::to_string).collect();
-    match (torn.is_empty(), net.iter().any(|net| net.can_break)) {
-        (false, _) => Criterion { result: Result::Fail, why: torn.join("; "), ..of },
-        (true, true) => {
+    let (result, why) = match (torn.is_empty(), weak) {
+        (false, _) => (Result::Fail, torn.join("; ")),
+        (_, false) => (Result::NotExamined, nothing.to_owned()),
+        _ if net => {
             let why = "no mesh tore; a mesh whose sides hold opens to the circle of its perimeter at most, 4/pi of a square";
-            Criterion { result: Result::Pass, why: why.into(), ..of }
+            (Result::Pass, why.into())
         }
-        (true, false) => of,
-    }
+        _ if strong.is_empty() => (Result::Pass, String::new()),
+        _ => (Result::Pass, format!("without a strength, and so not examined: {}", strong.join(", "))),
+    };
+    let number = |of: f64| Some(of).filter(|_| !net && result != Result::NotExamined);
+    let (value, bound) = (number(torn.len() as f64), number(0.0));
+    Criterion { value, bound, result, why, ..blank(launch.which, name) }
 }
 
 #[cfg(test)]
