@@ -4,9 +4,9 @@
 //! has of its own and a model has not: the residual height is that at its end, block left in. A run that is not to be trusted is made
 //! again with finer windows and steps.
 
-use super::layout::{Layout, number, table, with};
+use super::layout::{Layout, number, table_at};
 use super::measured::{Ended, Launch, Which};
-use super::site::{BLOCK, Test, unwritten, value};
+use super::site::{BLOCK, Test, unwritten};
 use crate::children::Events;
 use crate::progress::{Progress, far};
 use crate::stop::Stop;
@@ -86,7 +86,7 @@ impl Runs<'_> {
             take_over(&mut scene, &start.from, "rest", start.rests);
         }
         let of = start.as_ref().map_or("", |start| &start.of);
-        let ended = self.run(which.dir(), &scene, of, which.name())?;
+        let ended = self.run(&which.dir(), &scene, of, which.name())?;
         let mut rest: Option<Ended> = None;
         // Of SEL 2 no height is judged, but whether a block that was thrown back comes again.
         let needed = which != Which::Sel2 || ended.fate() == Some(Fate::Rebounded);
@@ -116,8 +116,7 @@ impl Runs<'_> {
             }
         }
         // Its deflections are small, and none is a result: what still swings is judged by itself.
-        let limits = scene.remove("limits").unwrap_or(Table::new().into());
-        scene.insert("limits".into(), with(limits, [("deflection_error", OF_REST.into())]));
+        table_at(&mut scene, "limits").map(|limits| limits.insert("deflection_error".into(), OF_REST.into()));
         let (name, label) =
             (format!("{}_rest_{round}", which.dir()), format!("{}, coming to rest", which.name()));
         let mut found = Ended::default();
@@ -147,7 +146,7 @@ impl Runs<'_> {
             // It is written elsewhere.
             let dir = std::path::absolute(self.dir.join(from)).unwrap_or_default();
             take_over(&mut scene, &dir.display().to_string(), "rest", rests);
-            self.test.kit.layout(&scene, self.events)
+            Layout::of(&self.test.kit.written(&scene)?, self.events)
         };
         match layout(&from, false) {
             Ok(now) => return Ok(Ok(Start { from, rests: false, now, of })),
@@ -169,13 +168,13 @@ impl Runs<'_> {
     /// Make a run, again with finer windows and steps where it is not to be trusted.
     fn run(&self, name: &str, scene: &Table, before: &str, what: &str) -> Result<Ended, Stop> {
         let ended = self.run_once(name, scene, before, what)?;
-        let coupling = scene.get("coupling").cloned().unwrap_or(Table::new().into());
-        let chosen = ["preset", "scheme", "time_window"].iter().any(|key| coupling.get(*key).is_some());
+        let mut finer = scene.clone();
+        let Some(coupling) = table_at(&mut finer, "coupling") else { return Ok(ended) };
+        let chosen = ["preset", "scheme", "time_window"].iter().any(|key| coupling.contains_key(*key));
         if ended.summary.status != RunStatus::Unreliable || chosen || !scene.contains_key("rock") {
             return Ok(ended);
         }
-        let mut finer = scene.clone();
-        finer.insert("coupling".into(), with(coupling, [("preset", FINER.into())]));
+        coupling.insert("preset".into(), FINER.into());
         self.run_once(&format!("{name}_{FINER}"), &finer, before, &format!("{what}, {FINER}"))
     }
 
@@ -214,16 +213,17 @@ impl Runs<'_> {
 
 /// The scene starts from a run.
 fn take_over(scene: &mut Table, run: &str, at: &str, rests: bool) {
-    scene.insert("start_from".into(), table([("run", run.into()), ("at", at.into())]));
-    if let Some(structure) = scene.get_mut("structure").and_then(Value::as_table_mut).filter(|_| rests) {
+    let from = [("run", run), ("at", at)].map(|(key, value)| (key.to_owned(), Value::from(value)));
+    scene.insert("start_from".into(), Table::from_iter(from).into());
+    if let Some(structure) = table_at(scene, "structure").filter(|_| rests) {
         structure.insert("form_finding".into(), "none".into());
     }
 }
 
 /// The scene has so much more damping, and ends at that time.
 fn damp(scene: &mut Table, (damping, end): (f64, f64)) {
-    let own = value(scene, "structure.damping").unwrap_or(0.0);
-    if let Some(structure) = scene.get_mut("structure").and_then(Value::as_table_mut) {
+    if let Some(structure) = table_at(scene, "structure") {
+        let own = number(structure.get("damping")).unwrap_or(0.0);
         structure.insert("damping".into(), (own + damping).into());
     }
     scene.insert("end_time".into(), end.into());

@@ -106,52 +106,54 @@ impl Layout {
         least.is_finite().then_some(least)
     }
 
-    /// The groups and gauges that the report needs, for the block that hits at `centre`.
-    pub fn gauges(&self, centre: [f64; 2], half: f64) -> (Vec<Value>, Vec<Value>) {
-        let (mut groups, mut gauges) = (Vec::new(), Vec::new());
-        let mut group = |name: String, nodes: &[u32]| {
-            let nodes: Vec<Value> = nodes.iter().map(|node| i64::from(*node).into()).collect();
-            groups.push(table([("name", name.clone().into()), ("nodes", nodes.into())]));
-            name
+    /// The `groups` and the `gauge` that the report needs, for the block that hits at `centre`.
+    pub fn gauges(&self, centre: [f64; 2], half: f64) -> Table {
+        let (mut groups, mut gauges) = (String::new(), String::new());
+        let mut gauge = |name: &str, group: &str, quantity: &str, more: &str| {
+            gauges +=
+                &format!("[[gauge]]\nname = {name:?}\ngroup = {group:?}\nquantity = {quantity:?}\n{more}\n");
         };
-        let gauge = |name: &str, group: &str, quantity: &str| {
-            table([("name", name.into()), ("group", group.into()), ("quantity", quantity.into())])
-        };
-        let height = |name: &str, group: &str, above: &str| {
-            let normal = NORMAL.map(Value::from).to_vec();
-            with(gauge(name, group, "height"), [("above", above.into()), ("normal", normal.into())])
+        let mut group = |name: &str, nodes: &[u32]| {
+            groups += &format!("[[groups]]\nname = {name:?}\nnodes = {nodes:?}\n");
         };
         // Between the outer posts: beyond them the rope goes down to its anchors.
-        let ends =
-            |k: fn(f64, f64) -> f64| self.group("feet").iter().map(|node| self.node(*node)[0]).reduce(k);
-        let (first, last) = (ends(f64::min).unwrap_or(0.0), ends(f64::max).unwrap_or(0.0));
-        let above = |node: &u32| (first..=last).contains(&self.node(*node)[0]);
+        let feet = || self.group("feet").iter().map(|node| self.node(*node)[0]);
+        let posts = feet().fold(f64::INFINITY, f64::min)..=feet().fold(f64::NEG_INFINITY, f64::max);
+        let above = |node: &u32| posts.contains(&self.node(*node)[0]);
         let top: Vec<u32> = self.group("top_rope").iter().copied().filter(above).collect();
-        let top = group(format!("{OWN}_top"), &top);
-        gauges.push(height(&top, &top, "feet"));
-        let left = height(&format!("{OWN}_left"), "top_rope", "bottom_rope");
-        gauges.push(with(left, [("posts", "posts".into())]));
-        let hit = group(format!("{OWN}_hit"), &self.hit(centre, half));
-        gauges.push(height(&format!("{OWN}_net"), &hit, "feet"));
+        let [of_top, of_left, of_hit] = ["top", "left", "net"].map(|name| format!("{OWN}_{name}"));
+        let hit = format!("{OWN}_hit");
+        group(&of_top, &top);
+        group(&hit, &self.hit(centre, half));
+        let normal = format!("normal = {NORMAL:?}\nabove");
+        gauge(&of_top, &of_top, "height", &format!("{normal} = \"feet\""));
+        gauge(&of_left, "top_rope", "height", &format!("{normal} = \"bottom_rope\"\nposts = \"posts\""));
+        gauge(&of_hit, &hit, "height", &format!("{normal} = \"feet\""));
         for part in &self.parts {
-            gauges.push(gauge(&part.gauge(), &part.name, "tension"));
+            gauge(&part.gauge(), &part.name, "tension", "");
             for (i, nodes) in part.members.iter().enumerate() {
-                let name = group(part.member(i), nodes);
-                gauges.push(gauge(&name, &name, "tension"));
-                if part.element == "brake" {
-                    gauges.push(gauge(&name, &name, "elongation"));
-                } else {
-                    gauges.push(gauge(&name, &name, "bending_moment"));
-                    let head = group(format!("{name}_head"), &nodes[nodes.len() - 1..]);
-                    gauges.push(gauge(&head, &head, "displacement"));
+                let name = part.member(i);
+                group(&name, nodes);
+                gauge(&name, &name, "tension", "");
+                gauge(
+                    &name,
+                    &name,
+                    if part.element == "brake" { "elongation" } else { "bending_moment" },
+                    "",
+                );
+                if part.element != "brake" {
+                    let head = format!("{name}_head");
+                    group(&head, &nodes[nodes.len() - 1..]);
+                    gauge(&head, &head, "displacement", "");
                 }
             }
         }
         for (name, node) in self.supports() {
-            let name = group(format!("{OWN}_{name}"), &[node]);
-            gauges.push(gauge(&name, &name, "force"));
+            let name = format!("{OWN}_{name}");
+            group(&name, &[node]);
+            gauge(&name, &name, "force", "");
         }
-        (groups, gauges)
+        (groups + &gauges).parse().expect("it is TOML")
     }
 
     /// Nodes of the net in the way of the block, or the nearest one.
@@ -204,17 +206,9 @@ impl Part {
     }
 }
 
-/// A table of these keys.
-pub fn table<const N: usize>(entries: [(&str, Value); N]) -> Value {
-    with(Table::new().into(), entries)
-}
-
-/// The same with more keys.
-pub fn with<const N: usize>(mut table: Value, entries: [(&str, Value); N]) -> Value {
-    table.as_table_mut().into_iter().for_each(|table| {
-        table.extend(entries.iter().map(|(key, value)| ((*key).to_owned(), value.clone())));
-    });
-    table
+/// The table below a key, made where there is none.
+pub fn table_at<'a>(document: &'a mut Table, key: &str) -> Option<&'a mut Table> {
+    document.entry(key).or_insert_with(|| Table::new().into()).as_table_mut()
 }
 
 /// A number, as it may be written.

@@ -39,8 +39,8 @@ impl Which {
     }
 
     /// Name of the directory of its run.
-    pub fn dir(self) -> &'static str {
-        ["sel_1", "sel_2", "mel"][self as usize]
+    pub fn dir(self) -> String {
+        self.name().to_lowercase().replace(' ', "_")
     }
 }
 
@@ -55,10 +55,8 @@ impl History {
         let mut columns = vec![Vec::new(); names.len()];
         for row in table.records() {
             let row = row?;
-            columns
-                .iter_mut()
-                .zip(&row)
-                .for_each(|(column, cell)| column.push(cell.parse().unwrap_or(f64::NAN)));
+            let cells = row.iter().map(|cell| cell.parse().unwrap_or(f64::NAN));
+            columns.iter_mut().zip(cells).for_each(|(column, cell)| column.push(cell));
         }
         Ok(Self(names.into_iter().zip(columns).collect()))
     }
@@ -96,9 +94,9 @@ impl History {
         self.times().partition_point(|t| *t <= time).saturating_sub(1)
     }
 
-    /// The largest of values, a row each, with its row and time.
-    fn largest(&self, values: impl Iterator<Item = f64>) -> Option<(f64, usize, f64)> {
-        let all = values.zip(self.times()).enumerate().map(|(row, (value, time))| (value, row, *time));
+    /// The largest of values, a row each, with its time and row.
+    fn largest(&self, values: impl Iterator<Item = f64>) -> Option<(f64, f64, usize)> {
+        let all = values.zip(self.times()).enumerate().map(|(row, (value, time))| (value, *time, row));
         all.max_by(|a, b| a.0.total_cmp(&b.0))
     }
 }
@@ -124,24 +122,17 @@ pub struct Ended {
 }
 
 impl Ended {
-    /// The run in `dir`; without a summary, one that was refused with these errors.
-    pub fn of(
-        dir: &Path,
-        of: String,
-        summary: Option<Summary>,
-        errors: Vec<Diagnostic>,
-    ) -> Result<Self, Stop> {
+    /// The run in `dir`; one without a summary was refused with these errors.
+    pub fn of(dir: &Path, of: String, found: Option<Summary>, errors: Vec<Diagnostic>) -> Result<Self, Stop> {
+        let refused = found.is_none();
+        let failed = || Summary { reasons: errors, ..Summary::new(RunStatus::Failed) };
+        let summary = found.unwrap_or_else(failed);
         // What lies there of a run that was refused is of another one, and a run that failed at once has no rows.
-        let rows = |s: &Summary| s.status != RunStatus::Failed || dir.join(HISTORY).exists();
-        let history = match summary.as_ref().is_some_and(rows) {
-            true => History::read(dir).map_err(|e| {
-                Stop::failed(code::FILE_CONTENT, format!("{}: {HISTORY} cannot be read: {e}", dir.display()))
-            })?,
-            false => History::default(),
-        };
-        let (refused, none) = (summary.is_none(), Summary::new(RunStatus::Failed));
-        let summary = summary.unwrap_or(Summary { reasons: errors, ..none });
-        let name = dir.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+        let none = refused || summary.status == RunStatus::Failed && !dir.join(HISTORY).exists();
+        let history = if none { Ok(History::default()) } else { History::read(dir) };
+        let unread = |e| format!("{}: {HISTORY} cannot be read: {e}", dir.display());
+        let history = history.map_err(|e: csv::Error| Stop::failed(code::FILE_CONTENT, unread(e)))?;
+        let name = dir.file_name().unwrap_or_default().to_string_lossy().into_owned();
         Ok(Self { name, of, summary, refused, history })
     }
 
@@ -168,11 +159,8 @@ impl Ended {
 
     /// Whether what is left of its motion is within `near` [m], of the block and of the height between the ropes.
     pub fn is_settled(&self, near: f64) -> bool {
-        let swing = |column: &str| {
-            let (least, most) = self.history.tail(column);
-            most - least
-        };
-        swing(&format!("{BLOCK}_y_m")) <= near && swing(&left()) <= near
+        let tails = [format!("{BLOCK}_y_m"), left()].map(|column| self.history.tail(&column));
+        tails.iter().all(|(least, most)| most - least <= near)
     }
 
     /// Why its numbers do not count.
@@ -242,25 +230,24 @@ pub struct Launch {
 impl Launch {
     /// From its run, and that in which the block came to rest. `now` is the structure before it; `None`: it never started.
     pub fn of(which: Which, test: &Test, now: Option<&Layout>, run: Ended, rest: Option<Ended>) -> Self {
-        let both =
-            [Some(&run), rest.as_ref()].map(|ended| ended.and_then(|ended| ended.summary.torn.clone()));
-        let any = both.iter().any(Option::is_some);
-        let torn = any.then(|| both.into_iter().flatten().flatten().collect::<Vec<Torn>>());
-        let coming = || Some(format!("coming to rest {}", rest.as_ref()?.doubt()?));
+        let runs = || std::iter::once(&run).chain(&rest);
+        let any = runs().any(|ended| ended.summary.torn.is_some());
+        let torn =
+            any.then(|| runs().flat_map(|ended| ended.summary.torn.iter().flatten()).cloned().collect());
         let last = rest.as_ref().unwrap_or(&run);
-        let block = test.kit.block(test.kit.energy(which));
-        let rows = now.filter(|_| !run.history.times().is_empty()).map_or_else(Vec::new, |now| {
-            let rows = Rows { now, block, run: &run, rest: rest.as_ref(), rows: Vec::new() };
-            rows.all(test, torn.as_deref().unwrap_or_default())
-        });
+        let coming = || last.doubt().map(|why| format!("coming to rest {why}"));
+        let mut rows = Rows { block: test.kit.block(test.kit.energy(which)), run: &run, rows: Vec::new() };
+        if let Some(now) = now.filter(|_| !run.history.times().is_empty()) {
+            rows.all(test, now, rest.as_ref(), torn.as_deref().unwrap_or_default());
+        }
         Self {
             which,
             last: [last.name.clone(), last.of.clone()],
             doubt: run.doubt().or_else(coming),
             fate: run.fate(),
             stopped: run.is_caught() && !rest.as_ref().is_some_and(|rest| rest.has_left(test)),
+            rows: rows.rows,
             torn,
-            rows,
         }
     }
 
@@ -270,27 +257,29 @@ impl Launch {
     }
 }
 
+/// A value with its time [s], where there is one.
+type Timed = Option<(f64, f64)>;
+
 /// The numbers of a launch in the making.
 struct Rows<'a> {
-    now: &'a Layout,
     block: Block,
     run: &'a Ended,
-    rest: Option<&'a Ended>,
     rows: Vec<Row>,
 }
 
 impl Rows<'_> {
     /// One more; an empty note is none.
-    fn add(
-        &mut self,
-        name: impl Into<String>,
-        value: Option<f64>,
-        unit: &'static str,
-        note: &str,
-    ) -> &mut Row {
+    fn add(&mut self, name: &str, value: Option<f64>, unit: &'static str, note: &str) -> &mut Row {
         let note = Some(note.to_owned()).filter(|note| !note.is_empty());
         self.rows.push(Row { name: name.into(), value, unit, note, ..Row::default() });
         self.rows.last_mut().expect("it was pushed")
+    }
+
+    /// The same with its time.
+    fn add_timed(&mut self, name: &str, found: Timed, unit: &'static str, note: &str) -> &mut Row {
+        let row = self.add(name, found.map(|(value, _)| value), unit, note);
+        row.time_s = found.map(|(_, time)| time);
+        row
     }
 
     /// A measure of the run, with its share of `most`; one that is absent is left out.
@@ -301,41 +290,67 @@ impl Rows<'_> {
         row.share = most.map(|most| found.value.abs() / most);
     }
 
-    fn all(mut self, test: &Test, torn: &[Torn]) -> Vec<Row> {
+    fn all(&mut self, test: &Test, now: &Layout, rest: Option<&Ended>, torn: &[Torn]) {
         let (block, history) = (self.block, &self.run.history);
         let measure = |name: &str| self.run.measure(name).map(|measure| measure.value);
-        let (touch, energy) = (measure("time_of_impact").unwrap_or(f64::NAN), measure("impact_energy"));
-        let way = measure("max_elongation");
+        let (energy, way) = (measure("impact_energy"), measure("max_elongation"));
+        let touch = measure("time_of_impact").unwrap_or(f64::NAN);
         let end = self.run.measure("max_elongation").and_then(|way| way.time).unwrap_or(f64::NAN);
         let absorbed = energy.zip(way).map(|(kinetic, way)| kinetic + block.mass * GRAVITY * way);
         // A block that was not stopped has no way of braking.
         let stop = if self.run.is_caught() { end } else { f64::NAN };
+        let braking = Some(stop - touch).filter(|t| t.is_finite());
         let before = history.column(&format!("{OWN}_top_height_m")).get(history.row_at(touch)).copied();
+        // At rest, block left in.
+        let rest = rest.filter(|rest| !rest.history.times().is_empty() && !rest.has_left(test));
+        let left = rest.map(|rest| (rest.history.last(&left()), rest.history.tail(&left())));
+        let share = left.zip(before).map(|((height, _), before)| height / before);
+        // How far block, with its corners however it has turned, and net stay from the reference slope.
+        let least = |column: &str, off: f64| {
+            let values = history.column(column).iter().take(history.row_at(end) + 1).copied();
+            values.reduce(f64::min).map(|least| least - off)
+        };
+        let clear_block = least(&format!("{BLOCK}_z_m"), CORNER * block.size);
+        let clear_net = least(&format!("{OWN}_net_height_m"), 0.0);
         self.add("block_mass", Some(block.mass), "kg", "");
         self.add("block_edge", Some(block.size), "m", "");
         self.peak("impact_speed", "impact_speed", "m/s", None);
         self.add("impact_energy", energy, "J", "");
         self.add("absorbed_energy", absorbed, "J", "m v2/2 + m g e");
         self.add("max_elongation", way, "m", "").time_s = Some(end);
-        let braking = Some(stop - touch).filter(|t| t.is_finite());
         self.add("braking_time", braking, "s", "from the first contact to the largest elongation");
         self.block_force(touch, stop);
         self.add("h_N", before, "m", "");
-        self.residual_height(test, before);
-        self.clearance(end);
-        for part in torn {
-            let note = format!("the first under {:.1} kN", 1e-3 * part.force);
-            let row = self.add(format!("broken {}", part.part), Some(part.elements as f64), "1", &note);
-            (row.time_s, row.member) = (Some(part.first), Some(part.member.clone()));
+        if let Some((height, (least, most))) = left {
+            self.add("h_R", Some(height), "m", "at rest, block left in; least of all fields");
+            for (name, value) in [("h_R_least", least), ("h_R_most", most)] {
+                self.add(name, Some(value), "m", &format!("in the last {TAIL} s of coming to rest"));
+            }
+            self.add("h_R/h_N", share, "1", "");
+        } else {
+            let why = "not brought to rest, as the block was not stopped, or no height is judged";
+            self.add("h_R", None, "m", &format!("not examined: {why}"));
+        }
+        self.add(
+            "clearance_block",
+            clear_block,
+            "m",
+            "of the sphere around it from the slope through the feet",
+        );
+        self.add("clearance_net", clear_net, "m", "of the net where the block hits, from the same");
+        for Torn { part, elements, first, force, member, .. } in torn {
+            let (name, note) = (format!("broken {part}"), format!("the first under {:.1} kN", 1e-3 * force));
+            self.add_timed(&name, Some((*elements as f64, *first)), "1", &note).member = Some(member.clone());
         }
         self.peak("plastic strain", "max_plastic_strain", "1", None);
-        test.layout.parts.iter().for_each(|part| self.part(part));
-        test.layout.supports().iter().for_each(|(name, _)| self.support(name));
+        test.layout.parts.iter().for_each(|part| self.part(part, now));
+        for (name, _) in test.layout.supports() {
+            self.support(&name);
+        }
         let brakes = test.layout.parts.iter().filter(|part| part.element == "brake");
-        let brakes: Vec<_> =
-            brakes.flat_map(|part| (0..part.members.len()).map(|i| part.member(i))).collect();
-        self.energies(&brakes, end, absorbed);
-        self.rows
+        let work = |gauge: String| work(history, &gauge, history.row_at(end));
+        let brakes = brakes.flat_map(|part| (0..part.members.len()).map(|i| part.member(i)));
+        self.energies(brakes.filter_map(work).sum(), end, absorbed);
     }
 
     /// Force of the structure on the block, from its motion: `m (dv/dt - g)`.
@@ -348,96 +363,53 @@ impl Rows<'_> {
             mass * x.hypot(y - GRAVITY).hypot(z)
         };
         let (first, last) = (history.row_at(touch), history.row_at(end));
-        let braked = (last > first).then_some(());
         let largest = |least: f64| {
             let at = |to: usize| {
-                let from =
-                    times[..to].partition_point(|t| *t <= times[to] - least * (1.0 - 1e-9)).saturating_sub(1);
+                let begin = times[to] - least * (1.0 - 1e-9);
+                let from = times[..to].partition_point(|t| *t <= begin).saturating_sub(1);
                 (from >= first && to > from).then(|| (mean(from, to), times[to]))
             };
             (first + 1..times.len()).filter_map(at).max_by(|a, b| a.0.total_cmp(&b.0))
         };
-        let windows = braked.map_or(String::new(), |()| {
-            format!(", {:.3} ms on average", 1e3 * ((times[last] - times[first]) / (last - first) as f64))
-        });
-        for (name, found, note) in [
-            ("mean", braked.map(|()| (mean(first, last), None)), "over the braking time".into()),
-            ("peak_1ms", largest(MEAN).map(|(force, t)| (force, Some(t))), "means over 1 ms".into()),
-            (
-                "peak_raw",
-                largest(0.0).map(|(force, t)| (force, Some(t))),
-                format!("means over a window{windows}"),
-            ),
-        ] {
-            let row = self.add(format!("block_force_{name}"), found.map(|(force, _)| force), "N", &note);
-            row.time_s = found.and_then(|(_, time)| time);
-        }
+        let (smooth, raw) = (largest(MEAN), largest(0.0));
+        let braked =
+            (last > first).then(|| (mean(first, last), (times[last] - times[first]) / (last - first) as f64));
+        let windows = braked.map_or(String::new(), |(_, step)| format!(", {:.3} ms on average", 1e3 * step));
+        self.add("block_force_mean", braked.map(|(force, _)| force), "N", "over the braking time");
+        self.add_timed("block_force_peak_1ms", smooth, "N", "means over 1 ms");
+        self.add_timed("block_force_peak_raw", raw, "N", &format!("means over a window{windows}"));
     }
 
-    /// The least distance of the bearing ropes at rest, block left in.
-    fn residual_height(&mut self, test: &Test, before: Option<f64>) {
-        let rest = self.rest.filter(|rest| !rest.history.times().is_empty() && !rest.has_left(test));
-        let Some(rest) = rest.map(|rest| &rest.history) else {
-            let why =
-                "not examined: not brought to rest, as the block was not stopped, or no height is judged";
-            self.add("h_R", None, "m", why);
-            return;
-        };
-        let ((least, most), height) = (rest.tail(&left()), rest.column(&left()).last().copied());
-        let note = format!("in the last {TAIL} s of coming to rest");
-        self.add("h_R", height, "m", "at rest, block left in; least of all fields");
-        self.add("h_R_least", Some(least), "m", &note);
-        self.add("h_R_most", Some(most), "m", &note);
-        self.add("h_R/h_N", height.zip(before).map(|(height, before)| height / before), "1", "");
-    }
-
-    /// How far block and net stay from the reference slope until the largest elongation.
-    fn clearance(&mut self, end: f64) {
-        let history = &self.run.history;
-        let least = |column: &str, off: f64| {
-            let values = history.column(column).iter().take(history.row_at(end) + 1).copied();
-            values.reduce(f64::min).map(|least| least - off)
-        };
-        // Its corners, however it has turned.
-        let block = least(&format!("{BLOCK}_z_m"), CORNER * self.block.size);
-        let net = least(&format!("{OWN}_net_height_m"), 0.0);
-        self.add("clearance_block", block, "m", "of the sphere around it from the slope through the feet");
-        self.add("clearance_net", net, "m", "of the net where the block hits, from the same");
-    }
-
-    /// What is reported of a part depends on what it is made of.
-    fn part(&mut self, part: &Part) {
-        let (tension, strength) = ("tension_max", part.strength);
-        let table: &[_] = match part.element.as_str() {
-            _ if part.members.is_empty() => &[("tension", tension, "N", strength)],
-            "brake" => &[("travel", "elongation_max", "m", part.stroke), ("force", tension, "N", strength)],
-            _ => &[
-                ("compression", "tension_min", "N", strength),
-                ("tension", tension, "N", strength),
+    /// What is reported of a part depends on what it is made of: of ropes and nets of all together, of brakes and posts of each.
+    fn part(&mut self, part: &Part, now: &Layout) {
+        let force = |name, end| (name, end, "N", part.strength);
+        let table = match part.element.as_str() {
+            _ if part.members.is_empty() => vec![force("tension", "tension_max")],
+            "brake" => vec![("travel", "elongation_max", "m", part.stroke), force("force", "tension_max")],
+            _ => vec![
+                force("compression", "tension_min"),
+                force("tension", "tension_max"),
                 ("bending_moment", "bending_moment_max", "N m", None),
             ],
         };
-        let members = (0..part.members.len()).map(|i| (format!("{} {}", part.name, i + 1), part.member(i)));
-        let whole = (part.name.clone(), part.gauge());
-        let of: Vec<_> = if part.members.is_empty() { vec![whole] } else { members.collect() };
-        for (i, (name, gauge)) in of.iter().enumerate() {
-            for (what, measure, unit, most) in table {
+        for i in 0..part.members.len().max(1) {
+            let whole = || (part.name.clone(), part.gauge());
+            let member = |_: &Vec<u32>| (format!("{} {}", part.name, i + 1), part.member(i));
+            let (name, gauge) = part.members.get(i).map_or_else(whole, member);
+            for (what, measure, unit, most) in &table {
                 self.peak(&format!("{name} {what}"), &format!("{gauge}_{measure}"), unit, *most);
             }
-            match part.element.as_str() {
-                _ if part.members.is_empty() => {}
-                "brake" => {
-                    let work = work(&self.run.history, gauge, usize::MAX);
-                    self.add(format!("{name} work"), work, "J", "");
-                }
-                _ => self.tilt(name, gauge, &part.members[i]),
+            if let Some(post) = part.members.get(i).filter(|_| part.element == "beam") {
+                self.tilt(&name, &gauge, [post[0], post[post.len() - 1]].map(|node| now.node(node)));
+            } else if !part.members.is_empty() {
+                let work = work(&self.run.history, &gauge, usize::MAX);
+                self.add(&format!("{name} work"), work, "J", "");
             }
         }
     }
 
     /// The largest angle by which a post has turned from where it stood.
-    fn tilt(&mut self, name: &str, gauge: &str, nodes: &[u32]) {
-        let [foot, head] = [nodes[0], nodes[nodes.len() - 1]].map(|node| self.now.node(node));
+    fn tilt(&mut self, name: &str, gauge: &str, [foot, head]: [[f64; 3]; 2]) {
         let post = [0, 1, 2].map(|k| head[k] - foot[k]);
         let moves = self.run.history.vectors(|axis| format!("{gauge}_head_u{axis}_m"));
         let angle = |u: &[f64; 3]| {
@@ -446,8 +418,7 @@ impl Rows<'_> {
             cosine.clamp(-1.0, 1.0).acos().to_degrees()
         };
         let largest = self.run.history.largest(moves.iter().map(angle));
-        let row = self.add(format!("{name} tilt"), largest.map(|(angle, ..)| angle), "deg", "");
-        row.time_s = largest.map(|(.., time)| time);
+        self.add_timed(&format!("{name} tilt"), largest.map(|(angle, time, _)| (angle, time)), "deg", "");
     }
 
     /// The largest force of a support on the structure.
@@ -455,26 +426,21 @@ impl Rows<'_> {
         let forces = self.run.history.vectors(|axis| format!("{OWN}_{name}_f{axis}_N"));
         let largest = self.run.history.largest(forces.iter().map(size));
         let note = "of the support on the structure, mean over a row of history.csv";
-        let row = self.add(format!("{name} force"), largest.map(|(force, ..)| force), "N", note);
-        (row.vector, row.time_s) = (largest.map(|(_, at, _)| forces[at]), largest.map(|(.., time)| time));
+        let row = self.add_timed(&format!("{name} force"), largest.map(|(f, t, _)| (f, t)), "N", note);
+        row.vector = largest.map(|(.., at)| forces[at]);
     }
 
     /// Where the energy is at the largest elongation.
-    fn energies(&mut self, brakes: &[String], end: f64, absorbed: Option<f64>) {
+    fn energies(&mut self, brakes: f64, end: f64, absorbed: Option<f64>) {
         let history = &self.run.history;
-        let row = history.row_at(end);
         let change = |name: &str| {
             let values = history.column(&format!("energy_{name}_J"));
-            Some(values.get(row)? - values.first()?)
+            Some(values.get(history.row_at(end))? - values.first()?)
         };
-        let in_brakes = brakes.iter().filter_map(|gauge| work(history, gauge, row)).sum();
+        let of_structure = "brakes, plastic strain, friction of ropes, rupture";
         for (name, value, note) in [
-            ("brakes", Some(in_brakes), "work done on them"),
-            (
-                "structure_dissipated",
-                change("dissipated_fem"),
-                "brakes, plastic strain, friction of ropes, rupture",
-            ),
+            ("brakes", Some(brakes), "work done on them"),
+            ("structure_dissipated", change("dissipated_fem"), of_structure),
             ("structure_stored", change("stored_fem"), "elastic"),
             ("structure_kinetic", change("kinetic_fem"), ""),
             (
@@ -484,7 +450,7 @@ impl Rows<'_> {
             ),
             ("error", change("imbalance"), "what the balance lacks"),
         ] {
-            let row = self.add(format!("energy {name}"), value, "J", note);
+            let row = self.add(&format!("energy {name}"), value, "J", note);
             row.share = value.zip(absorbed).map(|(energy, absorbed)| energy / absorbed);
             row.time_s = Some(end);
         }
@@ -500,8 +466,8 @@ fn size(v: &[f64; 3]) -> f64 {
 
 /// Work done on a brake up to a row [J].
 fn work(history: &History, gauge: &str, row: usize) -> Option<f64> {
-    let (forces, ways) =
-        (history.column(&format!("{gauge}_tension_N")), history.column(&format!("{gauge}_elongation_m")));
+    let column = |end| history.column(&format!("{gauge}_{end}"));
+    let (forces, ways) = (column("tension_N"), column("elongation_m"));
     let last = row.min(forces.len().checked_sub(1)?);
     Some((1..=last).map(|i| 0.5 * (forces[i] + forces[i - 1]) * (ways[i] - ways[i - 1])).sum())
 }
@@ -509,7 +475,6 @@ fn work(history: &History, gauge: &str, row: usize) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use interface_defs::InterfaceMesh;
 
     fn history(columns: &[&str], rows: Vec<Vec<f64>>) -> History {
         let column = |i: usize| rows.iter().map(|row: &Vec<f64>| row[i]).collect();
@@ -530,9 +495,8 @@ mod tests {
         let rows = (0..=brake + 2).map(|i| vec![f64::from(i) * step, 0.0, speed(i), 0.0]).collect();
         let columns = ["time_s", "block_vx_m_per_s", "block_vy_m_per_s", "block_vz_m_per_s"];
         let run = Ended { history: history(&columns, rows), ..Ended::default() };
-        let now = Layout { mesh: InterfaceMesh::default(), parts: Vec::new(), resolved: toml::Table::new() };
         let block = Block { mass: 2.0, size: 0.1 };
-        let mut rows = Rows { now: &now, block, run: &run, rest: None, rows: Vec::new() };
+        let mut rows = Rows { block, run: &run, rows: Vec::new() };
         rows.block_force(f64::from(fall) * step, f64::from(brake) * step);
         let [mean, smooth, raw] = [0, 1, 2].map(|i| rows.rows[i].value.expect("a force"));
         assert!((mean / (2.0 * (100.0 + GRAVITY)) - 1.0).abs() < 1e-9, "{mean}");

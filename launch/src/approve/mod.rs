@@ -127,8 +127,10 @@ pub fn approve(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
     // Every case is checked before the first one starts.
     let tests = variations.iter().map(|variation| site::Test::of(&kit, variation, &events));
     let tests = tests.collect::<Result<Vec<_>, Stop>>()?;
-    let out =
-        arguments.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-approve", kit.stem())));
+    let out = arguments
+        .out
+        .clone()
+        .unwrap_or_else(|| Path::new("out").join(format!("{}-approve", site::stem(&kit.file))));
     refuse_other(&out, arguments.force)?;
     let _owner = Owner::claim(&out, &Claim { force: arguments.force, ..Claim::default() })?;
     let place = out.join(RUNS);

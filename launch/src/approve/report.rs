@@ -19,8 +19,10 @@ pub const JSON: &str = "approval.json";
 const TABLE: &str = "approval.csv";
 /// Most rows of utilisation on the screen.
 const SHOWN: usize = 6;
+/// A column of the screen.
+type Column = (&'static str, &'static str, f64);
 /// Columns of the screen: title, number of a launch, factor to its unit there.
-const OF_LAUNCH: [(&str, &str, f64); 8] = [
+const OF_LAUNCH: [Column; 8] = [
     ("impact kJ", "impact_energy", 1e-3),
     ("absorbed kJ", "absorbed_energy", 1e-3),
     ("elongation m", "max_elongation", 1.0),
@@ -30,8 +32,6 @@ const OF_LAUNCH: [(&str, &str, f64); 8] = [
     ("h_R m", "h_R", 1.0),
     ("h_R/h_N", SHARE, 1.0),
 ];
-/// Which of them the table of cases has.
-const OF_CASE: [usize; 4] = [2, 3, 5, 7];
 /// Share of the height that is left.
 const SHARE: &str = "h_R/h_N";
 
@@ -43,9 +43,10 @@ impl Case {
 
     /// What uses most of its strength or stroke in any launch, each part once, the largest first.
     fn utilisation(&self) -> Vec<(&Row, f64, Which)> {
-        let all = self.launches.iter().flat_map(|of| of.rows.iter().map(move |row| (row, of.which)));
-        let all = all.filter(|(row, _)| !row.name.starts_with("energy"));
-        let mut all: Vec<_> = all.filter_map(|(row, which)| Some((row, row.share?, which))).collect();
+        let all =
+            self.launches.iter().flat_map(|of| of.rows.iter().map(move |row| (row, row.share, of.which)));
+        let all = all.filter(|(row, ..)| !row.name.starts_with("energy"));
+        let mut all: Vec<_> = all.filter_map(|(row, share, which)| Some((row, share?, which))).collect();
         all.sort_by(|a, b| b.1.total_cmp(&a.1));
         let mut names = HashSet::new();
         all.retain(|(row, ..)| names.insert(&row.name));
@@ -61,28 +62,23 @@ impl Case {
 
 impl Criterion {
     fn number(&self) -> String {
-        match (self.value, self.bound) {
-            (Some(value), Some(bound)) => {
-                let unit = if self.unit == "1" { String::new() } else { format!(" {}", self.unit) };
-                format!("{}{unit} (bound {})", three(value), three(bound))
-            }
-            _ => String::new(),
-        }
+        let unit = if self.unit == "1" { "" } else { &format!(" {}", self.unit) };
+        let both = self.value.zip(self.bound);
+        both.map_or(String::new(), |(value, bound)| {
+            format!("{}{unit} (bound {})", three(value), three(bound))
+        })
     }
 }
 
 /// How the verdict stands against what is varied, in a sentence.
 fn stands(cases: &[Case], all: usize) -> String {
-    let Some(first) = cases.first() else { return String::new() };
-    let verdict = first.verdict();
+    let Some(verdict) = cases.first().map(Case::verdict) else { return String::new() };
     let (same, turned): (Vec<&Case>, Vec<&Case>) = cases.iter().partition(|case| case.verdict() == verdict);
     let mut text = format!("{} in {} of {} cases", verdict.words(), same.len(), cases.len());
     for case in turned {
         text += &format!("; {} makes it {}", case.name, case.verdict().words());
-        if let Some(criterion) = case.decides() {
-            let Criterion { launch, name, .. } = criterion;
-            text += format!(": {launch} {name} {}", criterion.number()).trim_end();
-        }
+        let why = case.decides().map(|of| format!(": {} {} {}", of.launch, of.name, of.number()));
+        text += why.unwrap_or_default().trim_end();
     }
     if cases.len() < all { text + &format!("; {} are still to run", all - cases.len()) } else { text }
 }
@@ -110,7 +106,7 @@ pub fn json(kit: &Kit, cases: &[Case], all: usize) -> Value {
         json!({ "energy_J": energy, "mass_kg": block.mass, "edge_m": block.size })
     };
     json!({
-        "kit": kit.name(), "class": kit.class(), "site": "vertical: gravity along the motion of the block",
+        "kit": kit.name, "class": kit.class, "site": "vertical: gravity along the motion of the block",
         "speed_m_per_s": kit.speed, "density_kg_per_m3": kit.density,
         "mel": block(kit.mel), "sel": kit.sel.map(block),
         "h_N_m": cases.first().and_then(|case| case.launches.first()?.value("h_N")),
@@ -140,67 +136,57 @@ pub fn write(kit: &Kit, cases: &[Case], all: usize, out: &Path) -> io::Result<()
     files::write(&out.join(TABLE), table.csv(&lines.collect::<Vec<_>>())?.as_bytes())
 }
 
+/// A table for the screen with these columns of numbers.
+fn numbered<'a, R: 'a>(
+    table: Columns<'a, R>,
+    columns: &'a [Column],
+    value: impl Fn(&R, &str) -> Option<f64> + Copy + 'a,
+) -> Columns<'a, R> {
+    columns.iter().fold(table, |table, (title, name, factor)| {
+        table.number(*title, move |row| value(row, name).map(|value| factor * value))
+    })
+}
+
 /// What the screen shows.
 pub fn screen(kit: &Kit, cases: &[Case], out: &Path) -> String {
     let Some(first) = cases.first() else { return String::new() };
-    let Block { mass, size } = kit.block(kit.mel);
-    let height = first.launches.first().and_then(|launch| launch.value("h_N")).map_or("-".into(), three);
-    let [mass, size, speed] = [mass, size, kit.speed].map(three);
-    let (name, class, out) = (kit.name(), kit.class(), out.display());
-    let launches: Vec<&Launch> = first.launches.iter().collect();
     let of_launch = Columns::new()
-        .with("launch", |launch: &&Launch| launch.which.name().into())
+        .with("launch", |launch: &Launch| launch.which.name().into())
         .with("fate", |launch| launch.fate.map_or("-", Fate::words).into());
-    let of_launch = OF_LAUNCH.iter().fold(of_launch, |table, (title, name, factor)| {
-        table.number(*title, move |launch: &&Launch| launch.value(name).map(|value| factor * value))
+    let of_launch = numbered(of_launch, &OF_LAUNCH, Launch::value).with("broken", |launch| {
+        launch.torn.iter().flatten().map(|torn| torn.elements).sum::<u64>().to_string()
     });
-    let broken =
-        |launch: &&Launch| launch.torn.iter().flatten().map(|torn| torn.elements).sum::<u64>().to_string();
-    let criteria: Vec<&Criterion> = first.criteria.iter().collect();
     let of_criterion = Columns::new()
-        .with("launch", |of: &&Criterion| of.launch.into())
+        .with("launch", |of: &Criterion| of.launch.into())
         .with("criterion", |of| of.name.into())
         .with("result", |of| of.result.words().into())
-        .with("number", |of| of.number())
+        .with("number", Criterion::number)
         .with("how", |of| of.why.clone());
-    let mut text = format!(
-        "{name}: class {class}, h_N {height} m; block of {mass} kg, {size} m, {speed} m/s; vertical site\n\n{}\n{}",
-        of_launch.with("broken", broken).aligned(&launches),
-        of_criterion.aligned(&criteria)
-    );
-    if let Some(share) = first.value(Which::Mel, SHARE) {
-        text += &format!("\ncategory {} (h_R/h_N {} after MEL)\n", category(share), three(share));
-    }
-    text += "\nshare of strength or stroke, largest first:\n";
-    for (row, share, which) in first.utilisation().into_iter().take(SHOWN) {
-        text += &format!("  {:<28} {:>7}  {}\n", row.name, percent(share), which.name());
-    }
-    if cases.len() > 1 {
-        let all: Vec<&Case> = cases.iter().collect();
-        let of_case = Columns::new()
-            .with("case", |case: &&Case| case.name.clone())
-            .with("verdict", |case| case.verdict().words().into());
-        let of_case =
-            OF_CASE.iter().map(|at| OF_LAUNCH[*at]).fold(of_case, |table, (title, name, factor)| {
-                table.number(title, move |case: &&Case| {
-                    case.value(Which::Mel, name).map(|value| factor * value)
-                })
-            });
-        let most = |case: &&Case| {
+    let of_case = Columns::new()
+        .with("case", |case: &Case| case.name.clone())
+        .with("verdict", |case| case.verdict().words().into());
+    let of_case = numbered(of_case, &OF_LAUNCH[2..], |case, name| case.value(Which::Mel, name))
+        .number("SEL 1 h_R/h_N", |case| case.value(Which::Sel1, SHARE))
+        .with("most used", |case| {
             let most = case.utilisation().into_iter().next();
             most.map_or("-".into(), |(row, share, _)| format!("{} {}", percent(share), row.name))
-        };
-        let decides =
-            |case: &&Case| case.decides().map_or(String::new(), |c| format!("{} {}", c.launch, c.name));
-        text += "\n";
-        text += &of_case
-            .number("SEL 1 h_R/h_N", |case: &&Case| case.value(Which::Sel1, SHARE))
-            .with("most used", most)
-            .with("decided by", decides)
-            .aligned(&all);
-    }
-    text + &format!(
-        "\nverdict: {}\nresults: {out}/{JSON}, {TABLE}; runs: {out}/{RUNS}\n",
+        })
+        .with("decided by", |case| {
+            case.decides().map_or(String::new(), |c| format!("{} {}", c.launch, c.name))
+        });
+    let used = first.utilisation().into_iter().take(SHOWN);
+    let used = used.map(|(row, share, which)| format!("{} {} ({})", percent(share), row.name, which.name()));
+    let category = first.value(Which::Mel, SHARE).map_or("-", category);
+    let Block { mass, size } = kit.block(kit.mel);
+    let [mass, size, speed] = [mass, size, kit.speed].map(three);
+    let (Kit { name, class, .. }, out) = (kit, out.display());
+    format!(
+        "{name}: class {class}; block of {mass} kg, {size} m, {speed} m/s; vertical site\n\n{}\n{}\ncategory {category}; most used of \
+         strength or stroke: {}\n\n{}\nverdict: {}\nresults: {out}/{JSON}, {TABLE}; runs: {out}/{RUNS}\n",
+        of_launch.aligned(&first.launches),
+        of_criterion.aligned(&first.criteria),
+        used.collect::<Vec<_>>().join(", "),
+        of_case.aligned(cases),
         stands(cases, cases.len())
     )
 }

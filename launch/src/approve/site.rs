@@ -4,7 +4,7 @@
 //! barrier y runs down the slope, z is normal to it, and the anchors lie in the wall through the feet, which is the reference slope.
 
 use super::Arguments;
-use super::layout::{Layout, number, table};
+use super::layout::{Layout, table_at};
 use super::measured::Which;
 use super::vary::{Hit, Variation};
 use crate::children::Events;
@@ -19,7 +19,6 @@ use toolkit::arguments::Input;
 use toolkit::exit::Exit;
 use toolkit::files;
 use toolkit::input_file::with_absolute_files;
-use toolkit::kit::About;
 use toolkit::numbers::four;
 use toolkit::scene::{Scene, at};
 
@@ -47,8 +46,10 @@ const SITE: &str = "site.toml";
 
 /// A kit, and with what it is tested.
 pub struct Kit {
-    /// What it says of itself.
-    pub about: About,
+    /// Its name.
+    pub name: String,
+    /// Its class; by default the highest whose largest launch it was given.
+    pub class: u8,
     /// Its file.
     pub file: PathBuf,
     /// The scene of the site with the kit, without a block.
@@ -69,80 +70,54 @@ impl Kit {
     /// What the command line asks for. Nothing has been started where it is refused.
     pub fn read(arguments: &Arguments) -> Result<Self, Stop> {
         let (own, about) = Scene::load_kit(&arguments.kit)?;
-        let refuse = |name: &str, what: String| -> Result<Self, Stop> {
-            Err(Diagnostic::error(code::ARGUMENT, what).at(Place::file(name.to_owned())).into())
-        };
         let Arguments { energy, sel, speed, density, time, .. } = *arguments;
-        for (name, value) in
-            [("--energy", energy), ("--sel", sel), ("--speed", Some(speed)), ("--time", time)]
-        {
-            if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
-                return refuse(name, format!("it is {value}, and must lie above 0"));
-            }
-        }
         let Some(mel) = energy.map(|energy| 1e3 * energy).or(about.energy) else {
             let what = "the energy of the largest launch is not known";
             let cure = "add --energy KJ, or energy = 1e6 [J] to [kit]";
             return Err(own.invalid("kit", what).try_instead(cure).into());
         };
-        let sel = sel.map(|energy| 1e3 * energy).or((mel >= CLASS_1).then_some(mel / 3.0));
-        if let Some(sel) = sel.filter(|sel| 3.0 * sel > mel * (1.0 + 1e-9)) {
-            let [sel, mel] = [sel, mel].map(|energy| four(1e-3 * energy));
-            return refuse(
-                "--sel",
-                format!("{sel} kJ are more than a third of the largest launch, {mel} kJ"),
-            );
-        }
+        let least = sel.map(|energy| 1e3 * energy).or((mel >= CLASS_1).then_some(mel / 3.0));
         // A longer way takes longer; 0.6 s are twice the braking time at 1 000 kJ.
-        let time = time.unwrap_or_else(|| (6.0 * (mel / 1e6).cbrt().max(1.0)).ceil() / 10.0);
-        if time * speed < SHORTEST {
-            let way = four(time * speed);
-            return refuse(
-                "--time",
-                format!("in {time} s the block moves by {way} m: nothing is stopped so soon"),
-            );
+        let length = time.unwrap_or_else(|| (6.0 * (mel / 1e6).cbrt().max(1.0)).ceil() / 10.0);
+        let [most, way] = [1e-3 * mel, length * speed].map(four);
+        let given = [("--energy", energy), ("--sel", sel), ("--speed", Some(speed)), ("--time", time)];
+        let given = given.into_iter().filter_map(|(name, value)| Some((name, value?)));
+        let positive =
+            |value: f64| (value.is_finite() && value > 0.0, format!("it is {value}, and must lie above 0"));
+        let positive = given.map(|(name, value)| (name, positive(value)));
+        let few = 3.0 * least.unwrap_or(0.0) <= mel * (1.0 + 1e-9);
+        let few = (few, format!("it is more than a third of the largest launch, {most} kJ"));
+        let soon = format!("in {length} s the block moves by {way} m: nothing is stopped so soon");
+        let range = (2500.0..=3000.0).contains(&density);
+        let range = (range, format!("the block has {density} kg/m3, and the test asks for 2500 to 3000"));
+        let others = [("--sel", few), ("--time", (length * speed >= SHORTEST, soon)), ("--density", range)];
+        if let Some((name, (_, what))) = positive.chain(others).find(|(_, (holds, _))| !holds) {
+            return Err(Diagnostic::error(code::ARGUMENT, what).at(Place::file(name.to_owned())).into());
         }
-        if !(2500.0..=3000.0).contains(&density) {
-            let what = format!("the density of the block is {density} kg/m3, the test asks for 2500 to 3000");
-            return refuse("--density", what);
-        }
-        if at(&own.document()?, "structure.generator.type").and_then(Value::as_str) != Some("barrier") {
-            let what = "the test is of a barrier: structure.generator.type must be \"barrier\"";
-            return Err(own.invalid("structure.generator.type", what).into());
+        let kind = "structure.generator.type";
+        if at(&own.document()?, kind).and_then(Value::as_str) != Some("barrier") {
+            let what = format!("the test is of a barrier: {kind} must be \"barrier\"");
+            return Err(own.invalid(kind, what).into());
         }
         let scratch = Scratch::new(None)?;
         let file = std::path::absolute(&arguments.kit).map_err(|e| own.invalid("kit", e.to_string()))?;
         let site = scratch.file(SITE);
-        files::write(&site, site_text(&file, time).as_bytes()).map_err(|e| unwritten(&site, &e))?;
+        files::write(&site, site_text(&file, length).as_bytes()).map_err(|e| unwritten(&site, &e))?;
         // In its axes the anchors lie in the wall. What a user sets goes before it.
         let sets = std::iter::once("structure.generator.anchor_rise=0.0".into());
         let sets: Vec<String> = sets.chain(arguments.sets.iter().cloned()).collect();
         let scene = Scene::load(&site, &sets)?;
         let document = document(&scene)?;
-        let generator = at(&document, "structure.generator");
-        let word = |key: &str| generator.and_then(|table| table.get(key));
-        if let Some(key) = ["line", "position", "ground"].into_iter().find(|key| word(key).is_some()) {
+        let placed = ["line", "position", "ground"].map(|key| format!("structure.generator.{key}"));
+        if let Some(key) = placed.iter().find(|key| at(&document, key).is_some()) {
             let what = format!("`{key}` says where a barrier stands: the test has a site of its own");
             let cure = "leave it to the scene that uses the kit";
-            return Err(scene.invalid(&format!("structure.generator.{key}"), what).try_instead(cure).into());
+            return Err(scene.invalid(key, what).try_instead(cure).into());
         }
-        Ok(Self { about, file, document, mel, sel, speed, density, sets, scratch })
-    }
-
-    /// Name of its file.
-    pub fn stem(&self) -> String {
-        self.file.file_stem().map_or_else(|| "kit".into(), |stem| stem.to_string_lossy().into_owned())
-    }
-
-    /// Its name.
-    pub fn name(&self) -> String {
-        self.about.name.clone().unwrap_or_else(|| self.stem())
-    }
-
-    /// Its class: the highest whose largest launch it was given.
-    pub fn class(&self) -> u8 {
-        let reached = CLASSES.iter().filter(|energy| self.mel >= **energy * (1.0 - 1e-9)).count() as u8;
-        self.about.class.unwrap_or(if self.mel > CLASSES[7] { 8 } else { reached.saturating_sub(1) })
+        let reached = CLASSES.iter().filter(|energy| mel >= **energy * (1.0 - 1e-9)).count() as u8;
+        let class = about.class.unwrap_or(if mel > CLASSES[7] { 8 } else { reached.saturating_sub(1) });
+        let name = about.name.unwrap_or_else(|| stem(&file));
+        Ok(Self { name, class, file, document, mel, sel: least, speed, density, sets, scratch })
     }
 
     /// Energy of a launch [J].
@@ -156,17 +131,17 @@ impl Kit {
         Block { mass, size: (mass / self.density / OF_CUBE).cbrt() }
     }
 
-    /// What the structure's program makes of a scene that is written for it alone.
-    pub fn layout(&self, scene: &Table, events: &Events) -> Result<Layout, Stop> {
-        Layout::of(&self.written(scene)?, events)
-    }
-
     /// A scene in a file that lives as long as this.
-    fn written(&self, scene: &Table) -> Result<Input, Stop> {
+    pub fn written(&self, scene: &Table) -> Result<Input, Stop> {
         let file = self.scratch.file("scene.toml");
         files::write(&file, scene.to_string().as_bytes()).map_err(|e| unwritten(&file, &e))?;
         Ok(Input { scene: file, sets: Vec::new() })
     }
+}
+
+/// Name of a file.
+pub fn stem(file: &Path) -> String {
+    file.file_stem().map_or_else(|| "kit".into(), |stem| stem.to_string_lossy().into_owned())
 }
 
 /// A block.
@@ -215,12 +190,12 @@ impl<'a> Test<'a> {
     /// Every program has checked its first launch. What is wrong is bad input, and said of the kit: the scene of the check does not last.
     pub fn of(kit: &'a Kit, variation: &Variation, events: &Events) -> Result<Self, Stop> {
         Self::checked(kit, variation, events).map_err(|mut stop| {
-            let of_kit = Place::file(kit.file.display().to_string());
-            let places = stop.errors.iter_mut().filter_map(|error| error.place.as_mut());
-            let lost = kit.scratch.file("");
-            places
-                .filter(|place| Path::new(&place.file).starts_with(&lost))
-                .for_each(|place| **place = of_kit.clone());
+            let scratch = kit.scratch.file("");
+            for place in stop.errors.iter_mut().filter_map(|error| error.place.as_mut()) {
+                if Path::new(&place.file).starts_with(&scratch) {
+                    **place = Place::file(kit.file.display().to_string());
+                }
+            }
             let interrupted = stop.errors.iter().any(|error| error.code == code::INTERRUPTED);
             Stop { exit: if interrupted { stop.exit } else { Exit::BadInput }, ..stop }
         })
@@ -245,16 +220,15 @@ impl<'a> Test<'a> {
             return Err(Diagnostic::error(code::CONTRADICTION, what).at(place).try_instead(cure).into());
         }
         let centre = centre(&layout, rise, variation.hit, size);
-        let (groups, gauges) = layout.gauges(centre, 0.5 * size);
-        let append = |table: &mut Table, key: &str, more: Vec<Value>| {
-            let list = table.entry(key).or_insert_with(|| Vec::<Value>::new().into());
-            list.as_array_mut().into_iter().for_each(|list| list.extend(more.iter().cloned()));
-        };
-        if let Some(structure) = document.get_mut("structure").and_then(Value::as_table_mut) {
-            append(structure, "groups", groups);
+        for (key, more) in layout.gauges(centre, 0.5 * size) {
+            let own =
+                if key == "groups" { table_at(&mut document, "structure") } else { Some(&mut document) };
+            let list = own.map(|table| table.entry(key).or_insert_with(|| Vec::<Value>::new().into()));
+            if let (Some(Value::Array(list)), Value::Array(more)) = (list, more) {
+                list.extend(more);
+            }
         }
-        append(&mut document, "gauge", gauges);
-        document.insert("title".into(), format!("{}, {}", kit.name(), variation.name).into());
+        document.insert("title".into(), format!("{}, {}", kit.name, variation.name).into());
         let test = Self { kit, layout, centre, document };
         let first = if kit.sel.is_some() { Which::Sel1 } else { Which::Mel };
         Prepared::of(&kit.written(&test.launch(first, &test.layout)?)?, |_| None, events)?.doubts()?;
@@ -275,17 +249,13 @@ impl<'a> Test<'a> {
         };
         // It falls through the gap, and has its speed when it touches.
         let speed = (self.kit.speed.powi(2) - 2.0 * GRAVITY * GAP).max(0.0).sqrt();
-        let vector = |values: [f64; 3]| Value::Array(values.map(Value::from).to_vec());
-        let rock = table([
-            ("name", BLOCK.into()),
-            ("position", vector([x, first - GAP - 0.5 * size, z])),
-            ("velocity", vector([0.0, speed, 0.0])),
-            ("mass", mass.into()),
-            ("shape", table([("type", "ead_block".into()), ("size", size.into())])),
-            ("cluster", table([("spheres", 300.into())])),
-        ]);
+        let rock = format!(
+            "[[rock]]\nname = {BLOCK:?}\nposition = [{x:?}, {:?}, {z:?}]\nvelocity = [0.0, {speed:?}, 0.0]\nmass = {mass:?}\n\
+             shape = {{ type = \"ead_block\", size = {size:?} }}\ncluster = {{ spheres = 300 }}\n",
+            first - GAP - 0.5 * size
+        );
         let mut scene = self.document.clone();
-        scene.insert("rock".into(), vec![rock].into());
+        scene.extend(rock.parse::<Table>().expect("it is TOML"));
         Ok(scene)
     }
 }
@@ -300,9 +270,4 @@ fn centre(layout: &Layout, rise: f64, hit: Hit, size: f64) -> [f64; 2] {
         Hit::EdgeField => [0.5 * (fields - 1.0) * spacing, 0.5 * rise],
         Hit::TopRope => [middle, rise - 0.75 * size],
     }
-}
-
-/// A number of a table, by its dotted key.
-pub fn value(table: &Table, key: &str) -> Option<f64> {
-    number(at(table, key))
 }
