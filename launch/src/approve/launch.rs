@@ -60,17 +60,9 @@ pub struct Runs<'a> {
     pub progress: &'a Progress,
 }
 
-/// Where a second launch starts.
-struct Start {
-    /// Directory of the run whose structure it takes over.
-    from: String,
-    /// Whether that one is at rest as it is, and no equilibrium is looked for.
-    rests: bool,
-    /// The structure there.
-    now: Layout,
-    /// What it is of.
-    of: String,
-}
+/// Where a second launch starts: directory of the run whose structure it takes over; whether that is at rest as it is, and no
+/// equilibrium is looked for; the structure there; what the run is of.
+type Start = (String, bool, Layout, String);
 
 impl Runs<'_> {
     /// Make a launch. The second one starts where the `first` has come to rest, block taken out.
@@ -80,12 +72,12 @@ impl Runs<'_> {
             Some(Err(ended)) => return Ok(Launch::of(which, test, None, ended, None)),
             start => start.and_then(Result::ok),
         };
-        let now = start.as_ref().map_or(&test.layout, |start| &start.now);
+        let now = start.as_ref().map_or(&test.layout, |(_, _, now, _)| now);
         let mut scene = test.launch(which, now)?;
-        if let Some(start) = &start {
-            take_over(&mut scene, &start.from, "rest", start.rests);
-        }
-        let of = start.as_ref().map_or("", |start| &start.of);
+        let of = start.as_ref().map_or("", |(from, rests, _, of)| {
+            take_over(&mut scene, from, "rest", *rests);
+            of
+        });
         let ended = self.run(&which.dir(), &scene, of, which.name())?;
         let mut rest: Option<Ended> = None;
         // Of SEL 2 no height is judged, but whether a block that was thrown back comes again.
@@ -149,7 +141,7 @@ impl Runs<'_> {
             Layout::of(&self.test.kit.written(&scene)?, self.events)
         };
         match layout(&from, false) {
-            Ok(now) => return Ok(Ok(Start { from, rests: false, now, of })),
+            Ok(now) => return Ok(Ok((from, false, now, of))),
             Err(stop) if stop.errors.iter().all(|error| error.code == code::NOT_CONVERGED) => {}
             Err(stop) => return Err(stop),
         }
@@ -162,7 +154,8 @@ impl Runs<'_> {
         if ended.summary.status != RunStatus::Done {
             return Ok(Err(ended));
         }
-        Ok(Ok(Start { now: layout(&from, true)?, from, rests: true, of: ended.of }))
+        let now = layout(&from, true)?;
+        Ok(Ok((from, true, now, ended.of)))
     }
 
     /// Make a run, again with finer windows and steps where it is not to be trusted.

@@ -163,11 +163,11 @@ impl Ended {
         tails.iter().all(|(least, most)| most - least <= near)
     }
 
-    /// Why its numbers do not count.
+    /// Why its numbers do not count; without the place of the run, which is no result.
     pub fn doubt(&self) -> Option<String> {
         let Summary { status, reasons, .. } = &self.summary;
-        let why =
-            || reasons.iter().map(Diagnostic::headline).collect::<Vec<_>>().join("; ").replace('\n', "; ");
+        let why = reasons.iter().map(|reason| Diagnostic { place: None, ..reason.clone() }.headline());
+        let why = || why.collect::<Vec<_>>().join("; ").replace('\n', "; ");
         (*status != RunStatus::Done).then(|| format!("{}: {}", status.word(), why()))
     }
 
@@ -331,12 +331,8 @@ impl Rows<'_> {
             let why = "not brought to rest, as the block was not stopped, or no height is judged";
             self.add("h_R", None, "m", &format!("not examined: {why}"));
         }
-        self.add(
-            "clearance_block",
-            clear_block,
-            "m",
-            "of the sphere around it from the slope through the feet",
-        );
+        let note = "of the sphere around it from the slope through the feet";
+        self.add("clearance_block", clear_block, "m", note);
         self.add("clearance_net", clear_net, "m", "of the net where the block hits, from the same");
         for Torn { part, elements, first, force, member, .. } in torn {
             let (name, note) = (format!("broken {part}"), format!("the first under {:.1} kN", 1e-3 * force));
@@ -366,7 +362,7 @@ impl Rows<'_> {
         let largest = |least: f64| {
             let at = |to: usize| {
                 let begin = times[to] - least * (1.0 - 1e-9);
-                let from = times[..to].partition_point(|t| *t <= begin).saturating_sub(1);
+                let from = times[..to].partition_point(|t| *t <= begin).checked_sub(1)?;
                 (from >= first && to > from).then(|| (mean(from, to), times[to]))
             };
             (first + 1..times.len()).filter_map(at).max_by(|a, b| a.0.total_cmp(&b.0))

@@ -6,7 +6,7 @@
 use super::Arguments;
 use super::layout::{Layout, table_at};
 use super::measured::Which;
-use super::vary::{Hit, Variation};
+use super::vary::Variation;
 use crate::children::Events;
 use crate::ground::Scratch;
 use crate::prepared::Prepared;
@@ -219,7 +219,7 @@ impl<'a> Test<'a> {
             let place = Place::file(kit.file.display().to_string());
             return Err(Diagnostic::error(code::CONTRADICTION, what).at(place).try_instead(cure).into());
         }
-        let centre = centre(&layout, rise, variation.hit, size);
+        let centre = centre(&layout, rise, variation.place, size);
         for (key, more) in layout.gauges(centre, 0.5 * size) {
             let own =
                 if key == "groups" { table_at(&mut document, "structure") } else { Some(&mut document) };
@@ -261,13 +261,13 @@ impl<'a> Test<'a> {
 }
 
 /// x and z of a block of this edge [m] that hits there.
-fn centre(layout: &Layout, rise: f64, hit: Hit, size: f64) -> [f64; 2] {
+fn centre(layout: &Layout, rise: f64, place: &str, size: f64) -> [f64; 2] {
     let (fields, spacing) = (layout.number("fields"), layout.number("spacing"));
     let middle = ((0.5 * fields).floor() + 0.5 - 0.5 * fields) * spacing;
-    match hit {
-        Hit::Middle => [middle, 0.5 * rise],
-        Hit::Post => [middle + 0.5 * spacing, 0.5 * rise],
-        Hit::EdgeField => [0.5 * (fields - 1.0) * spacing, 0.5 * rise],
-        Hit::TopRope => [middle, rise - 0.75 * size],
+    match place {
+        "post" => [middle + 0.5 * spacing, 0.5 * rise],
+        "edge_field" => [0.5 * (fields - 1.0) * spacing, 0.5 * rise],
+        "top_rope" => [middle, rise - 0.75 * size],
+        _ => [middle, 0.5 * rise],
     }
 }

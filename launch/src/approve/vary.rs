@@ -7,27 +7,13 @@ use interface_defs::diagnostic::{Diagnostic, Place, code};
 use toml::{Table, Value};
 use toolkit::scene::at;
 
-/// Where the block hits.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum Hit {
-    /// The middle of the middle field, as the test is defined.
-    #[default]
-    Middle,
-    /// A post beside it, at half its height.
-    Post,
-    /// The middle of an outer field.
-    EdgeField,
-    /// The middle field, three quarters of the block's edge below the top rope.
-    TopRope,
-}
-
 /// One thing changed.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Variation {
     /// As it was asked for: `brake_force=0.8`; [`NOTHING`]: nothing is changed.
     pub name: String,
-    /// Where the block hits.
-    pub hit: Hit,
+    /// Where the block hits: one of [`PLACES`]; empty: in the middle of the middle field, as the test is defined.
+    pub place: &'static str,
     /// `--set`s of the scene.
     pub sets: Vec<String>,
 }
@@ -44,21 +30,17 @@ const DEFAULT: [&str; 5] = [
 
 /// The name of the test as it is defined.
 pub const NOTHING: &str = "as defined";
-/// Places of impact by their names.
-const PLACES: [(&str, Hit); 3] =
-    [("post", Hit::Post), ("edge_field", Hit::EdgeField), ("top_rope", Hit::TopRope)];
+/// Places of impact: a post beside the middle field at half its height; the middle of an outer field; in the middle field three
+/// quarters of the block's edge below the top rope.
+pub const PLACES: [&str; 3] = ["post", "edge_field", "top_rope"];
 /// Values of keys that a scene leaves out: ropes slide without friction, and so do the wires of a ring.
 const ABSENT: [(&str, &str); 2] = [(".friction", "0.0"), (".bundle_factor", "1.0")];
 
 /// The test as it is defined, then every variation.
 pub fn all(arguments: &Arguments, document: &Table) -> Result<Vec<Variation>, Stop> {
     let mut found = vec![Variation { name: NOTHING.into(), ..Variation::default() }];
-    let asked: Vec<&str> = match (arguments.no_variations, &arguments.vary[..]) {
-        (true, _) => Vec::new(),
-        (false, []) => DEFAULT.to_vec(),
-        (false, asked) => asked.iter().map(String::as_str).collect(),
-    };
-    for word in asked {
+    let asked = if arguments.vary.is_empty() { &DEFAULT.map(str::to_owned)[..] } else { &arguments.vary };
+    for word in asked.iter().filter(|_| !arguments.no_variations) {
         let refuse =
             |what: String| Diagnostic::error(code::ARGUMENT, what).at(Place::file(format!("--vary {word}")));
         let (key, values) = word.split_once('=').ok_or_else(|| {
@@ -70,10 +52,9 @@ pub fn all(arguments: &Arguments, document: &Table) -> Result<Vec<Variation>, St
                 continue;
             }
             if key == "place" {
-                let names = PLACES.map(|(name, _)| name).join(", ");
-                let place = PLACES.iter().find(|(name, _)| *name == value);
-                let (_, hit) = place.ok_or_else(|| refuse(format!("`{value}` is no place: {names}")))?;
-                found.push(Variation { name, hit: *hit, sets: Vec::new() });
+                let place = PLACES.into_iter().find(|place| *place == value);
+                let other = || refuse(format!("`{value}` is no place: {}", PLACES.join(", ")));
+                found.push(Variation { name, place: place.ok_or_else(other)?, sets: Vec::new() });
                 continue;
             }
             let number: f64 = value.parse().ok().filter(|n: &f64| n.is_finite()).ok_or_else(|| {
@@ -106,15 +87,12 @@ fn sets_of(document: &Table, key: &str, number: f64) -> Vec<String> {
         _ => return vec![format!("{key}={}", Value::Float(number))],
     };
     let times = |value: &Value| Some(Value::Float(number * float(Some(value))?));
-    let changed = |item: &Value, field: &str| match field {
-        "stiffness" => times(item.get(field)?),
-        "curve" => {
-            let mut curve = item.get(field)?.clone();
-            for force in curve.as_array_mut()?.iter_mut().filter_map(|row| row.get_mut(1)) {
-                *force = times(force)?;
-            }
-            Some(curve)
+    let changed = |item: &Value, field: &str| match item.get(field) {
+        Some(Value::Array(rows)) => {
+            let scaled = |row: &Value| Some(Value::Array(vec![row.get(0)?.clone(), times(row.get(1)?)?]));
+            rows.iter().map(scaled).collect::<Option<Vec<_>>>().map(Value::Array)
         }
+        own if element == Some("brake") => times(own?),
         _ => Some(Value::Float(number)),
     };
     let items = at(document, list).and_then(Value::as_array).into_iter().flatten().enumerate();
