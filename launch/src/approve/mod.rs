@@ -110,12 +110,9 @@ impl Case {
 
     /// Over all criteria. What is not examined decides nothing.
     pub fn verdict(&self) -> Judged {
-        let any = |result| self.criteria.iter().any(|criterion| criterion.result == result);
-        match (any(Judged::Fail), any(Judged::NotSettled) || !any(Judged::Pass)) {
-            (true, _) => Judged::Fail,
-            (_, true) => Judged::NotSettled,
-            _ => Judged::Pass,
-        }
+        let any = |result: &Judged| self.criteria.iter().any(|criterion| criterion.result == *result);
+        let decides = [Judged::Fail, Judged::NotSettled, Judged::Pass].into_iter().find(any);
+        decides.unwrap_or(Judged::NotSettled)
     }
 }
 
@@ -131,7 +128,7 @@ pub fn approve(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
         .out
         .clone()
         .unwrap_or_else(|| Path::new("out").join(format!("{}-approve", site::stem(&kit.file))));
-    refuse_other(&out, arguments.force)?;
+    refuse_other(&out)?;
     let _owner = Owner::claim(&out, &Claim { force: arguments.force, ..Claim::default() })?;
     let place = out.join(RUNS);
     if arguments.force && place.exists() {
@@ -164,15 +161,14 @@ pub fn approve(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
     Err(Stop { exit: Exit::Unreliable, ..Diagnostic::error(code::TRUST, what).into() })
 }
 
-/// Refuse a directory that holds something else than a test, unless the user insists.
-fn refuse_other(out: &Path, force: bool) -> Result<(), Stop> {
+/// Refuse a directory that holds something else than a test: `--force` removes runs, and those of another study are none of ours.
+fn refuse_other(out: &Path) -> Result<(), Stop> {
     let names: Vec<_> = Dir::open(out).and_then(|dir| dir.entries()).unwrap_or_default();
-    let own = names.is_empty() || out.join(report::JSON).exists() || out.join(RUNS).join(AS_DEFINED).exists();
-    if own || force || names.iter().all(|(name, _)| name.to_string_lossy().starts_with('.')) {
+    let own = out.join(report::JSON).exists() || out.join(RUNS).join(AS_DEFINED).exists();
+    if own || names.iter().all(|(name, _)| name.to_string_lossy().starts_with('.')) {
         return Ok(());
     }
-    let what = "this directory holds something else";
     let place = Place::file(out.display().to_string());
-    let cure = "choose another one with --out, or write into it with --force";
-    Err(Diagnostic::error(code::RESULT_DIRECTORY, what).at(place).try_instead(cure).into())
+    let other = Diagnostic::error(code::RESULT_DIRECTORY, "this directory holds something else").at(place);
+    Err(other.try_instead("choose another one with --out").into())
 }
