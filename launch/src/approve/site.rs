@@ -196,8 +196,9 @@ impl<'a> Test<'a> {
                     **place = Place::file(kit.file.display().to_string());
                 }
             }
-            let interrupted = stop.errors.iter().any(|error| error.code == code::INTERRUPTED);
-            Stop { exit: if interrupted { stop.exit } else { Exit::BadInput }, ..stop }
+            // That nothing is in the way of the block is no failure here, as nothing has run yet.
+            let nothing = stop.errors.iter().any(|error| error.code == code::PLACE);
+            Stop { exit: if nothing { Exit::BadInput } else { stop.exit }, ..stop }
         })
     }
 
