@@ -184,7 +184,7 @@ impl Part {
                 None => members.push(vec![a, b]),
             }
         }
-        let breaks = ["rupture_force", "rupture_strain", "strength"];
+        let breaks = ["rupture_force", "rupture_strain", "fracture_strain", "strength"];
         Some(Self {
             members,
             strength: number(table.get("rupture_force")),
