@@ -1,6 +1,7 @@
 //! Each criterion of the test, with its number, its bound, and what follows.
 
-use super::measured::{Launch, Which, is_caught};
+use super::layout::{NET, Part};
+use super::measured::{Launch, Row, Which};
 use super::site::Test;
 use interface_defs::verdict::Fate;
 use serde::Serialize;
@@ -56,141 +57,122 @@ pub fn category(share: f64) -> &'static str {
     CATEGORIES.iter().find(|(least, _)| share >= *least).map_or("C", |(_, name)| name)
 }
 
+/// Of a criterion: its name, number and bound with their unit, what follows, and why.
+type Found = (&'static str, Option<(f64, f64)>, &'static str, Result, String);
+
 /// All criteria.
 pub fn all(test: &Test, launches: &[Launch]) -> Vec<Criterion> {
-    let of = |which| launches.iter().find(|launch| launch.which == which);
-    let mut found = Vec::new();
-    let absent = |which: Which, why: &str| blank(which, "stopped", why);
-    match (test.sel(), of(Which::Sel1)) {
-        (Some(_), Some(first)) => {
-            found.extend(common(first));
-            found.push(trusted(first, left(first)));
-            found.push(trusted(first, connections(test, first)));
-            found.push(trusted(first, openings(test, first)));
-            match of(Which::Sel2) {
-                Some(second) => found.extend(common(second)),
-                None => found.push(absent(
-                    Which::Sel2,
-                    "not run: the block of SEL 1 was not stopped, or that run does not count",
-                )),
-            }
-        }
-        _ => found.push(absent(Which::Sel1, "class 0 has no SEL launches (ETAG 027); --sel KJ makes them")),
-    }
-    found.extend(of(Which::Mel).into_iter().flat_map(common));
-    found
-}
-
-fn blank(which: Which, name: &'static str, why: impl Into<String>) -> Criterion {
-    let (result, why) = (Result::NotExamined, why.into());
-    Criterion { launch: which.name(), name, value: None, bound: None, unit: "1", result, why }
-}
-
-/// Nothing passes or fails by a run that is not to be trusted.
-fn trusted(launch: &Launch, criterion: Criterion) -> Criterion {
-    match &launch.doubt {
-        Some(doubt) => Criterion { result: Result::NotSettled, why: doubt.clone(), ..criterion },
-        None => criterion,
-    }
-}
-
-/// Those of every launch.
-fn common(launch: &Launch) -> [Criterion; 2] {
-    let of = |name| blank(launch.which, name, "");
-    let stopped = match launch.fate {
-        Some(Fate::Undecided | Fate::StillMoving) => Criterion {
-            result: Result::NotSettled,
-            why: "it is still being stopped at the end of the run: --time S, longer".into(),
-            ..of("stopped")
-        },
-        fate => {
-            let words = fate.map_or("no verdict", Fate::words);
-            let slipped = fate.is_some_and(is_caught) && !launch.stopped;
-            let why =
-                if slipped { format!("{words}, and left the net as it came to rest") } else { words.into() };
-            Criterion {
-                result: if launch.stopped { Result::Pass } else { Result::Fail },
-                why,
-                ..of("stopped")
-            }
-        }
+    let absent = |why: &str| ("stopped", None, "1", Result::NotExamined, why.to_owned());
+    let mut all = Vec::new();
+    let mut add = |which: Which, (name, number, unit, result, why): Found| {
+        let (value, bound) = number.unzip();
+        all.push(Criterion { launch: which.name(), name, value, bound, unit, result, why });
     };
-    let clear =
-        launch.value("clearance_block").zip(launch.value("clearance_net")).map(|(block, net)| block.min(net));
-    let ground = Criterion {
-        value: clear,
-        bound: Some(0.0),
-        unit: "m",
-        result: match clear {
-            Some(clear) if clear > 0.0 => Result::Pass,
-            Some(_) => Result::Fail,
-            None => Result::NotExamined,
-        },
-        why: "block, and net where it hits, above the slope through the feet until the largest elongation"
-            .into(),
-        ..of("no ground contact")
+    if test.kit.sel.is_none() {
+        add(Which::Sel1, absent("class 0 has no SEL launches (ETAG 027); --sel KJ makes them"));
+    }
+    for launch in launches {
+        let mut found = vec![stopped(launch), clear_of_ground(launch)];
+        if launch.which == Which::Sel1 {
+            found.extend([left(launch), tearing(test, launch, false), tearing(test, launch, true)]);
+        }
+        for mut found in found {
+            // Nothing passes or fails by a run that is not to be trusted.
+            if let Some(doubt) = &launch.doubt {
+                (found.3, found.4) = (Result::NotSettled, doubt.clone());
+            }
+            add(launch.which, found);
+        }
+        if launch.which == Which::Sel1 && launches.iter().all(|other| other.which != Which::Sel2) {
+            let why = "not run: the block of SEL 1 was not stopped, or that run does not count";
+            add(Which::Sel2, absent(why));
+        }
+    }
+    all
+}
+
+/// Whether it was still on its way at the end.
+fn is_open(launch: &Launch) -> bool {
+    matches!(launch.fate, Some(Fate::Undecided | Fate::StillMoving))
+}
+
+fn stopped(launch: &Launch) -> Found {
+    let mut why = launch.fate.map_or("no verdict", Fate::words).to_owned();
+    let result = if is_open(launch) {
+        why = "it is still being stopped at the end of the run: --time S, longer".into();
+        Result::NotSettled
+    } else if launch.stopped {
+        Result::Pass
+    } else {
+        if matches!(launch.fate, Some(Fate::Stopped | Fate::Rebounded)) {
+            why += ", and left the net as it came to rest";
+        }
+        Result::Fail
     };
-    [trusted(launch, stopped), trusted(launch, ground)]
+    ("stopped", None, "1", result, why)
+}
+
+fn clear_of_ground(launch: &Launch) -> Found {
+    let clear = launch.value("clearance_block").zip(launch.value("clearance_net"));
+    let clear = clear.map(|(block, net)| (block.min(net), 0.0));
+    let result = match clear {
+        _ if is_open(launch) => Result::NotSettled,
+        Some((clear, _)) if clear > 0.0 => Result::Pass,
+        Some(_) => Result::Fail,
+        None => Result::NotExamined,
+    };
+    let why = "block, and net where it hits, above the slope through the feet until the largest elongation";
+    ("no ground contact", clear, "m", result, why.into())
 }
 
 /// The height left after SEL 1.
-fn left(launch: &Launch) -> Criterion {
-    let of = blank(launch.which, "height left", "the block was not stopped, or not brought to rest");
+fn left(launch: &Launch) -> Found {
     let numbers = ["h_R/h_N", "h_N", "h_R_least", "h_R_most"].map(|name| launch.value(name));
-    let [Some(share), Some(before), Some(least), Some(most)] = numbers else { return of };
+    let [Some(share), Some(before), Some(least), Some(most)] = numbers else {
+        let why = "the block was not stopped, or not brought to rest";
+        return ("height left", None, "1", Result::NotExamined, why.into());
+    };
     let bound = LEFT_AFTER_SEL * before;
-    let (result, why) = match (least >= bound, most < bound) {
-        (true, _) => (Result::Pass, "h_R/h_N at rest, block left in".to_owned()),
-        (_, true) => (Result::Fail, "h_R/h_N at rest, block left in".into()),
-        _ => (Result::NotSettled, format!("it still swings from {} to {} m", three(least), three(most))),
-    };
-    Criterion { value: Some(share), bound: Some(LEFT_AFTER_SEL), result, why, ..of }
-}
-
-/// No connection part in two: all that is not net.
-fn connections(test: &Test, launch: &Launch) -> Criterion {
-    let (net, others): (Vec<_>, Vec<_>) = test.layout.parts.iter().partition(|part| part.is_net());
-    let of = blank(launch.which, "no connection part in two", "no rope, brake or post has a strength");
-    let torn = launch.torn.iter().flatten().filter(|torn| net.iter().all(|net| net.name != torn.part));
-    let torn: Vec<_> = torn.map(ToString::to_string).collect();
-    let names = |can| {
-        others.iter().filter(|p| p.can_break == can).map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ")
-    };
-    if !torn.is_empty() {
-        return Criterion {
-            value: Some(torn.len() as f64),
-            bound: Some(0.0),
-            result: Result::Fail,
-            why: torn.join("; "),
-            ..of
-        };
-    }
-    if names(true).is_empty() {
-        return of;
-    }
-    let why = match names(false) {
-        none if none.is_empty() => String::new(),
-        none => format!("without a strength, and so not examined: {none}"),
-    };
-    Criterion { value: Some(0.0), bound: Some(0.0), result: Result::Pass, why, ..of }
-}
-
-/// Openings of the net below twice what they were. Where a mesh tears, two become one; where none does, its sides hold, and a mesh
-/// cannot open to more than the circle of its perimeter.
-fn openings(test: &Test, launch: &Launch) -> Criterion {
-    let of =
-        blank(launch.which, "openings below twice the initial", "the net has no strength: it cannot tear");
-    let net: Vec<_> = test.layout.parts.iter().filter(|part| part.is_net()).collect();
-    let torn = launch.torn.iter().flatten().filter(|torn| net.iter().any(|net| net.name == torn.part));
-    let torn: Vec<_> = torn.map(ToString::to_string).collect();
-    match (torn.is_empty(), net.iter().any(|net| net.can_break)) {
-        (false, _) => Criterion { result: Result::Fail, why: torn.join("; "), ..of },
-        (true, true) => {
-            let why = "no mesh tore; a mesh whose sides hold opens to the circle of its perimeter at most, 4/pi of a square";
-            Criterion { result: Result::Pass, why: why.into(), ..of }
+    let mut why = "h_R/h_N at rest, block left in".to_owned();
+    let result = match (least >= bound, most < bound) {
+        (true, _) => Result::Pass,
+        (_, true) => Result::Fail,
+        _ => {
+            why = format!("it still swings from {} to {} m", three(least), three(most));
+            Result::NotSettled
         }
-        (true, false) => of,
-    }
+    };
+    ("height left", Some((share, LEFT_AFTER_SEL)), "1", result, why)
+}
+
+/// Of the net: openings below twice what they were. Where a mesh tears, two become one; where none does, its sides hold, and a mesh
+/// cannot open to more than the circle of its perimeter. Of all other parts: none in two, and so many tore.
+fn tearing(test: &Test, launch: &Launch, net: bool) -> Found {
+    let names = |breaks: bool| {
+        let of = |part: &&Part| (part.name == NET) == net && part.can_break == breaks;
+        test.layout.parts.iter().filter(of).map(|part| part.name.as_str()).collect::<Vec<_>>().join(", ")
+    };
+    let torn = launch.torn.iter().flatten().filter(|torn| (torn.part == NET) == net);
+    let torn: Vec<String> = torn.map(ToString::to_string).collect();
+    // Of a rope that did not tear, a force above its strength is one of single steps: neither holds for certain.
+    let beyond = |row: &&Row| !net && row.unit == "N" && row.share.is_some_and(|share| share >= 1.0);
+    let (result, why) = match launch.rows.iter().find(beyond) {
+        _ if !torn.is_empty() => (Result::Fail, torn.join("; ")),
+        _ if names(true).is_empty() && net => {
+            (Result::NotExamined, "the net has no strength: it cannot tear".into())
+        }
+        _ if names(true).is_empty() => (Result::NotExamined, "no rope, brake or post has a strength".into()),
+        Some(row) => (Result::NotSettled, format!("{} came above its strength, and did not tear", row.name)),
+        None if net => {
+            let why = "no mesh tore; a mesh whose sides hold opens to the circle of its perimeter at most, 4/pi of a square";
+            (Result::Pass, why.into())
+        }
+        None if names(false).is_empty() => (Result::Pass, String::new()),
+        None => (Result::Pass, format!("without a strength, and so not examined: {}", names(false))),
+    };
+    let number = Some((torn.len() as f64, 0.0)).filter(|_| !net && result != Result::NotExamined);
+    let name = if net { "openings below twice the initial" } else { "no connection part in two" };
+    (name, number, "1", result, why)
 }
 
 #[cfg(test)]

@@ -4,27 +4,22 @@
 //! has of its own and a model has not: the residual height is that at its end, block left in. A run that is not to be trusted is made
 //! again with finer windows and steps.
 
-use super::layout::{Layout, number};
+use super::layout::{Layout, number, table_at};
 use super::measured::{Ended, Launch, Which};
-use super::site::{self, BLOCK, Test, value};
-use super::vary::Variation;
+use super::site::{BLOCK, Test, unwritten};
 use crate::children::Events;
 use crate::progress::{Progress, far};
 use crate::stop::Stop;
 use crate::sweep::{self, Task};
 use interface_defs::diagnostic::{Diagnostic, Place, code};
 use interface_defs::verdict::Fate;
-use std::io;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use toml::{Table, Value};
-use toolkit::files::Dir;
+use toolkit::files::{self, Dir};
 use toolkit::input_file::hash;
 use toolkit::numbers::seconds;
-use toolkit::scene::at;
 use toolkit::summary::{RunStatus, Summary};
 
-/// Directory of the runs.
-const RUNS: &str = "runs";
 /// Damping with which block and net come to rest [1/s], and for how long in one run [s]: at 1 000 kJ the height left is within 2 % of
 /// its value after 2.5 s from 1.5 s on, with 8 to 30 /s.
 const TO_REST: (f64, f64) = (20.0, 1.5);
@@ -43,88 +38,61 @@ const FINER: &str = "accurate";
 /// The same of the net alone, which is lighter and swings more slowly.
 const EMPTY: (f64, f64) = (8.0, 3.0);
 
-/// All runs.
+/// What a rock's state is in a scene, and in the columns of a history.
+const STATE: [(&str, &[&str]); 4] = [
+    ("position", &["x_m", "y_m", "z_m"]),
+    ("velocity", &["vx_m_per_s", "vy_m_per_s", "vz_m_per_s"]),
+    ("orientation", &["orientation_w", "orientation_x", "orientation_y", "orientation_z"]),
+    ("angular_velocity", &["wx_rad_per_s", "wy_rad_per_s", "wz_rad_per_s"]),
+];
+
+/// The runs of a case.
 pub struct Runs<'a> {
-    /// Directory of the study.
-    pub out: &'a Path,
+    /// What is tested.
+    pub test: &'a Test<'a>,
+    /// Their directory.
+    pub dir: PathBuf,
+    /// What is said of them while they run.
+    pub label: String,
     /// Signals.
     pub events: &'a Events,
     /// Who is told.
     pub progress: &'a Progress,
 }
 
-/// Those of one case.
-pub struct OfCase<'a> {
-    runs: &'a Runs<'a>,
-    test: &'a Test<'a>,
-    dir: PathBuf,
-    /// What is said of it while it runs.
-    label: String,
-}
+/// Where a second launch starts: directory of the run whose structure it takes over; whether that is at rest as it is, and no
+/// equilibrium is looked for; the structure there; what the run is of.
+type Start = (String, bool, Layout, String);
 
-/// Remove all runs of a study.
-pub fn remove(out: &Path) -> io::Result<()> {
-    match std::fs::remove_dir_all(out.join(RUNS)) {
-        Err(e) if e.kind() != io::ErrorKind::NotFound => Err(e),
-        _ => Ok(()),
-    }
-}
-
-impl<'a> Runs<'a> {
-    /// Those of case `number` of `all`.
-    pub fn of(&'a self, test: &'a Test<'a>, variation: &Variation, [number, all]: [usize; 2]) -> OfCase<'a> {
-        let name = if variation.name.is_empty() { "as_defined" } else { &variation.name };
-        // A dotted key is no path, and what a user types may be one.
-        let dir = self.out.join(RUNS).join(name.replace('/', "_"));
-        OfCase { runs: self, test, dir, label: format!("{number} of {all}: {name}") }
-    }
-}
-
-/// Where a second launch starts.
-struct Start {
-    /// Directory of the run whose structure it takes over.
-    from: String,
-    /// Whether that one is at rest as it is, and no equilibrium is looked for.
-    rests: bool,
-    /// The structure there.
-    now: Layout,
-    /// What it is of.
-    of: String,
-}
-
-impl OfCase<'_> {
+impl Runs<'_> {
     /// Make a launch. The second one starts where the `first` has come to rest, block taken out.
     pub fn launch(&self, which: Which, first: Option<&Launch>) -> Result<Launch, Stop> {
-        let kit = self.test.kit;
-        let energy = if which == Which::Mel { kit.mel } else { kit.sel.unwrap_or(kit.mel) };
+        let test = self.test;
         let start = match first.map(|first| self.at_rest(first)).transpose()? {
-            Some(Err(ended)) => {
-                return Ok(Launch::of(which, self.test, None, kit.block(energy), ended, None));
-            }
+            Some(Err(ended)) => return Ok(Launch::of(which, test, None, ended, None)),
             start => start.and_then(Result::ok),
         };
-        let now = start.as_ref().map_or(&self.test.layout, |start| &start.now);
-        let mut scene = self.test.launch(energy, now)?;
-        if let Some(start) = &start {
-            take_over(&mut scene, &start.from, "rest", start.rests);
-        }
-        let of = start.as_ref().map_or("", |start| &start.of);
-        let ended = self.run(which.dir(), &scene, of, which.name())?;
+        let now = start.as_ref().map_or(&test.layout, |(_, _, now, _)| now);
+        let mut scene = test.launch(which, now)?;
+        let of = start.as_ref().map_or("", |(from, rests, _, of)| {
+            take_over(&mut scene, from, "rest", *rests);
+            of
+        });
+        let ended = self.run(&which.dir(), &scene, of, which.name())?;
         let mut rest: Option<Ended> = None;
         // Of SEL 2 no height is judged, but whether a block that was thrown back comes again.
         let needed = which != Which::Sel2 || ended.fate() == Some(Fate::Rebounded);
         let rounds = if needed && ended.is_caught() && ended.doubt().is_none() { ROUNDS } else { 0 };
         for round in 1..=rounds {
             let found = self.bring_to_rest(which, round, &scene, rest.as_ref().unwrap_or(&ended))?;
-            let near = STILL * self.test.layout.number("height");
-            let over = found.has_left(self.test) || found.is_settled(near);
-            let goes_on = found.doubt().is_none() && !over;
+            let near = STILL * test.layout.number("height");
+            let over = found.doubt().is_some() || found.has_left(test) || found.is_settled(near);
             rest = Some(found);
-            if !goes_on {
+            if over {
                 break;
             }
         }
-        Ok(Launch::of(which, self.test, Some(now), kit.block(energy), ended, rest))
+        Ok(Launch::of(which, test, Some(now), ended, rest))
     }
 
     /// From the end of a run on with damping, block left in. `scene` is that of the launch.
@@ -136,37 +104,26 @@ impl OfCase<'_> {
         // A block that is pressed into the net may start there with softer contacts, and forces are small from here on.
         for contact in scene.get_mut("contact").and_then(Value::as_array_mut).into_iter().flatten() {
             if let Some(stiffness) = contact.get_mut("stiffness") {
-                *stiffness =
-                    number(Some(stiffness)).map_or(stiffness.clone(), |stiff| (SOFTER * stiff).into());
+                *stiffness = number(Some(stiffness)).map_or(stiffness.clone(), |of| (SOFTER * of).into());
             }
         }
         // Its deflections are small, and none is a result: what still swings is judged by itself.
-        let limits = scene.entry("limits").or_insert_with(|| Table::new().into());
-        if let Some(limits) = limits.as_table_mut() {
-            limits.insert("deflection_error".into(), OF_REST.into());
-        }
-        let columns = |ends: &[&str]| -> Vec<Value> {
-            let last = |end: &&str| Value::from(ended.history.last(&format!("{BLOCK}_{end}")));
-            ends.iter().map(last).collect()
-        };
-        let label = format!("{}, coming to rest", which.name());
+        table_at(&mut scene, "limits").map(|limits| limits.insert("deflection_error".into(), OF_REST.into()));
+        let (name, label) =
+            (format!("{}_rest_{round}", which.dir()), format!("{}, coming to rest", which.name()));
         let mut found = Ended::default();
         for back in PARTED {
-            let Some(Value::Table(rock)) = scene.get_mut("rock").and_then(|rocks| rocks.get_mut(0)) else {
-                break;
-            };
-            let mut position = columns(&["x_m", "y_m", "z_m"]);
-            position[1] = (ended.history.last(&format!("{BLOCK}_y_m")) - back).into();
-            rock.insert("position".into(), position.into());
-            for (key, ends) in [
-                ("velocity", &["vx_m_per_s", "vy_m_per_s", "vz_m_per_s"][..]),
-                ("orientation", &["orientation_w", "orientation_x", "orientation_y", "orientation_z"]),
-                ("angular_velocity", &["wx_rad_per_s", "wy_rad_per_s", "wz_rad_per_s"]),
-            ] {
-                rock.insert(key.into(), columns(ends).into());
+            for (key, columns) in STATE {
+                let rock = scene.get_mut("rock").and_then(|rocks| rocks.get_mut(0)?.as_table_mut());
+                let value = |column: &&str| {
+                    let off = if *column == "y_m" { back } else { 0.0 };
+                    Value::from(ended.history.last(&format!("{BLOCK}_{column}")) - off)
+                };
+                let values: Vec<Value> = columns.iter().map(value).collect();
+                rock.map(|rock| rock.insert(key.into(), values.into()));
             }
-            found = self.run(&format!("{}_rest_{round}", which.dir()), &scene, &ended.of, &label)?;
-            if found.summary.is_some() {
+            found = self.run(&name, &scene, &ended.of, &label)?;
+            if !found.refused {
                 break;
             }
         }
@@ -177,44 +134,40 @@ impl OfCase<'_> {
     fn at_rest(&self, first: &Launch) -> Result<Result<Start, Ended>, Stop> {
         let [from, of] = first.last.clone();
         let layout = |from: &str, rests: bool| {
-            let mut scene = self.test.without_block();
+            let mut scene = self.test.document.clone();
             // It is written elsewhere.
             let dir = std::path::absolute(self.dir.join(from)).unwrap_or_default();
             take_over(&mut scene, &dir.display().to_string(), "rest", rests);
-            self.test.kit.layout(&scene, self.runs.events)
+            Layout::of(&self.test.kit.written(&scene)?, self.events)
         };
         match layout(&from, false) {
-            Ok(now) => return Ok(Ok(Start { from, rests: false, now, of })),
+            Ok(now) => return Ok(Ok((from, false, now, of))),
             Err(stop) if stop.errors.iter().all(|error| error.code == code::NOT_CONVERGED) => {}
             Err(stop) => return Err(stop),
         }
         // A net that is mostly slack may have no equilibrium that is found at once: it swings until it rests.
-        let mut scene = self.test.without_block();
+        let mut scene = self.test.document.clone();
         take_over(&mut scene, &from, "motion", false);
         damp(&mut scene, EMPTY);
         let from = format!("{}_empty", first.which.dir());
         let ended = self.run(&from, &scene, &of, "SEL 1, block taken out")?;
-        if ended.status() != RunStatus::Done {
+        if ended.summary.status != RunStatus::Done {
             return Ok(Err(ended));
         }
-        let now = layout(&ended.name, true)?;
-        Ok(Ok(Start { from: ended.name, rests: true, now, of: ended.of }))
+        let now = layout(&from, true)?;
+        Ok(Ok((from, true, now, ended.of)))
     }
 
     /// Make a run, again with finer windows and steps where it is not to be trusted.
     fn run(&self, name: &str, scene: &Table, before: &str, what: &str) -> Result<Ended, Stop> {
         let ended = self.run_once(name, scene, before, what)?;
-        let chosen = ["preset", "scheme", "time_window"]
-            .iter()
-            .all(|key| at(scene, &format!("coupling.{key}")).is_none());
-        if ended.status() != RunStatus::Unreliable || !chosen || !scene.contains_key("rock") {
+        let mut finer = scene.clone();
+        let Some(coupling) = table_at(&mut finer, "coupling") else { return Ok(ended) };
+        let chosen = ["preset", "scheme", "time_window"].iter().any(|key| coupling.contains_key(*key));
+        if ended.summary.status != RunStatus::Unreliable || chosen || !scene.contains_key("rock") {
             return Ok(ended);
         }
-        let mut finer = scene.clone();
-        let coupling = finer.entry("coupling").or_insert_with(|| Table::new().into());
-        if let Some(coupling) = coupling.as_table_mut() {
-            coupling.insert("preset".into(), FINER.into());
-        }
+        coupling.insert("preset".into(), FINER.into());
         self.run_once(&format!("{name}_{FINER}"), &finer, before, &format!("{what}, {FINER}"))
     }
 
@@ -222,8 +175,7 @@ impl OfCase<'_> {
     fn run_once(&self, name: &str, scene: &Table, before: &str, what: &str) -> Result<Ended, Stop> {
         let dir = self.dir.join(name);
         let file = dir.with_extension("toml");
-        let failed = |e: io::Error| Stop::failed(code::NOT_WRITTEN, format!("{}: {e}", self.dir.display()));
-        let text = toml::to_string(scene).map_err(|e| failed(io::Error::other(e)))?;
+        let text = scene.to_string();
         let of = hash(format!("{text}{before}").as_bytes());
         if let Some((there, ())) = sweep::kept::<()>(&dir)? {
             if there == of
@@ -233,22 +185,19 @@ impl OfCase<'_> {
             }
             let what = "this run is of another kit, or of another test";
             let cure = "begin anew with --force, or choose another directory with --out";
-            let other =
-                Diagnostic::error(code::RESULT_DIRECTORY, what).at(Place::file(dir.display().to_string()));
-            return Err(other.try_instead(cure).into());
+            let place = Place::file(dir.display().to_string());
+            return Err(Diagnostic::error(code::RESULT_DIRECTORY, what).at(place).try_instead(cure).into());
         }
-        Dir::create(&self.dir).map_err(failed)?;
-        site::write(&file, scene)?;
+        Dir::create(&self.dir).map_err(|e| unwritten(&self.dir, &e))?;
+        files::write(&file, text.as_bytes()).map_err(|e| unwritten(&file, &e))?;
         let task = Task { scene: &file, sets: Vec::new(), dir: &dir, shortcuts: true, limit: f64::INFINITY };
-        let label = format!("{}, {what}", self.label);
-        let progress = self.runs.progress;
+        let (label, progress) = (format!("{}, {what}", self.label), self.progress);
         let mut say = |spent| progress.say(&format!("{label}: {}, after {spent} s", far(&dir)));
-        let ran = task.run(self.runs.events, &mut say)?;
-        let wall = seconds(ran.seconds);
+        let ran = task.run(self.events, &mut say)?;
         let ended = Ended::of(&dir, of, ran.summary, ran.errors)?;
-        progress.say(&format!("{label}: {}, {wall}", ended.words()));
+        progress.say(&format!("{label}: {}, {}", ended.words(), seconds(ran.seconds)));
         // A process that was lost says nothing of the kit: it is tried again.
-        if ended.summary.is_some() && ended.reasons.iter().all(|reason| reason.code != code::PROCESS) {
+        if !ended.refused && ended.summary.reasons.iter().all(|reason| reason.code != code::PROCESS) {
             sweep::keep(&dir, &ended.of, ())?;
         }
         Ok(ended)
@@ -257,17 +206,17 @@ impl OfCase<'_> {
 
 /// The scene starts from a run.
 fn take_over(scene: &mut Table, run: &str, at: &str, rests: bool) {
-    let from = [("run".to_owned(), Value::from(run)), ("at".to_owned(), at.into())];
+    let from = [("run", run), ("at", at)].map(|(key, value)| (key.to_owned(), Value::from(value)));
     scene.insert("start_from".into(), Table::from_iter(from).into());
-    if let Some(structure) = scene.get_mut("structure").and_then(Value::as_table_mut).filter(|_| rests) {
+    if let Some(structure) = table_at(scene, "structure").filter(|_| rests) {
         structure.insert("form_finding".into(), "none".into());
     }
 }
 
 /// The scene has so much more damping, and ends at that time.
 fn damp(scene: &mut Table, (damping, end): (f64, f64)) {
-    let own = value(scene, "structure.damping").unwrap_or(0.0);
-    if let Some(structure) = scene.get_mut("structure").and_then(Value::as_table_mut) {
+    if let Some(structure) = table_at(scene, "structure") {
+        let own = number(structure.get("damping")).unwrap_or(0.0);
         structure.insert("damping".into(), (own + damping).into());
     }
     scene.insert("end_time".into(), end.into());

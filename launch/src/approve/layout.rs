@@ -11,6 +11,8 @@ use toolkit::scene::at;
 
 /// What all names of the gauges and groups begin with that are no kit's own.
 pub const OWN: &str = "approve";
+/// The part that is the net; all others connect.
+pub const NET: &str = "net";
 /// Along it heights count: normal to the reference slope, which is vertical.
 const NORMAL: [f64; 3] = [0.0, 0.0, 1.0];
 
@@ -37,8 +39,8 @@ pub struct Part {
     pub can_break: bool,
     /// Of brakes: travel to the end stop [m].
     pub stroke: Option<f64>,
-    /// Nodes of each brake or post.
-    pub members: Vec<[u32; 2]>,
+    /// Nodes of each brake or post; of a post from foot to head.
+    pub members: Vec<Vec<u32>>,
 }
 
 impl Layout {
@@ -72,13 +74,11 @@ impl Layout {
 
     /// Nodes that are held: a name and a number each.
     pub fn supports(&self) -> Vec<(String, u32)> {
-        let of = |group: &'static str, name: &'static str| {
-            self.group(group).iter().enumerate().map(move |(i, node)| (format!("{name}_{}", i + 1), *node))
+        let groups = ["feet", "side_anchors", "upslope_anchors"].map(|name| self.group(name));
+        let of = |(group, name): (&[u32], &str)| -> Vec<(String, u32)> {
+            group.iter().enumerate().map(|(i, node)| (format!("{name}_{}", i + 1), *node)).collect()
         };
-        of("feet", "foot")
-            .chain(of("side_anchors", "side_anchor"))
-            .chain(of("upslope_anchors", "upslope_anchor"))
-            .collect()
+        groups.into_iter().zip(["foot", "side_anchor", "upslope_anchor"]).flat_map(of).collect()
     }
 
     /// The least y [m] of what lies in the way of a block that comes along y, of the half edge `half` around `[x, z]` of `centre`.
@@ -106,61 +106,54 @@ impl Layout {
         least.is_finite().then_some(least)
     }
 
-    /// The groups and gauges that the report needs, for the block that hits at `centre`.
-    pub fn gauges(&self, centre: [f64; 2], half: f64) -> (Vec<Table>, Vec<Table>) {
-        let mut groups = Vec::new();
-        let mut group = |name: String, nodes: &[u32]| {
-            let nodes: Vec<Value> = nodes.iter().map(|node| i64::from(*node).into()).collect();
-            groups.push(Table::from_iter([
-                ("name".into(), name.clone().into()),
-                ("nodes".into(), nodes.into()),
-            ]));
-            name
+    /// The `groups` and the `gauge` that the report needs, for the block that hits at `centre`.
+    pub fn gauges(&self, centre: [f64; 2], half: f64) -> Table {
+        let (mut groups, mut gauges) = (String::new(), String::new());
+        let mut gauge = |name: &str, group: &str, quantity: &str, more: &str| {
+            gauges +=
+                &format!("[[gauge]]\nname = {name:?}\ngroup = {group:?}\nquantity = {quantity:?}\n{more}\n");
         };
-        let gauge = |name: &str, group: &str, quantity: &str| {
-            let entries = [("name", name), ("group", group), ("quantity", quantity)];
-            entries.into_iter().map(|(key, value)| (key.to_owned(), value.into())).collect::<Table>()
-        };
-        let height = |name: &str, group: &str, above: &str| {
-            let mut table = gauge(name, group, "height");
-            table.insert("above".into(), above.into());
-            table.insert("normal".into(), NORMAL.map(Value::from).to_vec().into());
-            table
+        let mut group = |name: &str, nodes: &[u32]| {
+            groups += &format!("[[groups]]\nname = {name:?}\nnodes = {nodes:?}\n");
         };
         // Between the outer posts: beyond them the rope goes down to its anchors.
-        let ends =
-            |k: fn(f64, f64) -> f64| self.group("feet").iter().map(|node| self.node(*node)[0]).reduce(k);
-        let (first, last) = (ends(f64::min).unwrap_or(0.0), ends(f64::max).unwrap_or(0.0));
-        let above = |node: &u32| (first..=last).contains(&self.node(*node)[0]);
+        let feet = || self.group("feet").iter().map(|node| self.node(*node)[0]);
+        let posts = feet().fold(f64::INFINITY, f64::min)..=feet().fold(f64::NEG_INFINITY, f64::max);
+        let above = |node: &u32| posts.contains(&self.node(*node)[0]);
         let top: Vec<u32> = self.group("top_rope").iter().copied().filter(above).collect();
-        let top = group(format!("{OWN}_top"), &top);
-        let mut gauges = vec![height(&top, &top, "feet")];
-        let mut left = height(&format!("{OWN}_left"), "top_rope", "bottom_rope");
-        left.insert("posts".into(), "posts".into());
-        gauges.push(left);
-        let hit = group(format!("{OWN}_hit"), &self.hit(centre, half));
-        gauges.push(height(&format!("{OWN}_net"), &hit, "feet"));
+        let [of_top, of_left, of_hit] = ["top", "left", "net"].map(|name| format!("{OWN}_{name}"));
+        let hit = format!("{OWN}_hit");
+        group(&of_top, &top);
+        group(&hit, &self.hit(centre, half));
+        let normal = format!("normal = {NORMAL:?}\nabove");
+        gauge(&of_top, &of_top, "height", &format!("{normal} = \"feet\""));
+        gauge(&of_left, "top_rope", "height", &format!("{normal} = \"bottom_rope\"\nposts = \"posts\""));
+        gauge(&of_hit, &hit, "height", &format!("{normal} = \"feet\""));
         for part in &self.parts {
-            gauges.push(gauge(&part.gauge(), &part.name, "tension"));
+            gauge(&part.gauge(), &part.name, "tension", "");
             for (i, nodes) in part.members.iter().enumerate() {
-                let name = group(part.member(i), nodes);
-                gauges.push(gauge(&name, &name, "tension"));
-                match part.element.as_str() {
-                    "brake" => gauges.push(gauge(&name, &name, "elongation")),
-                    "beam" => {
-                        gauges.push(gauge(&name, &name, "bending_moment"));
-                        let head = group(format!("{name}_head"), &nodes[1..]);
-                        gauges.push(gauge(&head, &head, "displacement"));
-                    }
-                    _ => {}
+                let name = part.member(i);
+                group(&name, nodes);
+                gauge(&name, &name, "tension", "");
+                gauge(
+                    &name,
+                    &name,
+                    if part.element == "brake" { "elongation" } else { "bending_moment" },
+                    "",
+                );
+                if part.element != "brake" {
+                    let head = format!("{name}_head");
+                    group(&head, &nodes[nodes.len() - 1..]);
+                    gauge(&head, &head, "displacement", "");
                 }
             }
         }
         for (name, node) in self.supports() {
-            let name = group(format!("{OWN}_{name}"), &[node]);
-            gauges.push(gauge(&name, &name, "force"));
+            let name = format!("{OWN}_{name}");
+            group(&name, &[node]);
+            gauge(&name, &name, "force", "");
         }
-        (groups, gauges)
+        (groups + &gauges).parse().expect("it is TOML")
     }
 
     /// Nodes of the net in the way of the block, or the nearest one.
@@ -170,36 +163,36 @@ impl Layout {
             (at[0] - centre[0]).abs().max((at[2] - centre[1]).abs())
         };
         let net = self.group("free_net");
-        let inside: Vec<u32> = net.iter().copied().filter(|node| off(node) <= half).collect();
-        let nearest = || net.iter().copied().min_by(|a, b| off(a).total_cmp(&off(b)));
-        if inside.is_empty() { nearest().into_iter().collect() } else { inside }
+        let nearest = net.iter().map(off).fold(f64::INFINITY, f64::min);
+        net.iter().copied().filter(|node| off(node) <= half.max(nearest)).collect()
     }
 }
 
 impl Part {
     fn of(table: &Table, mesh: &InterfaceMesh) -> Option<Self> {
         let text = |key: &str| table.get(key).and_then(Value::as_str).map(str::to_owned);
-        let name = text("name")?;
+        let (name, element) = (text("name")?, text("element")?);
         let group = mesh.groups.iter().find(|group| group.name == name)?;
-        let inside = |line: &&[u32; 2]| line.iter().all(|node| group.nodes.contains(node));
         // Of ropes and nets the most loaded member is named; brakes and posts are reported each.
-        let each = matches!(text("element")?.as_str(), "brake" | "beam");
-        let lines = mesh.lines.iter().filter(inside).copied().filter(|_| each).collect();
+        let each = matches!(element.as_str(), "brake" | "beam");
+        let inside = |line: &&[u32; 2]| each && line.iter().all(|node| group.nodes.contains(node));
+        let mut members: Vec<Vec<u32>> = Vec::new();
+        for [a, b] in mesh.lines.iter().filter(inside).copied() {
+            // A post consists of several beams, one above the other.
+            match members.last_mut().filter(|post| post.last() == Some(&a)) {
+                Some(post) => post.push(b),
+                None => members.push(vec![a, b]),
+            }
+        }
+        let breaks = ["rupture_force", "rupture_strain", "fracture_strain", "strength"];
         Some(Self {
-            members: lines,
-            element: text("element")?,
+            members,
             strength: number(table.get("rupture_force")),
-            can_break: ["rupture_force", "rupture_strain", "strength"]
-                .iter()
-                .any(|key| table.contains_key(*key)),
+            can_break: breaks.iter().any(|key| table.contains_key(*key)),
             stroke: number(table.get("stroke")),
+            element,
             name,
         })
-    }
-
-    /// Whether it is the net, and not a part that connects.
-    pub fn is_net(&self) -> bool {
-        self.name == "net"
     }
 
     /// Name of the gauge of the whole part.
@@ -211,6 +204,11 @@ impl Part {
     pub fn member(&self, i: usize) -> String {
         format!("{OWN}_{}_{}", self.name, i + 1)
     }
+}
+
+/// The table below a key, made where there is none.
+pub fn table_at<'a>(document: &'a mut Table, key: &str) -> Option<&'a mut Table> {
+    document.entry(key).or_insert_with(|| Table::new().into()).as_table_mut()
 }
 
 /// A number, as it may be written.

@@ -18,16 +18,23 @@ use crate::children::Events;
 use crate::progress::Progress;
 use crate::stop::Stop;
 use clap::Args;
-use interface_defs::diagnostic::{Diagnostic, code};
+use interface_defs::diagnostic::{Diagnostic, Place, code};
 use judge::Result as Judged;
+use measured::Which;
 use std::path::{Path, PathBuf};
 use toolkit::arguments::{AnswerForm, path};
 use toolkit::check::Format;
 use toolkit::exit::Exit;
+use toolkit::files::Dir;
 use toolkit::manifest;
 use toolkit::owner::{Claim, Owner};
 use toolkit::screen::show;
 use vary::Variation;
+
+/// Directory of the runs.
+const RUNS: &str = "runs";
+/// That of the test as it is defined, which is the first of them.
+const AS_DEFINED: &str = "as_defined";
 
 /// What the command line asks for.
 #[derive(Debug, Clone, Args)]
@@ -77,7 +84,7 @@ pub struct Arguments {
 
 /// The test with one thing varied, or none, and how it was judged.
 pub struct Case {
-    /// What is varied; empty: nothing.
+    /// What is varied.
     pub name: String,
     /// Its launches, with their numbers.
     pub launches: Vec<measured::Launch>,
@@ -86,21 +93,26 @@ pub struct Case {
 }
 
 impl Case {
-    /// Over all criteria. What is not examined decides nothing.
-    pub fn verdict(&self) -> Judged {
-        let any = |result| self.criteria.iter().any(|criterion| criterion.result == result);
-        if any(Judged::Fail) {
-            Judged::Fail
-        } else if any(Judged::NotSettled) || !any(Judged::Pass) {
-            Judged::NotSettled
-        } else {
-            Judged::Pass
+    /// All launches, judged.
+    fn of(runs: &launch::Runs, name: &str) -> Result<Self, Stop> {
+        let mut launches = Vec::new();
+        if runs.test.kit.sel.is_some() {
+            let first = runs.launch(Which::Sel1, None)?;
+            // A block that was not stopped leaves nothing to launch a second one at.
+            let lands = first.stopped && first.doubt.is_none();
+            let second = lands.then(|| runs.launch(Which::Sel2, Some(&first))).transpose()?;
+            launches.extend(std::iter::once(first).chain(second));
         }
+        launches.push(runs.launch(Which::Mel, None)?);
+        let criteria = judge::all(runs.test, &launches);
+        Ok(Self { name: name.to_owned(), launches, criteria })
     }
 
-    /// Its name, also where nothing is varied.
-    pub fn title(&self) -> &str {
-        if self.name.is_empty() { "as defined" } else { &self.name }
+    /// Over all criteria. What is not examined decides nothing.
+    pub fn verdict(&self) -> Judged {
+        let any = |result: &Judged| self.criteria.iter().any(|criterion| criterion.result == *result);
+        let decides = [Judged::Fail, Judged::NotSettled, Judged::Pass].into_iter().find(any);
+        decides.unwrap_or(Judged::NotSettled)
     }
 }
 
@@ -110,59 +122,53 @@ pub fn approve(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
     let kit = site::Kit::read(arguments)?;
     let variations = vary::all(arguments, &kit.document)?;
     // Every case is checked before the first one starts.
-    let tests = variations
-        .iter()
-        .map(|v| site::Test::of(&kit, v, &events))
-        .collect::<Result<Vec<site::Test>, Stop>>()?;
-    let out =
-        arguments.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-approve", kit.stem())));
-    let unwritten = |e: std::io::Error| {
-        Stop::failed(code::NOT_WRITTEN, format!("{}: cannot be written: {e}", out.display()))
-    };
+    let tests = variations.iter().map(|variation| site::Test::of(&kit, variation, &events));
+    let tests = tests.collect::<Result<Vec<_>, Stop>>()?;
+    let out = arguments
+        .out
+        .clone()
+        .unwrap_or_else(|| Path::new("out").join(format!("{}-approve", site::stem(&kit.file))));
+    refuse_other(&out)?;
     let _owner = Owner::claim(&out, &Claim { force: arguments.force, ..Claim::default() })?;
-    if arguments.force {
-        launch::remove(&out).map_err(unwritten)?;
+    let place = out.join(RUNS);
+    if arguments.force && place.exists() {
+        std::fs::remove_dir_all(&place).map_err(|e| site::unwritten(&place, &e))?;
     }
     let progress = Progress::new(arguments.quiet || arguments.answer.format == Format::Json, json, false);
-    let runs = launch::Runs { out: &out, events: &events, progress: &progress };
-    let mut cases: Vec<Case> = Vec::new();
-    for (test, variation) in tests.iter().zip(&variations) {
-        let (done, all) = (cases.len(), tests.len());
-        let case = run(&runs.of(test, variation, [done + 1, all]), test, variation);
+    let (mut cases, all): (Vec<Case>, _) = (Vec::new(), tests.len());
+    for (test, Variation { name, .. }) in tests.iter().zip(&variations) {
+        let done = cases.len();
+        // A dotted key is no path, and what a user types may be one.
+        let dir = place.join(name.replace(['/', ' '], "_"));
+        let label = format!("{} of {all}: {name}", done + 1);
+        let runs = launch::Runs { test, dir, label, events: &events, progress: &progress };
         let kept =
-            || format!("; {done} of {all} cases are judged in {}; the same command goes on", out.display());
-        cases.push(case.map_err(|stop| if stop.exit == Exit::BadInput { stop } else { stop.and(&kept()) })?);
-        report::write(&kit, &cases, tests.len(), &out).map_err(unwritten)?;
+            format!("; {done} of {all} cases are judged in {}; the same command goes on", out.display());
+        let case = Case::of(&runs, name);
+        cases.push(case.map_err(|stop| if stop.exit == Exit::BadInput { stop } else { stop.and(&kept) })?);
+        report::write(&kit, &cases, all, &out).map_err(|e| site::unwritten(&out, &e))?;
     }
     progress.finish();
     manifest::seal(&out);
     match arguments.answer.format {
-        Format::Json => show(&format!("{:#}\n", report::json(&kit, &cases, tests.len()))),
+        Format::Json => show(&format!("{:#}\n", report::json(&kit, &cases, all))),
         Format::Text => show(&report::screen(&kit, &cases, &out)),
     }
     let open: Vec<&Case> = cases.iter().filter(|case| case.verdict() == Judged::NotSettled).collect();
     let Some(first) = open.first() else { return Ok(Exit::Done) };
     let why = first.criteria.iter().find(|c| c.result == Judged::NotSettled).map_or("", |c| c.why.as_str());
-    let what =
-        format!("not settled: {} of {} cases; the first, {}: {why}", open.len(), cases.len(), first.title());
-    let stop = Stop::from(Diagnostic::error(code::TRUST, what));
-    Err(Stop { exit: Exit::Unreliable, ..stop })
+    let what = format!("not settled: {} of {all} cases; the first, {}: {why}", open.len(), first.name);
+    Err(Stop { exit: Exit::Unreliable, ..Diagnostic::error(code::TRUST, what).into() })
 }
 
-/// All launches of one case, judged.
-fn run(case: &launch::OfCase, test: &site::Test, variation: &Variation) -> Result<Case, Stop> {
-    let mut launches = Vec::new();
-    if test.sel().is_some() {
-        let first = case.launch(measured::Which::Sel1, None)?;
-        // A block that was not stopped leaves nothing to launch a second one at.
-        let second = match first.stopped && first.doubt.is_none() {
-            true => Some(case.launch(measured::Which::Sel2, Some(&first))?),
-            false => None,
-        };
-        launches.push(first);
-        launches.extend(second);
+/// Refuse a directory that holds something else than a test: `--force` removes runs, and those of another study are none of ours.
+fn refuse_other(out: &Path) -> Result<(), Stop> {
+    let names: Vec<_> = Dir::open(out).and_then(|dir| dir.entries()).unwrap_or_default();
+    let own = out.join(report::JSON).exists() || out.join(RUNS).join(AS_DEFINED).exists();
+    if own || names.iter().all(|(name, _)| name.to_string_lossy().starts_with('.')) {
+        return Ok(());
     }
-    launches.push(case.launch(measured::Which::Mel, None)?);
-    let criteria = judge::all(test, &launches);
-    Ok(Case { name: variation.name.clone(), launches, criteria })
+    let place = Place::file(out.display().to_string());
+    let other = Diagnostic::error(code::RESULT_DIRECTORY, "this directory holds something else").at(place);
+    Err(other.try_instead("choose another one with --out").into())
 }

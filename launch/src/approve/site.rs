@@ -4,19 +4,21 @@
 //! barrier y runs down the slope, z is normal to it, and the anchors lie in the wall through the feet, which is the reference slope.
 
 use super::Arguments;
-use super::layout::{Layout, number};
-use super::vary::{Hit, Variation};
+use super::layout::{Layout, table_at};
+use super::measured::Which;
+use super::vary::Variation;
 use crate::children::Events;
 use crate::ground::Scratch;
 use crate::prepared::Prepared;
 use crate::stop::Stop;
 use interface_defs::diagnostic::{Diagnostic, Place, code};
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 use toolkit::arguments::Input;
+use toolkit::exit::Exit;
 use toolkit::files;
 use toolkit::input_file::with_absolute_files;
-use toolkit::kit::About;
 use toolkit::numbers::four;
 use toolkit::scene::{Scene, at};
 
@@ -35,13 +37,19 @@ const ERROR: f64 = 0.02;
 const CLASS_1: f64 = 250e3;
 /// Energies of the largest launches of the classes from 0 on [J].
 const CLASSES: [f64; 8] = [100e3, 250e3, 500e3, 1e6, 1.5e6, 2e6, 3e6, 4.5e6];
+/// Least way that the block moves in a launch when nothing stops it [m].
+const SHORTEST: f64 = 1.0;
 /// Name of the block in the scenes.
 pub const BLOCK: &str = "block";
+/// File of the site with the kit.
+const SITE: &str = "site.toml";
 
 /// A kit, and with what it is tested.
 pub struct Kit {
-    /// What it says of itself.
-    pub about: About,
+    /// Its name.
+    pub name: String,
+    /// Its class; by default the highest whose largest launch it was given.
+    pub class: u8,
     /// Its file.
     pub file: PathBuf,
     /// The scene of the site with the kit, without a block.
@@ -62,83 +70,59 @@ impl Kit {
     /// What the command line asks for. Nothing has been started where it is refused.
     pub fn read(arguments: &Arguments) -> Result<Self, Stop> {
         let (own, about) = Scene::load_kit(&arguments.kit)?;
-        let option = |name: &str, what: String| {
-            Diagnostic::error(code::ARGUMENT, what).at(Place::file(name.to_owned()))
-        };
-        let Some(mel) = arguments.energy.map(|energy| 1e3 * energy).or(about.energy) else {
+        let Arguments { energy, sel, speed, density, time, .. } = *arguments;
+        let Some(mel) = energy.map(|energy| 1e3 * energy).or(about.energy) else {
             let what = "the energy of the largest launch is not known";
-            return Err(own
-                .invalid("kit", what)
-                .try_instead("add --energy KJ, or energy = 1e6 [J] to [kit]")
-                .into());
+            let cure = "add --energy KJ, or energy = 1e6 [J] to [kit]";
+            return Err(own.invalid("kit", what).try_instead(cure).into());
         };
-        let sel = arguments.sel.map(|energy| 1e3 * energy).or((mel >= CLASS_1).then_some(mel / 3.0));
+        let least = sel.map(|energy| 1e3 * energy).or((mel >= CLASS_1).then_some(mel / 3.0));
         // A longer way takes longer; 0.6 s are twice the braking time at 1 000 kJ.
-        let time = arguments.time.unwrap_or_else(|| (6.0 * (mel / 1e6).cbrt().max(1.0)).ceil() / 10.0);
-        let given = [
-            ("--energy", mel),
-            ("--sel", sel.unwrap_or(mel)),
-            ("--speed", arguments.speed),
-            ("--time", time),
-        ];
-        if let Some((name, value)) = given.into_iter().find(|(_, value)| !(value.is_finite() && *value > 0.0))
-        {
-            return Err(option(name, format!("it is {value}, and must lie above 0")).into());
+        let length = time.unwrap_or_else(|| (6.0 * (mel / 1e6).cbrt().max(1.0)).ceil() / 10.0);
+        let [most, way] = [1e-3 * mel, length * speed].map(four);
+        let given = [("--energy", energy), ("--sel", sel), ("--speed", Some(speed)), ("--time", time)];
+        let given = given.into_iter().filter_map(|(name, value)| Some((name, value?)));
+        let positive =
+            |value: f64| (value.is_finite() && value > 0.0, format!("it is {value}, and must lie above 0"));
+        let positive = given.map(|(name, value)| (name, positive(value)));
+        let few = 3.0 * least.unwrap_or(0.0) <= mel * (1.0 + 1e-9);
+        let few = (few, format!("it is more than a third of the largest launch, {most} kJ"));
+        let soon = format!("in {length} s the block moves by {way} m: nothing is stopped so soon");
+        let range = (2500.0..=3000.0).contains(&density);
+        let range = (range, format!("the block has {density} kg/m3, and the test asks for 2500 to 3000"));
+        let others = [("--sel", few), ("--time", (length * speed >= SHORTEST, soon)), ("--density", range)];
+        if let Some((name, (_, what))) = positive.chain(others).find(|(_, (holds, _))| !holds) {
+            return Err(Diagnostic::error(code::ARGUMENT, what).at(Place::file(name.to_owned())).into());
         }
-        if !(2500.0..=3000.0).contains(&arguments.density) {
-            let what = format!(
-                "the density of the block is {} kg/m3, the test asks for 2500 to 3000",
-                arguments.density
-            );
-            return Err(option("--density", what).into());
+        let kind = "structure.generator.type";
+        if at(&own.document()?, kind).and_then(Value::as_str) != Some("barrier") {
+            let what = format!("the test is of a barrier: {kind} must be \"barrier\"");
+            return Err(own.invalid(kind, what).into());
         }
         let scratch = Scratch::new(None)?;
         let file = std::path::absolute(&arguments.kit).map_err(|e| own.invalid("kit", e.to_string()))?;
-        let site = scratch.file("site.toml");
-        files::write(&site, site_text(&file, time).as_bytes())
-            .map_err(|e| Stop::input(code::FILE, format!("{}: {e}", site.display())))?;
-        let scene = Scene::load(&site, &arguments.sets)?;
+        let site = scratch.file(SITE);
+        files::write(&site, site_text(&file, length).as_bytes()).map_err(|e| unwritten(&site, &e))?;
+        // In its axes the anchors lie in the wall. What a user sets goes before it.
+        let sets = std::iter::once("structure.generator.anchor_rise=0.0".into());
+        let sets: Vec<String> = sets.chain(arguments.sets.iter().cloned()).collect();
+        let scene = Scene::load(&site, &sets)?;
         let document = document(&scene)?;
-        let sets = arguments.sets.clone();
-        let kit = Self {
-            about,
-            file,
-            document,
-            mel,
-            sel,
-            speed: arguments.speed,
-            density: arguments.density,
-            sets,
-            scratch,
-        };
-        let generator = at(&kit.document, "structure.generator");
-        let word = |key: &str| generator.and_then(|table| table.get(key));
-        if word("type").and_then(Value::as_str) != Some("barrier") {
-            let what = "the test is of a barrier: structure.generator.type must be \"barrier\"";
-            return Err(scene.invalid("structure.generator.type", what).into());
-        }
-        if let Some(key) = ["line", "position", "ground"].into_iter().find(|key| word(key).is_some()) {
+        let placed = ["line", "position", "ground"].map(|key| format!("structure.generator.{key}"));
+        if let Some(key) = placed.iter().find(|key| at(&document, key).is_some()) {
             let what = format!("`{key}` says where a barrier stands: the test has a site of its own");
             let cure = "leave it to the scene that uses the kit";
-            return Err(scene.invalid(&format!("structure.generator.{key}"), what).try_instead(cure).into());
+            return Err(scene.invalid(key, what).try_instead(cure).into());
         }
-        Ok(kit)
+        let reached = CLASSES.iter().filter(|energy| mel >= **energy * (1.0 - 1e-9)).count() as u8;
+        let class = about.class.unwrap_or(if mel > CLASSES[7] { 8 } else { reached.saturating_sub(1) });
+        let name = about.name.unwrap_or_else(|| stem(&file));
+        Ok(Self { name, class, file, document, mel, sel: least, speed, density, sets, scratch })
     }
 
-    /// Name of its file.
-    pub fn stem(&self) -> String {
-        self.file.file_stem().map_or_else(|| "kit".into(), |stem| stem.to_string_lossy().into_owned())
-    }
-
-    /// Its name.
-    pub fn name(&self) -> String {
-        self.about.name.clone().unwrap_or_else(|| self.stem())
-    }
-
-    /// Its class: the highest whose largest launch it was given.
-    pub fn class(&self) -> u8 {
-        let reached = CLASSES.iter().filter(|energy| self.mel >= **energy * (1.0 - 1e-9)).count() as u8;
-        self.about.class.unwrap_or(if self.mel > CLASSES[7] { 8 } else { reached.saturating_sub(1) })
+    /// Energy of a launch [J].
+    pub fn energy(&self, which: Which) -> f64 {
+        if which == Which::Mel { self.mel } else { self.sel.unwrap_or(self.mel) }
     }
 
     /// The block of an energy [J].
@@ -147,12 +131,17 @@ impl Kit {
         Block { mass, size: (mass / self.density / OF_CUBE).cbrt() }
     }
 
-    /// What the structure's program makes of a scene that is written for it alone.
-    pub fn layout(&self, scene: &Table, events: &Events) -> Result<Layout, Stop> {
-        let file = self.scratch.file("structure.toml");
-        write(&file, scene)?;
-        Layout::of(&Input { scene: file, sets: Vec::new() }, events)
+    /// A scene in a file that lives as long as this.
+    pub fn written(&self, scene: &Table) -> Result<Input, Stop> {
+        let file = self.scratch.file("scene.toml");
+        files::write(&file, scene.to_string().as_bytes()).map_err(|e| unwritten(&file, &e))?;
+        Ok(Input { scene: file, sets: Vec::new() })
     }
+}
+
+/// Name of a file.
+pub fn stem(file: &Path) -> String {
+    file.file_stem().map_or_else(|| "kit".into(), |stem| stem.to_string_lossy().into_owned())
 }
 
 /// A block.
@@ -169,8 +158,7 @@ fn site_text(kit: &Path, time: f64) -> String {
     let kit = Value::from(kit.display().to_string());
     format!(
         "end_time = {time:?}\ngravity = [0.0, {GRAVITY:?}, 0.0]\n\n[[contact]]\nlaw = \"linear\"\nstiffness = 1e7\npoisson = 0.2\n\
-         restitution = 0.5\nfriction = 0.4\n\n[structure]\nkit = {kit}\n\n[structure.generator]\nanchor_rise = 0.0\n\n[fem]\n\
-         integrator = \"central_difference\"\n\n[limits]\ndeflection_error = {ERROR:?}\n"
+         restitution = 0.5\nfriction = 0.4\n\n[structure]\nkit = {kit}\n\n[fem]\nintegrator = \"central_difference\"\n\n[limits]\ndeflection_error = {ERROR:?}\n"
     )
 }
 
@@ -181,13 +169,9 @@ fn document(scene: &Scene) -> Result<Table, Diagnostic> {
     Ok(document)
 }
 
-/// Write a scene.
-pub fn write(file: &Path, scene: &Table) -> Result<String, Stop> {
-    let fault =
-        |e: String| Stop::failed(code::NOT_WRITTEN, format!("{}: cannot be written: {e}", file.display()));
-    let text = toml::to_string(scene).map_err(|e| fault(e.to_string()))?;
-    files::write(file, text.as_bytes()).map_err(|e| fault(e.to_string()))?;
-    Ok(text)
+/// What cannot be written, and why.
+pub fn unwritten(place: &Path, why: &dyn Display) -> Stop {
+    Stop::failed(code::NOT_WRITTEN, format!("{}: cannot be written: {why}", place.display()))
 }
 
 /// The kit with one thing varied, on its site.
@@ -197,114 +181,94 @@ pub struct Test<'a> {
     /// Its structure.
     pub layout: Layout,
     /// x and z of the block [m].
-    pub centre: [f64; 2],
+    centre: [f64; 2],
     /// The scene without a block, with all groups and gauges.
-    document: Table,
+    pub document: Table,
 }
 
 impl<'a> Test<'a> {
-    /// Every program has checked its first launch.
+    /// Every program has checked its first launch. What is wrong is bad input, and said of the kit: the scene of the check does not last.
     pub fn of(kit: &'a Kit, variation: &Variation, events: &Events) -> Result<Self, Stop> {
-        let site = kit.scratch.file("site.toml");
-        let sets: Vec<String> = kit.sets.iter().chain(&variation.sets).cloned().collect();
-        let input = Input { scene: site, sets };
+        Self::checked(kit, variation, events).map_err(|mut stop| {
+            let scratch = kit.scratch.file("");
+            for place in stop.errors.iter_mut().filter_map(|error| error.place.as_mut()) {
+                if Path::new(&place.file).starts_with(&scratch) {
+                    **place = Place::file(kit.file.display().to_string());
+                }
+            }
+            // That nothing is in the way of the block is no failure here, as nothing has run yet.
+            let nothing = stop.errors.iter().any(|error| error.code == code::PLACE);
+            Stop { exit: if nothing { Exit::BadInput } else { stop.exit }, ..stop }
+        })
+    }
+
+    fn checked(kit: &'a Kit, variation: &Variation, events: &Events) -> Result<Self, Stop> {
+        let sets = kit.sets.iter().chain(&variation.sets).cloned().collect();
+        let input = Input { scene: kit.scratch.file(SITE), sets };
         let layout = Layout::of(&input, events)?;
         let mut document = document(&input.load()?)?;
-        let largest = kit.block(kit.mel);
+        let size = kit.block(kit.mel).size;
         let (height, lean) = (layout.number("height"), layout.number("lean"));
         let rise = (height * height - lean * lean).max(0.0).sqrt();
-        if largest.size > rise / 3.0 {
-            let denser = Block { mass: largest.mass, size: (largest.mass / 3000.0 / OF_CUBE).cbrt() };
+        if size > rise / 3.0 {
+            let of = [1e-3 * kit.mel, size, rise, size * (kit.density / 3000.0).cbrt()];
+            let [energy, size, rise, denser] = of.map(four);
             let what = format!(
-                "the block of {} kJ has an edge of {} m, more than a third of the height of the kit, {} m",
-                four(1e-3 * kit.mel),
-                four(largest.size),
-                four(rise)
+                "the block of {energy} kJ has an edge of {size} m, more than a third of the height of the kit, {rise} m"
             );
-            let cure = format!(
-                "a faster block (--speed), or a denser one: {} m with --density 3000",
-                four(denser.size)
-            );
-            return Err(Diagnostic::error(code::CONTRADICTION, what)
-                .at(Place::file(kit.file.display().to_string()))
-                .try_instead(cure)
-                .into());
+            let cure = format!("a faster block (--speed), or a denser one: {denser} m with --density 3000");
+            let place = Place::file(kit.file.display().to_string());
+            return Err(Diagnostic::error(code::CONTRADICTION, what).at(place).try_instead(cure).into());
         }
-        let centre = centre(&layout, rise, variation.hit, largest.size);
-        let (groups, gauges) = layout.gauges(centre, 0.5 * largest.size);
-        let structure = document.get_mut("structure").and_then(Value::as_table_mut);
-        let add = |table: Option<&mut Table>, key: &str, more: Vec<Table>| {
-            let list =
-                table?.entry(key.to_owned()).or_insert_with(|| Value::Array(Vec::new())).as_array_mut()?;
-            list.extend(more.into_iter().map(Value::Table));
-            Some(())
-        };
-        add(structure, "groups", groups);
-        add(Some(&mut document), "gauge", gauges);
-        let title = format!(
-            "{}, {}",
-            kit.name(),
-            if variation.name.is_empty() { "as defined" } else { &variation.name }
-        );
-        document.insert("title".into(), title.into());
+        let centre = centre(&layout, rise, variation.place, size);
+        for (key, more) in layout.gauges(centre, 0.5 * size) {
+            let own =
+                if key == "groups" { table_at(&mut document, "structure") } else { Some(&mut document) };
+            let list = own.map(|table| table.entry(key).or_insert_with(|| Vec::<Value>::new().into()));
+            if let (Some(Value::Array(list)), Value::Array(more)) = (list, more) {
+                list.extend(more);
+            }
+        }
+        document.insert("title".into(), format!("{}, {}", kit.name, variation.name).into());
         let test = Self { kit, layout, centre, document };
-        let file = kit.scratch.file("launch.toml");
-        write(&file, &test.launch(kit.sel.unwrap_or(kit.mel), &test.layout)?)?;
-        Prepared::of(&Input { scene: file, sets: Vec::new() }, |_| None, events)?.doubts()?;
+        let first = if kit.sel.is_some() { Which::Sel1 } else { Which::Mel };
+        Prepared::of(&kit.written(&test.launch(first, &test.layout)?)?, |_| None, events)?.doubts()?;
         Ok(test)
     }
 
-    /// Energy of the smaller launches [J].
-    pub fn sel(&self) -> Option<f64> {
-        self.kit.sel
-    }
-
-    /// The scene without a block.
-    pub fn without_block(&self) -> Table {
-        self.document.clone()
-    }
-
-    /// The scene of a launch with an energy [J] at impact, at the structure that stands at rest as in `now`.
-    pub fn launch(&self, energy: f64, now: &Layout) -> Result<Table, Stop> {
-        let block = self.kit.block(energy);
-        let Some(first) = now.in_the_way(self.centre, 0.5 * block.size) else {
+    /// The scene of a launch at the structure that stands at rest as in `now`.
+    pub fn launch(&self, which: Which, now: &Layout) -> Result<Table, Stop> {
+        let Block { mass, size } = self.kit.block(self.kit.energy(which));
+        let [x, z] = self.centre;
+        let Some(first) = now.in_the_way(self.centre, 0.5 * size) else {
             let [x, z] = self.centre.map(four);
-            let what = format!("nothing of the barrier is in the way of the block, at x = {x} m, z = {z} m");
+            let what = format!(
+                "nothing of the barrier is in the way of the block of {} m, at x = {x} m, z = {z} m",
+                four(size)
+            );
             return Err(Stop::failed(code::PLACE, what));
         };
-        let [x, z] = self.centre;
         // It falls through the gap, and has its speed when it touches.
         let speed = (self.kit.speed.powi(2) - 2.0 * GRAVITY * GAP).max(0.0).sqrt();
-        let vector = |values: [f64; 3]| Value::Array(values.map(Value::from).to_vec());
-        let shape = [("type".to_owned(), "ead_block".into()), ("size".into(), block.size.into())];
-        let rock = Table::from_iter([
-            ("name".to_owned(), BLOCK.into()),
-            ("position".into(), vector([x, first - GAP - 0.5 * block.size, z])),
-            ("velocity".into(), vector([0.0, speed, 0.0])),
-            ("mass".into(), block.mass.into()),
-            ("shape".into(), Table::from_iter(shape).into()),
-            ("cluster".into(), Table::from_iter([("spheres".to_owned(), 300.into())]).into()),
-        ]);
-        let mut scene = self.without_block();
-        scene.insert("rock".into(), vec![Value::Table(rock)].into());
+        let rock = format!(
+            "[[rock]]\nname = {BLOCK:?}\nposition = [{x:?}, {:?}, {z:?}]\nvelocity = [0.0, {speed:?}, 0.0]\nmass = {mass:?}\n\
+             shape = {{ type = \"ead_block\", size = {size:?} }}\ncluster = {{ spheres = 300 }}\n",
+            first - GAP - 0.5 * size
+        );
+        let mut scene = self.document.clone();
+        scene.extend(rock.parse::<Table>().expect("it is TOML"));
         Ok(scene)
     }
 }
 
 /// x and z of a block of this edge [m] that hits there.
-fn centre(layout: &Layout, rise: f64, hit: Hit, size: f64) -> [f64; 2] {
+fn centre(layout: &Layout, rise: f64, place: &str, size: f64) -> [f64; 2] {
     let (fields, spacing) = (layout.number("fields"), layout.number("spacing"));
     let middle = ((0.5 * fields).floor() + 0.5 - 0.5 * fields) * spacing;
-    let edge = 0.5 * (fields - 1.0) * spacing;
-    match hit {
-        Hit::Middle => [middle, 0.5 * rise],
-        Hit::Post => [middle + 0.5 * spacing, 0.5 * rise],
-        Hit::EdgeField => [edge, 0.5 * rise],
-        Hit::TopRope => [middle, rise - 0.75 * size],
+    match place {
+        "post" => [middle + 0.5 * spacing, 0.5 * rise],
+        "edge_field" => [0.5 * (fields - 1.0) * spacing, 0.5 * rise],
+        "top_rope" => [middle, rise - 0.75 * size],
+        _ => [middle, 0.5 * rise],
     }
-}
-
-/// A number of a table, by its dotted key.
-pub fn value(table: &Table, key: &str) -> Option<f64> {
-    number(at(table, key))
 }

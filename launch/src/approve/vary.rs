@@ -1,31 +1,19 @@
 //! What is uncertain of a kit, varied one at a time.
 
 use super::Arguments;
+use super::layout::number as float;
 use crate::stop::Stop;
 use interface_defs::diagnostic::{Diagnostic, Place, code};
 use toml::{Table, Value};
 use toolkit::scene::at;
 
-/// Where the block hits.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Hit {
-    /// The middle of the middle field, as the test is defined.
-    Middle,
-    /// A post beside it, at half its height.
-    Post,
-    /// The middle of an outer field.
-    EdgeField,
-    /// The middle field, three quarters of the block's edge below the top rope.
-    TopRope,
-}
-
 /// One thing changed.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Variation {
-    /// As it was asked for: `brake_force=0.8`; empty: nothing is changed.
+    /// As it was asked for: `brake_force=0.8`; [`NOTHING`]: nothing is changed.
     pub name: String,
-    /// Where the block hits.
-    pub hit: Hit,
+    /// Where the block hits: one of [`PLACES`]; empty: in the middle of the middle field, as the test is defined.
+    pub place: &'static str,
     /// `--set`s of the scene.
     pub sets: Vec<String>,
 }
@@ -40,15 +28,19 @@ const DEFAULT: [&str; 5] = [
     "place=post,edge_field,top_rope",
 ];
 
+/// The name of the test as it is defined.
+pub const NOTHING: &str = "as defined";
+/// Places of impact: a post beside the middle field at half its height; the middle of an outer field; in the middle field three
+/// quarters of the block's edge below the top rope.
+pub const PLACES: [&str; 3] = ["post", "edge_field", "top_rope"];
+/// Values of keys that a scene leaves out: ropes slide without friction, and so do the wires of a ring.
+const ABSENT: [(&str, &str); 2] = [(".friction", "0.0"), (".bundle_factor", "1.0")];
+
 /// The test as it is defined, then every variation.
 pub fn all(arguments: &Arguments, document: &Table) -> Result<Vec<Variation>, Stop> {
-    let mut found = vec![Variation { name: String::new(), hit: Hit::Middle, sets: Vec::new() }];
-    let asked: Vec<&str> = match (arguments.no_variations, &arguments.vary[..]) {
-        (true, _) => Vec::new(),
-        (false, []) => DEFAULT.to_vec(),
-        (false, asked) => asked.iter().map(String::as_str).collect(),
-    };
-    for word in asked {
+    let mut found = vec![Variation { name: NOTHING.into(), ..Variation::default() }];
+    let asked = if arguments.vary.is_empty() { &DEFAULT.map(str::to_owned)[..] } else { &arguments.vary };
+    for word in asked.iter().filter(|_| !arguments.no_variations) {
         let refuse =
             |what: String| Diagnostic::error(code::ARGUMENT, what).at(Place::file(format!("--vary {word}")));
         let (key, values) = word.split_once('=').ok_or_else(|| {
@@ -56,19 +48,13 @@ pub fn all(arguments: &Arguments, document: &Table) -> Result<Vec<Variation>, St
         })?;
         for value in values.split(',').map(str::trim) {
             let name = format!("{key}={value}");
-            let none = Variation { name, hit: Hit::Middle, sets: Vec::new() };
+            if found.iter().any(|known| known.name == name) {
+                continue;
+            }
             if key == "place" {
-                let hit = match value {
-                    "post" => Hit::Post,
-                    "edge_field" => Hit::EdgeField,
-                    "top_rope" => Hit::TopRope,
-                    _ => {
-                        return Err(
-                            refuse(format!("`{value}` is no place: post, edge_field, top_rope")).into()
-                        );
-                    }
-                };
-                found.push(Variation { hit, ..none });
+                let place = PLACES.into_iter().find(|place| *place == value);
+                let other = || refuse(format!("`{value}` is no place: {}", PLACES.join(", ")));
+                found.push(Variation { name, place: place.ok_or_else(other)?, sets: Vec::new() });
                 continue;
             }
             let number: f64 = value.parse().ok().filter(|n: &f64| n.is_finite()).ok_or_else(|| {
@@ -77,12 +63,11 @@ pub fn all(arguments: &Arguments, document: &Table) -> Result<Vec<Variation>, St
             let sets = sets_of(document, key, number);
             let changes = |set: &String| {
                 let (key, text) = set.split_once('=').unwrap_or_default();
-                // A rope that says nothing of friction has none.
-                let absent = || key.ends_with(".friction").then(|| "0.0".to_owned());
+                let absent = || ABSENT.iter().find(|(of, _)| key.ends_with(of)).map(|of| of.1.to_owned());
                 at(document, key).map(Value::to_string).or_else(absent).as_deref() != Some(text)
             };
             if sets.iter().any(changes) {
-                found.push(Variation { sets, ..none });
+                found.push(Variation { name, sets, ..Variation::default() });
             } else if sets.is_empty() && !arguments.vary.is_empty() {
                 return Err(refuse(format!("there is nothing in the kit that `{key}` changes")).into());
             }
@@ -93,35 +78,27 @@ pub fn all(arguments: &Arguments, document: &Table) -> Result<Vec<Variation>, St
 
 /// What takes the place of what, in all parts that it concerns.
 fn sets_of(document: &Table, key: &str, number: f64) -> Vec<String> {
-    let value = |number: f64| Value::Float(number).to_string();
-    let items = |key: &str| at(document, key).and_then(Value::as_array).cloned().unwrap_or_default();
-    let parts = items("structure.parts");
-    let numbered = parts.iter().enumerate();
-    let of = |element: &'static str| {
-        numbered.clone().filter(move |(_, part)| part.get("element").and_then(Value::as_str) == Some(element))
+    let (list, element, fields): (_, _, &[&str]) = match key {
+        // The elastic beginning, too: its stiffness is a force over an elongation.
+        "brake_force" => ("structure.parts", Some("brake"), &["stiffness", "curve"]),
+        "rope_friction" => ("structure.parts", Some("sliding_cable"), &["friction"]),
+        "contact_friction" => ("contact", None, &["friction"]),
+        "bundle_factor" => ("structure.parts", Some("wire_ring"), &["bundle_factor"]),
+        _ => return vec![format!("{key}={}", Value::Float(number))],
     };
-    match key {
-        "brake_force" => of("brake")
-            .filter_map(|(i, part)| {
-                let mut curve = part.get("curve")?.clone();
-                for row in curve.as_array_mut()? {
-                    let force = row.as_array_mut()?.get_mut(1)?;
-                    *force =
-                        (number * force.as_float().or_else(|| force.as_integer().map(|n| n as f64))?).into();
-                }
-                Some(format!("structure.parts.{i}.curve={curve}"))
-            })
-            .collect(),
-        "rope_friction" => of("sliding_cable")
-            .map(|(i, _)| format!("structure.parts.{i}.friction={}", value(number)))
-            .collect(),
-        "contact_friction" => {
-            (0..items("contact").len()).map(|i| format!("contact.{i}.friction={}", value(number))).collect()
+    let times = |value: &Value| Some(Value::Float(number * float(Some(value))?));
+    let changed = |item: &Value, field: &str| match item.get(field) {
+        Some(Value::Array(rows)) => {
+            let scaled = |row: &Value| Some(Value::Array(vec![row.get(0)?.clone(), times(row.get(1)?)?]));
+            rows.iter().map(scaled).collect::<Option<Vec<_>>>().map(Value::Array)
         }
-        "bundle_factor" => of("ring")
-            .filter(|(_, part)| part.get("turns").is_some())
-            .map(|(i, _)| format!("structure.parts.{i}.bundle_factor={}", value(number)))
-            .collect(),
-        _ => vec![format!("{key}={}", value(number))],
-    }
+        own if element == Some("brake") => times(own?),
+        _ => Some(Value::Float(number)),
+    };
+    let items = at(document, list).and_then(Value::as_array).into_iter().flatten().enumerate();
+    let of = |item: &Value| element.is_none_or(|of| item.get("element").and_then(Value::as_str) == Some(of));
+    let sets = items.filter(|(_, item)| of(item)).flat_map(|(i, item)| {
+        fields.iter().filter_map(move |field| Some(format!("{list}.{i}.{field}={}", changed(item, field)?)))
+    });
+    sets.collect()
 }
