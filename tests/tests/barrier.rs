@@ -2,23 +2,18 @@
 
 use tests::{Bench, Ended, scene};
 
-/// The scene with rings of twice the size, each in place of four; until the block has turned back.
-const COARSE: [&str; 11] = [
-    "structure.generator.cells=[15,6]",
-    "structure.parts.2.diameter=0.6666666666666666",
-    "structure.parts.2.perimeter=1.88",
-    "structure.parts.2.mass=2.52",
-    "structure.parts.2.rupture_force=2.4e5",
+/// The scene in short weak windows, with a coarser block, until the block has turned back.
+const SETS: [&str; 6] = [
     "rock.0.cluster.spheres=100",
     "coupling.scheme=weak",
     "coupling.time_window=5e-5",
     "dem.time_step=1.25e-5",
     "output.fields=1.0",
-    "end_time=0.34",
+    "end_time=0.35",
 ];
 
 fn run(bench: &Bench, more: &[&str]) -> Ended {
-    let sets: Vec<&str> = COARSE.iter().chain(more).flat_map(|set| ["--set", *set]).collect();
+    let sets: Vec<&str> = SETS.iter().chain(more).flat_map(|set| ["--set", *set]).collect();
     bench.done(&scene("barrier-impact"), "out", &sets)
 }
 
@@ -30,16 +25,15 @@ fn a_barrier_stops_a_block_of_a_thousand_kilojoules() {
     let energy = 0.5 * 3200.0 * ended.measure("impact_speed").powi(2);
     assert!((energy / 1e6 - 1.0).abs() < 3e-3, "{energy} J");
     assert!(ended.measure("energy_error") < 0.02, "{}", ended.measure("energy_error"));
-    // The fine mesh stops it in 5.23 m and 0.303 s, with 1.47 m of brake travel: elements twice as long are of first
-    // order at worst, some centimetres of a net of cells of 0.67 m, and the speed of the block is gone either way.
+    // What the scene says of itself, found with strong windows, 300 spheres and steps of its own.
     for (measure, fine, off) in [
-        ("max_deflection", 5.23, 0.05),
-        ("braking_time", 0.303, 0.05),
-        ("rope_brakes_elongation_max", 1.47, 0.05),
-        ("upslope_ropes_tension_max", 85.2e3, 0.15),
+        ("max_deflection", 5.81, 0.005),
+        ("braking_time", 0.327, 0.005),
+        ("rope_brakes_elongation_max", 1.57, 0.02),
+        ("upslope_ropes_tension_max", 86.8e3, 0.15),
     ] {
         let value = ended.measure(measure);
-        assert!((value / fine - 1.0).abs() < off, "{measure}: {value}, {fine} on the fine mesh");
+        assert!((value / fine - 1.0).abs() < off, "{measure}: {value}, {fine} of the scene");
     }
     // A brake of 120 to 150 kN bounds the force of its rope: with what the rope's own mass and length add while it gives
     // way, and not by half.
@@ -51,7 +45,7 @@ fn a_barrier_stops_a_block_of_a_thousand_kilojoules() {
     let lowest = |column: &str| ended.column(column).into_iter().fold(f64::INFINITY, f64::min);
     let (posts, least_loaded) = (ended.measure("posts_tension_min"), lowest("posts_tension_max_N"));
     assert!((posts / lowest("posts_tension_min_N") - 1.0).abs() < 0.01, "{posts} N");
-    assert!(posts < 1.2 * least_loaded && least_loaded < -1e5, "{posts} N, {least_loaded} N");
+    assert!(posts < 2.0 * least_loaded && least_loaded < -1e5, "{posts} N, {least_loaded} N");
     assert!(!ended.codes().iter().any(|code| code == "rupture"), "{:?}", ended.warnings());
     assert!(ended.summary()["torn"].as_array().expect("it can").is_empty());
 }
@@ -62,10 +56,10 @@ fn friction_in_the_bearing_ropes_spares_the_brakes_and_loads_the_ropes() {
     let rough = ["structure.parts.3.friction=0.1", "structure.parts.4.friction=0.1"];
     let ended = run(&bench, &rough);
     assert!(ended.measure("energy_error") < 0.02, "{}", ended.measure("energy_error"));
-    // Without friction: 5.33 m, 1.50 m. The ropes turn by some 90 degrees at the inner posts and at the block each: exp(0.1
+    // Without friction: 5.81 m, 1.57 m. The ropes turn by some 90 degrees at the inner posts and at the block each: exp(0.1
     // pi) = 1.4 times the force of the brakes reaches their middles, and less length passes.
     let (way, travel) = (ended.measure("max_deflection"), ended.measure("rope_brakes_elongation_max"));
-    assert!(way > 4.8 && way < 5.3 && travel > 1.0 && travel < 1.4, "{way} m, {travel} m");
+    assert!(way > 5.5 && way < 5.7 && travel > 1.2 && travel < 1.45, "{way} m, {travel} m");
     let ratio = ended.measure("bottom_rope_tension_max") / ended.measure("rope_brakes_tension_max");
     assert!(ratio > 1.2 && ratio < 1.8, "{ratio}");
     assert!(!ended.codes().iter().any(|code| code == "rupture"), "{:?}", ended.warnings());
@@ -75,14 +69,15 @@ fn friction_in_the_bearing_ropes_spares_the_brakes_and_loads_the_ropes() {
 #[test]
 fn a_barrier_with_weak_brakes_tears_and_says_where_and_when() {
     let bench = Bench::new();
-    let ended = run(&bench, &["structure.parts.0.curve=[[0.008,3e4],[1.6,4e4]]"]);
+    let weak = ["structure.parts.0.curve=[[0.008,3e4],[1.6,4e4]]", "structure.parts.4.of=rope 18/1770"];
+    let ended = run(&bench, &weak);
     let verdict = &ended.summary()["verdict"][0];
     let torn = &verdict["torn"];
     assert_eq!(torn.as_array().map(Vec::len), Some(1), "{verdict}");
     let (member, number) = (torn[0]["member"].as_str().expect("a name"), |key: &str| torn[0][key].as_f64());
     assert!(member.contains("element 0 of bottom_rope, ") && torn[0]["part"] == "bottom_rope", "{torn}");
     assert!(number("first").is_some_and(|time| (0.2..0.3).contains(&time)), "{torn}");
-    assert!(number("force").is_some_and(|force| (3.0e5..3.1e5).contains(&force)), "{torn}");
+    assert!(number("force").is_some_and(|force| (1.83e5..1.85e5).contains(&force)), "{torn}");
     assert_eq!(ended.codes().iter().filter(|code| *code == "rupture").count(), 1);
     // At the end stop, before it tears.
     assert!(ended.measure("rope_brakes_elongation_max") > 1.6);
@@ -96,7 +91,7 @@ const SHORT_OF_ROOM: &str = "structure.generator.side_distance=5.0";
 #[test]
 fn a_brake_without_room_for_its_stroke_is_refused_before_the_start() {
     let bench = Bench::new();
-    let sets: Vec<&str> = COARSE.iter().chain([&SHORT_OF_ROOM]).flat_map(|set| ["--set", *set]).collect();
+    let sets: Vec<&str> = SETS.iter().chain([&SHORT_OF_ROOM]).flat_map(|set| ["--set", *set]).collect();
     let ended = bench.run(&scene("barrier-impact"), "out", &sets);
     assert_eq!(ended.code, Some(2), "{}", ended.stderr);
     let said = &ended.stderr;
@@ -133,7 +128,7 @@ fn a_post_that_is_struck_bears_its_plastic_moment_and_the_summary_names_it() {
             "end_time=0.04",
             &posts,
         ];
-        let sets: Vec<&str> = COARSE.iter().chain(&more).flat_map(|set| ["--set", *set]).collect();
+        let sets: Vec<&str> = SETS.iter().chain(&more).flat_map(|set| ["--set", *set]).collect();
         bench.done(&scene("barrier-impact"), name, &sets)
     };
     let elastic = struck("elastic", "young = 2.1e11, density = 7850.0");

@@ -28,10 +28,8 @@ fn a_net_of_rings_makes_energy_in_windows_beyond_the_longest_told_and_not_in_it(
     let (bench, name) = (Bench::new(), "barrier-impact");
     let sets = [
         "structure.generator.cells=[15,6]",
-        "structure.parts.2.diameter=0.6666666666666666",
-        "structure.parts.2.perimeter=1.88",
-        "structure.parts.2.mass=2.52",
-        "structure.parts.2.rupture_force=2.4e5",
+        "structure.parts.2={ name = \"net\", element = \"ring\", diameter = 0.6666666666666666, perimeter = 1.88, \
+         perimeter_stiffness = 8e6, bending_stiffness = 1e5, mass = 2.52, radius = 0.007 }",
         "rock.0.cluster.spheres=100",
         "output.fields=1.0",
         "end_time=0.34",

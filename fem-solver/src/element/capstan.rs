@@ -338,13 +338,15 @@ impl Returned {
         self.tension.clear();
         self.tension.extend(lengths.iter().zip(&self.rest).map(|(l, rest)| law.tension(*l, *rest)));
         self.logarithms.clear();
-        self.logarithms.extend(self.tension.iter().zip(lengths.iter().zip(&self.rest)).map(|(t, (l, rest))| {
-            if t.force >= least {
-                return (t.force.ln(), -t.by_rest / t.force);
-            }
-            let (force, by_rest) = law.slack(*l, *rest);
-            (least.ln() + force / least - 1.0, -by_rest / least)
-        }));
+        self.logarithms.extend(self.tension.iter().zip(lengths.iter().zip(&self.rest)).map(
+            |(t, (l, rest))| {
+                if t.force >= least {
+                    return (t.force.ln(), -t.by_rest / t.force);
+                }
+                let (force, by_rest) = law.slack(*l, *rest);
+                (least.ln() + force / least - 1.0, -by_rest / least)
+            },
+        ));
     }
 
     /// The system for the derivative of the slips; slip `s_j` takes from `L_j` and gives to `L_(j+1)`.

@@ -1,9 +1,9 @@
 //! What this program reads of a scene and writes as results, for `rockfall schema`.
 
 use crate::config::{FemConfig, GaugeConfig, StructureConfig};
-use toolkit::{kit, library};
 use toolkit::schema::{Entry, Share, Tables};
 use toolkit::start_from::{self, StartFrom};
+use toolkit::{kit, library};
 
 /// Its tables and results.
 pub fn share() -> Share {
@@ -17,9 +17,14 @@ pub fn share() -> Share {
     // It is put in place where a scene is read, and never seen here.
     let about = serde_json::json!({ "type": "string", "description": kit::MEANING });
     share.definitions["StructureConfig"]["properties"]["kit"] = about;
-    let of = serde_json::json!({ "type": "string", "description": library::MEANING });
-    let parts = share.definitions["PartConfig"]["oneOf"].as_array_mut().expect("one for each element");
-    parts.iter_mut().for_each(|part| part["properties"][library::KEY] = of.clone());
+    let of = serde_json::json!({
+        "type": "object",
+        "required": ["name", library::KEY],
+        "properties": { "name": { "type": "string" }, library::KEY: { "type": "string", "description": library::MEANING } },
+    });
+    share.definitions["PartConfig"]["oneOf"].as_array_mut().expect("one for each element").push(of);
+    let parts = &mut share.definitions["StructureConfig"]["properties"]["parts"]["description"];
+    *parts = format!("{} `of`: {}", parts.as_str().unwrap_or_default(), library::MEANING).into();
     share
 }
 

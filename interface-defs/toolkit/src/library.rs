@@ -75,7 +75,8 @@ mod tests {
 
     #[test]
     fn a_part_has_what_the_library_says_and_it_does_not() {
-        let rope = part("element = \"sliding_cable\"\nof = \"rope 22/1770\"\nprestress = 5e7").expect("known");
+        let rope =
+            part("element = \"sliding_cable\"\nof = \"rope 22/1770\"\nprestress = 5e7").expect("known");
         let due = "name = \"p\"\nelement = \"sliding_cable\"\nprestress = 5e7\nrope = { diameter = 0.022, grade = 1.77e9 }";
         assert_eq!(rope, toml::Value::Table(due.parse().expect("TOML")));
         let ring = part("of = \"R12/3/300\"\ndiameter = 0.35").expect("known");
