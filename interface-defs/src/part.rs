@@ -62,6 +62,13 @@ impl PartUse {
 impl fmt::Display for PartUse {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let Utilisation { share, of, time } = self.utilisation.unwrap_or_default();
-        write!(f, "`{}` came to {share:.2} of its {} at {time:.4} s", self.part, of.word())
+        let what = match of {
+            ShareOf::Force => "carried {} times its strength",
+            ShareOf::Travel => "came to {} times its stroke",
+            ShareOf::Section => {
+                "yielded: axial force and moments, each over what its section bears, add up to {}"
+            }
+        };
+        write!(f, "`{}` {} at {time:.4} s", self.part, what.replace("{}", &format!("{share:.2}")))
     }
 }

@@ -189,6 +189,8 @@ impl fmt::Display for Verdict {
         match (self.fate, self.impact) {
             (Fate::Stopped, Some(impact)) => {
                 let Touch { time, speed } = impact;
+                // A run that begins in contact touches at 0, less rounding.
+                let time = if time.abs() < 5e-5 { 0.0 } else { time };
                 write!(f, "was stopped by the net in {braking:.4} s over {travel:.3} m, ")?;
                 write!(f, "from {speed:.2} m/s at {time:.4} s")?;
                 self.stop(f)?;

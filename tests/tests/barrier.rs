@@ -21,9 +21,9 @@ fn run(bench: &Bench, more: &[&str]) -> Ended {
 fn a_barrier_stops_a_block_of_a_thousand_kilojoules() {
     let bench = Bench::new();
     let ended = run(&bench, &[]);
-    // m v^2 / 2 at 25 m/s, and 0.02 J per J for each 0.05 m that it falls before.
+    // m v^2 / 2 at 25 m/s, and m g for the 0.12 m that it falls before it touches the net, which hangs.
     let energy = 0.5 * 3200.0 * ended.measure("impact_speed").powi(2);
-    assert!((energy / 1e6 - 1.0).abs() < 3e-3, "{energy} J");
+    assert!((energy / 1e6 - 1.0038).abs() < 5e-4, "{energy} J");
     assert!(ended.measure("energy_error") < 0.02, "{}", ended.measure("energy_error"));
     // What the scene says of itself, found with strong windows, 300 spheres and steps of its own.
     for (measure, fine, off) in [

@@ -559,7 +559,8 @@ mod tests {
         let mut summary = Summary::new(RunStatus::Done);
         let of_structure = Statistics { parts: Some(parts), ..Statistics::default() };
         summary.take("fem-solver", &of_structure).expect("the first");
-        assert_eq!(summary.sentences(), ["`posts` came to 1.04 of its section at 0.2500 s"]);
+        let of_posts = "`posts` yielded: axial force and moments, each over what its section bears, add up to 1.04 at 0.2500 s";
+        assert_eq!(summary.sentences(), [of_posts]);
         let text = summary.table(dir.path());
         assert!(text.contains("brakes        0.92 of travel  0.2500 s        81.2\n"), "{text}");
         assert!(text.contains("rope_5") && !text.contains("rope_6") && !text.contains("the rest"), "{text}");

@@ -1,8 +1,8 @@
 //! Each criterion of the test, with its number, its bound, and what follows.
 
 use super::layout::{NET, Part};
-use super::measured::{Launch, Row, Which};
-use super::site::Test;
+use super::measured::{Launch, Row};
+use super::site::{Test, Which};
 use interface_defs::verdict::Fate;
 use serde::Serialize;
 use toolkit::numbers::three;

@@ -5,8 +5,8 @@
 //! again with finer windows and steps.
 
 use super::layout::{Layout, number, table_at};
-use super::measured::{Ended, Launch, Which};
-use super::site::{BLOCK, Test, unwritten};
+use super::measured::{Ended, Launch};
+use super::site::{BLOCK, Test, Which, unwritten};
 use crate::children::Events;
 use crate::progress::{Progress, far};
 use crate::stop::Stop;

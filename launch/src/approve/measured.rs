@@ -2,7 +2,7 @@
 //! (docs/approval.md).
 
 use super::layout::{Layout, OWN, Part};
-use super::site::{BLOCK, Block, CORNER, GRAVITY, Test};
+use super::site::{BLOCK, Block, CORNER, GRAVITY, Test, Which};
 use crate::stop::Stop;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::message::Measure;
@@ -20,29 +20,6 @@ const MEAN: f64 = 1e-3;
 const TAIL: f64 = 0.3;
 /// Column of the time.
 const TIME: &str = "time_s";
-
-/// Which launch.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Which {
-    /// The first of a third of the energy.
-    Sel1,
-    /// The second of them, without repair.
-    Sel2,
-    /// The largest, at a new kit.
-    Mel,
-}
-
-impl Which {
-    /// In words.
-    pub fn name(self) -> &'static str {
-        ["SEL 1", "SEL 2", "MEL"][self as usize]
-    }
-
-    /// Name of the directory of its run.
-    pub fn dir(self) -> String {
-        self.name().to_lowercase().replace(' ', "_")
-    }
-}
 
 /// `history.csv`, by columns.
 #[derive(Default)]

@@ -20,7 +20,7 @@ use crate::stop::Stop;
 use clap::Args;
 use interface_defs::diagnostic::{Diagnostic, Place, code};
 use judge::Result as Judged;
-use measured::Which;
+use site::Which;
 use std::path::{Path, PathBuf};
 use toolkit::arguments::{AnswerForm, path};
 use toolkit::check::Format;

@@ -1,8 +1,8 @@
 //! What the test came to: `approval.json`, `approval.csv`, and the screen.
 
 use super::judge::{Criterion, Result as Judged, category};
-use super::measured::{Launch, Row, Which};
-use super::site::{Block, Kit};
+use super::measured::{Launch, Row};
+use super::site::{Block, Kit, Which};
 use super::{Case, RUNS};
 use interface_defs::verdict::Fate;
 use serde_json::{Value, json};

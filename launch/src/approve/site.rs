@@ -5,7 +5,6 @@
 
 use super::Arguments;
 use super::layout::{Layout, table_at};
-use super::measured::Which;
 use super::vary::Variation;
 use crate::children::Events;
 use crate::ground::Scratch;
@@ -172,6 +171,29 @@ fn document(scene: &Scene) -> Result<Table, Diagnostic> {
 /// What cannot be written, and why.
 pub fn unwritten(place: &Path, why: &dyn Display) -> Stop {
     Stop::failed(code::NOT_WRITTEN, format!("{}: cannot be written: {why}", place.display()))
+}
+
+/// Which launch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Which {
+    /// The first of a third of the energy.
+    Sel1,
+    /// The second of them, without repair.
+    Sel2,
+    /// The largest, at a new kit.
+    Mel,
+}
+
+impl Which {
+    /// In words.
+    pub fn name(self) -> &'static str {
+        ["SEL 1", "SEL 2", "MEL"][self as usize]
+    }
+
+    /// Name of the directory of its run.
+    pub fn dir(self) -> String {
+        self.name().to_lowercase().replace(' ', "_")
+    }
 }
 
 /// The kit with one thing varied, on its site.
