@@ -120,18 +120,18 @@ fn the_gate_says_the_same_in_check_and_run_and_nothing_starts() {
         (
             NET,
             vec!["rock.0.position=[0.0, 0.0, 0.0]"],
-            ["starts inside the net", "free is position = [0.0, 0.0, 0.1"],
+            ["starts inside the net", "try position = [0.0, 0.0, 0.1"],
         ),
         (
             "barrier-impact",
             vec!["rock.0.position=[0.0,-0.05,1.0]"],
-            ["rock `block` starts inside the net", "free is position = [0.0, -"],
+            ["rock `block` starts inside the net", "try position = [0.0, -"],
         ),
         ("slope-cube", vec!["gravity=[0, 0, 9.81]"], ["points up", "[0.0, 0.0, -9.81]"]),
         (
             "slope-cube",
             vec!["rock.0.position.2=1549.0"],
-            ["the terrain", "free is position = [2600008.0, 1200025.0, 15"],
+            ["the terrain", "try position = [2600008.0, 1200025.0, 15"],
         ),
         ("slope-cube", vec!["coupling.scheme=weak"], ["nothing will use [coupling]", "leave [coupling] out"]),
     ] {

@@ -130,6 +130,30 @@ fn every_scene_that_comes_with_the_project_fits_the_schema() {
     assert!(count > 10, "{count} scenes");
 }
 
+/// Names of all definitions that `value` refers to.
+fn referred(value: &Value, names: &mut Vec<String>) {
+    match value {
+        Value::Object(all) => {
+            names.extend(all.get("$ref").and_then(Value::as_str).map(str::to_owned));
+            all.values().for_each(|value| referred(value, names));
+        }
+        Value::Array(all) => all.iter().for_each(|value| referred(value, names)),
+        _ => {}
+    }
+}
+
+#[test]
+fn the_schema_refers_to_what_is_in_it_and_takes_a_preset_in_place_of_a_law() {
+    let (schema, mut names) = (schema(), Vec::new());
+    referred(&schema, &mut names);
+    let missing = |name: &&String| schema.pointer(name.trim_start_matches('#')).is_none();
+    assert!(names.len() > 20 && !names.iter().any(|name| missing(&name)), "{names:?}");
+    let text = |law: &str| format!("end_time = 1.0\n[[contact]]\n{law}\nfriction = 0.5\n");
+    assert!(unfit(&text("preset = \"soft_soil\""), &schema).is_empty());
+    assert!(unfit(&text("law = \"ground\"\nrestitution_law = \"walton\""), &schema).is_empty());
+    assert!(!unfit(&text("restitution = 0.5"), &schema).is_empty());
+}
+
 #[test]
 fn what_a_program_refuses_at_sight_the_schema_refuses_too() {
     let schema = schema();

@@ -223,7 +223,7 @@ fn the_surface_of_a_rock_and_not_its_centre_must_be_free_of_the_terrain() {
     let message = of(0.2).expect_err("0.2 m above the terrain along z, 0.14 m from it");
     // 0.2 - 0.2 / sqrt(2) = 0.05858; free from sqrt(2) 0.2 = 0.28284 on.
     assert!(message.contains("reaches 0.05858 m into it"), "{message}");
-    assert!(message.contains("free is position = [0.0, 0.0, 0.283]"), "{message}");
+    assert!(message.contains("try position = [0.0, 0.0, 0.283]"), "{message}");
     let message = of(-0.3).expect_err("below");
     assert!(message.contains("0.30 m below the terrain") && message.contains("0.283]"), "{message}");
     assert_eq!(of(0.283), Ok(vec![]), "the position that was offered");
@@ -252,10 +252,10 @@ fn a_rock_that_starts_in_the_net_is_refused_by_check_and_run_in_the_same_words()
     let message = of(&text(0.1, ""), fixed_plane(1.0, 1)).expect_err("inside");
     assert!(message.starts_with("test.toml:") && message.contains("starts inside the net"), "{message}");
     assert!(message.contains("of radius 0.0713 m overlaps the face"), "{message}");
-    assert!(message.contains("free is position = [0.0, 0.0, 0.206]"), "{message}");
+    assert!(message.contains("try position = [0.0, 0.0, 0.206]"), "{message}");
     // Moved back where it came from.
     let message = of(&text(0.1, "velocity = [0.0, 0.0, 5.0]"), fixed_plane(1.0, 1)).expect_err("inside");
-    assert!(message.contains("free is position = [0.0, 0.0, -0.206]"), "{message}");
+    assert!(message.contains("try position = [0.0, 0.0, -0.206]"), "{message}");
     let message = of(&text(0.1, ""), net(8, 0.15, 0.0)).expect_err("among wires");
     assert!(message.contains("overlaps the line between nodes"), "{message}");
     assert_eq!(of(&text(0.206, ""), net(8, 0.15, 0.0)), Ok(()));

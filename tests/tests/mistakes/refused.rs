@@ -187,12 +187,7 @@ pub const REFUSED: &[Row] = &[
         ["-9.81", "9.81"],
         ["2:11", "points up", "gravity = [0.0, 0.0, -9.81]"],
     ),
-    (
-        "start under the terrain",
-        SLOPE,
-        ["1202.0", "1152.0"],
-        ["4:12", "m below the terrain", "free is position"],
-    ),
+    ("start under the terrain", SLOPE, ["1202.0", "1152.0"], ["4:12", "m below the terrain", "try position"]),
     (
         "friction below 0",
         NET,
@@ -289,7 +284,7 @@ pub const REFUSED: &[Row] = &[
         "rock that starts in the net",
         NET,
         ["[0.0, 0.0, 1.0]", "[0.0, 0.0, 0.1]"],
-        ["5:12", "starts inside the net", "free is position"],
+        ["5:12", "starts inside the net", "try position"],
     ),
     (
         "table that nothing uses",

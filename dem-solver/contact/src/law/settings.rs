@@ -27,7 +27,7 @@ pub struct ContactSettings {
     pub preset: Option<String>,
     /// Normal law: `hertz_rock` (force ~ overlap^1.5 of the rock as a whole: does not depend on the number of spheres; for
     /// terrain), `hertz_mindlin` (the same of each sphere by its own radius), `linear` (force ~ overlap) or `ground` (terrain that
-    /// gives way and remembers it; see docs/ground.md).
+    /// gives way and remembers it; see docs/ground.md). Required without `preset`.
     pub law: LawName,
     /// Young's modulus of the rock [Pa]. `linear` takes it or `stiffness`.
     pub young: Option<f64>,
@@ -84,8 +84,11 @@ pub struct ContactSettings {
     pub own: toml::Table,
 }
 
-/// Adds to the schema the keys that one law alone has.
+/// Adds to the schema the keys that one law alone has, and that a preset says the law.
 fn with_own_keys(schema: &mut Schema) {
+    schema.remove("required");
+    let either = schemars::json_schema!({ "anyOf": [{ "required": ["law"] }, { "required": ["preset"] }] });
+    schema.insert("anyOf".into(), either.get("anyOf").expect("as written").clone());
     let Some(properties) = schema.get_mut("properties").and_then(|all| all.as_object_mut()) else { return };
     for law in LawName::ALL {
         let keys = law.keys();

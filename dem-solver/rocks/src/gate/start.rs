@@ -82,7 +82,7 @@ impl<'a> StartPose<'a> {
         };
         // A sphere of a table has no key of its own.
         let key = if self.at < settings.named() { "position = " } else { "" };
-        format!("free is {key}{:?}", [0, 1, 2].map(to))
+        format!("try {key}{:?}", [0, 1, 2].map(to))
     }
 
     /// That it starts where it cannot.

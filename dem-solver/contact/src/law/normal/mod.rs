@@ -38,7 +38,11 @@ macro_rules! laws {
 
             /// Schema of its own keys.
             pub(super) fn keys(self) -> schemars::Schema {
-                match self { $(Self::$kind => schemars::schema_for!(<$law as NormalLaw>::Keys),)+ }
+                // What it refers to stands in it: it becomes a part of another schema.
+                let mut settings = schemars::generate::SchemaSettings::default();
+                settings.inline_subschemas = true;
+                let generator = settings.into_generator();
+                match self { $(Self::$kind => generator.into_root_schema_for::<<$law as NormalLaw>::Keys>(),)+ }
             }
 
             /// Names of its own keys.
