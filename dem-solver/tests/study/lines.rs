@@ -50,7 +50,7 @@ fn the_design_of_a_line_follows_from_its_table() {
     assert!(
         verdict.contains("UNI 11211-4")
             && verdict.contains("the barrier has 50: not judged, ")
-            && verdict.contains("rocks are too few for a quantile of 95 %"),
+            && verdict.contains("rocks are too few for a bound of the 95 % quantile"),
         "{verdict}"
     );
     assert!(

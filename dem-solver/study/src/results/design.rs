@@ -36,19 +36,21 @@ struct Row {
     more: Option<String>,
     /// Rocks that have more of it than the barrier.
     over: Option<String>,
-    /// Why the number may be too small to call the barrier sufficient.
+    /// The same of the upper bound of its quantile: at most this with [`CONFIDENCE`]; `None`: too few rocks to say.
+    bound: Option<f64>,
+    /// Why nothing can be called sufficient.
     weak: Option<String>,
 }
 
 impl Row {
     /// A number, and how it was made.
     fn new(standard: &'static str, name: &'static str, value: f64, unit: &'static str, how: String) -> Self {
-        Self { standard, name, value, unit, how, has: None, more: None, over: None, weak: None }
+        Self { standard, name, value, unit, how, has: None, more: None, over: None, bound: None, weak: None }
     }
 
-    /// The same, of which the barrier has so much, and which rests on a quantile of `sample`.
-    fn judged(self, has: Option<f64>, sample: &Sample, quantile: f64) -> Self {
-        Self { has, weak: sample.weakness(quantile), ..self }
+    /// The same, of which the barrier has so much, and which follows from a quantile of `sample` by `required`.
+    fn judged(self, has: Option<f64>, sample: &Sample, quantile: f64, required: impl Fn(f64) -> f64) -> Self {
+        Self { has, bound: sample.upper(quantile).map(required), weak: sample.weakness(quantile), ..self }
     }
 
     /// With how many of the rocks that pass have more than the barrier.
@@ -63,14 +65,17 @@ impl Row {
     fn finding(&self) -> Option<(&'static str, String)> {
         Some(match (self.has? >= self.value, &self.weak) {
             (false, _) => ("no", "not satisfied".into()),
-            (true, None) => ("yes", "satisfied".into()),
             // What was found is not enough to say so.
             (true, Some(why)) => ("not judged", format!("not judged, {why}")),
+            (true, None) if self.bound.is_some_and(|bound| self.has < Some(bound)) => {
+                ("not judged", "not judged: more members may show that it is too weak".into())
+            }
+            (true, None) => ("yes", "satisfied".into()),
         })
     }
 
     fn is_satisfied(&self) -> bool {
-        self.has.is_some_and(|has| has >= self.value) && self.weak.is_none()
+        self.finding().is_some_and(|(satisfied, _)| satisfied == "yes")
     }
 }
 
@@ -85,15 +90,40 @@ impl Sample<'_> {
         (!self.values.is_empty()).then(|| quantile(self.values, quantile_of / 100.0))
     }
 
+    /// What the quantile [%] does not exceed with [`CONFIDENCE`], whatever the distribution: the smallest value that has so many of the sample
+    /// below it that fewer would be drawn from below the quantile in that share of all samples. `None`: not even the largest has.
+    fn upper(&self, quantile: f64) -> Option<f64> {
+        let (count, below) = (self.values.len(), quantile / 100.0);
+        // Logarithm of the probability that k of all lie below the quantile.
+        let (mut log, mut sum) = (count as f64 * (1.0 - below).ln(), 0.0);
+        for (k, value) in self.values.iter().enumerate() {
+            sum += log.exp();
+            if sum >= CONFIDENCE {
+                return Some(*value);
+            }
+            log += ((count - k) as f64 / (k + 1) as f64 * below / (1.0 - below)).ln();
+        }
+        None
+    }
+
     /// Why nothing can be called sufficient by this quantile [%].
     fn weakness(&self, quantile: f64) -> Option<String> {
-        let count = self.values.len();
         if self.study.is_unreliable {
             return Some("the study is unreliable".into());
         }
-        (count as f64 * (1.0 - quantile / 100.0) < 1.0)
-            .then(|| format!("{count} rocks are too few for a quantile of {quantile} %"))
+        let (count, least) = (self.values.len(), least(quantile));
+        (count < least).then(|| {
+            format!("{count} rocks are too few for a bound of the {quantile} % quantile, which takes {least}")
+        })
     }
+}
+
+/// Confidence of the upper bound of a quantile, one-sided.
+const CONFIDENCE: f64 = 0.95;
+
+/// Number of rocks from which on the largest of them bounds a quantile [%].
+fn least(quantile: f64) -> usize {
+    ((1.0 - CONFIDENCE).ln() / (quantile / 100.0).ln()).ceil() as usize
 }
 
 /// What is known of a study as a whole before its lines are judged.
@@ -125,6 +155,7 @@ fn of_uni(uni: &Uni, design: &Design, passing: &Passing, study: &Reliability) ->
     let stated = |stated: bool| if stated { "stated" } else { "of the standard" };
     let high = height * trajectories * topography;
     let border = uni.free_border;
+    let typical = speed;
     let (speed, height, block) = (short(speed), short(height), short(uni.block_mass));
     let of_speed =
         format!("{UNI_QUANTILE} % speed {speed} * trajectories {trajectories} * topography {topography}");
@@ -132,7 +163,9 @@ fn of_uni(uni: &Uni, design: &Design, passing: &Passing, study: &Reliability) ->
     let of_energy = format!("design energy * {factor} ({level}, {})", stated(uni.energy_factor.is_some()));
     let of_height = format!("{UNI_QUANTILE} % height of the centre {height} * {trajectories} * {topography}");
     let required = row("required_energy", energy * factor, "J", of_energy)
-        .judged(design.barrier_energy, &speeds, UNI_QUANTILE)
+        .judged(design.barrier_energy, &speeds, UNI_QUANTILE, |speed| {
+            energy * factor * (speed / typical).powi(2)
+        })
         .against(passing.energy);
     let mut rows =
         vec![
@@ -142,7 +175,9 @@ fn of_uni(uni: &Uni, design: &Design, passing: &Passing, study: &Reliability) ->
             Row { more: with_more(energy * factor, passing), ..required },
             row("design_height", high, "m", of_height),
             row("required_height", high + border, "m", format!("design height + free border {border}"))
-                .judged(design.barrier_height, &heights, UNI_QUANTILE),
+                .judged(design.barrier_height, &heights, UNI_QUANTILE, |height| {
+                    height * trajectories * topography + border
+                }),
         ];
     if let Some((elongation, factor)) =
         design.barrier_elongation.zip(uni.distance_factor(design.barrier_fields))
@@ -162,12 +197,13 @@ fn of_onr(onr: &Onr, design: &Design, passing: &Passing, study: &Reliability) ->
     let of_height = format!("{height_quantile} % height of the centre {} * {height_factor}", short(height));
     Some(vec![
         Row::new(ONR, "required_energy", energy * energy_factor, "J", of_energy)
-            .judged(design.barrier_energy, &energies, energy_quantile)
+            .judged(design.barrier_energy, &energies, energy_quantile, |energy| energy * energy_factor)
             .against(passing.energy),
         Row::new(ONR, "required_height", height * height_factor, "m", of_height).judged(
             design.barrier_height,
             &heights,
             height_quantile,
+            |height| height * height_factor,
         ),
     ])
 }
@@ -199,26 +235,39 @@ pub fn write(
         checked.warnings.extend(below_largest(name, rows));
     }
     let mut table = csv::Writer::from_writer(files::create(path)?);
-    table.write_record(["standard", "quantity", "value", "unit", "from", "barrier", "satisfied"])?;
+    table.write_record([
+        "standard",
+        "quantity",
+        "value",
+        "unit",
+        "from",
+        "upper_bound",
+        "barrier",
+        "satisfied",
+    ])?;
     for rows in [of_uni, of_onr].into_iter().flatten() {
         for row in &rows {
             let has = row.has.map_or(String::new(), |has| has.to_string());
             let satisfied = row.finding().map_or("", |(satisfied, _)| satisfied);
             let value = row.value.to_string();
             let how = row.more.as_ref().map_or(row.how.clone(), |more| format!("{}; {more}", row.how));
-            table.write_record([row.standard, row.name, &value, row.unit, &how, &has, satisfied])?;
+            let bound = row.bound.map_or(String::new(), |bound| bound.to_string());
+            table.write_record([row.standard, row.name, &value, row.unit, &how, &bound, &has, satisfied])?;
             let measure = format!("{name}_{}_{}", key(row.standard), row.name);
+            let bound = row.bound.map(|bound| Measure::new(format!("{measure}_upper"), bound, row.unit));
             checked.measures.push(Measure::new(measure, row.value, row.unit));
+            checked.measures.extend(bound);
         }
         checked.sentences.push(sentence(name, &rows, study));
     }
     let of_uni = design.uni_11211_4.as_ref().map(|_| UNI_QUANTILE);
     let of_onr = design.onr_24810.as_ref().map(|onr| onr.energy_quantile.max(onr.height_quantile));
     let most = of_uni.into_iter().chain(of_onr).fold(0.0, f64::max);
-    let count = passing.speed.len();
-    if count as f64 * (1.0 - most / 100.0) < 1.0 {
+    let (count, due) = (passing.speed.len(), least(most));
+    if count < due {
         let what = format!(
-            "the line `{name}`: of {count} rocks that pass less than one lies above the {most} % that its design takes"
+            "the line `{name}`: {count} rocks pass, and it takes {due} to bound the {most} % quantile of its design with {:.0} % confidence",
+            100.0 * CONFIDENCE
         );
         let few = Diagnostic::warning(code::FEW_SAMPLES, what);
         checked.warnings.push(few.try_instead("more members are required"));
@@ -274,6 +323,10 @@ fn sentence(name: &str, rows: &[Row], study: &Reliability) -> String {
     let parts = rows.iter().filter(|row| row.name.starts_with("required")).map(|row| {
         let what = row.name.trim_start_matches("required_");
         let must = format!("{what} {} {}", short(row.value), row.unit);
+        let bound = row
+            .bound
+            .map(|bound| format!(" (at most {} with {:.0} % confidence)", short(bound), 100.0 * CONFIDENCE));
+        let must = must + &bound.unwrap_or_default();
         let more = row.more.as_ref().map_or(String::new(), |more| format!(" ({more})"));
         let must = must + &more;
         let Some((has, (_, finding))) = row.has.zip(row.finding()) else { return must };
