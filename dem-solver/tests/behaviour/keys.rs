@@ -32,7 +32,7 @@ const LAW: &str = "law = \"hertz_mindlin\"\nyoung = 1e7\npoisson = 0.2\nrestitut
                    friction_dynamic = 0.2\nrolling_friction = 0.1\nrolling = \"spring\"\nrolling_damping = 0.2\n";
 
 /// For each key the lines of [`LAW`] that give way to it, what stands there instead, and where it is refused.
-const KEYS: [(&str, &str, &str, &[Touched]); 21] = [
+const KEYS: [(&str, &str, &str, &[Touched]); 22] = [
     ("law", "law = \"hertz_mindlin\"", "law = \"linear\"", &[]),
     ("young", "young = 1e7", "young = 2e7", &[]),
     ("poisson", "poisson = 0.2", "poisson = 0.4", &[]),
@@ -48,6 +48,12 @@ const KEYS: [(&str, &str, &str, &[Touched]); 21] = [
     ("rolling_friction", "rolling_friction = 0.1", "rolling_friction = 0.02", &[]),
     ("rolling", "rolling = \"spring\"\nrolling_damping = 0.2", "rolling = \"constant\"", &[]),
     ("rolling_damping", "rolling_damping = 0.2", "rolling_damping = 0.9", &[]),
+    (
+        "rolling_friction_impact",
+        "",
+        "rolling_friction_impact = 0.3",
+        &[Net, OtherRock, OtherSphere, Box, BoxOfRock],
+    ),
     ("effective_mass", "", "effective_mass = \"rock\"", &[OtherSphere, Box]),
     (
         "friction_max",

@@ -104,8 +104,8 @@ fn a_ball_with_a_constant_rolling_moment_stops_where_its_work_is_done() {
     let stretch = STONE.radius / height;
     let distance = (1.0 + 0.4 * stretch * stretch) / (2.0 * 0.05 * G * stretch);
     let x = bench.value("rock_x");
-    // The tangential spring yields by f / k_t, some 1e-5 m.
-    assert!((x - distance).abs() < 5e-5, "{x} {distance}");
+    // The moment is full after 1e-3 rad, 2e-4 m, and swings back by that at the end.
+    assert!((x - distance).abs() < 4e-4, "{x} {distance}");
     assert!((x / 1.42711519 - 1.0).abs() < 1e-3, "the table: {x}");
     assert!(
         bench.velocity().norm() < 1e-6 && bench.spin().norm() < 1e-5,
@@ -132,9 +132,9 @@ fn a_rolling_spring_holds_a_ball_on_a_slope_up_to_its_limit() {
         (bench.value("rock_x"), bench.velocity().norm(), bench.energy() - start)
     };
     // tan 4 deg = 0.07 is held, tan 8 deg = 0.14 is not.
-    // At rest the spring is turned by m g r sin / k_r = 1.25e-3 rad; released at once it may swing to twice that.
+    // At rest the spring is turned by sin / mu_r of 1e-3 rad; released at once it may swing to twice that.
     let (x, v, energy) = run(4.0, 2, "rolling_damping = 0.3\n");
-    assert!(v < 1e-7 && x > 1.2e-3 * 0.2 && x < 2.5e-3 * 0.2, "{x} {v}");
+    assert!(v < 1e-7 && x > 0.69e-3 * 0.2 && x < 1.4e-3 * 0.2, "{x} {v}");
     assert!(energy.abs() < 1e-6 * STONE.mass() * G * STONE.radius, "{energy}");
     let (sin, cos) = 8.0_f64.to_radians().sin_cos();
     // The moment has reached its limit after 30 ms; then the speed grows evenly.

@@ -6,6 +6,7 @@
 use crate::law::Law;
 use crate::law::block::{Block, WIDTH};
 use crate::law::contact_point::{ContactPoint, History, Response};
+use crate::law::resistance::RollingLoad;
 use nalgebra::{Matrix3, Vector3};
 
 /// The contacts and the responses of their laws, in the order in which they were added; buffers that are used again and again.
@@ -65,7 +66,7 @@ pub struct Mover {
     pub spin: Vector3<f64>,
     /// The same, less that of a partner that is a rock too.
     pub relative_spin: Vector3<f64>,
-    /// Inertia against that spin, shared among the contacts [kg m2]; read where there is rolling resistance.
+    /// Inertia against that spin, shared among the contacts [kg m2]; read where there is rolling resistance between rocks.
     pub inertia: f64,
 }
 
@@ -157,10 +158,14 @@ pub fn forces<P: Partner>(
     let mut sums = Sums::default();
     for (contact, response) in contacts.iter().zip(rows.responses()) {
         let site = partner.site(contact);
-        if laws[partner.law(contact) as usize].remembers() {
+        let law = &laws[partner.law(contact) as usize];
+        if law.remembers() {
             partner.keep(contact, &site, response.history(site.overlap));
         }
         let force = sums.add(&response, &site);
+        if let Some(resistance) = &law.resistance {
+            sums.rolling.add(resistance, site.normal * -force.dot(&site.normal));
+        }
         partner.react(contact, &site, &force, &response.moment);
     }
     sums
@@ -185,6 +190,8 @@ pub struct Sums {
     pub jump_energy: f64,
     /// Energy lost to ground that gives way [J].
     pub yielded: f64,
+    /// What presses it where rolling is resisted.
+    pub rolling: RollingLoad,
     /// Largest overlap over radius.
     pub penetration: f64,
     /// Largest speed of the partner's surface past the rock's centre [m/s].
@@ -212,5 +219,6 @@ impl Sums {
     pub fn turn(&mut self, rotation: &Matrix3<f64>) {
         self.force = rotation * self.force;
         self.torque = rotation * self.torque;
+        self.rolling.turn(rotation);
     }
 }

@@ -4,7 +4,7 @@
 //! - [`normal`]: elastic force along the normal, and its stiffness
 //! - [`damping`]: dashpot, from a restitution coefficient by way of [`restitution`]
 //! - [`tangential`]: spring with Coulomb slip
-//! - [`rolling`]: resistance against rolling; [`rut`]: that of the rut in ground that gives way
+//! - [`resistance`]: of a surface against rolling, [`rut`]: in ground that gives way; [`rolling`]: the same between rocks
 //! - [`yielding`]: what ground that gives way remembers; [`growing`]: friction that grows with the distance on it; [`scarring`]: its drag
 //!
 //! [`contact_point`] applies the law to one contact, [`block`] to eight at a time; [`table`] knows which law a pair of
@@ -17,6 +17,7 @@ pub mod elastic;
 pub mod growing;
 pub mod normal;
 pub mod presets;
+pub mod resistance;
 pub mod restitution;
 pub mod rolling;
 pub mod rut;
@@ -29,6 +30,7 @@ pub mod yielding;
 use damping::Damping;
 use growing::Growing;
 use normal::Normal;
+use resistance::Resistance;
 use rolling::Rolling;
 use rut::Rut;
 use scarring::Scarring;
@@ -62,10 +64,10 @@ pub struct Law {
     pub growing: Option<Growing>,
     /// Drag in the ground; `None`: none.
     pub scarring: Option<Scarring>,
-    /// Rolling resistance; `None`: it rolls freely.
+    /// Rolling resistance of each contact, between rocks; `None`: they roll freely.
     pub rolling: Option<Rolling>,
-    /// That of the rut in ground that gives way.
-    pub rut: Option<Rut>,
+    /// That of a surface, on the rock.
+    pub resistance: Option<Resistance>,
 }
 
 impl Law {
@@ -96,7 +98,8 @@ impl Law {
                 decay: settings.friction_decay.unwrap_or(ContactSettings::FRICTION_DECAY),
             }),
         });
-        let rolling = (settings.rolling_friction > 0.0).then(|| Rolling {
+        let rolls = settings.rolling_friction > 0.0;
+        let rolling = (rolls && partner == PartnerKind::Rock).then(|| Rolling {
             kind: settings.rolling.unwrap_or(RollingName::Constant),
             friction: settings.rolling_friction,
             damping: settings.rolling_damping.unwrap_or(0.0),
@@ -113,8 +116,15 @@ impl Law {
             density: settings.ground_density.unwrap_or(ContactSettings::GROUND_DENSITY),
         });
         let pressure = settings.ground_pressure().filter(|_| settings.rolling == Some(RollingName::Rut));
-        let rut = pressure.map(|pressure| Rut { pressure });
-        Self { normal, whole, damping, yielding, tangential, growing, scarring, rolling, rut }
+        let impact = settings.rolling_friction_impact.unwrap_or(0.0);
+        let resists = rolls || pressure.is_some() || impact > 0.0;
+        let resistance = (resists && partner == PartnerKind::Surface).then(|| Resistance {
+            friction: settings.rolling_friction,
+            impact,
+            damping: settings.rolling_damping.unwrap_or(resistance::DAMPING),
+            rut: pressure.map(|pressure| Rut { pressure }),
+        });
+        Self { normal, whole, damping, yielding, tangential, growing, scarring, rolling, resistance }
     }
 
     /// Whether the forces depend on velocities.
@@ -153,11 +163,14 @@ impl Law {
         if let Some(s) = &self.scarring {
             text += &format!(", drag {} in ground of {} kg/m3", s.drag, s.density);
         }
-        if self.rut.is_some() {
-            text += ", rolling resistance of its rut";
-        }
-        if let Some(r) = &self.rolling {
-            text += &format!(", rolling friction {}", r.friction);
+        if let Some(r) = &self.resistance {
+            text += &match r.rut {
+                Some(_) => ", rolling resistance of its rut".into(),
+                None => format!(", rolling friction {}", r.friction),
+            };
+            if r.impact > 0.0 {
+                text += &format!(" and {} in impacts", r.impact);
+            }
         }
         text
     }

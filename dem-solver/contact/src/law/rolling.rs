@@ -1,10 +1,11 @@
-//! Rolling resistance: a moment against the relative angular velocity `w`, limited by `mu_r R* F_n`.
+//! Rolling resistance between rocks and in heaps of spheres, contact by contact: a moment against the relative angular velocity
+//! `w`, limited by `mu_r R* F_n`. That of a rock on surfaces: [`super::resistance`].
 //!
 //! - constant (type A): the limit itself against `w`, and never more than would halve `w` within the
 //!   step (that would stop it, `I w / h`, makes the scheme's predicted rate swing on for ever). A ball on
 //!   a flat is braked with `5/7 g mu_r`.
 //! - spring (type C): `dM = -k_r w dt` with `k_r = 2.25 k_n (mu_r R*)^2`, and below the limit a dashpot
-//!   `2 g_r sqrt(I k_r)`. It holds a ball at rest on a slope up to `tan = mu_r`. Half increments and
+//!   `2 g_r sqrt(I k_r)`; both together stay below it. It holds a ball at rest on a slope up to `tan = mu_r`. Half increments and
 //!   the scaling on unloading are those of the tangential spring, for the same reasons.
 //!
 //! The whole relative spin is resisted, about the normal too. Shapes resolved by clusters need little
@@ -15,7 +16,7 @@
 use crate::law::contact_point::{ContactPoint, History};
 use crate::law::normal::Load;
 use crate::law::settings::RollingName;
-use crate::law::tangential::{cut, left_on_unloading};
+use crate::law::tangential::{cut, left_on_unloading, within};
 use nalgebra::Vector3;
 
 /// `k_r / (k_n (mu_r R*)^2)`.
@@ -58,31 +59,49 @@ impl Rolling {
         let arm = self.friction * point.radius;
         let limit = arm * pressed;
         match self.kind {
-            // A rut has a part of its own and none here.
-            RollingName::Constant | RollingName::Rut => {
-                let rate = point.spin.norm();
-                let stop = if h > 0.0 { 0.5 * point.inertia * rate / h } else { f64::INFINITY };
-                let size = if rate > 0.0 { limit.min(stop) / rate } else { 0.0 };
-                RollingMoment { moment: point.spin * -size, spring: Vector3::zeros(), energy: 0.0 }
-            }
+            // A rut is that of a surface, and none here.
+            RollingName::Constant | RollingName::Rut => RollingMoment {
+                moment: against(&point.spin, limit, point.inertia, h),
+                spring: Vector3::zeros(),
+                energy: 0.0,
+            },
             RollingName::Spring => {
                 let stiffness = STIFFNESS * load.stiffness * arm * arm;
                 let share = left_on_unloading(point.overlap, history.overlap, self.stiffening);
-                let half = point.spin * (0.5 * h * stiffness);
-                let trial = history.moment * share - half;
-                let size = trial.norm();
-                let (elastic, moment) = if size > limit {
-                    let cut = trial * (limit / size);
-                    (cut, cut)
-                } else {
-                    let c = 2.0 * self.damping * (point.inertia * stiffness).sqrt();
-                    (trial, trial - point.spin * c)
-                };
-                let spring = cut(elastic - half, limit);
+                let dashpot = 2.0 * self.damping * (point.inertia * stiffness).sqrt();
+                let spun = Spun { spin: point.spin, stiffness, dashpot, h };
+                let (moment, spring) = stretch(history.moment * share, &spun, limit);
                 RollingMoment { moment, spring, energy: 0.5 * spring.norm_squared() / stiffness }
             }
         }
     }
+}
+
+/// How a rolling spring is stretched in a step.
+pub(super) struct Spun {
+    /// Angular velocity in its middle [rad/s].
+    pub spin: Vector3<f64>,
+    /// Stiffness [N m] and dashpot [N m s].
+    pub stiffness: f64,
+    pub dashpot: f64,
+    /// Length [s].
+    pub h: f64,
+}
+
+/// Moment in the middle of a step and of the spring at its end [N m], of a spring with the moment `spring` at its start; all stay
+/// below `limit`.
+pub(super) fn stretch(spring: Vector3<f64>, spun: &Spun, limit: f64) -> (Vector3<f64>, Vector3<f64>) {
+    let half = spun.spin * (0.5 * spun.h * spun.stiffness);
+    let elastic = cut(spring - half, limit);
+    let moment = elastic + within(limit, &elastic, spun.spin * -spun.dashpot);
+    (moment, cut(elastic - half, limit))
+}
+
+/// Moment of the size `limit` [N m] against `spin` [rad/s], at most what would halve that of an `inertia` [kg m2] within `h` [s].
+pub(super) fn against(spin: &Vector3<f64>, limit: f64, inertia: f64, h: f64) -> Vector3<f64> {
+    let rate = spin.norm();
+    let stop = if h > 0.0 { 0.5 * inertia * rate / h } else { f64::INFINITY };
+    spin * if rate > 0.0 { -limit.min(stop) / rate } else { 0.0 }
 }
 
 #[cfg(test)]

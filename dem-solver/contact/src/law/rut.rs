@@ -5,10 +5,9 @@
 //! and its moment is `M = 4 a F / (3 pi)`: a rolling friction of `4 a / (3 pi R)`, which grows with the root of the force. A ball that
 //! rolls on level ground slows down with `5/7 g 4 a / (3 pi R)`.
 //!
-//! It holds for flat prints (a well below R), and for rolling: of an impact it says too much, as all of the circle pushes there.
+//! It holds for flat prints (a well below R), and for rolling ([`super::resistance`]): in an impact all of the circle pushes.
 //! Beyond `a = R` it stays at that width.
 
-use nalgebra::Vector3;
 use std::f64::consts::PI;
 
 /// A rut.
@@ -23,15 +22,6 @@ impl Rut {
     pub fn arm(&self, radius: f64, force: f64) -> f64 {
         let half_width = (2.0 * force / (PI * self.pressure)).sqrt().min(radius);
         4.0 * half_width / (3.0 * PI)
-    }
-
-    /// Moment on a rock that spins with `spin` [rad/s]; never more than would halve that within the step of `h` [s], as
-    /// [`super::rolling`] has it. `inertia` is its least moment of inertia [kg m2].
-    pub fn moment(&self, radius: f64, force: f64, spin: &Vector3<f64>, inertia: f64, h: f64) -> Vector3<f64> {
-        let rate = spin.norm();
-        let stop = if h > 0.0 { 0.5 * inertia * rate / h } else { f64::INFINITY };
-        let size = (self.arm(radius, force) * force).min(stop);
-        if rate > 0.0 { spin * (-size / rate) } else { Vector3::zeros() }
     }
 }
 
@@ -58,13 +48,5 @@ mod tests {
         assert!((rut.arm(1.0, force) * force / moment - 1.0).abs() < 1e-6, "{moment}");
         // As wide as the rock, no wider.
         assert_eq!(rut.arm(0.5 * a, force), 4.0 * 0.5 * a / (3.0 * PI));
-    }
-
-    #[test]
-    fn a_slow_spin_is_halved_and_not_turned_round() {
-        let rut = Rut { pressure: 1e5 };
-        let spin = Vector3::new(0.0, 1e-6, 0.0);
-        assert!((rut.moment(1.0, 1e4, &spin, 2.0, 1e-4) + Vector3::y() * 0.01).norm() < 1e-15);
-        assert_eq!(rut.moment(1.0, 1e4, &Vector3::zeros(), 2.0, 1e-4), Vector3::zeros());
     }
 }

@@ -68,12 +68,15 @@ pub struct ContactSettings {
     pub tangential: TangentialName,
     /// Tangential over normal stiffness. Default: Mindlin's, from the Poisson's ratios.
     pub stiffness_ratio: Option<f64>,
-    /// Rolling resistance: limit of its moment over radius and normal force. Default 0: none is built.
+    /// Rolling resistance: limit of its moment over radius and load. On surfaces the load is the weight, and the moment acts on the rock while
+    /// it rolls; between rocks it is the force of each contact. Default 0: none is built.
     #[serde(default, skip_serializing_if = "is_default")]
     pub rolling_friction: f64,
-    /// Kind of rolling resistance. Default `constant`.
+    /// Losses of spin in impacts on surfaces: limit of their moment over radius and the force beyond the weight. Default 0: none.
+    pub rolling_friction_impact: Option<f64>,
+    /// Kind of rolling resistance between rocks; on surfaces there is one, and `rut`. Default `constant`.
     pub rolling: Option<RollingName>,
-    /// Damping ratio of the spring of `rolling = "spring"`. Default 0.
+    /// Damping ratio of the spring of `rolling = "spring"`. Default 0; on surfaces 0.3.
     pub rolling_damping: Option<f64>,
     /// Which mass a contact's dashpot is scaled with. Default `local`.
     #[serde(default)]
@@ -216,6 +219,7 @@ impl ContactSettings {
             ("friction_decay", self.friction_decay, ""),
             ("friction_relaxation", self.friction_relaxation, ""),
             ("rolling_friction", Some(self.rolling_friction), ""),
+            ("rolling_friction_impact", self.rolling_friction_impact, ""),
             ("rolling_damping", self.rolling_damping, ""),
         ])?;
         self.check_parts(&keys)

@@ -139,7 +139,7 @@ fn root_of_power(ratio: f64, power: f64) -> f64 {
 }
 
 /// `viscous`, shortened until `elastic + viscous` is not above `limit`; `elastic` alone is not.
-fn within(limit: f64, elastic: &Vector3<f64>, viscous: Vector3<f64>) -> Vector3<f64> {
+pub(super) fn within(limit: f64, elastic: &Vector3<f64>, viscous: Vector3<f64>) -> Vector3<f64> {
     let limit2 = limit * limit;
     if (elastic + viscous).norm_squared() <= limit2 {
         return viscous;

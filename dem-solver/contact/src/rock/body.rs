@@ -11,6 +11,7 @@ use dem_solid::geometry::bounds;
 use dem_solid::geometry::sphere::Sphere;
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use std::f64::consts::PI;
 use std::path::PathBuf;
 use std::sync::Arc;
 use toolkit::scene::Scene;
@@ -249,6 +250,11 @@ impl Rock {
     #[inline]
     pub fn shape_orientation(&self, motion: &Motion) -> UnitQuaternion<f64> {
         self.solid.turn().map_or(motion.orientation, |turn| motion.orientation * turn.inverse())
+    }
+
+    /// Radius of the ball of its volume [m].
+    pub fn mean_radius(&self) -> f64 {
+        (0.75 / PI * self.solid.volume()).cbrt()
     }
 
     /// Bound of the speed of its fastest point [m/s].

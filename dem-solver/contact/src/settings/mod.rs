@@ -186,10 +186,11 @@ impl Settings {
 }
 
 /// Keys of `[[contact]]` that separate spheres do not have, and why.
-pub const OF_ROCKS_IN_CONTACT: [(&str, &str); 3] = [
+pub const OF_ROCKS_IN_CONTACT: [(&str, &str); 4] = [
     ("effective_mass", "each contact of two spheres has their reduced mass, one with the [box] the sphere's"),
     ("friction_max", "it is of contacts with terrain"),
     ("scarring_drag", "it is of contacts with terrain"),
+    ("rolling_friction_impact", "it is of contacts with terrain"),
 ];
 
 /// The same of `[dem]`.

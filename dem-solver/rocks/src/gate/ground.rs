@@ -11,7 +11,11 @@ use toolkit::scene::Scene;
 pub fn check(model: &Model, scene: &Scene) -> Result<(), Diagnostic> {
     let Model { settings, laws: Some(laws), between, side_rows, .. } = model else { return Ok(()) };
     for (number, contact) in settings.contacts.iter().enumerate() {
-        let keys = [("friction_max", contact.friction_max), ("scarring_drag", contact.scarring_drag)];
+        let keys = [
+            ("friction_max", contact.friction_max),
+            ("scarring_drag", contact.scarring_drag),
+            ("rolling_friction_impact", contact.rolling_friction_impact),
+        ];
         let named = keys.into_iter().find(|(_, value)| value.is_some() && settings.terrain.is_none());
         if let Some((key, _)) = named {
             let what = format!("`{key}` is of contacts with terrain, and the scene has none");

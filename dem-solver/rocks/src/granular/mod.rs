@@ -85,7 +85,10 @@ impl GranularModel {
             let [what, advice] = no_table(a, b);
             scene.invalid("contact", what).try_instead(advice)
         })?;
-        let all: Vec<Law> = laws.rocks.iter().chain(&laws.surfaces).cloned().collect();
+        // Each sphere is a body of its own, and its contact with a wall one as with another.
+        let walls = laws.surfaces.iter().zip(&laws.rocks);
+        let walls = walls.map(|(wall, rock)| Law { rolling: rock.rolling, ..wall.clone() });
+        let all: Vec<Law> = laws.rocks.iter().cloned().chain(walls).collect();
         let used = || table.iter().map(|n| &all[*n as usize]);
         let (rolls, remembers) = (used().any(|l| l.rolling.is_some()), used().any(Law::remembers));
         let steps = steps::steps(&settings, &start, &used().cloned().collect::<Vec<_>>(), scene)?;

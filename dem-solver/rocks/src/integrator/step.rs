@@ -20,6 +20,7 @@ use crate::model::impact::Passage;
 use crate::model::runout::Passed;
 use crate::model::state::{Against, State};
 use crate::model::{Model, Span};
+use dem_contact::law::resistance::Roller;
 use dem_contact::rock::{Flight, Motion, Rock, rotation};
 use interface_defs::Fault;
 
@@ -39,6 +40,7 @@ impl RockIntegrator {
             self.on_mesh(part, state, rock, output)?;
             self.on_terrain(model, state, rock, span)?;
             self.on_box(model, state, rock, span)?;
+            self.resist_rolling(model, state, rock, span);
         }
         for rock in 0..model.rocks.len() {
             let (load, body) = (&self.loads[rock], &mut state.bodies[rock]);
@@ -88,7 +90,7 @@ impl RockIntegrator {
         }
         (load.force, load.torque, load.elastic, load.tangential_energy) =
             (sums.force, sums.torque, sums.elastic, sums.tangential_energy);
-        load.jump_energy = sums.jump_energy;
+        (load.jump_energy, load.rolling) = (sums.jump_energy, sums.rolling);
         load.lost = (sums.damping_power + sums.friction_power) * h;
         let contacts = evaluation.touch.contacts.len();
         if contacts > 0 {
@@ -166,6 +168,26 @@ impl RockIntegrator {
         self.loads[rock].add(&sums, span.h);
         self.counts.contact_evaluations += contacts as u64;
         Ok(())
+    }
+
+    /// Rolling resistance of all of them.
+    fn resist_rolling(&mut self, model: &Model, state: &mut State, rock: usize, Span { start, h }: Span) {
+        let (it, load) = (&model.rocks[rock], &mut self.loads[rock]);
+        if load.rolling.is_none() {
+            return;
+        }
+        let roller = Roller {
+            radius: it.mean_radius(),
+            weight: model.settings.gravity * it.mass,
+            mass: it.mass,
+            inertia: it.inertia.min(),
+            speed: self.middles[rock].velocity.norm(),
+            spin: it.spin(&self.middles[rock]),
+        };
+        let (moment, energy) = state.bodies[rock].rolling.resist(&load.rolling, &roller, start, h);
+        load.torque += moment;
+        load.tangential_energy += energy;
+        load.lost -= moment.dot(&roller.spin) * h;
     }
 
     /// Forces of the rocks on each other, likewise.

@@ -14,10 +14,9 @@ use dem_contact::contact::broad_phase::terrain_pairs::TerrainPairs;
 use dem_contact::contact::whole_rock::terrain::WholeRockContacts;
 use dem_contact::contact::whole_rock::{Landing, Whole};
 use dem_contact::law::Law;
-use dem_contact::law::rolling::STIFFNESS;
 use dem_contact::law::table::SurfaceLaws;
 use dem_contact::rock::Rock;
-use dem_contact::settings::{DemSettings, RollingName};
+use dem_contact::settings::DemSettings;
 use dem_terrain::Terrain;
 use nalgebra::Vector3;
 
@@ -140,11 +139,7 @@ fn step(law: &Law, rock: &Rock, near: &NearSpheres, speed: f64, per_contact: f64
     let overlap = deepest.min(DEEP * radius).max(near.deepest);
     let stiffness = law.normal.load(radius, overlap).stiffness;
     let tangential = law.tangential.as_ref().map_or(0.0, |t| t.stiffness_ratio);
-    let mut square = stiffness * near.across.max(tangential * near.along);
-    if let Some(rolling) = law.rolling.filter(|r| r.kind == RollingName::Spring) {
-        let arm = rolling.friction * radius;
-        square = square.max(STIFFNESS * arm * arm * stiffness * near.count / rock.inertia.min());
-    }
+    let square = stiffness * near.across.max(tangential * near.along);
     resolved(square, damping_ratio(law, near.count), duration / per_contact)
 }
 

@@ -20,6 +20,7 @@ use dem_contact::contact::pipeline::Sums;
 use dem_contact::interface_mesh::local_net::{LocalFields, LocalNet};
 use dem_contact::interface_mesh::motion::MotionFields;
 use dem_contact::interface_mesh::{AtRest, ContactMesh};
+use dem_contact::law::resistance::RollingLoad;
 use dem_contact::rock::Motion;
 use interface_defs::verdict::Fate;
 use interface_defs::{Fault, FieldSpec, InterfaceMesh, Items, Layout, Plan, Sampling, Window, name};
@@ -71,6 +72,8 @@ pub struct StepLoad {
     pub jump_energy: f64,
     /// Energy that dashpots and friction take there in the step [J].
     pub lost: f64,
+    /// What presses the rock on surfaces that resist its rolling.
+    pub rolling: RollingLoad,
     /// Contacts with terrain and other rocks, not with the sides of a box.
     pub touching: usize,
     /// With contacts on the mesh: how long the first has lasted [s].
@@ -92,6 +95,7 @@ impl StepLoad {
         self.elastic += sums.elastic;
         self.tangential_energy += sums.tangential_energy;
         self.lost += (sums.damping_power + sums.friction_power) * h + sums.yielded;
+        self.rolling.add_all(&sums.rolling);
     }
 }
 

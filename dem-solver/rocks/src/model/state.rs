@@ -6,6 +6,7 @@ use crate::model::runout::RunOut;
 use dem_contact::contact::history::SurfaceHistory;
 use dem_contact::contact::rocks::RockHistory;
 use dem_contact::law::growing::Slip;
+use dem_contact::law::resistance::RollingState;
 use dem_contact::law::yielding::Dent;
 use dem_contact::rock::{Flight, Motion};
 use serde::{Deserialize, Serialize};
@@ -50,6 +51,8 @@ pub struct Body {
     pub dent: Dent,
     /// How far it has slid, for friction that grows with it.
     pub slip: Slip,
+    /// What it takes from step to step as its rolling is resisted.
+    pub rolling: RollingState,
     /// With the sides of the box, likewise.
     pub box_histories: Vec<SurfaceHistory>,
     /// Energy of their tangential springs [J].
@@ -164,6 +167,7 @@ impl Body {
             terrain_histories: Vec::new(),
             dent: Dent::default(),
             slip: Slip::default(),
+            rolling: RollingState::default(),
             box_histories: Vec::new(),
             tangential_energy: 0.0,
             elastic: 0.0,

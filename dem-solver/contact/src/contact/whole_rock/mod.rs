@@ -11,7 +11,7 @@
 //! - the dashpot acts on `s = sqrt(2 U)`: `F_v = 2 g sqrt(m*) ds/dt`, with the mass m* that the force acts on and the damping ratio g
 //!   of a linear spring. With any U, `m v dv/dx = -U' - c v` is then the linear oscillator `v dv/ds = -s/m - 2 g v / sqrt(m)`:
 //!   the restitution asked for is met exactly over faces, edges and corners;
-//! - stiffness, dashpot and rolling resistance of the tangential parts are shared out as the force is.
+//! - stiffness and dashpot of the tangential parts are shared out as the force is.
 //!
 //! One ball is the contact of Hertz to the last digit. The same energy by volume of overlap (p = 1) is that of Feng (2021),
 //! Comput. Methods Appl. Mech. Engrg. 373, 113454; there the stiffness of a face is infinite at the first touch.
@@ -19,10 +19,8 @@
 pub mod terrain;
 
 use crate::law::Law;
-use crate::law::rolling::STIFFNESS;
 use crate::law::yielding;
 use crate::rock::{Rock, exposed};
-use crate::settings::RollingName;
 use std::f64::consts::PI;
 
 /// The exponent p. Over a plane face the force goes with overlap^(5p/(2p+2)-1), that is 1.35; a larger one gives spheres
@@ -49,7 +47,7 @@ pub struct Whole {
 impl Whole {
     /// Of a rock.
     pub fn new(rock: &Rock) -> Self {
-        let radius = (0.75 / PI * rock.solid.volume()).cbrt();
+        let radius = rock.mean_radius();
         let cap = |(sphere, area): (&dem_solid::geometry::sphere::Sphere, f64)| Cap {
             size: sphere.radius / radius,
             height: area / (2.0 * PI * sphere.radius),
@@ -109,21 +107,15 @@ impl Whole {
         let square = scale * (SEAT[0] * mobility).max(SEAT[1] * turning);
         // dF/dD (dD/dd)^2, of a face.
         let stiffness = 3.75 * scale * (p / (p + 1.0)).powi(2);
-        let square = square.max(self.fastest_beside(law, [stiffness, 1.0], mobility + turning, rock));
+        let square = square.max(Self::along(law, [stiffness, 1.0], mobility + turning));
         let duration = SEAT_DURATION * overlap / speed;
         Landing { duration, stiffness, square, ratio: law.damping.map_or(0.0, |d| d.ratio) }
     }
 
-    /// Square of the fastest frequency of the tangential and the rolling spring [1/s2] at a normal stiffness [N/m] that goes with the
-    /// square of `slope`, where the first one moves `mobility` [1/kg].
-    fn fastest_beside(&self, law: &Law, [stiffness, slope]: [f64; 2], mobility: f64, rock: &Rock) -> f64 {
-        let along = law.tangential.map_or(0.0, |t| t.stiffness_ratio * stiffness * slope * slope * mobility);
-        let spring = law.rolling.filter(|r| r.kind == RollingName::Spring);
-        let turn = spring.map_or(0.0, |rolling| {
-            let arm = rolling.friction * self.radius;
-            STIFFNESS * arm * arm * stiffness * slope * slope / rock.inertia.min()
-        });
-        along.max(turn)
+    /// Square of the frequency of the tangential spring [1/s2] at a normal stiffness [N/m] that goes with the square of `slope`, where
+    /// it moves `mobility` [1/kg].
+    fn along(law: &Law, [stiffness, slope]: [f64; 2], mobility: f64) -> f64 {
+        law.tangential.map_or(0.0, |t| t.stiffness_ratio * stiffness * slope * slope * mobility)
     }
 
     /// Overlap of a face with this `rim` [m] that has the equivalent overlap `equivalent` [m]:
@@ -153,7 +145,7 @@ impl Whole {
         let turning = rim * rim / rock.inertia.min();
         // Where a tilt makes the overlaps differ, the force grows by its p-th part of the overlap, too.
         let square = (stiffness * (mobility + turning)).max(load.force * slope * p / overlap * turning);
-        let square = square.max(self.fastest_beside(law, [load.stiffness, slope], mobility + turning, rock));
+        let square = square.max(Self::along(law, [load.stiffness, slope], mobility + turning));
         let duration = PI / (stiffness * mobility).sqrt();
         Landing { duration, stiffness, square, ratio: yielding::seat_damping(restitution) }
     }

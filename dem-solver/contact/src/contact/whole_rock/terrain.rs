@@ -146,7 +146,6 @@ impl WholeRockContacts {
             seat.press(dent, h, &mut sums);
             if seat.load.force > 0.0 {
                 seat.scar(&mut sums);
-                seat.roll(h, &mut sums);
                 self.touching().for_each(|contact| seat.add(contact, before, h, &mut histories, &mut sums));
             }
             let deepest = self.touching().map(|c| c.overlap).fold(0.0, f64::max);
@@ -172,7 +171,6 @@ impl WholeRockContacts {
 /// Contacts that share one law, at one instant.
 struct Seat<'a> {
     law: &'a Law,
-    rock: &'a Rock,
     whole: &'a Whole,
     now: &'a Motion,
     /// Angular velocity [rad/s].
@@ -222,7 +220,7 @@ impl<'a> Seat<'a> {
         let travel = now.velocity.cross(&push).norm() / push.norm();
         let load = Load::default();
         let (viscous, seated) = (0.0, [0.0; 2]);
-        Self { law, rock, whole, now, spin, overlap, load, weights, rate, travel, mass, viscous, seated }
+        Self { law, whole, now, spin, overlap, load, weights, rate, travel, mass, viscous, seated }
     }
 
     /// Be loaded with `load`, and with the dashpot that belongs to it.
@@ -255,15 +253,6 @@ impl<'a> Seat<'a> {
         sums.damping_power -= force.dot(&self.now.velocity);
     }
 
-    /// Add the rolling resistance of the rut, in a step of `h` [s].
-    fn roll(&self, h: f64, sums: &mut Sums) {
-        let Some(rut) = &self.law.rut else { return };
-        let force = self.load.force * self.weights;
-        let moment = rut.moment(self.whole.radius, force, &self.spin, self.rock.inertia.min(), h);
-        sums.torque += moment;
-        sums.friction_power -= moment.dot(&self.spin);
-    }
-
     /// Add the forces of one contact in a step of `h` [s]; `before` are the histories, by sphere.
     fn add(
         &self,
@@ -273,7 +262,7 @@ impl<'a> Seat<'a> {
         histories: &mut Vec<SurfaceHistory>,
         sums: &mut Sums,
     ) {
-        let Self { law, rock, whole, now, spin, load: pressed, .. } = self;
+        let Self { law, whole, now, spin, load: pressed, .. } = self;
         let weight = whole.weight(contact.sphere, contact.overlap, self.overlap);
         let share = weight / self.weights;
         if share == 0.0 {
@@ -300,8 +289,8 @@ impl<'a> Seat<'a> {
             overlap,
             radius: whole.radius,
             velocity,
-            spin: *spin,
-            inertia: rock.inertia.min() * share,
+            spin: Vector3::zeros(),
+            inertia: 0.0,
             dashpot: dashpot * share.sqrt(),
             jump: Vector3::zeros(),
         };
@@ -321,6 +310,9 @@ impl<'a> Seat<'a> {
         let elastic = sums.elastic;
         sums.add(&response, &site);
         sums.elastic = elastic;
+        if let Some(resistance) = &law.resistance {
+            sums.rolling.add(resistance, contact.normal * pressed_by);
+        }
     }
 }
 

@@ -102,7 +102,7 @@ fn law(sides: Elastic, friction: f64, restitution: f64, history: TangentialName)
             sliding: None,
         }),
         rolling: None,
-        rut: None,
+        resistance: None,
     }
 }
 
