@@ -28,7 +28,7 @@ impl Ball {
     fn scene(&self, slope: f64, friction: f64, more: &str, restitution: f64, step: f64) -> String {
         let (sin, cos) = slope.to_radians().sin_cos();
         format!(
-            "end_time = 3.0\ngravity = [{:?}, 0.0, {:?}]\n{}[[contact]]\nlaw = \"hertz_mindlin\"\nyoung = {:?}\n\
+            "end_time = 5.0\ngravity = [{:?}, 0.0, {:?}]\n{}[[contact]]\nlaw = \"hertz_mindlin\"\nyoung = {:?}\n\
              poisson = {:?}\nrestitution = {restitution:?}\nfriction = {friction:?}\n[dem]\ntime_step = {step:?}\n",
             G * sin,
             -G * cos,
@@ -98,13 +98,14 @@ fn a_ball_with_a_constant_rolling_moment_stops_where_its_work_is_done() {
     );
     let scene = STONE.scene(0.0, 0.5, &more, 0.5, 1e-4).replace("[dem]", "rolling_friction = 0.05\n[dem]");
     let mut bench = Setup::new(scene, fixed_plane(24.0, 1)).build();
-    for _ in 0..3100 {
+    // It stops after 2.85 s, and swings on with a decay of 13 /s.
+    for _ in 0..4500 {
         bench.advance(1e-3);
     }
     let stretch = STONE.radius / height;
     let distance = (1.0 + 0.4 * stretch * stretch) / (2.0 * 0.05 * G * stretch);
     let x = bench.value("rock_x");
-    // The moment is full after 1e-3 rad, 2e-4 m, and swings back by that at the end.
+    // It swings back by as much as 1e-3 rad, 2e-4 m, at the end.
     assert!((x - distance).abs() < 4e-4, "{x} {distance}");
     assert!((x / 1.42711519 - 1.0).abs() < 1e-3, "the table: {x}");
     assert!(

@@ -71,7 +71,15 @@ pub struct Bench {
 impl Bench {
     /// `scene` names the terrain `t.obj`, which is `mesh`.
     pub fn new(mesh: &Mesh, scene: &str, shortcuts: bool) -> Self {
+        Self::beside(mesh, scene, shortcuts, &[])
+    }
+
+    /// The same, with `files` (name and text) beside the scene.
+    pub fn beside(mesh: &Mesh, scene: &str, shortcuts: bool, files: &[(&str, &str)]) -> Self {
         let dir = tempfile::tempdir().expect("a directory");
+        for (name, text) in files {
+            std::fs::write(dir.path().join(name), text).expect("written");
+        }
         std::fs::write(dir.path().join("t.obj"), mesh.obj()).expect("written");
         let scene =
             Scene::from_text(&dir.path().join("s.toml").display().to_string(), scene).expect("a scene");

@@ -1,4 +1,4 @@
-//! Behaviour over terrain: bounces, rolling, rest, the way told, and the readers of terrain files.
+//! Behaviour over terrain: bounces, rolling, rest, trajectories, and the readers of terrain files.
 
 mod bench;
 mod bounces;
@@ -10,6 +10,7 @@ mod memory;
 mod meshes;
 mod net;
 mod readers;
+mod rolling;
 mod trajectory;
 mod whole;
 mod yielding;

@@ -72,7 +72,7 @@ pub struct ContactSettings {
     /// it rolls; between rocks it is the force of each contact. Default 0: none is built.
     #[serde(default, skip_serializing_if = "is_default")]
     pub rolling_friction: f64,
-    /// Losses of spin in impacts on surfaces: limit of their moment over radius and the force beyond the weight. Default 0: none.
+    /// Losses of spin in impacts on terrain: limit of their moment over radius and the force beyond the weight. Default 0: none.
     pub rolling_friction_impact: Option<f64>,
     /// Kind of rolling resistance between rocks; on surfaces there is one, and `rut`. Default `constant`.
     pub rolling: Option<RollingName>,
@@ -384,7 +384,7 @@ pub fn of_presets(contacts: &[ContactSettings]) -> Vec<Diagnostic> {
         let preset = presets::named(contact.preset.as_deref()?)?;
         let rolls = contact.rolling_friction > 0.0 || contact.rolling == Some(RollingName::Rut);
         let cure = (!rolls).then(|| {
-            "it says nothing of rolling_friction, without which round rocks do not stop on a slope: docs/ground.md has values to begin with"
+            "it says nothing of rolling_friction, without which round rocks do not stop on a slope: calibrate it too, docs/ground.md"
                 .to_owned()
         });
         let what = format!(

@@ -145,6 +145,10 @@ pub(super) fn within(limit: f64, elastic: &Vector3<f64>, viscous: Vector3<f64>) 
         return viscous;
     }
     let (along, square) = (elastic.dot(&viscous), viscous.norm_squared());
+    // A spring at its limit, and rounding above it.
+    if square == 0.0 {
+        return viscous;
+    }
     let room = (limit2 - elastic.norm_squared()).max(0.0);
     let share = ((along * along + square * room).sqrt() - along) / square;
     viscous * share.clamp(0.0, 1.0)
