@@ -65,10 +65,13 @@ pub enum Held {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RingNet {
-    /// Rings in x and y.
+    /// Rings in x and y; with `diagonal` cells, two odd numbers.
     pub rings: [usize; 2],
     /// Diameter of a ring, and distance of the middles of neighbours [m].
     pub diameter: f64,
+    /// Rows at 45 degrees to the edges: a ring in every second cell of `diameter / sqrt(2)`, from the corners on.
+    #[serde(default)]
+    pub diagonal: bool,
     /// Corner with the smallest x and y [m]; default the scene's origin. Not together with `center`.
     pub origin: Option<[f64; 3]>,
     /// Middle of the net [m], instead of `origin`.
@@ -241,4 +244,7 @@ pub enum BarrierNet {
     Square,
     /// A ring in each cell.
     Rings,
+    /// Rows of rings at 45 degrees to the ropes: a ring in every second cell, which it touches at the corners, so that its diameter is the
+    /// cell's diagonal.
+    DiagonalRings,
 }

@@ -314,14 +314,17 @@ fn a_window_depends_on_its_start_and_its_force_alone_and_allocates_nothing() {
 }
 
 #[test]
-fn the_critical_step_is_that_of_a_spring_with_a_dashpot() {
+fn the_critical_step_resolves_a_node_on_the_ground_and_is_stable_with_its_dashpot() {
     let dir = slope(10.0);
     let text = mass(&ground(&dir, "restitution = 0.5"), 0.0, 10.0, "");
     let report = check(&scene(&text)).expect("valid");
-    // 1e6/s2 times the mass, and the damping ratio of restitution 1/2: h w = 2 (sqrt(1 + g^2) - g).
+    // 1e6/s2 times the mass: steps of 2/5 of 1/w, for the energy.
     let critical = report.numbers["critical_step_s"];
-    let g = fem_solver::element::ground_contact::damping_ratio(0.5);
-    assert!(off(critical, 2e-3 * ((1.0 + g * g).sqrt() - g)) < 1e-12, "{critical} s");
+    assert!(off(critical, 0.4e-3) < 1e-12, "{critical} s");
+    // Of a low restitution the damping ratio decides: h w = 2 (sqrt(1 + g^2) - g).
+    let soft = check(&scene(&mass(&ground(&dir, "restitution = 0.01"), 0.0, 10.0, ""))).expect("valid");
+    let g = fem_solver::element::ground_contact::damping_ratio(0.01);
+    assert!(off(soft.numbers["critical_step_s"], 2e-3 * ((1.0 + g * g).sqrt() - g)) < 1e-12, "{g}");
     let line = report.builds.iter().find(|line| line.starts_with("ground: 1 nodes")).expect("is said");
     assert!(line.contains("2.000e6 N/m") && line.contains("friction 0.5"), "{line}");
     // Far above the ground it counts as well: it may come down.

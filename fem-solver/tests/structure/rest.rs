@@ -186,6 +186,30 @@ fn a_ring_barrier_comes_to_rest_at_every_lean() {
     }
 }
 
+/// Fields of 10 m in 15 x 6 cells, rings as large as their diagonals; half as many rings as cells.
+#[test]
+fn a_barrier_of_rings_in_rows_at_45_degrees_comes_to_rest() {
+    let cell = 10.0 / 15.0;
+    let own = barrier(20.0, 15, 0.0, "static", 0.0);
+    let own = own.replace("net = \"rings\"", "net = \"diagonal_rings\"");
+    let (head, tail) = own.split_once("element = \"ring\"").expect("a ring");
+    let (_, tail) = tail.split_once("[[structure.parts]]").expect("more parts");
+    let diameter = cell * 2.0_f64.sqrt() * 1.02;
+    let ring = format!(
+        "element = \"wire_ring\"\nturns = 12\nwire_diameter = 3e-3\ndiameter = {diameter:?}\nstrength = 1.77e9\n"
+    );
+    let mut run = Run::alone(&format!("{head}{ring}[[structure.parts]]{tail}"), 1e-2);
+    let rings = run.solver.model().elements.len();
+    assert!(rings > 45 * 6 / 2, "{rings}");
+    let weight = GRAVITY * run.solver.model().mass.iter().sum::<f64>();
+    let carried = run.value("reaction_z");
+    assert!((carried / weight - 1.0).abs() < 1e-3, "{carried} N of {weight} N");
+    (0..5).for_each(|_| run.step(1e-2, &[]));
+    let energy = run.value("energy_kinetic_fem");
+    println!("moves with {energy:.1e} J");
+    assert!(energy < 1e-6, "{energy} J");
+}
+
 /// Where posts stand and where they fall over, the barrier let go as modelled comes to the same place in time.
 #[test]
 fn a_barrier_that_falls_and_swings_with_damping_ends_in_the_same_rest_shape() {

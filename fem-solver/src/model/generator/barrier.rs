@@ -2,7 +2,7 @@
 //!
 //! Geometry, names and sources are described at [`Barrier`].
 
-use super::nets::{Contacts, Generated, MadeFor, named};
+use super::nets::{Contacts, Generated, MadeFor, diagonal_rings, named};
 use super::site::Site;
 use crate::config::generator::{Barrier, BarrierNet};
 use crate::read::mesh::{ElementGroup, Kind, Mesh};
@@ -23,8 +23,8 @@ pub fn barrier(table: &Barrier, site: Option<&Site>) -> Generated {
         at: Nodes::default(),
     };
     match table.net {
-        BarrierNet::Square => work.square_net(),
         BarrierNet::Rings => work.rings(),
+        BarrierNet::Square | BarrierNet::DiagonalRings => work.square_net(),
     }
     work.posts();
     work.bearing_ropes();
@@ -114,7 +114,7 @@ impl Work<'_> {
         self.parts.push(MadeFor { group, element });
     }
 
-    /// Cables between the ropes; along ropes there are none, the ropes are there. Feet and heads are
+    /// Cables between the ropes; along ropes there are none, the ropes are there. Or a ring in every second cell. Feet and heads are
     /// corners of the net.
     fn square_net(&mut self) {
         let [per_field, rows] = self.table.cells;
@@ -137,7 +137,12 @@ impl Work<'_> {
         self.at.sides = [0, columns].map(|i| (0..=rows).map(|j| number(i, j)).collect());
         self.at.feet = (0..=self.table.fields).map(|k| number(k * per_field, 0)).collect();
         self.at.heads = (0..=self.table.fields).map(|k| number(k * per_field, rows)).collect();
-        self.part("net", "cable", cables);
+        if self.table.net == BarrierNet::DiagonalRings {
+            let rings = diagonal_rings([columns, rows]).map(|ring| (Kind::Quad4, ring.to_vec()));
+            self.part("net", "ring", rings.collect());
+        } else {
+            self.part("net", "cable", cables);
+        }
     }
 
     /// A ring in each cell; feet and heads are nodes of the ropes alone.
@@ -291,14 +296,14 @@ mod tests {
         row.windows(2).map(|pair| (at(pair[1]) - at(pair[0])).norm()).sum()
     }
 
-    fn both() -> [Generated; 2] {
-        [BarrierNet::Square, BarrierNet::Rings]
+    fn all() -> [Generated; 3] {
+        [BarrierNet::Square, BarrierNet::Rings, BarrierNet::DiagonalRings]
             .map(|net| barrier(&Barrier { net, lean: Some(1.0), cells: [6, 3], ..Barrier::default() }, None))
     }
 
     #[test]
     fn posts_ropes_and_brakes_have_the_lengths_of_the_drawing() {
-        for made in both() {
+        for made in all() {
             let posts = part(&made, "posts");
             assert_eq!(posts.len(), 4);
             assert!(posts.iter().all(|post| (length(&made, post) - 4.0).abs() < 1e-14));
@@ -322,7 +327,7 @@ mod tests {
 
     #[test]
     fn bearing_ropes_run_through_all_feet_and_heads_and_along_the_whole_edge_of_the_net() {
-        for (made, edge) in both().iter().zip([19, 18 + 4]) {
+        for (made, edge) in all().iter().zip([19, 18 + 4]) {
             for (rope, posts) in [("bottom_rope", "feet"), ("top_rope", "heads")] {
                 let row = part(made, rope)[0];
                 assert_eq!(row.len(), edge + 2);
@@ -335,7 +340,7 @@ mod tests {
 
     #[test]
     fn the_parts_hang_together_through_shared_nodes() {
-        for made in both() {
+        for made in all() {
             let mut reached = vec![false; made.mesh.nodes.len()];
             reached[0] = true;
             let rows: Vec<&[u32]> = made.mesh.elements.iter().map(|e| made.mesh.nodes_of(e)).collect();
@@ -360,7 +365,7 @@ mod tests {
 
     #[test]
     fn groups_of_nodes_are_where_their_names_say() {
-        for made in both() {
+        for made in all() {
             assert_eq!((nodes(&made, "side_anchors").len(), nodes(&made, "upslope_anchors").len()), (4, 8));
             assert_eq!(nodes(&made, "anchors").len(), 12);
             let place = |n: &u32| made.mesh.nodes[*n as usize];

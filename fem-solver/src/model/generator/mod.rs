@@ -27,7 +27,11 @@ pub fn generate(scene: &Scene, generator: &Generator) -> Result<Generated, Diagn
             check_counts(key, "rings", net.rings)?;
             key.positive(&[("diameter", net.diameter, "m")])?;
             check_place(key, net.origin, net.center)?;
-            if net.held == Held::Corners {
+            if net.diagonal && net.rings.iter().any(|count| count % 2 == 0) {
+                let what = format!("{:?} leaves a corner without a ring", net.rings);
+                return key.refuse("rings", what, "two odd numbers of cells beside `diagonal`");
+            }
+            if net.held == Held::Corners && !net.diagonal {
                 let what = "a ring net has no nodes at its corners";
                 return key.refuse("held", what, "`edges`, or `none` and supports of your own");
             }

@@ -93,8 +93,7 @@ pub fn rectangular_net(net: &RectangularNet) -> Generated {
             }
         }
     }
-    let places = (0..=cells_y).flat_map(|j| (0..=cells_x).map(move |i| [i as f64, j as f64]));
-    let places: Vec<_> = places.collect();
+    let places: Vec<_> = corners(net.cells).collect();
     plain_net(mesh, "cable", &places, (net.cells, net.spacing), (net.origin, net.center), net.held)
 }
 
@@ -134,11 +133,31 @@ impl Contacts {
     }
 }
 
+/// Rings of rows at 45 degrees: the corners of every second one of `cells`, whose nodes are numbered along x first.
+pub fn diagonal_rings([columns, rows]: [usize; 2]) -> impl Iterator<Item = [usize; 4]> {
+    let number = move |i: usize, j: usize| j * (columns + 1) + i;
+    let cells =
+        (0..rows).flat_map(move |j| (0..columns).map(move |i| (i, j))).filter(|(i, j)| (i + j) % 2 == 0);
+    cells.map(move |(i, j)| [number(i, j), number(i + 1, j), number(i + 1, j + 1), number(i, j + 1)])
+}
+
+/// Corners of `cells`, in cells from the first, along x first.
+fn corners([columns, rows]: [usize; 2]) -> impl Iterator<Item = [f64; 2]> {
+    (0..=rows).flat_map(move |j| (0..=columns).map(move |i| [i as f64, j as f64]))
+}
+
 /// A net of rings in the plane of x and y; each ring is a quadrilateral of its four contacts.
 pub fn ring_net(net: &RingNet) -> Generated {
     let [columns, rows] = net.rings;
     let contacts = Contacts { rings: net.rings };
     let mut mesh = Mesh::default();
+    if net.diagonal {
+        diagonal_rings(net.rings).for_each(|ring| {
+            mesh.push(Kind::Quad4, &ring);
+        });
+        let (places, side) = (corners(net.rings).collect::<Vec<_>>(), net.diameter / 2.0_f64.sqrt());
+        return plain_net(mesh, "ring", &places, (net.rings, side), (net.origin, net.center), net.held);
+    }
     for k in 0..columns * rows {
         mesh.push(Kind::Quad4, &contacts.of_ring(k % columns, k / columns));
     }
@@ -184,8 +203,33 @@ mod ring_tests {
     use super::*;
 
     fn net(rings: [usize; 2]) -> Generated {
-        let held = Held::Edges;
-        ring_net(&RingNet { rings, diameter: 0.3, origin: None, center: Some([0.0, 0.0, 2.0]), held })
+        made(rings, false)
+    }
+
+    fn made(rings: [usize; 2], diagonal: bool) -> Generated {
+        let (center, held) = (Some([0.0, 0.0, 2.0]), Held::Edges);
+        ring_net(&RingNet { rings, diameter: 0.3, diagonal, origin: None, center, held })
+    }
+
+    #[test]
+    fn rows_at_45_degrees_are_closer_by_the_root_of_two_and_reach_all_corners() {
+        let Generated { mesh, held, .. } = made([5, 7], true);
+        assert_eq!((mesh.nodes.len(), mesh.elements.len(), held.len()), (6 * 8, 18, 24));
+        let rings: Vec<_> = mesh.elements.iter().map(|ring| mesh.nodes_of(ring)).collect();
+        let middle = |ring: &[u32]| ring.iter().map(|n| mesh.nodes[*n as usize]).sum::<Vector3<f64>>() / 4.0;
+        for (k, a) in rings.iter().enumerate() {
+            let spokes: Vec<_> = a.iter().map(|n| mesh.nodes[*n as usize] - middle(a)).collect();
+            assert!(spokes.iter().all(|spoke| (spoke.norm() - 0.15).abs() < 1e-15));
+            assert!((0..4).all(|n| spokes[n].cross(&spokes[(n + 1) % 4]).z > 0.0), "ring {k}");
+            for b in &rings[..k] {
+                let shared = a.iter().filter(|n| b.contains(n)).count();
+                let apart = (middle(a) - middle(b)).norm();
+                assert_eq!(shared, usize::from((apart - 0.3).abs() < 1e-12), "{apart} m");
+            }
+        }
+        for corner in [0, 5, 42, 47] {
+            assert!(rings.iter().any(|ring| ring.contains(&corner)), "{corner}");
+        }
     }
 
     #[test]
