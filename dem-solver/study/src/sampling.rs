@@ -31,7 +31,7 @@ fn generator(seed: u64, stream: &str) -> ChaCha8Rng {
 }
 
 /// The 53 bits that a double from 0 to 1 holds.
-fn unit(bits: u64) -> f64 {
+pub(crate) fn unit(bits: u64) -> f64 {
     (bits >> 11) as f64 / (1_u64 << 53) as f64
 }
 
