@@ -279,13 +279,13 @@ impl Study<'_> {
             let _ = before.map(|summary| files::write(&self.directory.path(run_dir::SUMMARY), &summary));
         })?;
         let begun = Instant::now();
-        let todo = index.missing();
+        let todo = index.missing(self.base.members());
         let outcome = self.fill(&mut index, &mut journal, &todo);
         drop(journal);
         match outcome {
             Ok(true) => self.finish(&mut index, &owner, todo.len(), begun.elapsed().as_secs_f64()),
             Ok(false) => {
-                let left = index.missing().len();
+                let left = index.missing(self.base.members()).len();
                 let what = format!("interrupted: {left} of {} members are left", self.base.members());
                 failed(&Diagnostic::error(code::INTERRUPTED, what).try_instead("go on with --resume"))
             }
@@ -301,7 +301,7 @@ impl Study<'_> {
         let (journal, found) = opened
             .and_then(|ours| ours.ok_or_else(|| taken(&main)))
             .map_err(|refused| refused.try_instead("begin anew with --force"))?;
-        Ok((journal, self.directory.index(self.base, &found)?))
+        Ok((journal, self.directory.index(self.base, &found, self.base.members())?))
     }
 
     /// Compute what is missing; the table follows as far as all members before are known. False: a signal has ended it.
