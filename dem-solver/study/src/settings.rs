@@ -244,6 +244,13 @@ impl StudySettings {
         self.counts().iter().fold(0_u64, |a, b| a.saturating_add(*b)).saturating_mul(self.replicates)
     }
 
+    /// Most replicates that there can be.
+    pub fn most_replicates(&self) -> u64 {
+        let largest = self.counts().into_iter().max().unwrap_or(1);
+        let of_sobol = if self.sampling == Sampling::Sobol { MOST_OF_SOBOL / largest } else { u64::MAX };
+        of_sobol.min(MOST * self.replicates / self.members())
+    }
+
     /// Whether this quantity varies.
     pub fn varies(&self, quantity: Quantity) -> bool {
         self.variables.iter().any(|v| v.quantity == quantity)

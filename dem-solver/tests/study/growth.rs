@@ -56,3 +56,59 @@ fn a_replicate_can_be_a_task_and_another_count_is_another_study() {
         assert!(refused.status.code() == Some(2) && said.contains(words), "{said}");
     }
 }
+
+#[test]
+fn members_are_added_until_a_measure_is_known_as_well_as_is_asked() {
+    let place = Place::new(STUDY);
+    let asked = |out: &str, arguments: &[&str]| {
+        let output = place.run(out, arguments);
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    for (until, words) in [
+        ("road_enrgy_q50:5%", "did you mean `road_energy_q50`?"),
+        ("members_left:5%", "`road_passing_share`, `road_energy_q10`"),
+        ("road_energy_q50:5", "road_energy_q95:5%"),
+    ] {
+        let (code, said) = asked("none", &["--until", until]);
+        assert!(code == Some(2) && said.contains(words), "{until}: {said}");
+    }
+    let (code, said) = asked("none", &["--until", "road_speed_q50:10%", "--at-most", "19"]);
+    assert!(code == Some(2) && said.contains("19: the study itself has 20 members"), "{said}");
+    assert!(!place.path("none").exists());
+
+    let until = ["--until", "road_speed_q50:8%", "--at-most", "1000"];
+    let (code, said) = asked("out", &until);
+    assert_eq!(code, Some(0), "{said}");
+    let summary = json(&place.path("out/summary.json"));
+    let known = |summary: &Value| {
+        let of = &summary["measures"]["road_speed_q50"];
+        let [value, low, high] = [&of["value"], &of["interval"][0], &of["interval"][1]];
+        let [value, low, high] = [value, low, high].map(|number| number.as_f64().expect("a number"));
+        assert!(low < value && value < high, "{of}");
+        0.5 * (high - low) / value
+    };
+    let members = summary["measures"]["members"]["value"].as_f64().expect("a number");
+    assert!(known(&summary) <= 0.08 && members > 20.0 && members % 20.0 == 0.0, "{members}");
+    assert!(summary["warnings"].to_string().contains("road_speed_q50 is known to"), "{summary}");
+    // The study that it came to, in one go; and again, with nothing to compute.
+    let replicates = format!("replicates={}", members / 20.0);
+    assert_eq!(place.read("out"), place.table("once", &["--set", &replicates]));
+    assert!(place.files("out") == place.files("once"));
+    assert_eq!(asked("out", &[&until[..], &["--resume"]].concat()).0, Some(0));
+    let again = json(&place.path("out/summary.json"));
+    assert_eq!(again["cost"]["members_computed"], 0);
+
+    // The most members that may be are too few.
+    let (code, said) = asked("few", &["--until", "road_energy_q95:5%", "--at-most", "45"]);
+    assert!(
+        code == Some(3) && said.contains("with 40 members, the most that may be; 5 % were asked for"),
+        "{said}"
+    );
+    let summary = json(&place.path("few/summary.json"));
+    assert_eq!(
+        (&summary["status"], &summary["reasons"][0]["code"]),
+        (&"unreliable".into(), &"few-samples".into())
+    );
+    // 40 rocks are too few for an upper end, and that is said.
+    assert!(summary["measures"]["road_energy_q95"]["interval"][1].is_null());
+}
