@@ -244,6 +244,16 @@ impl StudySettings {
         self.counts().iter().fold(0_u64, |a, b| a.saturating_add(*b)).saturating_mul(self.replicates)
     }
 
+    /// What is wrong with replicates of a study in which nothing is random: intervals of the same members again would be too narrow.
+    pub fn unrepeatable(&self) -> Option<&'static str> {
+        let random = self.turned
+            || self.varies(Quantity::Spin)
+            || self.releases.iter().any(|release| release.place().form == Form::Polygon);
+        (self.sampling == Sampling::FullFactorial && !random).then_some(
+            "nothing is random in this full factorial: a replicate would have the same members again",
+        )
+    }
+
     /// Most replicates that there can be.
     pub fn most_replicates(&self) -> u64 {
         let largest = self.counts().into_iter().max().unwrap_or(1);
@@ -269,6 +279,9 @@ impl StudySettings {
             let what = format!("{count} members of one release: a Sobol sequence has {MOST_OF_SOBOL}");
             let cure = "sampling = \"latin_hypercube\"";
             return study.refuse(&format!("release.{at}.count"), what, cure);
+        }
+        if let Some(what) = self.unrepeatable().filter(|_| self.replicates > 1) {
+            return study.refuse(REPLICATES, what, "leave it out, or give distributions more levels");
         }
         if self.varies(Quantity::Volume) && self.varies(Quantity::Mass) {
             let what = "mass and volume together define one thing twice";

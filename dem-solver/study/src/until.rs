@@ -29,6 +29,9 @@ impl<'a> Until<'a> {
             let what = format!("this study has no measure `{}` with an interval", accuracy.measure);
             return Err(Diagnostic::in_file("--until", what).try_if(suggestion(&accuracy.measure, &known)));
         }
+        if let Some(what) = base.study.unrepeatable() {
+            return Err(Diagnostic::in_file("--until", what).try_instead("give distributions more levels"));
+        }
         let members = arguments.at_most.unwrap_or(TIMES * base.members());
         let most = (members / base.replicate()).min(base.study.most_replicates());
         if most < base.study.replicates {

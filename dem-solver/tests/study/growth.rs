@@ -57,6 +57,20 @@ fn a_replicate_can_be_a_task_and_another_count_is_another_study() {
     }
 }
 
+/// The same members twice would look like twice as many.
+#[test]
+fn a_full_factorial_without_random_numbers_has_no_replicates() {
+    let place = Place::new(
+        "scene = \"fall.toml\"\nsampling = \"full_factorial\"\n[[release]]\npoints = [[2600020.5, 1200020.25]]\n\
+         [vary]\nspeed = { uniform = [0.5, 4.0], levels = 3 }\n",
+    );
+    for more in [["--set", "replicates=2"], ["--until", "max_speed_q50:5%"]] {
+        let refused = place.run("out", &more);
+        let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+        assert!(refused.status.code() == Some(2) && said.contains("nothing is random"), "{said}");
+    }
+}
+
 #[test]
 fn members_are_added_until_a_measure_is_known_as_well_as_is_asked() {
     let place = Place::new(STUDY);
