@@ -345,6 +345,25 @@ pub struct Measure {
     /// How far it may be off. Whoever judges the whole run fills it in: it does not cross the interface.
     #[serde(skip)]
     pub uncertainty: Option<Uncertainty>,
+    /// Of a statistic of many runs where the true one lies, with a confidence of 95 %. It does not cross the interface either.
+    #[serde(skip)]
+    pub interval: Option<Interval>,
+}
+
+/// Where a statistic lies that is known from a sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Interval {
+    /// Its ends; `None`: the sample is too small for one.
+    pub low: Option<f64>,
+    /// The upper one.
+    pub high: Option<f64>,
+}
+
+impl Interval {
+    /// Both ends, where the sample is large enough.
+    pub fn ends(&self) -> Option<[f64; 2]> {
+        Some([self.low?, self.high?])
+    }
 }
 
 /// How far a measure may be off, either way.
@@ -389,6 +408,7 @@ impl Measure {
             worse: Worse::Neither,
             source: String::new(),
             uncertainty: None,
+            interval: None,
         }
     }
 

@@ -77,7 +77,7 @@ pub struct Base {
     pub grid: Option<Grid>,
     /// The lines, local [m].
     pub lines: Vec<Vec<Point>>,
-    /// Number of the first member of each release, from 0, and of all members.
+    /// Number of the first member of each release, from 0, and of all members of a replicate.
     pub starts: Vec<u64>,
     /// What the user should look at twice.
     pub warnings: Vec<Diagnostic>,
@@ -115,14 +115,10 @@ impl Base {
         let areas = study.releases.iter().map(area).collect();
         let grid = study.maps.as_ref().map(|maps| Grid::new(&ground, maps.cell));
         let lines = study.lines.iter().map(|line| local(&line.points)).collect();
-        let counts = study.counts();
-        let sampler = |(at, count): (usize, &u64)| {
-            Sampler::new(study.sampling, study.seed, at, *count, drawn(&study, at))
-        };
-        let samplers = counts.iter().enumerate().map(sampler).collect();
         let mut starts = vec![0];
-        counts.iter().for_each(|count| starts.push(starts[starts.len() - 1] + count));
+        study.counts().iter().for_each(|count| starts.push(starts[starts.len() - 1] + count));
         let base = Self {
+            samplers: samplers(&study),
             study,
             scene,
             document,
@@ -131,7 +127,6 @@ impl Base {
             ground,
             prototypes,
             own,
-            samplers,
             areas,
             grid,
             lines,
@@ -165,9 +160,20 @@ impl Base {
         local(&self.ground, place)
     }
 
+    /// Number of members of a replicate.
+    pub fn replicate(&self) -> u64 {
+        self.starts[self.starts.len() - 1]
+    }
+
     /// Number of members.
     pub fn members(&self) -> u64 {
-        self.starts[self.starts.len() - 1]
+        self.replicate() * self.study.replicates
+    }
+
+    /// The same study with so many replicates.
+    pub fn repeat(&mut self, replicates: u64) {
+        self.study.replicates = replicates;
+        self.samplers = samplers(&self.study);
     }
 
     /// Whether the trajectories of members are followed.
@@ -175,10 +181,13 @@ impl Base {
         self.grid.is_some() || !self.lines.is_empty()
     }
 
-    /// Whether the trajectory of a member is drawn: of all members evenly as many as the study asks for.
+    /// Whether the trajectory of a member is drawn: of each replicate evenly spread ones, and no more than the study asks for in all.
+    /// That does not depend on the number of replicates.
     pub fn draws(&self, number: u64) -> bool {
         let most = self.study.maps.as_ref().map_or(0, |maps| u64::from(maps.trajectories));
-        most > 0 && (number - 1).is_multiple_of(self.members().div_ceil(most))
+        let (own, index) = (self.replicate(), number - 1);
+        let every = own.div_ceil(most.max(1));
+        (index % own).is_multiple_of(every) && (index / own + 1) * own.div_ceil(every) <= most
     }
 }
 
@@ -195,6 +204,14 @@ fn put_zones(document: &mut toml::Table, settings: &Settings) {
             table.insert("polygon".into(), corners);
         }
     }
+}
+
+/// The drawn numbers of each release.
+fn samplers(study: &StudySettings) -> Vec<Sampler> {
+    let of = |(at, count): (usize, &u64)| {
+        Sampler::new(study.sampling, study.seed, at, [*count, study.replicates], drawn(study, at))
+    };
+    study.counts().iter().enumerate().map(of).collect()
 }
 
 /// What is drawn for a member of release number `at`, with its levels in a full factorial.

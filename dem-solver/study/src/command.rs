@@ -8,6 +8,7 @@ use super::runner::Runner;
 use super::settings::{STUDY, StudySettings};
 use super::summary::Numbers;
 use super::table::Table;
+use super::until::Until;
 use super::worst::Comings;
 use super::worst::barrier::Barrier;
 use super::{gate, results};
@@ -86,10 +87,11 @@ impl Progress {
 }
 
 struct Study<'a> {
-    base: &'a Base,
+    base: Base,
     barrier: Option<&'a Barrier>,
     directory: Directory,
     arguments: &'a EnsembleArguments,
+    until: Option<Until<'a>>,
     threads: usize,
 }
 
@@ -111,7 +113,7 @@ fn run(matches: &ArgMatches) -> Result<Exit, Diagnostic> {
     let available = std::thread::available_parallelism().map_or(1, usize::from);
     let threads = arguments.threads.map_or(available, |n| n as usize);
     let directory = Directory::new(&out);
-    let study = Study { base: &base, barrier: barrier.as_ref(), directory, arguments: &arguments, threads };
+    let until = Until::of(&arguments, &base)?;
     if let Some(range) = &arguments.members
         && (range.first == 0 || range.last > base.members() || range.first > range.last)
     {
@@ -129,6 +131,7 @@ fn run(matches: &ArgMatches) -> Result<Exit, Diagnostic> {
         let watched = interrupt::end_with_parent();
         watched.map_err(|e| Diagnostic::new(format!("the end of rockfall cannot be watched: {e}")))?;
     }
+    let study = Study { base, barrier: barrier.as_ref(), directory, arguments: &arguments, until, threads };
     if let Some(number) = arguments.scene_of {
         return study.one_scene(number);
     }
@@ -141,7 +144,7 @@ fn run(matches: &ArgMatches) -> Result<Exit, Diagnostic> {
 impl Study<'_> {
     /// Write the scene of one member, with the barrier where one is named.
     fn one_scene(&self, number: u64) -> Result<Exit, Diagnostic> {
-        let base = self.base;
+        let base = &self.base;
         if number > base.members() {
             let what = format!("{number}: the members of this study are 1..{}", base.members());
             return Err(Diagnostic::in_file("--scene-of", what));
@@ -164,7 +167,7 @@ impl Study<'_> {
 
     /// Make the directory that of this study.
     fn begin(&self, file: &Scene) -> Result<(), Diagnostic> {
-        self.directory.begin(self.base, file).map_err(|e| self.of_another(e))
+        self.directory.begin(&self.base, file).map_err(|e| self.of_another(e))
     }
 
     /// What to try where the directory holds another study.
@@ -219,7 +222,7 @@ impl Study<'_> {
     ) -> io::Result<bool> {
         let mut progress = self.progress(total, total - todo.len() as u64);
         let mut fault = Ok(());
-        let whole = compute(self.base, todo, self.threads, |record| {
+        let whole = compute(&self.base, todo, self.threads, |record| {
             progress.step();
             fault = keep(record);
             fault.is_ok()
@@ -252,7 +255,7 @@ impl Study<'_> {
     }
 
     /// All members that no file has yet, then the results of all.
-    fn whole(&self, file: &Scene) -> Result<Exit, Diagnostic> {
+    fn whole(mut self, file: &Scene) -> Result<Exit, Diagnostic> {
         let EnsembleArguments { force, resume, .. } = *self.arguments;
         if self.directory.has_begun() && !force && !resume {
             return Err(self
@@ -264,7 +267,7 @@ impl Study<'_> {
         }
         // Before the directory is claimed, which removes the summary: who is refused changes nothing.
         if !force {
-            self.directory.holds(self.base, file).map_err(|e| self.of_another(e))?;
+            self.directory.holds(&self.base, file).map_err(|e| self.of_another(e))?;
         }
         let out = self.directory.place();
         let before = files::read(&self.directory.path(run_dir::SUMMARY), files::TEXT).ok().filter(|_| !force);
@@ -279,18 +282,30 @@ impl Study<'_> {
             let _ = before.map(|summary| files::write(&self.directory.path(run_dir::SUMMARY), &summary));
         })?;
         let begun = Instant::now();
-        let todo = index.missing();
-        let outcome = self.fill(&mut index, &mut journal, &todo);
-        drop(journal);
-        match outcome {
-            Ok(true) => self.finish(&mut index, &owner, todo.len(), begun.elapsed().as_secs_f64()),
-            Ok(false) => {
-                let left = index.missing().len();
-                let what = format!("interrupted: {left} of {} members are left", self.base.members());
-                failed(&Diagnostic::error(code::INTERRUPTED, what).try_instead("go on with --resume"))
+        let mut computed = 0;
+        loop {
+            let members = self.base.members();
+            let todo = index.missing(members);
+            computed += todo.len();
+            match self.fill(&mut index, &mut journal, &todo) {
+                Ok(true) => {}
+                Ok(false) => {
+                    let left = index.missing(members).len();
+                    let what = format!("interrupted: {left} of {members} members are left");
+                    return failed(
+                        &Diagnostic::error(code::INTERRUPTED, what).try_instead("go on with --resume"),
+                    );
+                }
+                Err(e) => return failed(&unwritten(self.directory.place(), &e)),
             }
-            Err(e) => failed(&unwritten(out, &e)),
+            let Some(until) = &self.until else { break };
+            let next = until.next(&self.base, &mut |each| self.each(&mut index, each));
+            let Some(replicates) = next.map_err(|e| self.directory.fault(e))? else { break };
+            self.base.repeat(replicates);
+            self.begin(file)?;
         }
+        drop(journal);
+        self.finish(&mut index, &owner, computed, begun.elapsed().as_secs_f64())
     }
 
     /// The journal, and all members that are computed already.
@@ -301,18 +316,19 @@ impl Study<'_> {
         let (journal, found) = opened
             .and_then(|ours| ours.ok_or_else(|| taken(&main)))
             .map_err(|refused| refused.try_instead("begin anew with --force"))?;
-        Ok((journal, self.directory.index(self.base, &found)?))
+        let most = self.until.as_ref().map_or(self.base.members(), |until| until.members(&self.base));
+        Ok((journal, self.directory.index(&self.base, &found, most)?))
     }
 
     /// Compute what is missing; the table follows as far as all members before are known. False: a signal has ended it.
     fn fill(&self, index: &mut Index, journal: &mut Journal, todo: &[u64]) -> io::Result<bool> {
-        let mut table = Table::create(&self.directory.path(run_dir::MEMBERS), self.base)?;
-        follow(self.base, index, &mut table, 1)?;
+        let mut table = Table::create(&self.directory.path(run_dir::MEMBERS), &self.base)?;
+        follow(&self.base, index, &mut table, 1)?;
         let whole = self.compute(todo, self.base.members(), &mut |record| {
             index.add(journal.add(&record)?);
             let due = record.number + 1;
             table.add(record)?;
-            follow(self.base, index, &mut table, due)
+            follow(&self.base, index, &mut table, due)
         })?;
         journal.sync()?;
         table.sync()?;
@@ -322,7 +338,7 @@ impl Study<'_> {
     /// Call `each` with every record, in order.
     fn each(&self, index: &mut Index, each: &mut dyn FnMut(&Record) -> io::Result<()>) -> io::Result<()> {
         for number in 1..=self.base.members() {
-            let record = index.record(number)?.filter(|record| record.fits(self.base));
+            let record = index.record(number)?.filter(|record| record.fits(&self.base));
             each(&record.ok_or_else(|| io::Error::other(format!("member {number} is missing or damaged")))?)?;
         }
         Ok(())
@@ -340,7 +356,7 @@ impl Study<'_> {
     ) -> Result<Exit, Diagnostic> {
         let mut numbers = Numbers::default();
         let mut all = |each: &mut dyn FnMut(&Record) -> io::Result<()>| self.each(index, each);
-        let mut comings = self.barrier.map(|barrier| Comings::new(self.base, barrier));
+        let mut comings = self.barrier.map(|barrier| Comings::new(&self.base, barrier));
         all(&mut |record| {
             numbers.add(record.number, &record.outcome);
             comings.iter_mut().for_each(|comings| comings.add(record));
@@ -354,13 +370,21 @@ impl Study<'_> {
         };
         self.directory.sweep().map_err(|e| self.directory.fault(e))?;
         let found =
-            results::write(self.base, owner.dir(), &study, &mut all).map_err(|e| self.directory.fault(e))?;
+            results::write(&self.base, owner.dir(), &study, &mut all).map_err(|e| self.directory.fault(e))?;
         let of_lines = found.sentences.into_iter();
         let notes = of_lines.map(|sentence| Diagnostic::of(Severity::Note, code::OTHER, sentence));
         summary.warnings.splice(1..1, notes);
         summary.measures.extend(found.measures);
         summary.warnings.extend(found.warnings);
         summary.warnings.extend(self.base.warnings.iter().map(|w| self.base.scene.placed(w.clone())));
+        match self.until.as_ref().map(|until| until.judge(&self.base, &summary.measures)) {
+            Some(Ok(note)) => summary.warnings.insert(1, note),
+            Some(Err(doubt)) => {
+                let doubts = [std::mem::take(&mut summary.reasons), vec![doubt]].concat();
+                summary.doubt(doubts);
+            }
+            None => {}
+        }
         let mut cost = |name: &str, value: Value| drop(summary.cost.insert(name.into(), value));
         cost("wall_s", json!(seconds));
         cost("members_computed", json!(computed));

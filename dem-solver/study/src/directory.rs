@@ -72,19 +72,18 @@ impl Directory {
         self.main().exists() || self.path(SUMMARY).exists()
     }
 
-    /// Whether this study has begun here; another one is refused. Nothing is changed.
-    pub fn holds(&self, base: &Base, file: &Scene) -> Result<bool, Diagnostic> {
+    /// With how many members this study has begun here, if it has; another one is refused. Nothing is changed.
+    pub fn holds(&self, base: &Base, file: &Scene) -> Result<Option<u64>, Diagnostic> {
         if !self.path(STUDY_RECORD).exists() {
-            return Ok(false);
+            return Ok(None);
         }
         let known: Value = files::read_json(&self.path(STUDY_RECORD)).unwrap_or_default();
         if known["fingerprint"].as_str() == Some(&base.fingerprint) {
-            return Ok(true);
+            return Ok(known["members"].as_u64());
         }
         let changes = changes(&known, &record(base, file)?);
-        Err(self
-            .fault(format!("this directory holds another study: {changes}"))
-            .try_instead("choose another with --out, or begin anew with --force"))
+        let cure = "choose another with --out, or begin anew with --force; `replicates` alone may be raised to add members";
+        Err(self.fault(format!("this directory holds another study: {changes}")).try_instead(cure))
     }
 
     /// Make the directory that of this study, or find that it is another's.
@@ -92,7 +91,10 @@ impl Directory {
         let unwritable = |e: io::Error| self.fault(format!("no results can be written here: {e}"));
         let known = self.holds(base, file)?;
         Dir::create(&self.dir.join(CHUNKS)).map_err(unwritable)?;
-        if known {
+        // With more replicates it is the same study, and its record another one.
+        let is_as_it_was = known == Some(base.members())
+            && files::read(&self.path(STUDY), files::TEXT).is_ok_and(|text| text == file.text().as_bytes());
+        if is_as_it_was {
             return base.keep_clusters(&self.path(CLUSTERS)).map_err(unwritable);
         }
         let record = record(base, file)?;
@@ -131,10 +133,9 @@ impl Directory {
         folders.into_iter().flatten().try_for_each(|dir| dir.sweep())
     }
 
-    /// All records of complete chunks and of the journal, whose records are `own`.
-    pub fn index(&self, base: &Base, own: &[Found]) -> Result<Index, Diagnostic> {
-        let mut index =
-            Index { files: vec![(self.main(), None)], places: vec![None; base.members() as usize] };
+    /// All records of complete chunks and of the journal, whose records are `own`, of up to `most` members.
+    pub fn index(&self, base: &Base, own: &[Found], most: u64) -> Result<Index, Diagnostic> {
+        let mut index = Index { files: vec![(self.main(), None)], places: vec![None; most as usize] };
         index.take(0, own);
         let chunks = self.dir.join(CHUNKS);
         let entries = Dir::open(&chunks).and_then(|dir| dir.entries()).map_err(|e| self.fault(e))?;
@@ -165,9 +166,9 @@ impl Index {
         self.take(0, &[found]);
     }
 
-    /// Members that are in no file, in order.
-    pub fn missing(&self) -> Vec<u64> {
-        (1..).zip(&self.places).filter(|(_, place)| place.is_none()).map(|(number, _)| number).collect()
+    /// Of the members up to `last` those that are in no file, in order.
+    pub fn missing(&self, last: u64) -> Vec<u64> {
+        (1..=last).zip(&self.places).filter(|(_, place)| place.is_none()).map(|(number, _)| number).collect()
     }
 
     /// The record of a member; `None`: it is in no file.
@@ -205,6 +206,7 @@ pub fn record(base: &Base, file: &Scene) -> Result<Value, Diagnostic> {
         "sets": file.sets().collect::<Vec<_>>(),
         "shortcuts": base.shortcuts,
         "members": base.members(),
+        "replicates": base.study.replicates,
         "inputs": inputs,
         "fingerprint": base.fingerprint,
     }))

@@ -32,7 +32,7 @@ const PIECES: u32 = 1000;
 /// `clusters` too.
 pub fn read(file: &Scene, shortcuts: bool, clusters: &[PathBuf]) -> Result<Base, Diagnostic> {
     let mut base = Base::new(file, shortcuts, clusters)?;
-    base.fingerprint = record::fingerprint(&base, file);
+    base.fingerprint = record::fingerprint(&base, file)?;
     let found = check(&base, file)?;
     base.warnings.extend(found);
     Ok(base)

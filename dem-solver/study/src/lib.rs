@@ -9,12 +9,14 @@
 //! - [`runner`]: one member from start to end
 //! - [`record`], [`directory`]: what is kept of each, the quantities of its fall a line of one table, so that a killed process loses
 //!   nothing; and what they were computed from
-//! - [`table`], [`summary`]: `members.csv`, `summary.json`
+//! - [`table`], [`summary`]: `members.csv`, `summary.json`; [`bounds`]: how far quantiles and shares may be off
 //! - [`track`]: what is kept of a member's trajectory, by the cells of [`grid`]; [`results`]: maps, lines, trajectories of all
 //! - [`worst`]: the members that are hardest on a barrier, each as a scene with it
-//! - [`command`](mod@command): `dem-solver ensemble`, which `rockfall ensemble` starts: many members on all cores, handed on in order
+//! - [`command`](mod@command): `dem-solver ensemble`, which `rockfall ensemble` starts: many members on all cores, handed on in order;
+//!   [`until`]: how many replicates of them
 
 pub mod base;
+pub mod bounds;
 pub mod command;
 pub mod design;
 pub mod directory;
@@ -31,5 +33,6 @@ pub mod settings;
 pub mod summary;
 pub mod table;
 pub mod track;
+pub mod until;
 pub mod vary;
 pub mod worst;

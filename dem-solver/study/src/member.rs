@@ -97,9 +97,10 @@ pub fn put(document: &mut toml::Table, key: &str, value: toml::Value) {
 impl Base {
     /// The member with this number, from 1.
     pub fn member(&self, number: u64) -> Member {
-        let index = number - 1;
+        let (replicate, index) = ((number - 1) / self.replicate(), (number - 1) % self.replicate());
         let release = self.starts.partition_point(|start| *start <= index) - 1;
-        let (sampler, within) = (&self.samplers[release], index - self.starts[release]);
+        let [first, end] = [0, 1].map(|k| self.starts[release + k]);
+        let (sampler, within) = (&self.samplers[release], replicate * (end - first) + index - first);
         let draw = |dimension: usize| sampler.at(dimension, within);
         let Place { form, corners, .. } = self.study.releases[release].place();
         let place = match (form, &self.areas[release]) {
@@ -282,9 +283,8 @@ impl Base {
 
     /// The text of a scene that was made for a member, with a head that says so and `more`.
     pub fn text(&self, member: &Member, more: &str, scene: &Table) -> Result<String, Diagnostic> {
-        let (number, all, version) = (member.number, self.members(), env!("CARGO_PKG_VERSION"));
-        let head =
-            format!("Member {number} of {all} of a study{more}, by rockfall {version}. Runs as it is.");
+        let (number, version) = (member.number, env!("CARGO_PKG_VERSION"));
+        let head = format!("Member {number} of a study{more}, by rockfall {version}. Runs as it is.");
         let head: String = head.chars().map(|c| if c.is_control() { '?' } else { c }).collect();
         let body = toml::to_string(scene).map_err(|e| Diagnostic::new(e.to_string()))?;
         Ok(format!("# {head}\n\n{body}"))

@@ -6,6 +6,7 @@
 
 use super::base::Base;
 use super::grid::Grid;
+use super::settings::REPLICATES;
 use super::track::Track;
 use dem_rocks::model::Model;
 use dem_rocks::model::runout::RunOut;
@@ -24,10 +25,12 @@ use toolkit::provenance::{self, Reader};
 use toolkit::scene::Scene;
 use toolkit::summary::RunStatus;
 
-/// A hash of all that the results depend on: study, scene, terrain, spheres, program.
-pub fn fingerprint(base: &Base, file: &Scene) -> String {
+/// A hash of all that a member depends on: study, scene, terrain, spheres, program. Replicates are added without changing any.
+pub fn fingerprint(base: &Base, file: &Scene) -> Result<String, Diagnostic> {
     let mut bytes = format!("{} {} ", env!("CARGO_PKG_VERSION"), base.shortcuts).into_bytes();
-    bytes.extend(format!("{} {} ", file.fingerprint(), base.scene.fingerprint()).into_bytes());
+    let mut study = file.document()?;
+    study.remove(REPLICATES);
+    bytes.extend(format!("{study} {} ", base.scene.fingerprint()).into_bytes());
     let mut take = |n: f64| bytes.extend(n.to_bits().to_le_bytes());
     base.ground.origin.iter().for_each(|n| take(*n));
     base.ground.nodes.iter().flat_map(|p| [p.x, p.y, p.z]).for_each(&mut take);
@@ -42,7 +45,7 @@ pub fn fingerprint(base: &Base, file: &Scene) -> String {
     }
     bytes.extend(base.ground.triangles.iter().flatten().flat_map(|n| n.to_le_bytes()));
     bytes.extend(&base.ground.zones);
-    format!("{:016x}", fnv1a(&bytes))
+    Ok(format!("{:016x}", fnv1a(&bytes)))
 }
 
 /// How a member ended.

@@ -2,7 +2,8 @@
 //!
 //! Each is a function of the study's seed, the release, the member's place in it and the name of what varies, whatever was
 //! asked for before: members can be computed in any order and anywhere. A quantity that is added changes no other one, but
-//! with Sobol's sequence, whose dimensions are counted.
+//! with Sobol's sequence, whose dimensions are counted. A replicate that is added changes no member before it: a Latin hypercube is
+//! followed by another one, all others go on.
 
 use super::settings::Sampling;
 use interface_defs::ipc::run_id::fnv1a;
@@ -15,8 +16,9 @@ pub struct Sampler {
     sampling: Sampling,
     seed: u64,
     release: usize,
+    /// Members of a replicate.
     count: u64,
-    /// Of a Latin hypercube the part that each member has, for each dimension.
+    /// Of Latin hypercubes, one behind the other, the part that each member has, for each dimension.
     parts: Vec<Vec<u32>>,
     /// What varies, one name for each number that is drawn.
     names: Vec<String>,
@@ -31,24 +33,34 @@ fn generator(seed: u64, stream: &str) -> ChaCha8Rng {
 }
 
 /// The 53 bits that a double from 0 to 1 holds.
-fn unit(bits: u64) -> f64 {
+pub(crate) fn unit(bits: u64) -> f64 {
     (bits >> 11) as f64 / (1_u64 << 53) as f64
 }
 
 impl Sampler {
-    /// For release number `release` with `count` members; `names`: what varies, and its levels.
-    pub fn new(sampling: Sampling, seed: u64, release: usize, count: u64, names: Vec<(String, u64)>) -> Self {
+    /// For release number `release` with `count` members in each of so many replicates; `names`: what varies, and its levels.
+    pub fn new(
+        sampling: Sampling,
+        seed: u64,
+        release: usize,
+        [count, replicates]: [u64; 2],
+        names: Vec<(String, u64)>,
+    ) -> Self {
         let (names, levels): (Vec<String>, Vec<u64>) = names.into_iter().unzip();
         let mut it = Self { sampling, seed, release, count, parts: Vec::new(), names, levels };
         if sampling == Sampling::LatinHypercube {
-            it.parts = (0..it.names.len()).map(|dimension| it.shuffled(dimension)).collect();
+            let of =
+                |dimension| (0..replicates).flat_map(|replicate| it.shuffled(dimension, replicate)).collect();
+            it.parts = (0..it.names.len()).map(of).collect();
         }
         it
     }
 
-    /// The parts of a dimension in an order of its own.
-    fn shuffled(&self, dimension: usize) -> Vec<u32> {
-        let mut random = generator(self.seed, &format!("part {} {}", self.release, self.names[dimension]));
+    /// The parts of a dimension in an order of its own in each replicate.
+    fn shuffled(&self, dimension: usize, replicate: u64) -> Vec<u32> {
+        let again = if replicate > 0 { format!("replicate {replicate} ") } else { String::new() };
+        let stream = format!("{again}part {} {}", self.release, self.names[dimension]);
+        let mut random = generator(self.seed, &stream);
         let mut parts: Vec<u32> = (0..self.count as u32).collect();
         for last in (1..parts.len()).rev() {
             // Of 64 bits for a number of 32: no place is preferred by more than 2e-10.
@@ -93,7 +105,7 @@ mod tests {
 
     fn sampler(sampling: Sampling, seed: u64, count: u64) -> Sampler {
         let names = ["a", "b", "c"].map(|name| (name.to_owned(), 0));
-        Sampler::new(sampling, seed, 0, count, names.into())
+        Sampler::new(sampling, seed, 0, [count, 1], names.into())
     }
 
     #[test]
@@ -122,6 +134,30 @@ mod tests {
         }
     }
 
+    /// Members of three replicates: the first are those of one alone, and each Latin hypercube shares out every distribution by itself, in
+    /// an order of its own.
+    #[test]
+    fn replicates_follow_without_changing_what_was_before() {
+        let names = || ["a", "b"].map(|name| (name.to_owned(), 0)).to_vec();
+        for sampling in [Sampling::Random, Sampling::LatinHypercube, Sampling::Sobol] {
+            let [one, three] = [1, 3].map(|n| Sampler::new(sampling, 7, 0, [50, n], names()));
+            let of = |it: &Sampler, range: std::ops::Range<u64>| -> Vec<f64> {
+                range.map(|k| it.at(1, k)).collect()
+            };
+            assert_eq!(of(&one, 0..50), of(&three, 0..50));
+            if sampling == Sampling::LatinHypercube {
+                let parts =
+                    |range| -> Vec<u64> { of(&three, range).iter().map(|u| (50.0 * u) as u64).collect() };
+                let all = [parts(0..50), parts(50..100), parts(100..150)];
+                assert!(all[0] != all[1] && all[1] != all[2]);
+                for mut parts in all {
+                    parts.sort_unstable();
+                    assert_eq!(parts, (0..50).collect::<Vec<_>>());
+                }
+            }
+        }
+    }
+
     /// Random numbers have mean 1/2 and variance 1/12 within four standard errors, and neighbours do not depend on each other; in
     /// each of 8 x 8 fields of two dimensions Sobol's first 64 numbers have one.
     #[test]
@@ -144,7 +180,7 @@ mod tests {
     #[test]
     fn a_full_factorial_has_every_combination_once() {
         let names = vec![("place".into(), 2), ("turn".into(), 0), ("e".into(), 3), ("mu".into(), 2)];
-        let it = Sampler::new(Sampling::FullFactorial, 1, 0, 12, names);
+        let it = Sampler::new(Sampling::FullFactorial, 1, 0, [12, 1], names);
         let mut all: Vec<[u64; 3]> =
             (0..12).map(|k| [(0, 2.0), (2, 3.0), (3, 2.0)].map(|(d, l)| (l * it.at(d, k)) as u64)).collect();
         all.sort_unstable();

@@ -18,8 +18,22 @@ use toolkit::screen::show;
 /// What a study file may hold at its top.
 pub static STUDY: Kind = Kind {
     name: "study",
-    keys: &["title", "scene", "seed", "sampling", "release", "vary", "maps", "line", "most_failed"],
+    keys: &[
+        "title",
+        "scene",
+        "seed",
+        "sampling",
+        "replicates",
+        "release",
+        "vary",
+        "maps",
+        "line",
+        "most_failed",
+    ],
 };
+
+/// The key that adds members to a study without making it another one.
+pub const REPLICATES: &str = "replicates";
 
 /// Most members of a release that a Sobol sequence has: indices of 16 bits.
 pub const MOST_OF_SOBOL: u64 = 1 << 16;
@@ -143,6 +157,8 @@ pub struct StudySettings {
     pub seed: u64,
     /// How they are spread.
     pub sampling: Sampling,
+    /// How often all releases are drawn anew, each time with other members.
+    pub replicates: u64,
     /// Where they start.
     pub releases: Vec<Release>,
     /// What else varies, by name.
@@ -189,12 +205,20 @@ impl StudySettings {
             return Err(study.invalid("most_failed", what));
         }
         let sampling = study.read("sampling")?.unwrap_or_default();
+        let replicates: u32 = study.read(REPLICATES)?.unwrap_or(1);
+        if replicates == 0 {
+            return Err(
+                study.invalid(REPLICATES, "replicates = 0: 1, the releases as they are, is the least")
+            );
+        }
         let maps: Option<Maps> = study.read("maps")?;
         if let Some(cell) = maps.as_ref().and_then(|maps| maps.cell).filter(|cell| *cell <= 0.0) {
             return Err(study.invalid("maps.cell", format!("cells of {cell} m: they must lie above 0")));
         }
         let lines = lines(study)?;
-        let it = Self { scene, seed, sampling, releases, variables, turned, maps, lines, most_failed };
+        let replicates = replicates.into();
+        let it =
+            Self { scene, seed, sampling, replicates, releases, variables, turned, maps, lines, most_failed };
         it.check(study)?;
         Ok(it)
     }
@@ -209,7 +233,7 @@ impl StudySettings {
         }
     }
 
-    /// Number of members of each release.
+    /// Number of members of each release in a replicate.
     pub fn counts(&self) -> Vec<u64> {
         let combinations = self.combinations();
         self.releases.iter().map(|release| release.count().saturating_mul(combinations)).collect()
@@ -217,7 +241,24 @@ impl StudySettings {
 
     /// Number of members.
     pub fn members(&self) -> u64 {
-        self.counts().iter().fold(0, |a, b| a.saturating_add(*b))
+        self.counts().iter().fold(0_u64, |a, b| a.saturating_add(*b)).saturating_mul(self.replicates)
+    }
+
+    /// What is wrong with replicates of a study in which nothing is random: intervals of the same members again would be too narrow.
+    pub fn unrepeatable(&self) -> Option<&'static str> {
+        let random = self.turned
+            || self.varies(Quantity::Spin)
+            || self.releases.iter().any(|release| release.place().form == Form::Polygon);
+        (self.sampling == Sampling::FullFactorial && !random).then_some(
+            "nothing is random in this full factorial: a replicate would have the same members again",
+        )
+    }
+
+    /// Most replicates that there can be.
+    pub fn most_replicates(&self) -> u64 {
+        let largest = self.counts().into_iter().max().unwrap_or(1);
+        let of_sobol = if self.sampling == Sampling::Sobol { MOST_OF_SOBOL / largest } else { u64::MAX };
+        of_sobol.min(MOST * self.replicates / self.members())
     }
 
     /// Whether this quantity varies.
@@ -232,11 +273,15 @@ impl StudySettings {
             return study.refuse("release", what, "lower count, or the levels in [vary]");
         }
         if self.sampling == Sampling::Sobol
-            && let Some((at, count)) = self.counts().iter().enumerate().find(|(_, n)| **n > MOST_OF_SOBOL)
+            && let counts = self.counts().into_iter().map(|n| n.saturating_mul(self.replicates))
+            && let Some((at, count)) = counts.enumerate().find(|(_, n)| *n > MOST_OF_SOBOL)
         {
             let what = format!("{count} members of one release: a Sobol sequence has {MOST_OF_SOBOL}");
             let cure = "sampling = \"latin_hypercube\"";
             return study.refuse(&format!("release.{at}.count"), what, cure);
+        }
+        if let Some(what) = self.unrepeatable().filter(|_| self.replicates > 1) {
+            return study.refuse(REPLICATES, what, "leave it out, or give distributions more levels");
         }
         if self.varies(Quantity::Volume) && self.varies(Quantity::Mass) {
             let what = "mass and volume together define one thing twice";
@@ -337,6 +382,10 @@ pub fn share() -> Share {
         )
         .value::<u64>("seed", "Another number, other members. Default 1.")
         .value::<Sampling>("sampling", "How members are spread over what varies. Default `latin_hypercube`.")
+        .value::<u32>(
+            REPLICATES,
+            "How often all releases are drawn, each time with other members; with a larger number a study is extended. Default 1.",
+        )
         .value::<f64>(
             "most_failed",
             "Share of members that may fail or be unreliable in a study that is done. Default 0.01.",

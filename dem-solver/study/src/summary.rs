@@ -1,22 +1,24 @@
 //! What a study came to: counts of endings, quantiles over its members.
 
+use super::bounds::{of_quantile, quantile};
 use super::record::{How, Outcome, QUANTITIES};
 use interface_defs::diagnostic::{Diagnostic, Severity, code};
-use interface_defs::message::{Measure, Worse};
+use interface_defs::message::{Interval, Measure, Worse};
 use toolkit::numbers::percent;
 use toolkit::summary::{RunStatus, Summary};
 
 /// Shares of which quantiles are reported [%].
 pub const SHARES: [u32; 5] = [10, 50, 90, 95, 99];
 
-/// The quantile at a share (0 to 1) of numbers in ascending order, at least one, between two of them in proportion.
-pub fn quantile(sorted: &[f64], share: f64) -> f64 {
-    let place = share * (sorted.len() - 1) as f64;
-    let below = place.floor() as usize;
-    let above = (below + 1).min(sorted.len() - 1);
-    let part = place - below as f64;
-    // Not times an infinite difference.
-    if part == 0.0 { sorted[below] } else { sorted[below] + part * (sorted[above] - sorted[below]) }
+/// Name of the quantile at a share [%] of a quantity.
+pub fn quantile_of(name: &str, share: u32) -> String {
+    format!("{name}_q{share}")
+}
+
+/// Names of all quantiles of the summary.
+pub fn quantiles() -> impl Iterator<Item = String> {
+    let all = QUANTITIES.iter().filter(|quantity| quantity.quantiles.is_some());
+    all.flat_map(|quantity| SHARES.map(|share| quantile_of(quantity.name, share)))
 }
 
 /// From which share of a quantile on it is said how far it may lie below what is reported.
@@ -33,16 +35,13 @@ struct Values {
 }
 
 impl Values {
-    /// The least and the largest that the quantile can be, whatever the others come to: these as they were seen last, and behind all that
-    /// are known. The largest is infinite where one of the others may hold its place.
-    fn quantile_between(&self, share: f64) -> [f64; 2] {
+    /// All in ascending order, whatever the others come to: these as they were seen last, and behind all that are known.
+    fn sorted(&self) -> [Vec<f64>; 2] {
         [None, Some(f64::INFINITY)].map(|behind| {
             let mut all = self.known.clone();
             all.extend(self.at_least.iter().map(|&seen| behind.unwrap_or(seen)));
             all.sort_by(f64::total_cmp);
-            let value = quantile(&all, share);
-            // Between a number and infinity, and between two infinities.
-            if value.is_nan() { f64::INFINITY } else { value }
+            all
         })
     }
 }
@@ -98,8 +97,9 @@ impl Numbers {
              {unreliable} of those computed are unreliable"
         );
         summary.warnings.push(Diagnostic::of(Severity::Note, code::OTHER, counts));
-        let mut report = |name: String, value: f64, unit: &str, worse: Worse| {
-            summary.measures.push(Measure::new(name, value, unit).ranked(Measure::ORDINARY, worse));
+        let mut report = |name: String, value: f64, unit: &str, worse: Worse, interval: Option<Interval>| {
+            let measure = Measure::new(name, value, unit).ranked(Measure::ORDINARY, worse);
+            summary.measures.push(Measure { interval, ..measure });
         };
         for (name, count, worse) in [
             ("members", members, Worse::Neither),
@@ -109,7 +109,7 @@ impl Numbers {
             ("members_unreliable", unreliable, Worse::Larger),
             ("members_failed", failed, Worse::Larger),
         ] {
-            report(name.into(), count as f64, "1", worse);
+            report(name.into(), count as f64, "1", worse, None);
         }
         let (mut none, mut unknown, mut wide) = (Vec::new(), Vec::new(), Vec::new());
         for (values, column) in self.values.iter_mut().zip(&QUANTITIES) {
@@ -119,15 +119,19 @@ impl Numbers {
                 continue;
             }
             values.known.sort_by(f64::total_cmp);
-            for share in SHARES {
-                let name = format!("{}_q{share}", column.name);
-                let [least, most] = values.quantile_between(f64::from(share) / 100.0);
+            let sorted = values.sorted();
+            for percent in SHARES {
+                let (name, share) = (quantile_of(column.name, percent), f64::from(percent) / 100.0);
+                let [least, most] = sorted.each_ref().map(|all| quantile(all, share));
                 let unit = column.unit;
                 if most.is_infinite() {
                     unknown.push(format!("{name} (at least {least:.3} {unit})"));
                     continue;
                 }
-                report(name.clone(), most, unit, worse);
+                // The lower end of the one, the upper end of the other.
+                let [low, high] = sorted.each_ref().map(|all| of_quantile(all, share));
+                let interval = Interval { low: low.low, high: high.high };
+                report(name.clone(), most, unit, worse, Some(interval));
                 if most - least > WIDE * most.abs() {
                     wide.push(format!("{name} from {least:.3} to {most:.3} {unit}"));
                 }
@@ -135,7 +139,7 @@ impl Numbers {
             match values.known.last().filter(|_| values.at_least.is_empty()) {
                 Some(most) => {
                     let name = format!("{}_largest", column.name);
-                    report(name, *most, column.unit, worse);
+                    report(name, *most, column.unit, worse, None);
                 }
                 None => unknown.push(format!("{}_largest", column.name)),
             }
@@ -227,13 +231,6 @@ mod tests {
         summary.warnings.iter().map(|warning| format!("{warning}\n")).collect()
     }
 
-    #[test]
-    fn quantiles_lie_between_two_members_in_proportion() {
-        let values = [1.0, 2.0, 4.0, 8.0, 16.0];
-        assert_eq!([0.0, 0.25, 0.5, 0.875, 1.0].map(|s| quantile(&values, s)), [1.0, 2.0, 4.0, 12.0, 16.0]);
-        assert_eq!(quantile(&[3.0], 0.95), 3.0);
-    }
-
     /// Rocks at 10, 20, ... 60 m, then two that left the terrain 45 m and 90 m away. The real run-out of these lies beyond: with both
     /// behind all others, 50 % of eight lie within (40 m + 50 m) / 2; with them where they were seen, within (40 m + 45 m) / 2.
     #[test]
@@ -247,6 +244,12 @@ mod tests {
         assert_eq!(summary.status, RunStatus::Done);
         assert_eq!(summary.measure("run_out_q10"), Some(17.0));
         assert_eq!(summary.measure("run_out_q50"), Some(45.0));
+        // Eight are enough for both ends, and the upper one may be one of the two.
+        let interval = summary.measures.iter().find(|m| m.name == "run_out_q50").and_then(|m| m.interval);
+        assert!(
+            interval.is_some_and(|of| of.high.is_none() && of.low.is_some_and(|low| low < 42.5)),
+            "{interval:?}"
+        );
         assert_eq!(summary.measure("run_out_q90"), None);
         assert_eq!(summary.measure("run_out_q99"), None);
         assert_eq!(summary.measure("run_out_largest"), None);

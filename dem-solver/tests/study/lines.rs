@@ -106,9 +106,24 @@ fn lines_and_maps_hold_what_flies_past() {
     let exact = energies[2] + 0.7 * (energies[3] - energies[2]);
     assert!((measure("road_energy_q90") / exact - 1.0).abs() < 1e-9);
     assert_eq!(measure("road_passing_share"), 1.0);
+    // Wilson's interval of 4 of 4 ends at 4 / 7.8415 and 1; four rocks are too few for an upper end of a high quantile.
+    let interval = |name: &str| summary["measures"][name]["interval"].clone();
+    let share = interval("road_passing_share");
+    assert!((share[0].as_f64().expect("a number") - 0.510_109).abs() < 1e-6 && share[1] == 1.0, "{share}");
+    let energy = interval("road_energy_q90");
+    let low = energy[0].as_f64().expect("a number");
+    assert!((energies[1]..=energies[2]).contains(&low) && energy[1].is_null(), "{energy}");
+    assert!(interval("road_energy_largest").is_null());
     let exceedance = std::fs::read_to_string(place.path("out/lines/road_exceedance.csv")).expect("a table");
     let exceedance = self::rows(&exceedance);
     assert_eq!(number(&exceedance[0], "share_of_all"), 0.25);
+    // Of 1 of 4, by hand: (2.92073 -+ 1.95996 sqrt(0.75 + 0.96036)) / 7.84146.
+    for (end, exact) in [("low", 0.045_587), ("high", 0.699_358)] {
+        let found = number(&exceedance[0], &format!("share_of_passing_{end}"));
+        assert!((found - exact).abs() < 1e-5, "{found}");
+    }
+    let curve = std::fs::read_to_string(place.path("out/lines/road.svg")).expect("a picture");
+    assert!(curve.contains("100.0 % [51.0, 100.0] of all rocks pass") && curve.contains(", too few]"));
     assert!((number(&exceedance[0], "energy_J") / energies[3] - 1.0).abs() < 1e-9);
     let raster = |name: &str| {
         let file = place.path("out/maps").join(name);
@@ -123,6 +138,9 @@ fn lines_and_maps_hold_what_flies_past() {
         let x = 2_600_011.0 + 2.0 * f64::from(cell);
         let at = |r: &dem_solver::terrain::raster::Raster| r.nearest(x, 1_200_021.0).expect("passed");
         assert_eq!(at(&count), 4.0);
+        assert!((at(&raster("share_low.tif")) - 0.510_109).abs() < 1e-6);
+        assert_eq!(at(&raster("share_high.tif")), 1.0);
+        assert_eq!(raster("speed_q50_high.tif").nearest(x, 1_200_021.0), None, "four are too few");
         let out = |v: f64| (v * v + (g * 2.0 * f64::from(cell + 1) / v).powi(2)).sqrt();
         let mut values: Vec<f64> = fastest.iter().map(|v| out(*v)).collect();
         values.sort_by(f64::total_cmp);

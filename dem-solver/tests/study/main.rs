@@ -3,6 +3,7 @@
 
 mod doubts;
 mod drawn;
+mod growth;
 mod lines;
 mod members;
 mod repeat;

@@ -209,6 +209,28 @@ impl FromStr for MemberRange {
     }
 }
 
+/// How well a measure of a study must be known.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Accuracy {
+    /// Its name.
+    pub measure: String,
+    /// Half of its interval over its value, at most.
+    pub share: f64,
+}
+
+impl FromStr for Accuracy {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (measure, share) = text.rsplit_once(':').unwrap_or_default();
+        let percent = share.trim().strip_suffix('%').and_then(|share| share.trim().parse::<f64>().ok());
+        match percent.filter(|percent| *percent > 0.0 && *percent < 100.0 && !measure.is_empty()) {
+            Some(percent) => Ok(Self { measure: measure.into(), share: percent / 100.0 }),
+            None => Err("write a measure and a share of it, as in road_energy_q95:5%".into()),
+        }
+    }
+}
+
 /// Of `ensemble`: which study, which part of it, and where its results go.
 #[derive(Debug, Clone, Args)]
 pub struct EnsembleArguments {
@@ -225,6 +247,12 @@ pub struct EnsembleArguments {
     /// Print the members of the study in N equal parts, as --members takes them, one in a line; compute nothing
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..), conflicts_with_all = ["members", "force", "resume"], help_heading = "Computation")]
     pub chunks: Option<u64>,
+    /// Add replicates of the study until half of the 95 % interval of this measure is no more than that share of it
+    #[arg(long, value_name = "MEASURE:SHARE", conflicts_with_all = ["members", "chunks", "scene_of", "barrier"], help_heading = "Computation")]
+    pub until: Option<Accuracy>,
+    /// Most members that --until goes to [default: ten times those of the study]
+    #[arg(long, value_name = "N", requires = "until", value_parser = clap::value_parser!(u64).range(1..), help_heading = "Computation")]
+    pub at_most: Option<u64>,
     /// Write the complete scene of one member, which `rockfall run` computes as the study does
     #[arg(long, value_name = "N", conflicts_with_all = ["members", "chunks"], value_parser = clap::value_parser!(u64).range(1..), help_heading = "One member")]
     pub scene_of: Option<u64>,
@@ -311,5 +339,16 @@ mod tests {
         assert!(Cli::try_parse_from(["p", "s.toml", "--out", "-x"]).is_err());
         let cli = Cli::try_parse_from(["p", "s.toml", "--out", "a/-x"]).unwrap_or_else(|e| panic!("{e}"));
         assert_eq!(cli.dir.out.as_deref(), Some(Path::new("a/-x")));
+    }
+
+    #[test]
+    fn an_accuracy_is_a_measure_and_a_share_of_it() {
+        assert_eq!(
+            "road_energy_q95: 5 %".parse(),
+            Ok(Accuracy { measure: "road_energy_q95".into(), share: 0.05 })
+        );
+        for wrong in ["road_energy_q95", "road_energy_q95:5", "road_energy_q95:0%", ":5%", "a:x%", "a:100%"] {
+            assert!(wrong.parse::<Accuracy>().is_err_and(|e| e.contains("road_energy_q95:5%")), "{wrong}");
+        }
     }
 }

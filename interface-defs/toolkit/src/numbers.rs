@@ -5,6 +5,14 @@ pub fn rounded(value: f64, digits: usize) -> f64 {
     format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
 }
 
+/// The nearest number whose last digit is the second one of `coarse`, above 0.
+pub fn to_place(value: f64, coarse: f64) -> f64 {
+    let places = coarse.log10().floor() - 1.0;
+    let step = 10.0_f64.powi(places.abs() as i32);
+    // A division by a whole power of ten, so that the number is the one that a person would write.
+    if places < 0.0 { (value * step).round() / step } else { (value / step).round() * step }
+}
+
 /// The first two significant digits of a positive number, for a length of time that is chosen: never longer.
 pub fn two_digits(value: f64) -> f64 {
     let power = value.log10().floor() as i32 - 1;
@@ -76,6 +84,10 @@ mod tests {
         assert_eq!(written.map(three), ["0.3", "-1230", "0", "1e7", "2e-5", "inf"]);
         assert_eq!([0.0712, 1e5].map(percent), ["7.12 %", "1.0e7 %"]);
         assert_eq!([7.25, 125.0].map(seconds), ["7.25 s", "2 min 05 s"]);
+        assert_eq!(
+            [2.0, 23.0, 0.0023].map(|coarse| to_place(1234.56789, coarse)),
+            [1234.6, 1235.0, 1234.5679]
+        );
         assert_eq!([2.0e-4, 4.5678e-5].map(two_digits), [2.0e-4, 4.5e-5]);
         assert_eq!(
             (short_in("m", 1_234_567.891_2), short_in("J", 1_234_567.891_2)),

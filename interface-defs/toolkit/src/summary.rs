@@ -3,10 +3,10 @@
 
 use super::exit::Exit;
 use super::files;
-use super::numbers::{percent, rounded, short, short_in};
+use super::numbers::{percent, rounded, short, short_in, to_place};
 use super::run_dir::SUMMARY;
 use super::screen::{complain, show};
-use interface_defs::message::Found;
+use interface_defs::message::{Found, Interval};
 use interface_defs::verdict::{Fate, NOTHING_TORE};
 use interface_defs::{Diagnostic, Measure, PartUse, Severity, Statistics, Torn, Verdict, code};
 use serde::{Deserialize, Serialize, Serializer};
@@ -208,6 +208,8 @@ impl Summary {
         out.measures.retain_mut(|m| {
             if m.value.is_finite() {
                 m.time = m.time.filter(|t| t.is_finite());
+                let known = |end: Option<f64>| end.filter(|end| end.is_finite());
+                m.interval = m.interval.map(|of| Interval { low: known(of.low), high: known(of.high) });
                 return true;
             }
             let what =
@@ -273,7 +275,7 @@ fn with_sentences<S: Serializer>(verdicts: &[Verdict], to: S) -> Result<S::Ok, S
 
 mod measures {
     use indexmap::IndexMap;
-    use interface_defs::message::{Found, Measure, Uncertainty, Worse};
+    use interface_defs::message::{Found, Interval, Measure, Uncertainty, Worse};
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
     #[derive(Serialize, Deserialize)]
@@ -290,6 +292,9 @@ mod measures {
         uncertainty_by: Option<Found>,
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         unreliable: bool,
+        /// The interval; of one that a sample is too small for, null.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        interval: Option<[Option<f64>; 2]>,
         rank: u16,
         worse: Worse,
         source: String,
@@ -297,7 +302,8 @@ mod measures {
 
     pub fn serialize<S: Serializer>(measures: &[Measure], to: S) -> Result<S::Ok, S::Error> {
         to.collect_map(measures.iter().map(|m| {
-            let Measure { name, value, unit, time, member, rank, worse, source, uncertainty: of } = m.clone();
+            let Measure { name, value, unit, time, member, rank, worse, source, uncertainty: of, interval } =
+                m.clone();
             let (uncertainty, by) = (of.and_then(|of| of.value), of.map(|of| of.by));
             let unreliable = of.is_some_and(|of| of.beyond);
             let written = Written {
@@ -308,6 +314,7 @@ mod measures {
                 uncertainty,
                 uncertainty_by: by,
                 unreliable,
+                interval: interval.map(|of| [of.low, of.high]),
                 rank,
                 worse,
                 source,
@@ -326,12 +333,14 @@ mod measures {
                 uncertainty,
                 uncertainty_by: by,
                 unreliable,
+                interval,
                 rank,
                 worse,
                 source,
             } = written;
             let uncertainty = by.map(|by| Uncertainty { value: uncertainty, by, beyond: unreliable });
-            Measure { name, value, unit, time, member, rank, worse, source, uncertainty }
+            let interval = interval.map(|[low, high]| Interval { low, high });
+            Measure { name, value, unit, time, member, rank, worse, source, uncertainty, interval }
         };
         Ok(IndexMap::<String, Written>::deserialize(from)?.into_iter().map(measure).collect())
     }
@@ -469,7 +478,20 @@ fn row(m: &Measure) -> [String; 3] {
         }
         (None, _) => "+- ? ".to_owned(),
     });
-    [m.name.clone(), short_in(&m.unit, m.value), format!("{unit:<4} {off}{time}{member}")]
+    let (number, interval) = match m.interval {
+        Some(of) => within(m.value, of),
+        None => (short_in(&m.unit, m.value), String::new()),
+    };
+    [m.name.clone(), number, format!("{unit:<4} {interval}{off}{time}{member}")]
+}
+
+/// A number and its interval with no more digits than two of half its width.
+fn within(value: f64, Interval { low, high }: Interval) -> (String, String) {
+    let widest = [low, high].into_iter().flatten().map(|end| (end - value).abs()).fold(0.0, f64::max);
+    let half = low.zip(high).map_or(widest, |(low, high)| 0.5 * (high - low));
+    let written = |value: f64| short(if half > 0.0 { to_place(value, half) } else { value });
+    let end = |end: Option<f64>| end.map_or("too few".into(), written);
+    (written(value), format!("[{}, {}] ", end(low), end(high)))
 }
 
 #[cfg(test)]
@@ -596,6 +618,28 @@ mod tests {
         let read = Summary::read(dir.path()).expect("read");
         assert_eq!(read, summary);
         assert_eq!(read.measure("posts_tension_min"), Some(-482e3));
+    }
+
+    /// Half of 40 is 20: two digits of it end with the ones. An end for which there are too few rocks is said as such.
+    #[test]
+    fn an_interval_stands_beside_its_number_with_digits_that_it_warrants_and_reads_back() {
+        let of = |low, high| Measure {
+            interval: Some(Interval { low, high }),
+            ..measure("road_energy_q95", 123.456_789, None)
+        };
+        for (low, high, due) in [
+            (Some(100.123), Some(140.123), ["123", "m    [100, 140] "]),
+            (Some(120.0), Some(124.2), ["123.5", "m    [120, 124.2] "]),
+            (Some(-877.0), Some(1123.0), ["100", "m    [-900, 1100] "]),
+            (Some(100.123), None, ["123", "m    [100, too few] "]),
+            (None, None, ["123.457", "m    [too few, too few] "]),
+        ] {
+            assert_eq!(row(&of(low, high))[1..], due);
+            let dir = tempfile::tempdir().expect("a directory");
+            let summary = Summary { measures: vec![of(low, high)], ..Summary::new(RunStatus::Done) };
+            summary.write(dir.path()).expect("written");
+            assert_eq!(Summary::read(dir.path()).expect("read"), summary);
+        }
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Checks of a barrier on a line: what it must be able to do, and whether it is.
 
+use crate::bounds::{self, CONFIDENCE, quantile};
 use crate::design::{Design, Level, Onr, UNI_QUANTILE, Uni};
-use crate::summary::quantile;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::message::Measure;
 use std::io;
@@ -50,7 +50,8 @@ impl Row {
 
     /// The same, of which the barrier has so much, and which follows from a quantile of `sample` by `required`.
     fn judged(self, has: Option<f64>, sample: &Sample, quantile: f64, required: impl Fn(f64) -> f64) -> Self {
-        Self { has, bound: sample.upper(quantile).map(required), weak: sample.weakness(quantile), ..self }
+        let bound = bounds::upper(sample.values, quantile / 100.0).map(required);
+        Self { has, bound, weak: sample.weakness(quantile), ..self }
     }
 
     /// With how many of the rocks that pass have more than the barrier.
@@ -90,22 +91,6 @@ impl Sample<'_> {
         (!self.values.is_empty()).then(|| quantile(self.values, quantile_of / 100.0))
     }
 
-    /// What the quantile [%] does not exceed with [`CONFIDENCE`], whatever the distribution: the smallest value that has so many of the sample
-    /// below it that fewer would be drawn from below the quantile in that share of all samples. `None`: not even the largest has.
-    fn upper(&self, quantile: f64) -> Option<f64> {
-        let (count, below) = (self.values.len(), quantile / 100.0);
-        // Logarithm of the probability that k of all lie below the quantile.
-        let (mut log, mut sum) = (count as f64 * (1.0 - below).ln(), 0.0);
-        for (k, value) in self.values.iter().enumerate() {
-            sum += log.exp();
-            if sum >= CONFIDENCE {
-                return Some(*value);
-            }
-            log += ((count - k) as f64 / (k + 1) as f64 * below / (1.0 - below)).ln();
-        }
-        None
-    }
-
     /// Why nothing can be called sufficient by this quantile [%].
     fn weakness(&self, quantile: f64) -> Option<String> {
         if self.study.is_unreliable {
@@ -118,12 +103,9 @@ impl Sample<'_> {
     }
 }
 
-/// Confidence of the upper bound of a quantile, one-sided.
-const CONFIDENCE: f64 = 0.95;
-
 /// Number of rocks from which on the largest of them bounds a quantile [%].
 fn least(quantile: f64) -> usize {
-    ((1.0 - CONFIDENCE).ln() / (quantile / 100.0).ln()).ceil() as usize
+    bounds::least(quantile / 100.0)
 }
 
 /// What is known of a study as a whole before its lines are judged.

@@ -1,19 +1,20 @@
-//! What passes each line: a table of crossings, exceedance curves, quantiles of energy, height and speed.
+//! What passes each line: a table of crossings, exceedance curves, quantiles of energy, height and speed, each with its interval.
 
 use super::design::{self, Checked, Passing as Rocks, Reliability};
 use crate::base::Base;
+use crate::bounds::{of_quantile, of_share, quantile};
 use crate::record::All;
-use crate::summary::{SHARES, quantile};
+use crate::summary::{SHARES, quantile_of};
 use crate::track::Crossing;
 use dem_rocks::results::map::sheet::{Axes, FINE, INK, LEFT, RIGHT, font, page, plot, px};
 use interface_defs::diagnostic::{Diagnostic, code};
-use interface_defs::message::{Measure, Worse};
+use interface_defs::message::{Interval, Measure, Worse};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::io;
 use std::path::Path;
 use toolkit::columns::Columns;
-use toolkit::files::{self, Stream};
+use toolkit::files;
 use toolkit::history::column;
 use toolkit::numbers::three;
 use toolkit::summary::RunStatus;
@@ -45,8 +46,7 @@ const fn statistic(
 }
 
 /// Measures of a line that the screen shows first, with their ranks.
-const RANKS: [(&str, u16); 4] =
-    [("passing_share", 5), ("energy_q95", 10), ("energy_q99", 12), ("height_q95", 14)];
+const RANKS: [(&str, u16); 4] = [(SHARE, 5), ("energy_q95", 10), ("energy_q99", 12), ("height_q95", 14)];
 
 /// The table of crossings: of a member, the number of the crossing, and the crossing.
 fn columns(base: &Base) -> Columns<'_, (u64, u64, Crossing)> {
@@ -66,22 +66,20 @@ fn columns(base: &Base) -> Columns<'_, (u64, u64, Crossing)> {
 }
 
 /// What passes one line.
+#[derive(Default)]
 struct Passing {
-    table: csv::Writer<Stream>,
-    /// Largest values of each member that passes.
+    /// Largest values of each member that passes, in ascending order.
     largest: [Vec<f64>; STATISTICS.len()],
-    /// Their masses [kg].
+    /// Their masses [kg], likewise.
     masses: Vec<f64>,
 }
 
-/// Write tables and curves of all lines; add their measures.
-pub fn write(base: &Base, dir: &Path, all: All, study: &Reliability, found: &mut Checked) -> io::Result<()> {
-    let (mut passing, columns) = (Vec::new(), columns(base));
-    for line in &base.study.lines {
-        let mut table = csv::Writer::from_writer(files::create(&dir.join(format!("{}.csv", line.name)))?);
-        table.write_record(columns.names())?;
-        passing.push(Passing { table, largest: Default::default(), masses: Vec::new() });
-    }
+/// Called with every crossing: number of its line, of its member, of the crossing.
+type Each<'a> = &'a mut dyn FnMut(usize, &(u64, u64, Crossing)) -> io::Result<()>;
+
+/// What passes each line, and how many members were computed.
+fn gather(base: &Base, all: All, each: Each) -> io::Result<(Vec<Passing>, u64)> {
+    let mut passing: Vec<Passing> = base.lines.iter().map(|_| Passing::default()).collect();
     let mut computed = 0_u64;
     all(&mut |record| {
         if record.outcome.status == RunStatus::Failed {
@@ -92,7 +90,7 @@ pub fn write(base: &Base, dir: &Path, all: All, study: &Reliability, found: &mut
             let mut most: Option<[f64; STATISTICS.len()]> = None;
             let own = record.track.crossings.iter().filter(|crossing| usize::from(crossing.line) == number);
             for (count, crossing) in (1..).zip(own) {
-                passing.table.write_record(columns.row(&(record.number, count, *crossing)))?;
+                each(number, &(record.number, count, *crossing))?;
                 let most = most.get_or_insert([f64::NEG_INFINITY; STATISTICS.len()]);
                 most.iter_mut().zip(&STATISTICS).for_each(|(most, it)| *most = most.max((it.of)(crossing)));
             }
@@ -103,25 +101,77 @@ pub fn write(base: &Base, dir: &Path, all: All, study: &Reliability, found: &mut
         }
         Ok(())
     })?;
-    for (line, mut passing) in base.study.lines.iter().zip(passing) {
-        passing.table.flush()?;
+    let sort = |values: &mut Vec<f64>| values.sort_by(f64::total_cmp);
+    for Passing { largest, masses } in &mut passing {
+        largest.iter_mut().chain([masses]).for_each(sort);
+    }
+    Ok((passing, computed))
+}
+
+/// Share of the members that passes.
+const SHARE: &str = "passing_share";
+
+impl Passing {
+    /// Its measures, at the line `name`, where `computed` members were computed.
+    fn measures(&self, name: &str, computed: u64) -> Vec<Measure> {
+        let mut all = Vec::new();
+        let mut report = |what: &str, value: f64, unit: &str, interval: Option<Interval>| {
+            let rank = RANKS.iter().find(|(ranked, _)| *ranked == what).map_or(Measure::ORDINARY, |r| r.1);
+            let measure = Measure::new(format!("{name}_{what}"), value, unit).ranked(rank, Worse::Larger);
+            all.push(Measure { interval, ..measure });
+        };
+        let count = self.masses.len() as u64;
+        report("passing", count as f64, "1", None);
+        report(SHARE, count as f64 / computed as f64, "1", Some(of_share(count, computed)));
+        for (values, Statistic { name, unit, .. }) in self.largest.iter().zip(&STATISTICS) {
+            let Some(most) = values.last() else { continue };
+            for percent in SHARES {
+                let share = f64::from(percent) / 100.0;
+                let interval = Some(of_quantile(values, share));
+                report(&quantile_of(name, percent), quantile(values, share), unit, interval);
+            }
+            report(&format!("{name}_largest"), *most, unit, None);
+        }
+        all
+    }
+}
+
+/// Names of all measures of lines that have an interval.
+pub fn bounded(base: &Base) -> impl Iterator<Item = String> {
+    base.study.lines.iter().flat_map(|line| {
+        let quantiles = STATISTICS.iter().flat_map(|it| SHARES.map(|share| quantile_of(it.name, share)));
+        std::iter::once(SHARE.to_owned()).chain(quantiles).map(|what| format!("{}_{what}", line.name))
+    })
+}
+
+/// The measures of all lines; nothing is written.
+pub fn measures(base: &Base, all: All) -> io::Result<Vec<Measure>> {
+    let (passing, computed) = gather(base, all, &mut |_, _| Ok(()))?;
+    let lines = base.study.lines.iter().zip(&passing).filter(|_| computed > 0);
+    Ok(lines.flat_map(|(line, passing)| passing.measures(&line.name, computed)).collect())
+}
+
+/// Write tables and curves of all lines; add their measures.
+pub fn write(base: &Base, dir: &Path, all: All, study: &Reliability, found: &mut Checked) -> io::Result<()> {
+    let (mut tables, columns) = (Vec::new(), columns(base));
+    for line in &base.study.lines {
+        let mut table = csv::Writer::from_writer(files::create(&dir.join(format!("{}.csv", line.name)))?);
+        table.write_record(columns.names())?;
+        tables.push(table);
+    }
+    let (passing, computed) =
+        gather(base, all, &mut |line, row| Ok(tables[line].write_record(columns.row(row))?))?;
+    tables.iter_mut().try_for_each(|table| table.flush())?;
+    for (line, passing) in base.study.lines.iter().zip(passing) {
         let name = &line.name;
         let mut warn = |code, what: String| found.warnings.push(Diagnostic::warning(code, what));
-        let count = passing.largest[0].len();
         if computed == 0 {
             let what = format!("what passes the line `{name}` is not known: no member was computed");
             warn(code::ABSENT_MEASURE, what);
             continue;
         }
-        let share = count as f64 / computed as f64;
-        let mut report = |what: &str, value: f64, unit: &str| {
-            let rank = RANKS.iter().find(|(ranked, _)| *ranked == what).map_or(Measure::ORDINARY, |r| r.1);
-            let measure = Measure::new(format!("{name}_{what}"), value, unit);
-            found.measures.push(measure.ranked(rank, Worse::Larger));
-        };
-        report("passing", count as f64, "1");
-        report("passing_share", share, "1");
-        if count == 0 {
+        found.measures.extend(passing.measures(name, computed));
+        if passing.masses.is_empty() {
             let what = format!("quantiles at the line `{name}` absent: none of {computed} rocks passes it");
             warn(code::ABSENT_MEASURE, what);
             if line.design.is_some() {
@@ -133,40 +183,45 @@ pub fn write(base: &Base, dir: &Path, all: All, study: &Reliability, found: &mut
             }
             continue;
         }
-        for (values, Statistic { name, unit, .. }) in passing.largest.iter_mut().zip(&STATISTICS) {
-            values.sort_by(f64::total_cmp);
-            let Some(most) = values.last().copied() else { continue };
-            for share in SHARES {
-                report(&format!("{name}_q{share}"), quantile(values, f64::from(share) / 100.0), unit);
-            }
-            report(&format!("{name}_largest"), most, unit);
-        }
         if let Some(design) = &line.design {
             let [energy, _, height, speed, ..] = &passing.largest;
             let path = dir.join(format!("{name}_design.csv"));
-            passing.masses.sort_by(f64::total_cmp);
             let rocks = Rocks { energy, height, speed, mass: &passing.masses };
             design::write(&path, name, design, &rocks, study, found)?;
         }
         exceedance(&dir.join(format!("{name}_exceedance.csv")), &passing.largest, computed)?;
-        let svg = curves(name, &passing.largest, share).map_err(io::Error::other)?;
+        let svg = curves(name, &passing.largest, computed).map_err(io::Error::other)?;
         files::write(&dir.join(format!("{name}.svg")), svg.as_bytes())?;
     }
     Ok(())
 }
 
+/// Shares of an exceedance curve, each with its interval.
+const EXCEEDED: [&str; 6] = [
+    "share_of_passing",
+    "share_of_passing_low",
+    "share_of_passing_high",
+    "share_of_all",
+    "share_of_all_low",
+    "share_of_all_high",
+];
+
 /// How often each value is reached or exceeded, of the members that pass and of all.
 fn exceedance(path: &Path, largest: &[Vec<f64>; STATISTICS.len()], computed: u64) -> io::Result<()> {
     let mut table = csv::Writer::from_writer(files::create(path)?);
     let names = STATISTICS.iter().map(|it| column(it.name, it.unit));
-    table.write_record(["share_of_passing", "share_of_all"].map(String::from).into_iter().chain(names))?;
+    table.write_record(EXCEEDED.map(String::from).into_iter().chain(names))?;
     let count = largest[0].len();
     for reached in 1..=count {
-        let shares = [reached as f64 / count as f64, reached as f64 / computed as f64];
+        let shares = [count as u64, computed].map(|all| {
+            let of = of_share(reached as u64, all);
+            [Some(reached as f64 / all as f64), of.low, of.high]
+        });
+        let shares = shares.into_iter().flatten().map(|v| v.map_or(String::new(), |v| v.to_string()));
         // Of a quantity that is not known of all members there are fewer values.
         let value = |values: &Vec<f64>| values.len().checked_sub(reached).map(|at| values[at].to_string());
         let values = largest.iter().map(|values| value(values).unwrap_or_default());
-        table.write_record(shares.map(|v| v.to_string()).into_iter().chain(values))?;
+        table.write_record(shares.chain(values))?;
     }
     table.flush()
 }
@@ -175,39 +230,55 @@ fn exceedance(path: &Path, largest: &[Vec<f64>; STATISTICS.len()], computed: u64
 const PANEL: i32 = 380;
 const HEIGHT: i32 = 400;
 const TITLE: i32 = 36;
+const CURVE: RGBColor = RGBColor(180, 40, 45);
 
-/// Exceedance of energy, passing height and speed.
-fn curves(name: &str, largest: &[Vec<f64>; STATISTICS.len()], share: f64) -> Result<String, String> {
+/// Exceedance of energy, passing height and speed, each share with its interval as a band.
+fn curves(name: &str, largest: &[Vec<f64>; STATISTICS.len()], computed: u64) -> Result<String, String> {
     let drawn = largest.iter().zip(&STATISTICS).filter(|(values, _)| !values.is_empty());
     let drawn: Vec<_> = drawn.filter_map(|(values, it)| Some((values, it.curve?))).collect();
-    let share = 100.0 * share;
-    let title =
-        format!("Line {name}: {share:.1} % of all rocks pass; of these, the share that reaches or exceeds");
+    let count = largest[0].len() as u64;
+    let of = of_share(count, computed);
+    let [share, low, high] = [Some(count as f64 / computed as f64), of.low, of.high]
+        .map(|share| format!("{:.1}", 100.0 * share.unwrap_or(f64::NAN)));
+    let title = format!(
+        "Line {name}: {share} % [{low}, {high}] of all rocks pass; of these {count}, the share that reaches or exceeds (band: 95 % interval)"
+    );
     page([PANEL * drawn.len() as i32, HEIGHT], "", |root| {
         let (head, rest) = root.split_vertically(TITLE * FINE);
         head.draw(&Text::new(title, (px(f64::from(LEFT)), px(10.0)), font(17.0)))?;
         for (panel, (values, (title, scale))) in rest.split_evenly((1, drawn.len())).iter().zip(drawn) {
             // With room for the words to the right of the largest one.
-            let most = (values[values.len() - 1] * scale).max(1e-9) * 1.3;
+            let most = (values[values.len() - 1] * scale).max(1e-9) * 1.9;
             let least = (values[0] * scale).min(0.0);
             let room = [12, RIGHT, 42, LEFT];
             let axes =
                 Axes { room, titles: [title, "share of those that pass"], numbers: [6, 6], grid: true };
             let chart = plot(panel, [[least, 0.0], [most, 1.0]], &axes)?;
             let plot = chart.plotting_area();
-            let count = values.len() as f64;
-            let steps = values.iter().enumerate().flat_map(|(k, v)| {
-                [(v * scale, 1.0 - k as f64 / count), (v * scale, 1.0 - (k + 1) as f64 / count)]
-            });
-            let all: Vec<_> = std::iter::once((least, 1.0)).chain(steps).collect();
-            plot.draw(&PathElement::new(all, RGBColor(180, 40, 45).stroke_width(px(1.5) as u32)))?;
+            let count = values.len();
+            // A step down at each value, from where as many as `of` says reach it.
+            let stairs = |of: &dyn Fn(u64) -> f64| -> Vec<(f64, f64)> {
+                let steps = values.iter().enumerate().flat_map(|(k, v)| {
+                    [count - k, count - k - 1].map(|reached| (v * scale, of(reached as u64)))
+                });
+                std::iter::once((least, of(count as u64))).chain(steps).collect()
+            };
+            let interval = |reached| of_share(reached, count as u64);
+            let mut band = stairs(&|reached| interval(reached).low.unwrap_or(0.0));
+            band.extend(stairs(&|reached| interval(reached).high.unwrap_or(1.0)).into_iter().rev());
+            plot.draw(&Polygon::new(band, CURVE.mix(0.18).filled()))?;
+            let all = stairs(&|reached| reached as f64 / count as f64);
+            plot.draw(&PathElement::new(all, CURVE.stroke_width(px(1.5) as u32)))?;
             for (share, height) in [(0.95, 0.26), (0.99, 0.16)] {
                 let at = quantile(values, share) * scale;
+                let of = of_quantile(values, share);
+                let end = |end: Option<f64>| end.map_or("too few".into(), |end| three(end * scale));
+                let (low, high) = (end(of.low), end(of.high));
                 plot.draw(&PathElement::new(
                     vec![(at, 0.0), (at, height)],
                     INK.stroke_width(px(1.0) as u32),
                 ))?;
-                let label = format!(" {:.0} %: {}", 100.0 * share, three(at));
+                let label = format!(" {:.0} %: {} [{low}, {high}]", 100.0 * share, three(at));
                 // To the right of its line, where the curve is below.
                 let style = font(12.0).pos(Pos::new(HPos::Left, VPos::Center));
                 plot.draw(&Text::new(label, (at, height - 0.02), style))?;

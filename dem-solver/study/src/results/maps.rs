@@ -1,16 +1,18 @@
 //! The maps: per cell how many rocks passed or stopped there, and quantiles of how fast, how strong, how high. Each is a GeoTIFF,
-//! one band of numbers, north up, in the terrain's coordinate system, and a picture. Trajectories and ends of members are GeoJSON, with
-//! what became of each.
+//! one band of numbers, north up, in the terrain's coordinate system, and a picture; the two ends of an interval are GeoTIFFs beside it.
+//! Trajectories and ends of members are GeoJSON, with what became of each.
 //!
 //! Source: OGC GeoTIFF 1.1, 7.1 and B; the mark of cells without a value is GDAL's.
 
 use super::picture::{self, Map, Scale};
 use crate::base::Base;
+use crate::bounds::{Ends, of_share, quantile};
 use crate::grid::Grid;
 use crate::record::{All, How, QUANTITIES, Record};
-use crate::summary::quantile;
+use crate::summary::quantile_of;
 use dem_terrain::system::{PROJECTED_TYPE, USER_DEFINED};
 use interface_defs::diagnostic::{Diagnostic, code};
+use rustc_hash::FxHashMap;
 use serde_json::{Value, json};
 use std::io::{self, BufWriter, Cursor, Write};
 use std::path::Path;
@@ -56,8 +58,10 @@ pub fn write(base: &Base, grid: &Grid, system: &System, dir: &Path, all: All) ->
         Ok(())
     })?;
     let picture = picture::Sheet::new(base, grid, computed);
+    let band =
+        |name: &str, values: &[f32]| write_band(&dir.join(format!("{name}.tif")), base, grid, system, values);
     let put = |name: &str, title: String, note, scale, values: &[f32]| {
-        write_band(&dir.join(format!("{name}.tif")), base, grid, system, values)?;
+        band(name, values)?;
         picture.write(&dir.join(format!("{name}.svg")), &Map { title, note, scale, values })
     };
     let known = |of: &dyn Fn(usize) -> f32| -> Vec<f32> {
@@ -67,11 +71,16 @@ pub fn write(base: &Base, grid: &Grid, system: &System, dir: &Path, all: All) ->
     put("count", "number of rocks passing".into(), None, Scale::Log, &passing)?;
     let shares = known(&|cell| (f64::from(count[cell]) / computed.max(1) as f64) as f32);
     put("share", "share of rocks passing".into(), None, Scale::Log, &shares)?;
+    let interval = |cell: usize| of_share(count[cell].into(), computed.max(1));
+    band("share_low", &known(&|cell| interval(cell).low.map_or(f32::NAN, |low| low as f32)))?;
+    band("share_high", &known(&|cell| interval(cell).high.map_or(f32::NAN, |high| high as f32)))?;
     let stopped: Vec<f32> = ends.iter().map(|n| if *n > 0 { *n as f32 } else { f32::NAN }).collect();
     put("deposition", "number of rocks at rest".into(), None, Scale::Linear, &stopped)?;
     // Where the values of each cell begin in one long row.
     let mut starts = vec![0_usize];
     count.iter().for_each(|n| starts.push(starts[starts.len() - 1] + *n as usize));
+    // Where intervals end depends on the number of rocks alone.
+    let mut ends: FxHashMap<usize, [Ends; SHARES.len()]> = FxHashMap::default();
     for (number, (name, title)) in VISITED.into_iter().enumerate() {
         let mut values = vec![0.0_f32; starts[grid.cells()]];
         let mut next = starts.clone();
@@ -86,19 +95,29 @@ pub fn write(base: &Base, grid: &Grid, system: &System, dir: &Path, all: All) ->
             }
             Ok(())
         })?;
-        let mut maps = vec![vec![f32::NAN; grid.cells()]; SHARES.len()];
+        // The quantile, and both ends of its interval.
+        let mut maps = vec![[(); 3].map(|()| vec![f32::NAN; grid.cells()]); SHARES.len()];
         let mut sorted = Vec::new();
         for cell in (0..grid.cells()).filter(|cell| count[*cell] > 0) {
             sorted.clear();
             sorted.extend(values[starts[cell]..starts[cell + 1]].iter().map(|v| f64::from(*v)));
             sorted.sort_by(f64::total_cmp);
-            for (map, share) in maps.iter_mut().zip(SHARES) {
-                map[cell] = quantile(&sorted, f64::from(share) / 100.0) as f32;
+            let ends = ends
+                .entry(sorted.len())
+                .or_insert_with_key(|count| SHARES.map(|share| Ends::of(*count, f64::from(share) / 100.0)));
+            for ((maps, share), ends) in maps.iter_mut().zip(SHARES).zip(ends) {
+                let of = ends.on(&sorted);
+                let all = [Some(quantile(&sorted, f64::from(share) / 100.0)), of.low, of.high];
+                for (map, value) in maps.iter_mut().zip(all) {
+                    map[cell] = value.map_or(f32::NAN, |value| value as f32);
+                }
             }
         }
-        for (map, share) in maps.iter().zip(SHARES) {
-            let title = format!("{share} % quantile of the {title}");
-            put(&format!("{name}_q{share}"), title, note(share), Scale::Linear, map)?;
+        for ([map, low, high], share) in maps.iter().zip(SHARES) {
+            let (title, name) = (format!("{share} % quantile of the {title}"), quantile_of(name, share));
+            put(&name, title, note(share), Scale::Linear, map)?;
+            band(&format!("{name}_low"), low)?;
+            band(&format!("{name}_high"), high)?;
         }
     }
     Ok(())
