@@ -41,6 +41,9 @@ pub const GRACE_OF_RUN: Duration = Duration::from_secs(10);
 /// Between SIGTERM and SIGKILL.
 const GRACE_BEFORE_KILL: Duration = Duration::from_millis(500);
 
+/// A second signal so soon after the first is the same one, sent to this process and to its group, as `timeout` does.
+const SAME: Duration = Duration::from_millis(200);
+
 /// How often it is said how long something takes.
 const SAID: Duration = Duration::from_secs(30);
 
@@ -180,6 +183,7 @@ pub fn watch(jobs: Vec<Job>, rules: Rules, events: &Events) -> Result<Outcome, S
         running: Vec::with_capacity(jobs.len()),
         outcome: Outcome::default(),
         pressure: Pressure::None,
+        signalled_at: None,
         deadline: None,
         begun,
         limit,
@@ -328,6 +332,8 @@ struct Watch<'a> {
     running: Vec<Running>,
     outcome: Outcome,
     pressure: Pressure,
+    /// When the first signal came.
+    signalled_at: Option<Instant>,
     /// When the next step of their ending is due.
     deadline: Option<Instant>,
     begun: Instant,
@@ -399,10 +405,14 @@ impl Watch<'_> {
 
     fn signalled(&mut self) {
         if self.outcome.interrupted {
+            if self.signalled_at.is_some_and(|at| at.elapsed() < SAME) {
+                return;
+            }
             self.press(if self.rules.together { Pressure::Killed } else { Pressure::Terminated });
             return;
         }
         self.outcome.interrupted = true;
+        self.signalled_at = Some(Instant::now());
         self.end_in_order();
     }
 

@@ -244,6 +244,23 @@ fn the_first_signal_ends_the_run_in_order_through_the_leader() {
 }
 
 #[test]
+fn a_signal_that_comes_twice_at_once_ends_the_run_in_order() {
+    let bench = Bench::new();
+    let leader = format!(
+        "trap 'touch heard; sleep 0.3; echo error: interrupted >&2; touch signalled; exit 1' TERM\ntouch coupler.ready\n{FOREVER}"
+    );
+    let solver = "while [ ! -e signalled ]; do sleep 0.05; done";
+    bench.coupled(&leader, solver, solver);
+    let child = bench.rockfall(&["run", "s.toml", "--out", "out"]).spawn().expect("started");
+    bench.appears("coupler.ready");
+    for signal in [Signal::INT, Signal::TERM] {
+        kill_process(Pid::from_child(&child), signal).expect("sent");
+    }
+    assert_eq!(ended(child), (Some(1), "error: interrupted\n".into()));
+    assert!(bench.path("signalled").exists());
+}
+
+#[test]
 fn the_second_signal_kills() {
     let bench = Bench::new();
     let deaf = format!("trap 'touch heard' TERM INT\ntouch $0.ready\n{FOREVER}");
@@ -254,8 +271,9 @@ fn the_second_signal_kills() {
         bench.appears(name);
     }
     kill_process(Pid::from_child(&child), Signal::INT).expect("sent");
-    // Two signals of one kind at once are one: the second is sent when the first has been handed on.
+    // Two signals at once are one: the second is sent some time after the first has been handed on.
     bench.appears("heard");
+    std::thread::sleep(Duration::from_millis(300));
     kill_process(Pid::from_child(&child), Signal::INT).expect("sent");
     assert_eq!(ended(child), (Some(1), "error: interrupted\n".into()));
     assert!(members.into_iter().all(has_ended));
