@@ -44,8 +44,8 @@ const GRACE_BEFORE_KILL: Duration = Duration::from_millis(500);
 /// A second signal so soon after the first is the same one, sent to this process and to its group, as `timeout` does.
 const SAME: Duration = Duration::from_millis(200);
 
-/// How often it is said how long something takes.
-const SAID: Duration = Duration::from_secs(30);
+/// When it is first said how long something takes, and again; later more rarely, after a tenth more.
+const SAID: Duration = Duration::from_secs(10);
 
 /// Most of what is read of the errors of a child [bytes].
 const MOST: u64 = 1 << 20;
@@ -367,8 +367,9 @@ impl Watch<'_> {
 
     fn timed_out(&mut self, now: Instant) {
         if self.says <= now {
-            self.says = now + SAID;
-            let seconds = self.begun.elapsed().as_secs();
+            let elapsed = self.begun.elapsed();
+            self.says = now + SAID.max(elapsed / 10);
+            let seconds = elapsed.as_secs();
             self.rules.seconds.iter_mut().for_each(|told| told(seconds));
         }
         if self.limit.is_some_and(|limit| limit <= now) {

@@ -10,8 +10,6 @@ use toolkit::run_dir::{HISTORY, SCENE};
 
 /// Bytes at the end of a table in which its last row is looked for.
 const TAIL: u64 = 1 << 16;
-/// How often a line says how far a run is where stderr is no terminal.
-const EVERY: Duration = Duration::from_secs(10);
 /// Parts of the bar's length.
 const PARTS: u64 = 1000;
 
@@ -20,25 +18,22 @@ pub struct Progress {
     quiet: bool,
     json: bool,
     moving: Option<ProgressBar>,
-    /// When a line was last said of what is at work; `None`: none is.
-    told: Option<Instant>,
     /// When the simulated time began to move, and from where.
     since: Option<(Instant, f64)>,
 }
 
 impl Progress {
-    /// Lines on stderr, or with `json` in the log; `moves`: and what is at work, on a terminal as a bar, else a line now and then.
+    /// Lines on stderr, or with `json` in the log; `moves`: and on a terminal what is at work.
     pub fn new(quiet: bool, json: bool, moves: bool) -> Self {
-        let moves = moves && !quiet && !json;
-        let moving = (moves && io::stderr().is_terminal()).then(ProgressBar::new_spinner);
+        let moves = moves && !quiet && !json && io::stderr().is_terminal();
+        let moving = moves.then(ProgressBar::new_spinner);
         moving.iter().for_each(|moving| moving.enable_steady_tick(Duration::from_millis(200)));
-        let told = (moves && moving.is_none()).then(Instant::now);
-        Self { quiet, json, moving, told, since: None }
+        Self { quiet, json, moving, since: None }
     }
 
     /// Whether it shows what is at work.
     pub fn moves(&self) -> bool {
-        self.moving.is_some() || self.told.is_some()
+        self.moving.is_some()
     }
 
     /// A line that stays.
@@ -58,22 +53,13 @@ impl Progress {
 
     /// How far it is, as a process has reported.
     pub fn update(&mut self, line: &Line) {
-        if line.t <= 0.0 {
-            return self.begin(&line.what);
-        }
+        let Some(bar) = self.moving.as_ref().filter(|_| line.t > 0.0) else { return self.begin(&line.what) };
         let (since, from) = *self.since.get_or_insert_with(|| {
-            if let Some(bar) = &self.moving {
-                let style = ProgressStyle::with_template("{spinner} {bar:24} {msg}");
-                bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-                bar.set_length(PARTS);
-            }
+            let style = ProgressStyle::with_template("{spinner} {bar:24} {msg}");
+            bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+            bar.set_length(PARTS);
             (Instant::now(), line.t)
         });
-        if self.told.is_some_and(|told| told.elapsed() >= EVERY) {
-            self.told = Some(Instant::now());
-            self.say(&describe(line, line.left(since.elapsed(), from)));
-        }
-        let Some(bar) = &self.moving else { return };
         bar.set_position(((line.t / line.end).clamp(0.0, 1.0) * PARTS as f64) as u64);
         bar.set_message(describe(line, line.left(since.elapsed(), from)));
     }

@@ -386,6 +386,14 @@ fn a_program_that_prints_without_end_fills_no_disk() {
 }
 
 #[test]
+fn a_long_run_says_how_far_it_is_where_stderr_is_no_terminal() {
+    let bench = Bench::new();
+    let body = "printf 'time_s,x\\n0.25,0\\n' > out/history.csv\nsleep 11";
+    bench.script("dem", body).scene("end_time = 1.0\nprocesses.dem = \"./dem\"\n");
+    assert_eq!(bench.run(), (Some(0), "0.2500 s of 1 s, 25.0 %, after 10 s\n".into()));
+}
+
+#[test]
 fn a_second_run_into_one_directory_is_refused_and_the_first_is_not_disturbed() {
     let bench = Bench::new();
     let rows = "echo rows > out/history.csv; while [ ! -e go ]; do sleep 0.05; done";

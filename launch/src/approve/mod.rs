@@ -189,7 +189,7 @@ fn plan(cases: &[(&Variation, &site::Test)]) -> String {
     let all = cases.iter().filter_map(cost).fold([0.0; 2], |all, of| [all[0] + of[0], all[1] + of[1]]);
     let [least, most] = all.map(|seconds| three(seconds / 60.0));
     format!(
-        "{}\n{} cases, {least} to {most} minutes of wall time; nothing was run\n",
+        "{}\n{} case(s), {least} to {most} minutes of wall time; nothing was run\n",
         columns.aligned(cases),
         cases.len()
     )
