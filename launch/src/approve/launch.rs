@@ -74,6 +74,9 @@ pub struct Runs<'a> {
 /// equilibrium is looked for; the structure there; what the run is of.
 type Start = (String, bool, Layout, String);
 
+/// What a run is, in words, and whether block and net settle in it.
+type What<'a> = (&'a str, bool);
+
 impl Runs<'_> {
     /// Make a launch. The second one starts where the `first` has come to rest, block taken out.
     pub fn launch(&self, which: Which, first: Option<&Launch>) -> Result<Launch, Stop> {
@@ -168,15 +171,9 @@ impl Runs<'_> {
         Ok(Ok((from, true, now, ended.of)))
     }
 
-    /// Make a run, again with finer windows and steps where it is not to be trusted. `what` it is, and whether it settles.
-    fn run(
-        &self,
-        name: &str,
-        scene: &Table,
-        before: &str,
-        (what, settles): (&str, bool),
-    ) -> Result<Ended, Stop> {
-        let ended = self.run_once(name, scene, before, (what, settles))?;
+    /// Make a run, again with finer windows and steps where it is not to be trusted.
+    fn run(&self, name: &str, scene: &Table, before: &str, what: What) -> Result<Ended, Stop> {
+        let ended = self.run_once(name, scene, before, what)?;
         let mut finer = scene.clone();
         let Some(coupling) = table_at(&mut finer, "coupling") else { return Ok(ended) };
         let chosen = ["preset", "scheme", "time_window"].iter().any(|key| coupling.contains_key(*key));
@@ -184,19 +181,13 @@ impl Runs<'_> {
             return Ok(ended);
         }
         coupling.insert("preset".into(), FINER.into());
-        let what = format!("{what}, {FINER}");
-        let ended = self.run_once(&format!("{name}_{FINER}"), &finer, before, (&what, settles))?;
+        let again = (&*format!("{}, {FINER}", what.0), what.1);
+        let ended = self.run_once(&format!("{name}_{FINER}"), &finer, before, again)?;
         Ok(Ended { finer: true, ..ended })
     }
 
     /// Make a run, or take the one that is kept. `before` is what it starts from.
-    fn run_once(
-        &self,
-        name: &str,
-        scene: &Table,
-        before: &str,
-        (what, settles): (&str, bool),
-    ) -> Result<Ended, Stop> {
+    fn run_once(&self, name: &str, scene: &Table, before: &str, what: What) -> Result<Ended, Stop> {
         let dir = self.dir.join(name);
         let file = dir.with_extension("toml");
         let text = scene.to_string();
@@ -215,11 +206,11 @@ impl Runs<'_> {
         Dir::create(&self.dir).map_err(|e| unwritten(&self.dir, &e))?;
         files::write(&file, text.as_bytes()).map_err(|e| unwritten(&file, &e))?;
         let task = Task { scene: &file, sets: Vec::new(), dir: &dir, shortcuts: true, limit: f64::INFINITY };
-        let (label, progress) = (format!("{}, {what}", self.label), self.progress);
+        let (label, progress) = (format!("{}, {}", self.label, what.0), self.progress);
         let mut say = |spent| progress.say(&format!("{label}: {}, after {spent} s", far(&dir)));
         let ran = task.run(self.events, &mut say)?;
         let ended = Ended::of(&dir, of, ran.summary, ran.errors)?;
-        progress.say(&format!("{label}: {}, {}", ended.words(settles), seconds(ran.seconds)));
+        progress.say(&format!("{label}: {}, {}", ended.words(what.1), seconds(ran.seconds)));
         // A process that was lost says nothing of the kit: it is tried again.
         if !ended.refused && ended.summary.reasons.iter().all(|reason| reason.code != code::PROCESS) {
             sweep::keep(&dir, &ended.of, ())?;

@@ -130,11 +130,9 @@ pub fn approve(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
     let tests = variations.iter().map(|variation| site::Test::of(&kit, variation, &events));
     let tests = tests.collect::<Result<Vec<_>, Stop>>()?;
     let progress = Progress::new(arguments.quiet || arguments.answer.format == Format::Json, json, false);
-    tests
-        .iter()
-        .take(1)
-        .flat_map(|test| &test.warnings)
-        .for_each(|of| progress.say(&format!("warning: {of}")));
+    for warning in tests.iter().take(1).flat_map(|test| &test.warnings) {
+        progress.say(&format!("warning: {warning}"));
+    }
     if arguments.dry_run {
         show(&plan(&variations.iter().zip(&tests).collect::<Vec<_>>()));
         return Ok(Exit::Done);
@@ -188,11 +186,8 @@ fn plan(cases: &[(&Variation, &site::Test)]) -> String {
         .number("most s", |case| cost(case).map(|[_, most]| most));
     let all = cases.iter().filter_map(cost).fold([0.0; 2], |all, of| [all[0] + of[0], all[1] + of[1]]);
     let [least, most] = all.map(|seconds| three(seconds / 60.0));
-    format!(
-        "{}\n{} case(s), {least} to {most} minutes of wall time; nothing was run\n",
-        columns.aligned(cases),
-        cases.len()
-    )
+    let table = columns.aligned(cases);
+    format!("{table}\nin all {least} to {most} minutes of wall time; nothing was run\n")
 }
 
 /// Refuse a directory that holds something else than a test: `--force` removes runs, and those of another study are none of ours.

@@ -109,15 +109,10 @@ fn conclusion(kit: &Kit, cases: &[Case]) -> String {
         verdict => format!("{}: {}", verdict.words(), first.failed()),
     };
     let other = varied.iter().filter(|case| case.verdict() != first.verdict()).count();
-    let stands = match (varied.len(), other) {
-        (0, _) => {
-            "Nothing was varied: how far this depends on brakes, friction and place of impact is not known"
-                .into()
-        }
-        (all, 0) => format!("None of {all} variations changes that"),
-        (all, some) => {
-            format!("{some} of {all} variations change that: it depends on what is not well known")
-        }
+    let stands = match varied.len() {
+        0 => "How far it depends on brakes, friction and place of impact is not known: nothing was varied"
+            .into(),
+        all => format!("{other} of {all} variations change that"),
     };
     let energy = three(1e-3 * kit.mel);
     format!(
