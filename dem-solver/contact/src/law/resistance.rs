@@ -123,7 +123,13 @@ impl Default for RollingState {
 
 impl RollingState {
     /// Resist `rock` in a step from `start` of `h` [s]: the moment on it [N m], and the energy of the spring after it [J].
-    pub fn resist(&mut self, load: &RollingLoad, rock: &Roller, start: f64, h: f64) -> (Vector3<f64>, f64) {
+    pub fn resist(
+        &mut self,
+        load: &RollingLoad,
+        rock: &Roller,
+        start: f64,
+        h: f64,
+    ) -> (Vector3<f64>, f64) {
         let (radius, gravity) = (rock.radius, rock.weight.norm() / rock.mass);
         let weight = rock.weight.dot(&load.pressed).max(0.0) / load.pressed.norm();
         let friction = match load.rut {
@@ -209,8 +215,7 @@ mod tests {
     #[test]
     fn losses_of_spin_in_an_impact_fade_with_the_spin_and_turn_nothing_round() {
         let law = Resistance { friction: 0.0, impact: 0.2, ..LAW };
-        let press =
-            |spin| RollingState::default().resist(&load(&law, 101.0 * WEIGHT), &roller(spin), 0.0, 1e-4).0.y;
+        let press = |spin| RollingState::default().resist(&load(&law, 101.0 * WEIGHT), &roller(spin), 0.0, 1e-4).0.y;
         // 10 rad/s at 0.5 m against 1 m/s: 5 / 6 of 0.2 R 100 W.
         assert!((press(10.0) + 5.0 / 6.0 * 0.2 * RADIUS * 100.0 * WEIGHT).abs() < 1e-9, "{}", press(10.0));
         assert!(press(1e-3).abs() <= 1e-3 * 0.2 * RADIUS * RADIUS * 100.0 * WEIGHT);
