@@ -41,8 +41,11 @@ pub const GRACE_OF_RUN: Duration = Duration::from_secs(10);
 /// Between SIGTERM and SIGKILL.
 const GRACE_BEFORE_KILL: Duration = Duration::from_millis(500);
 
-/// How often it is said how long something takes.
-const SAID: Duration = Duration::from_secs(30);
+/// A second signal so soon after the first is the same one, sent to this process and to its group, as `timeout` does.
+const SAME: Duration = Duration::from_millis(200);
+
+/// When it is first said how long something takes, and again; later more rarely, after a tenth more.
+const SAID: Duration = Duration::from_secs(10);
 
 /// Most of what is read of the errors of a child [bytes].
 const MOST: u64 = 1 << 20;
@@ -180,6 +183,7 @@ pub fn watch(jobs: Vec<Job>, rules: Rules, events: &Events) -> Result<Outcome, S
         running: Vec::with_capacity(jobs.len()),
         outcome: Outcome::default(),
         pressure: Pressure::None,
+        signalled_at: None,
         deadline: None,
         begun,
         limit,
@@ -328,6 +332,8 @@ struct Watch<'a> {
     running: Vec<Running>,
     outcome: Outcome,
     pressure: Pressure,
+    /// When the first signal came.
+    signalled_at: Option<Instant>,
     /// When the next step of their ending is due.
     deadline: Option<Instant>,
     begun: Instant,
@@ -361,8 +367,9 @@ impl Watch<'_> {
 
     fn timed_out(&mut self, now: Instant) {
         if self.says <= now {
-            self.says = now + SAID;
-            let seconds = self.begun.elapsed().as_secs();
+            let elapsed = self.begun.elapsed();
+            self.says = now + SAID.max(elapsed / 10);
+            let seconds = elapsed.as_secs();
             self.rules.seconds.iter_mut().for_each(|told| told(seconds));
         }
         if self.limit.is_some_and(|limit| limit <= now) {
@@ -399,10 +406,14 @@ impl Watch<'_> {
 
     fn signalled(&mut self) {
         if self.outcome.interrupted {
+            if self.signalled_at.is_some_and(|at| at.elapsed() < SAME) {
+                return;
+            }
             self.press(if self.rules.together { Pressure::Killed } else { Pressure::Terminated });
             return;
         }
         self.outcome.interrupted = true;
+        self.signalled_at = Some(Instant::now());
         self.end_in_order();
     }
 

@@ -103,13 +103,22 @@ fn load(input: &Input) -> Result<(Scene, Plan), Stop> {
     Ok((scene, plan))
 }
 
-/// What is said of a study where a scene is asked for; `None`: it is none.
+/// What is said of a study or a kit where a scene is asked for; `None`: it is neither.
 pub fn study(path: &Path) -> Option<Stop> {
     let text = String::from_utf8(files::read_input(path, files::TEXT).ok()?).ok()?;
     let table: toml::Table = text.parse().ok()?;
     let name = path.display();
-    let says = format!("{name}: this is a study, not a scene; write rockfall ensemble {name}");
-    OF_STUDY.iter().all(|key| table.contains_key(*key)).then(|| Stop::input(code::ARGUMENT, says))
+    let says = match () {
+        () if OF_STUDY.iter().all(|key| table.contains_key(*key)) => {
+            format!("{name}: this is a study, not a scene; write rockfall ensemble {name}")
+        }
+        () if table.contains_key("kit") => format!(
+            "{name}: this is a kit, not a scene; rockfall approve {name} --dry-run checks it, and a scene takes it with kit = \"...\" in \
+             [structure]"
+        ),
+        () => return None,
+    };
+    Some(Stop::input(code::ARGUMENT, says))
 }
 
 /// A barrier that is run with the members of a study has no rock of its own.
@@ -200,6 +209,8 @@ mod tests {
             said("barrier.toml", "end_time = 1.0\n[structure]\nfile = \"a\"\n[dem]\ntime_step = 1e-5\n");
         assert!(barrier.contains("nothing will use [dem]"), "{barrier}");
         assert!(barrier.contains("rockfall ensemble STUDY --barrier "), "{barrier}");
+        let kit = said("kit.toml", "[kit]\nenergy = 1e5\n[structure]\ngenerator.type = \"barrier\"\n");
+        assert!(kit.contains("this is a kit") && kit.contains("--dry-run checks it"), "{kit}");
         let typo = said("scene.toml", "end_tim = 1.0\n");
         assert!(typo.contains("unknown key") && !typo.contains("ensemble"), "{typo}");
     }

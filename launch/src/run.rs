@@ -4,7 +4,7 @@ use crate::children::{self, End, Events, Goes, Job, Outcome, Rules, how};
 use crate::ground;
 use crate::plan::{Member, Part, Plan};
 use crate::prepared::Prepared;
-use crate::progress::Progress;
+use crate::progress::{Progress, far};
 use crate::record::{self, Resume};
 use crate::refine;
 use crate::stop::Stop;
@@ -118,7 +118,16 @@ pub fn run(request: &Arguments, json: bool) -> Result<Exit, Stop> {
     });
     let grace = Some(children::GRACE_OF_LEADER);
     let mut told = |line: &Line| progress.update(line);
-    let rules = Rules { together: true, grace, progress: Some(&mut told), ..Rules::default() };
+    // Where there is no bar, a line now and then.
+    let lines = Progress::new(request.quiet || show, json, false);
+    let mut said = |spent| lines.say(&format!("{}, after {spent} s", far(&out)));
+    let rules = Rules {
+        together: true,
+        grace,
+        progress: Some(&mut told),
+        seconds: Some(&mut said),
+        ..Rules::default()
+    };
     let outcome = children::watch(jobs.collect(), rules, &events);
     progress.finish();
     let outcome = outcome?;

@@ -244,6 +244,23 @@ fn the_first_signal_ends_the_run_in_order_through_the_leader() {
 }
 
 #[test]
+fn a_signal_that_comes_twice_at_once_ends_the_run_in_order() {
+    let bench = Bench::new();
+    let leader = format!(
+        "trap 'touch heard; sleep 0.3; echo error: interrupted >&2; touch signalled; exit 1' TERM\ntouch coupler.ready\n{FOREVER}"
+    );
+    let solver = "while [ ! -e signalled ]; do sleep 0.05; done";
+    bench.coupled(&leader, solver, solver);
+    let child = bench.rockfall(&["run", "s.toml", "--out", "out"]).spawn().expect("started");
+    bench.appears("coupler.ready");
+    for signal in [Signal::INT, Signal::TERM] {
+        kill_process(Pid::from_child(&child), signal).expect("sent");
+    }
+    assert_eq!(ended(child), (Some(1), "error: interrupted\n".into()));
+    assert!(bench.path("signalled").exists());
+}
+
+#[test]
 fn the_second_signal_kills() {
     let bench = Bench::new();
     let deaf = format!("trap 'touch heard' TERM INT\ntouch $0.ready\n{FOREVER}");
@@ -254,8 +271,9 @@ fn the_second_signal_kills() {
         bench.appears(name);
     }
     kill_process(Pid::from_child(&child), Signal::INT).expect("sent");
-    // Two signals of one kind at once are one: the second is sent when the first has been handed on.
+    // Two signals at once are one: the second is sent some time after the first has been handed on.
     bench.appears("heard");
+    std::thread::sleep(Duration::from_millis(300));
     kill_process(Pid::from_child(&child), Signal::INT).expect("sent");
     assert_eq!(ended(child), (Some(1), "error: interrupted\n".into()));
     assert!(members.into_iter().all(has_ended));
@@ -365,6 +383,14 @@ fn a_program_that_prints_without_end_fills_no_disk() {
     assert!(log.len() < 20_000_000, "{}", log.len());
     assert!(log.contains("dem run out/scene.toml") && log.contains("bytes were left out here"));
     assert!(log.ends_with("last words\n"), "{}", &log[log.len() - 200..]);
+}
+
+#[test]
+fn a_long_run_says_how_far_it_is_where_stderr_is_no_terminal() {
+    let bench = Bench::new();
+    let body = "printf 'time_s,x\\n0.25,0\\n' > out/history.csv\nsleep 11";
+    bench.script("dem", body).scene("end_time = 1.0\nprocesses.dem = \"./dem\"\n");
+    assert_eq!(bench.run(), (Some(0), "0.2500 s of 1 s, 25.0 %, after 10 s\n".into()));
 }
 
 #[test]

@@ -226,7 +226,27 @@ fn every_criterion_has_the_number_of_its_run_and_an_interrupted_study_gives_the_
     assert_eq!(ended.code, Some(0), "{}{}", ended.stdout, ended.stderr);
     let approval = approval(&ended);
     assert_eq!((&approval["verdict"], &approval["class"]), (&"pass".into(), &0.into()), "{approval:#}");
-    assert!(ended.stdout.contains("verdict: pass in 1 of 2 cases"), "{}", ended.stdout);
+    assert!(ended.stdout.contains("verdict: pass (1 of 2 cases failed); "), "{}", ended.stdout);
+    // The report is kept, and has what concludes from it.
+    assert_eq!(read(&ended.out.join("approval.txt")), ended.stdout);
+    for words in [
+        "/kit.toml, fnv1a64:",
+        "; rockfall 0.2.0; 20",
+        "h_N m",
+        "run again",
+        "failed criteria",
+        "highest utilisation (strength or stroke)",
+        "MEL, largest forces of supports: foot_",
+        "after MEL (A from 0.5, B from 0.3, else C; no criterion)",
+        "small at 50 kJ, as defined: it keeps every criterion that was assessed. 1 of 1 variations change that",
+        "This is a computation, and no approval.",
+    ] {
+        assert!(ended.stdout.contains(words), "{words}: {}", ended.stdout);
+    }
+    // No verdict on the block where block and net settle.
+    let settling: Vec<&str> = ended.stderr.lines().filter(|line| line.contains("settling phase")).collect();
+    assert!(!settling.is_empty() && settling.iter().all(|line| !line.contains("rock `")), "{settling:#?}");
+    assert!(settling.iter().any(|line| line.contains("settling phase: residual height ")), "{settling:#?}");
     let dir = ended.out.join("runs/as_defined");
     let of = |number: &Value| number["value"].as_f64().expect("a number");
     for (launch, run, energy) in [("SEL 1", "sel_1", 16e3), ("SEL 2", "sel_2", 16e3), ("MEL", "mel", 50e3)] {
@@ -254,6 +274,11 @@ fn every_criterion_has_the_number_of_its_run_and_an_interrupted_study_gives_the_
         let [mean, smooth, raw] =
             ["mean", "peak_1ms", "peak_raw"].map(|name| found(&format!("block_force_{name}")));
         assert!(0.0 < mean && mean < smooth && smooth <= raw, "{launch}: {mean} {smooth} {raw}");
+        // A brake that stays elastic does no work.
+        let rows = approval["cases"][0]["launches"].as_array().expect("launches").iter();
+        let works = rows.flat_map(|of| of["numbers"].as_array().expect("numbers"));
+        let mut works = works.filter(|row| row["name"].as_str().is_some_and(|of| of.ends_with(" work")));
+        assert!(works.all(|row| of(row) >= 0.0), "{approval:#}");
         let work = found("energy brakes");
         assert!(0.0 < work && work < found("energy structure_dissipated") * 1.01, "{launch}: {work}");
         // A post is one, of however many beams.
@@ -301,10 +326,12 @@ fn every_criterion_has_the_number_of_its_run_and_an_interrupted_study_gives_the_
     );
     assert_eq!(approval["cases"][1]["launches"][0]["fate"], Fate::WentThrough.name());
     let stands = approval["stands"].as_str().expect("a sentence");
-    assert_eq!(
-        stands,
-        "pass in 1 of 2 cases; structure.parts.2.rupture_force=2000 makes it FAIL: SEL 1 stopped"
-    );
+    let first =
+        "pass (1 of 2 cases failed); structure.parts.2.rupture_force=2000 makes it FAIL: SEL 1 stopped, ";
+    assert!(stands.starts_with(first) && stands.contains(", MEL stopped"), "{stands}");
+    // What tore is used up.
+    let used = &approval["cases"][1]["utilisation"][0];
+    assert!(used["name"] == "net" && used["of"] == "torn" && used["share"].as_f64() >= Some(1.0), "{used}");
 
     // The first case of the same test is there; the second one is interrupted in the middle of its run.
     std::fs::create_dir_all(bench.path("cut/runs")).expect("created");
@@ -352,7 +379,7 @@ fn what_cannot_be_tested_is_refused_before_anything_starts() {
     );
     refused(&["--density", "2000"], &["--density", "2000 kg/m3", "2500 to 3000"]);
     refused(&["--energy=0"], &["--energy", "must lie above 0"]);
-    refused(&["--energy", "1e-3"], &["nothing of the barrier is in the way of the block of"]);
+    refused(&["--energy", "1e-3"], &["strikes nothing of the barrier"]);
     refused(&["--time", "1e-3"], &["--time", "nothing is stopped so soon"]);
     refused(&["--sel", "20"], &["--sel", "more than a third of the largest launch, 50 kJ"]);
     refused(&["--vary", "brake_force"], &["there is no `=`"]);
@@ -385,6 +412,41 @@ fn what_cannot_be_tested_is_refused_before_anything_starts() {
     std::fs::write(bench.path("kit.toml"), KIT.replace("type = \"barrier\"", "type = \"ring_net\""))
         .expect("written");
     refused(&[], &["the test is of a barrier"]);
+    // An element in no part: where in the kit, and what to write.
+    let (before, after) = KIT.split_once("[structure.cable]").expect("a cable");
+    let parts = &after[after.find("[[structure.parts]]").expect("parts")..];
+    let without = parts.replace("[[structure.parts]]\nname = \"side_ropes\"\nelement = \"cable\"\nprestress = 5e7\nrupture_force = 4e5\n", "");
+    assert_ne!(parts, without);
+    std::fs::write(bench.path("kit.toml"), before.to_owned() + &without).expect("written");
+    refused(
+        &[],
+        &["kit.toml:5:", "`side_ropes` is in no part", "with name = \"side_ropes\", element = \"cable\""],
+    );
+}
+
+#[test]
+fn a_kit_is_checked_without_a_run_and_rockfall_check_says_how() {
+    let bench = Bench::new();
+    let steel = KIT.find("young = 2.1e11\narea = 2.6e-3").expect("posts");
+    let kit = KIT[..steel].to_owned() + "section = \"HE 100 B\"\nsteel = \"S235\"\nradius = 0.05\n";
+    std::fs::write(bench.path("kit.toml"), kit).expect("written");
+    let dry = ended(&bench, "out", &["--dry-run", "--sel", "16", "--vary", "place=post"]);
+    assert_eq!(dry.code, Some(0), "{}", dry.stderr);
+    assert!(
+        dry.stdout.contains("place=post  SEL 1, SEL 2, MEL") && dry.stdout.contains("nothing was run"),
+        "{}",
+        dry.stdout
+    );
+    let weak = "structure.parts.8.up: `posts` stand with the weak axis";
+    assert!(dry.stderr.contains("kit.toml:") && dry.stderr.matches(weak).count() == 1, "{}", dry.stderr);
+    assert!(!bench.path("out").exists());
+    let check =
+        Command::new(program("rockfall")).arg("check").arg(bench.path("kit.toml")).output().expect("started");
+    let said = String::from_utf8_lossy(&check.stderr);
+    assert!(
+        check.status.code() == Some(2) && said.contains("this is a kit") && said.contains("--dry-run"),
+        "{said}"
+    );
 }
 
 #[test]

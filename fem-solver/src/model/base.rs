@@ -256,7 +256,13 @@ impl Binding<'_> {
         }
         if part.is_none() && table.cable.is_none() {
             let what = format!("{} is in no part, and there is no table [structure.cable]", one());
-            let hint = "write parts for the groups of the mesh, or [structure.cable] for all of its lines";
+            let mut groups = mesh.element_groups.iter();
+            let group = groups.find(|g| g.elements.binary_search(&(position as u32)).is_ok());
+            let hint = format!(
+                "write [[structure.parts]] with name = \"{}\", element = \"cable\" and of = \"rope 20/1770\" (or young and area); \
+                 or [structure.cable] with young, area and density for all lines that are in no part",
+                group.map_or("GROUP", |group| &group.name)
+            );
             return refuse(scene, &key, what, hint);
         }
         let mut nodes: Vec<usize> = mesh.nodes_of(element).iter().map(|n| *n as usize).collect();

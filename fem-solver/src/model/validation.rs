@@ -5,12 +5,14 @@ use crate::config::Config;
 use crate::config::generator::Generator;
 use crate::config::scheme::Scheme;
 use crate::config::structure::CableEntry;
+use crate::element::beam::Beam;
 use crate::element::cable::{CableConfig, Stated};
 use crate::element::part::{Key, Surroundings};
 use crate::element::{AnyElement, PartConfig};
 use crate::model::{Model, Part};
 use crate::read::refuse;
 use interface_defs::diagnostic::{Code, Diagnostic, code};
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
@@ -398,10 +400,41 @@ fn judge_parts(at: &mut Judge) -> Result<(), Diagnostic> {
             nodes.iter().map(|n| (model.nodes[*n] - model.nodes[nodes[0]]).norm()).fold(0.0, f64::max)
         });
         let size = size.fold(0.0, f64::max);
+        let perimeters = built.elements.iter().map(|e| {
+            let nodes = model.elements[*e].nodes();
+            let next = nodes.iter().cycle().skip(1);
+            nodes.iter().zip(next).map(|(a, b)| (model.nodes[*b] - model.nodes[*a]).norm()).sum()
+        });
+        let perimeter = perimeters.fold(0.0, f64::max);
         let pulled = || pulled(config, model, i);
-        warnings.extend(part.judge(&Surroundings { key: &key, extent, size, pulled: &pulled })?);
+        warnings.extend(part.judge(&Surroundings { key: &key, extent, size, perimeter, pulled: &pulled })?);
+        warnings.extend(weak_axis(config, model, i));
     }
     check_rope_ends(scene, config, model)
+}
+
+/// What is to be said of posts of a section that bend more easily across the barrier, where the block comes from, than along it.
+fn weak_axis(config: &Config, model: &Model, part: usize) -> Option<Diagnostic> {
+    let barrier = matches!(config.structure.generator, Some(Generator::Barrier(_)));
+    let feet = &model.groups.iter().find(|group| barrier && group.name == "feet")?.nodes;
+    let [first, last] = [feet.first()?, feet.last()?].map(|node| model.nodes[*node as usize]);
+    let line = Vector3::new(last.x - first.x, last.y - first.y, 0.0).try_normalize(0.0)?;
+    let across = Vector3::new(-line.y, line.x, 0.0);
+    let weak = model.parts[part].elements.iter().any(|element| {
+        let AnyElement::Beam(Beam { axes, bending, fibres: Some(_), .. }) = &model.elements[*element] else {
+            return false;
+        };
+        let towards = |direction: &Vector3<f64>| -> f64 {
+            axes.iter().zip(bending).map(|(axis, stiffness)| axis.dot(direction).powi(2) * stiffness).sum()
+        };
+        towards(&across) < 0.99 * towards(&line)
+    });
+    let (key, name) = (format!("structure.parts.{part}.up"), config.structure.parts[part].head().name);
+    let up = [across.x, across.y].map(|x| (1e3 * x).round() / 1e3 + 0.0);
+    let what =
+        format!("`{name}` stand with the weak axis of their section against what comes across the barrier");
+    let hint = format!("turn the web there with up = [{:?}, {:?}, 0.0]", up[0], up[1]);
+    weak.then(|| warning(code::UNUSUAL_VALUE, key, what, &hint))
 }
 
 /// Refuse brakes that run into the next point of their rope before they come to their own stop.

@@ -100,6 +100,24 @@ fn a_barrier_as_it_should_be_brings_no_warning() {
 }
 
 #[test]
+fn posts_of_a_section_whose_weak_axis_faces_the_block_are_warned_of_with_what_to_write() {
+    let elastic = "young = 2.1e11\narea = 5.4e-3\ninertia = [2.5e-5, 9.2e-6]\ndensity = 7850.0\n";
+    let posts = |of: &str| BARRIER.replacen(elastic, of, 1);
+    let weak = warned(&posts("section = \"HE 160 B\"\nsteel = \"S235\"\n"));
+    let words = "structure.parts.1.up: `posts` stand with the weak axis of their section against what comes across the barrier; \
+                 turn the web there with up = [0.0, 1.0, 0.0]";
+    assert_eq!(weak, words);
+    for stands in ["section = \"HE 160 B\"\nup = [0.0, 1.0, 0.0]\n", "section = \"CHS 101.6x6.3\"\n"] {
+        assert_eq!(warned(&posts(&format!("{stands}steel = \"S235\"\n"))), "");
+    }
+    // On a line along y it is the other way, and `up` of a kit that was written for its own axes does not fit.
+    let line = "type = \"barrier\"\nline = [[0.0, 0.0, 0.0], [0.0, -10.0, 0.0]]\nuphill = \"right\"";
+    let own = "section = \"HE 160 B\"\nsteel = \"S235\"\nup = [0.0, 1.0, 0.0]\n";
+    let placed = warned(&posts(own).replacen("type = \"barrier\"", line, 1));
+    assert!(placed.contains("up = [1.0, 0.0, 0.0]"), "{placed}");
+}
+
+#[test]
 fn what_is_certainly_wrong_is_refused_with_its_numbers_and_a_cure() {
     for (from, to, words, cure) in [
         (

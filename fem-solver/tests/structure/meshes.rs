@@ -231,7 +231,12 @@ fn each_fault_of_a_binding_is_named_with_its_place() {
         (
             format!("mesh = \"mixed.inp\"\nparts = [{skin}]"),
             "test.toml:3:",
-            "element 1 of the group `rope` is in no part",
+            "element 1 of the group `rope` is in no part, and there is no table [structure.cable]",
+        ),
+        (
+            format!("mesh = \"mixed.inp\"\nparts = [{skin}]"),
+            "test.toml:3:",
+            "write [[structure.parts]] with name = \"rope\", element = \"cable\" and of = \"rope 20/1770\"",
         ),
         (
             format!(

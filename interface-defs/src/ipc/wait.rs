@@ -151,7 +151,8 @@ impl Patience<'_> {
                 let (waited, deadline) = (waited.as_secs_f64(), self.deadline.as_secs_f64());
                 return Err(Failure::Silent { solver, during, waited, deadline });
             }
-            if now - said_at > SAY {
+            // Whoever gives signs of life is not silent, however long its work takes.
+            if waited > SAY && now - said_at > SAY {
                 said_at = now;
                 let (waited, deadline) = (waited.as_secs_f64(), self.deadline.as_secs_f64());
                 tracing::info!("waiting for {}: {waited:.0} s of {deadline:.0} s", self.partner);

@@ -117,7 +117,7 @@ pub struct Membership {
     pub supervised: Supervised,
 }
 
-/// How `check` answers.
+/// How a command answers.
 #[derive(Debug, Clone, Args)]
 pub struct AnswerForm {
     /// Form of the answer

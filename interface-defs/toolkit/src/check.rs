@@ -15,7 +15,7 @@ pub enum Format {
     /// For people.
     #[default]
     Text,
-    /// One JSON object, for `rockfall check`.
+    /// One JSON object, for programs.
     Json,
 }
 

@@ -7,10 +7,10 @@ use interface_defs::verdict::Fate;
 use serde::Serialize;
 use toolkit::numbers::three;
 
-/// Least part of the height that is left after SEL 1 (EAD 340059-00-0106).
+/// Least residual height after SEL 1, in that before (EAD 340059-00-0106).
 const LEFT_AFTER_SEL: f64 = 0.7;
 /// The same of category A and of category B after MEL.
-const CATEGORIES: [(f64, &str); 2] = [(0.5, "A"), (0.3, "B")];
+pub const CATEGORIES: [(f64, &str); 2] = [(0.5, "A"), (0.3, "B")];
 
 /// What follows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -52,7 +52,7 @@ pub struct Criterion {
     pub why: String,
 }
 
-/// The category by the share of the height that is left.
+/// The category by the residual height in that before.
 pub fn category(share: f64) -> &'static str {
     CATEGORIES.iter().find(|(least, _)| share >= *least).map_or("C", |(_, name)| name)
 }
@@ -91,7 +91,7 @@ pub fn all(test: &Test, launches: &[Launch]) -> Vec<Criterion> {
     all
 }
 
-/// Whether it was still on its way at the end.
+/// Whether it still moved at the end.
 fn is_open(launch: &Launch) -> bool {
     matches!(launch.fate, Some(Fate::Undecided | Fate::StillMoving))
 }
@@ -105,7 +105,7 @@ fn stopped(launch: &Launch) -> Found {
         Result::Pass
     } else {
         if matches!(launch.fate, Some(Fate::Stopped | Fate::Rebounded)) {
-            why += ", and left the net as it came to rest";
+            why += ", and left the net in the settling phase";
         }
         Result::Fail
     };
@@ -121,19 +121,19 @@ fn clear_of_ground(launch: &Launch) -> Found {
         Some(_) => Result::Fail,
         None => Result::NotExamined,
     };
-    let why = "block, and net where it hits, above the slope through the feet until the largest elongation";
+    let why = "clearance of block and net above the reference slope up to maximum elongation";
     ("no ground contact", clear, "m", result, why.into())
 }
 
-/// The height left after SEL 1.
+/// The residual height after SEL 1.
 fn left(launch: &Launch) -> Found {
     let numbers = ["h_R/h_N", "h_N", "h_R_least", "h_R_most"].map(|name| launch.value(name));
     let [Some(share), Some(before), Some(least), Some(most)] = numbers else {
         let why = "the block was not stopped, or not brought to rest";
-        return ("height left", None, "1", Result::NotExamined, why.into());
+        return ("residual height", None, "1", Result::NotExamined, why.into());
     };
     let bound = LEFT_AFTER_SEL * before;
-    let mut why = "h_R/h_N at rest, block left in".to_owned();
+    let mut why = "h_R/h_N at rest, block still in the net".to_owned();
     let result = match (least >= bound, most < bound) {
         (true, _) => Result::Pass,
         (_, true) => Result::Fail,
@@ -142,7 +142,7 @@ fn left(launch: &Launch) -> Found {
             Result::NotSettled
         }
     };
-    ("height left", Some((share, LEFT_AFTER_SEL)), "1", result, why)
+    ("residual height", Some((share, LEFT_AFTER_SEL)), "1", result, why)
 }
 
 /// Of the net: openings below twice what they were. Where a mesh tears, two become one; where none does, its sides hold, and a mesh
@@ -164,14 +164,17 @@ fn tearing(test: &Test, launch: &Launch, net: bool) -> Found {
         _ if names(true).is_empty() => (Result::NotExamined, "no rope, brake or post has a strength".into()),
         Some(row) => (Result::NotSettled, format!("{} came above its strength, and did not tear", row.name)),
         None if net => {
-            let why = "no mesh tore; a mesh whose sides hold opens to the circle of its perimeter at most, 4/pi of a square";
+            let why = "no mesh tore; an intact mesh can open by at most 4/π in area";
             (Result::Pass, why.into())
         }
         None if names(false).is_empty() => (Result::Pass, String::new()),
-        None => (Result::Pass, format!("without a strength, and so not examined: {}", names(false))),
+        None => (Result::Pass, format!("not assessed (no strength given): {}", names(false))),
     };
     let number = Some((torn.len() as f64, 0.0)).filter(|_| !net && result != Result::NotExamined);
-    let name = if net { "openings below twice the initial" } else { "no connection part in two" };
+    let name = match net {
+        true => "mesh openings less than twice their initial size",
+        false => "no connecting part broken",
+    };
     (name, number, "1", result, why)
 }
 
@@ -180,7 +183,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_category_is_that_of_the_height_that_is_left() {
+    fn the_category_is_that_of_the_residual_height() {
         let of = [0.62, 0.5, 0.49, 0.3, 0.29, -0.1].map(category);
         assert_eq!(of, ["A", "A", "B", "B", "C", "C"]);
     }

@@ -1,13 +1,14 @@
 //! The launches of a case: each run is kept, so that the same command goes on where it was left.
 //!
 //! A launch runs until the block has been stopped and swings. From there block and net are brought to rest with damping, which a kit
-//! has of its own and a model has not: the residual height is that at its end, block left in. A run that is not to be trusted is made
+//! has of its own and a model has not: the residual height is that at its end, block still in the net. A run that is not to be trusted is made
 //! again with finer windows and steps.
 
 use super::layout::{Layout, number, table_at};
 use super::measured::{Ended, Launch};
 use super::site::{BLOCK, Test, Which, unwritten};
 use crate::children::Events;
+use crate::estimate::SLOWER;
 use crate::progress::{Progress, far};
 use crate::stop::Stop;
 use crate::sweep::{self, Task};
@@ -20,7 +21,7 @@ use toolkit::input_file::hash;
 use toolkit::numbers::seconds;
 use toolkit::summary::{RunStatus, Summary};
 
-/// Damping with which block and net come to rest [1/s], and for how long in one run [s]: at 1 000 kJ the height left is within 2 % of
+/// Damping with which block and net come to rest [1/s], and for how long in one run [s]: at 1 000 kJ the residual height is within 2 % of
 /// its value after 2.5 s from 1.5 s on, with 8 to 30 /s.
 const TO_REST: (f64, f64) = (20.0, 1.5);
 /// Most such runs: a block that is thrown back may be in flight in the first ones.
@@ -29,7 +30,7 @@ const ROUNDS: usize = 4;
 const STILL: f64 = 0.02;
 /// Stiffness of contacts there, in that of the launch.
 const SOFTER: f64 = 0.1;
-/// How far the block is taken back along its way where it may not start as it is [m].
+/// How far the block is taken back along its path where it may not start as it is [m].
 const PARTED: [f64; 3] = [0.0, 1e-2, 5e-2];
 /// The bound of `limits.deflection_error` there.
 const OF_REST: f64 = 0.1;
@@ -37,6 +38,15 @@ const OF_REST: f64 = 0.1;
 const FINER: &str = "accurate";
 /// The same of the net alone, which is lighter and swings more slowly.
 const EMPTY: (f64, f64) = (8.0, 3.0);
+
+/// Wall time that all runs of a case are expected to take, least and most [s]; `None`: nothing is known.
+pub fn cost(test: &Test) -> Option<[f64; 2]> {
+    let length = number(test.document.get("end_time"))?;
+    let (launches, settle) = if test.kit.sel.is_some() { (3.0, 2.0) } else { (1.0, 1.0) };
+    let all =
+        |rounds: f64| test.cost.map(|cost| cost / length * (launches * length + settle * rounds * TO_REST.1));
+    Some([all(1.0)?, SLOWER * all(ROUNDS as f64)?])
+}
 
 /// What a rock's state is in a scene, and in the columns of a history.
 const STATE: [(&str, &[&str]); 4] = [
@@ -64,6 +74,9 @@ pub struct Runs<'a> {
 /// equilibrium is looked for; the structure there; what the run is of.
 type Start = (String, bool, Layout, String);
 
+/// What a run is, in words, and whether block and net settle in it.
+type What<'a> = (&'a str, bool);
+
 impl Runs<'_> {
     /// Make a launch. The second one starts where the `first` has come to rest, block taken out.
     pub fn launch(&self, which: Which, first: Option<&Launch>) -> Result<Launch, Stop> {
@@ -78,7 +91,7 @@ impl Runs<'_> {
             take_over(&mut scene, from, "rest", *rests);
             of
         });
-        let ended = self.run(&which.dir(), &scene, of, which.name())?;
+        let ended = self.run(&which.dir(), &scene, of, (which.name(), false))?;
         let mut rest: Option<Ended> = None;
         // Of SEL 2 no height is judged, but whether a block that was thrown back comes again.
         let needed = which != Which::Sel2 || ended.fate() == Some(Fate::Rebounded);
@@ -95,7 +108,7 @@ impl Runs<'_> {
         Ok(Launch::of(which, test, Some(now), ended, rest))
     }
 
-    /// From the end of a run on with damping, block left in. `scene` is that of the launch.
+    /// From the end of a run on with damping, block still in the net. `scene` is that of the launch.
     fn bring_to_rest(&self, which: Which, round: usize, scene: &Table, ended: &Ended) -> Result<Ended, Stop> {
         let mut scene = scene.clone();
         // The net without its velocities: it is to rest, and the block keeps its own.
@@ -110,7 +123,7 @@ impl Runs<'_> {
         // Its deflections are small, and none is a result: what still swings is judged by itself.
         table_at(&mut scene, "limits").map(|limits| limits.insert("deflection_error".into(), OF_REST.into()));
         let (name, label) =
-            (format!("{}_rest_{round}", which.dir()), format!("{}, coming to rest", which.name()));
+            (format!("{}_rest_{round}", which.dir()), format!("{}, settling phase", which.name()));
         let mut found = Ended::default();
         for back in PARTED {
             for (key, columns) in STATE {
@@ -122,7 +135,7 @@ impl Runs<'_> {
                 let values: Vec<Value> = columns.iter().map(value).collect();
                 rock.map(|rock| rock.insert(key.into(), values.into()));
             }
-            found = self.run(&name, &scene, &ended.of, &label)?;
+            found = self.run(&name, &scene, &ended.of, (&label, true))?;
             if !found.refused {
                 break;
             }
@@ -150,7 +163,7 @@ impl Runs<'_> {
         take_over(&mut scene, &from, "motion", false);
         damp(&mut scene, EMPTY);
         let from = format!("{}_empty", first.which.dir());
-        let ended = self.run(&from, &scene, &of, "SEL 1, block taken out")?;
+        let ended = self.run(&from, &scene, &of, ("SEL 1, block taken out", true))?;
         if ended.summary.status != RunStatus::Done {
             return Ok(Err(ended));
         }
@@ -159,7 +172,7 @@ impl Runs<'_> {
     }
 
     /// Make a run, again with finer windows and steps where it is not to be trusted.
-    fn run(&self, name: &str, scene: &Table, before: &str, what: &str) -> Result<Ended, Stop> {
+    fn run(&self, name: &str, scene: &Table, before: &str, what: What) -> Result<Ended, Stop> {
         let ended = self.run_once(name, scene, before, what)?;
         let mut finer = scene.clone();
         let Some(coupling) = table_at(&mut finer, "coupling") else { return Ok(ended) };
@@ -168,11 +181,13 @@ impl Runs<'_> {
             return Ok(ended);
         }
         coupling.insert("preset".into(), FINER.into());
-        self.run_once(&format!("{name}_{FINER}"), &finer, before, &format!("{what}, {FINER}"))
+        let again = (&*format!("{}, {FINER}", what.0), what.1);
+        let ended = self.run_once(&format!("{name}_{FINER}"), &finer, before, again)?;
+        Ok(Ended { finer: true, ..ended })
     }
 
     /// Make a run, or take the one that is kept. `before` is what it starts from.
-    fn run_once(&self, name: &str, scene: &Table, before: &str, what: &str) -> Result<Ended, Stop> {
+    fn run_once(&self, name: &str, scene: &Table, before: &str, what: What) -> Result<Ended, Stop> {
         let dir = self.dir.join(name);
         let file = dir.with_extension("toml");
         let text = scene.to_string();
@@ -191,11 +206,11 @@ impl Runs<'_> {
         Dir::create(&self.dir).map_err(|e| unwritten(&self.dir, &e))?;
         files::write(&file, text.as_bytes()).map_err(|e| unwritten(&file, &e))?;
         let task = Task { scene: &file, sets: Vec::new(), dir: &dir, shortcuts: true, limit: f64::INFINITY };
-        let (label, progress) = (format!("{}, {what}", self.label), self.progress);
+        let (label, progress) = (format!("{}, {}", self.label, what.0), self.progress);
         let mut say = |spent| progress.say(&format!("{label}: {}, after {spent} s", far(&dir)));
         let ran = task.run(self.events, &mut say)?;
         let ended = Ended::of(&dir, of, ran.summary, ran.errors)?;
-        progress.say(&format!("{label}: {}, {}", ended.words(), seconds(ran.seconds)));
+        progress.say(&format!("{label}: {}, {}", ended.words(what.1), seconds(ran.seconds)));
         // A process that was lost says nothing of the kit: it is tried again.
         if !ended.refused && ended.summary.reasons.iter().all(|reason| reason.code != code::PROCESS) {
             sweep::keep(&dir, &ended.of, ())?;

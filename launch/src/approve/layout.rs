@@ -37,6 +37,8 @@ pub struct Part {
     pub strength: Option<f64>,
     /// Whether it can break at all.
     pub can_break: bool,
+    /// Of brakes: the stiffness of their elastic beginning [N/m].
+    pub stiffness: Option<f64>,
     /// Of brakes: travel to the end stop [m].
     pub stroke: Option<f64>,
     /// Nodes of each brake or post; of a post from foot to head.
@@ -81,8 +83,8 @@ impl Layout {
         groups.into_iter().zip(["foot", "side_anchor", "upslope_anchor"]).flat_map(of).collect()
     }
 
-    /// The least y [m] of what lies in the way of a block that comes along y, of the half edge `half` around `[x, z]` of `centre`.
-    pub fn in_the_way(&self, centre: [f64; 2], half: f64) -> Option<f64> {
+    /// The least y [m] of what a block strikes that comes along y, with the half edge `half` around `[x, z]` of `centre`.
+    pub fn first_struck(&self, centre: [f64; 2], half: f64) -> Option<f64> {
         let mut least = f64::INFINITY;
         for (line, [a, b]) in self.mesh.lines.iter().enumerate() {
             let (a, b) = (self.node(*a), self.node(*b));
@@ -156,7 +158,7 @@ impl Layout {
         (groups + &gauges).parse().expect("it is TOML")
     }
 
-    /// Nodes of the net in the way of the block, or the nearest one.
+    /// Nodes of the net that the block strikes, or the nearest one.
     fn hit(&self, centre: [f64; 2], half: f64) -> Vec<u32> {
         let off = |node: &u32| {
             let at = self.node(*node);
@@ -189,6 +191,7 @@ impl Part {
             members,
             strength: number(table.get("rupture_force")),
             can_break: breaks.iter().any(|key| table.contains_key(*key)),
+            stiffness: number(table.get("stiffness")),
             stroke: number(table.get("stroke")),
             element,
             name,
@@ -220,9 +223,9 @@ pub fn number(value: Option<&Value>) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// Two lines that sag: one along x through the middle, one beside; a block sees the part of them in its way.
+    /// Two lines that sag: one along x through the middle, one beside; a block strikes the part of them in its path.
     #[test]
-    fn what_is_in_the_way_of_a_block_is_found_also_between_nodes() {
+    fn what_a_block_strikes_is_found_also_between_nodes() {
         let mesh = InterfaceMesh {
             coordinates: vec![-4.0, 0.0, 1.0, 4.0, 0.8, 1.0, -4.0, -1.0, 3.0, 4.0, -1.0, 3.0],
             lines: vec![[0, 1], [2, 3]],
@@ -230,10 +233,10 @@ mod tests {
             ..InterfaceMesh::default()
         };
         let layout = Layout { mesh, parts: Vec::new(), resolved: Table::new() };
-        let least = layout.in_the_way([0.0, 1.0], 0.5).expect("the first line");
+        let least = layout.first_struck([0.0, 1.0], 0.5).expect("the first line");
         assert!((least - (0.35 - 0.01)).abs() < 1e-12, "{least}");
-        assert_eq!(layout.in_the_way([0.0, 2.6], 0.5), Some(-1.01));
-        assert_eq!(layout.in_the_way([0.0, 2.0], 0.5), None);
-        assert_eq!(layout.in_the_way([6.0, 1.0], 0.5), None);
+        assert_eq!(layout.first_struck([0.0, 2.6], 0.5), Some(-1.01));
+        assert_eq!(layout.first_struck([0.0, 2.0], 0.5), None);
+        assert_eq!(layout.first_struck([6.0, 1.0], 0.5), None);
     }
 }

@@ -7,10 +7,12 @@ use crate::stop::Stop;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::message::Measure;
 use interface_defs::verdict::{Fate, Torn};
+use interface_defs::{PartUse, ShareOf, Utilisation};
 use serde::Serialize;
 use std::collections::HashMap;
 use std::path::Path;
 use toolkit::files;
+use toolkit::numbers::three;
 use toolkit::run_dir::HISTORY;
 use toolkit::summary::{RunStatus, Summary};
 
@@ -18,6 +20,11 @@ use toolkit::summary::{RunStatus, Summary};
 const MEAN: f64 = 1e-3;
 /// The end of a run in which what still swings is looked for [s].
 const TAIL: f64 = 0.3;
+/// What the work of brakes is.
+const PLASTIC: &str = "force times plastic travel; what is elastic comes back";
+/// What a part has come to that tore, and a brake at the end of its stroke.
+pub const TORN: &str = "torn";
+pub const END_STOP: &str = "at the end stop";
 /// Column of the time.
 const TIME: &str = "time_s";
 
@@ -94,6 +101,8 @@ pub struct Ended {
     pub summary: Summary,
     /// Whether it was refused, and never began.
     pub refused: bool,
+    /// Whether it was made again with finer windows and steps.
+    pub finer: bool,
     /// Its rows.
     pub history: History,
 }
@@ -110,7 +119,7 @@ impl Ended {
         let unread = |e| format!("{}: {HISTORY} cannot be read: {e}", dir.display());
         let history = history.map_err(|e: csv::Error| Stop::failed(code::FILE_CONTENT, unread(e)))?;
         let name = dir.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        Ok(Self { name, of, summary, refused, history })
+        Ok(Self { name, of, summary, refused, finer: false, history })
     }
 
     /// What became of the block.
@@ -148,11 +157,16 @@ impl Ended {
         (*status != RunStatus::Done).then(|| format!("{}: {}", status.word(), why()))
     }
 
-    /// How it ended, in words.
-    pub fn words(&self) -> String {
-        // A touch that is found within the first window may lie a little before it.
-        let sentences = self.summary.sentences().join("; ").replace(" -0.0000 s", " 0.0000 s");
-        self.doubt().unwrap_or(if sentences.is_empty() { "done".into() } else { sentences })
+    /// How it ended, in words. Of one that `settles` without a verdict on the block, which was judged in the launch before.
+    pub fn words(&self, settles: bool) -> String {
+        let torn = || self.summary.torn.iter().flatten().map(ToString::to_string);
+        let height = || format!("residual height {} m", three(self.history.last(&left())));
+        let all = if settles {
+            std::iter::once(height()).chain(torn()).collect()
+        } else {
+            self.summary.sentences()
+        };
+        self.doubt().unwrap_or(if all.is_empty() { "done".into() } else { all.join("; ") })
     }
 
     fn measure(&self, name: &str) -> Option<&Measure> {
@@ -196,10 +210,14 @@ pub struct Launch {
     pub doubt: Option<String>,
     /// What became of the block.
     pub fate: Option<Fate>,
-    /// Whether it was stopped, and stayed with the net while it came to rest.
+    /// Whether it was stopped, and stayed with the net in the settling phase.
     pub stopped: bool,
+    /// Whether its run was made again with finer windows and steps.
+    pub finer: bool,
     /// What tore; `None`: nothing of the structure can.
     pub torn: Option<Vec<Torn>>,
+    /// The largest utilisation of each part, that of the settling phase, too.
+    pub used: Vec<(String, Utilisation)>,
     /// Its numbers.
     pub rows: Vec<Row>,
 }
@@ -212,7 +230,14 @@ impl Launch {
         let torn =
             any.then(|| runs().flat_map(|ended| ended.summary.torn.iter().flatten()).cloned().collect());
         let last = rest.as_ref().unwrap_or(&run);
-        let coming = || last.doubt().map(|why| format!("coming to rest {why}"));
+        let settling = || last.doubt().map(|why| format!("settling phase {why}"));
+        let mut used: Vec<(String, Utilisation)> = Vec::new();
+        for PartUse { part, utilisation, .. } in runs().flat_map(|ended| &ended.summary.parts) {
+            match used.iter_mut().find(|(name, _)| name == part) {
+                Some((_, most)) => *most = utilisation.filter(|now| now.share > most.share).unwrap_or(*most),
+                None => used.extend(utilisation.map(|most| (part.clone(), most))),
+            }
+        }
         let mut rows = Rows { block: test.kit.block(test.kit.energy(which)), run: &run, rows: Vec::new() };
         if let Some(now) = now.filter(|_| !run.history.times().is_empty()) {
             rows.all(test, now, rest.as_ref(), torn.as_deref().unwrap_or_default());
@@ -220,12 +245,31 @@ impl Launch {
         Self {
             which,
             last: [last.name.clone(), last.of.clone()],
-            doubt: run.doubt().or_else(coming),
+            doubt: run.doubt().or_else(settling),
             fate: run.fate(),
             stopped: run.is_caught() && !rest.as_ref().is_some_and(|rest| rest.has_left(test)),
             rows: rows.rows,
+            finer: run.finer,
             torn,
+            used,
         }
+    }
+
+    /// The utilisation of each part that has a strength or a stroke, or yields: name, share, and what it has come to. What tore is used
+    /// up, whatever its share.
+    pub fn utilisation(&self) -> Vec<(String, f64, &'static str)> {
+        let tore = |name: &str| self.torn.iter().flatten().any(|torn| torn.part == name);
+        let of = |(name, most): &(String, Utilisation)| {
+            let come_to = match most.of {
+                _ if tore(name) => TORN,
+                _ if most.share < 1.0 => most.of.word(),
+                ShareOf::Force => "above its strength",
+                ShareOf::Travel => END_STOP,
+                ShareOf::Section => "yielded",
+            };
+            (name.clone(), if tore(name) { most.share.max(1.0) } else { most.share }, come_to)
+        };
+        self.used.iter().map(of).collect()
     }
 
     /// A number.
@@ -265,20 +309,22 @@ impl Rows<'_> {
         let row = self.add(name, Some(found.value), unit, "");
         (row.time_s, row.member) = (found.time, found.member.clone());
         row.share = most.map(|most| found.value.abs() / most);
+        let stopped = unit == "m" && row.share.is_some_and(|share| share >= 1.0);
+        row.note = stopped.then(|| END_STOP.into());
     }
 
     fn all(&mut self, test: &Test, now: &Layout, rest: Option<&Ended>, torn: &[Torn]) {
         let (block, history) = (self.block, &self.run.history);
         let measure = |name: &str| self.run.measure(name).map(|measure| measure.value);
-        let (energy, way) = (measure("impact_energy"), measure("max_elongation"));
+        let (energy, elongation) = (measure("impact_energy"), measure("max_elongation"));
         let touch = measure("time_of_impact").unwrap_or(f64::NAN);
-        let end = self.run.measure("max_elongation").and_then(|way| way.time).unwrap_or(f64::NAN);
-        let absorbed = energy.zip(way).map(|(kinetic, way)| kinetic + block.mass * GRAVITY * way);
-        // A block that was not stopped has no way of braking.
+        let end = self.run.measure("max_elongation").and_then(|of| of.time).unwrap_or(f64::NAN);
+        let absorbed = energy.zip(elongation).map(|(kinetic, path)| kinetic + block.mass * GRAVITY * path);
+        // A block that was not stopped has no braking time.
         let stop = if self.run.is_caught() { end } else { f64::NAN };
         let braking = Some(stop - touch).filter(|t| t.is_finite());
         let before = history.column(&format!("{OWN}_top_height_m")).get(history.row_at(touch)).copied();
-        // At rest, block left in.
+        // At rest, block still in the net.
         let rest = rest.filter(|rest| !rest.history.times().is_empty() && !rest.has_left(test));
         let left = rest.map(|rest| (rest.history.last(&left()), rest.history.tail(&left())));
         let share = left.zip(before).map(|((height, _), before)| height / before);
@@ -294,14 +340,14 @@ impl Rows<'_> {
         self.peak("impact_speed", "impact_speed", "m/s", None);
         self.add("impact_energy", energy, "J", "");
         self.add("absorbed_energy", absorbed, "J", "m v2/2 + m g e");
-        self.add("max_elongation", way, "m", "").time_s = Some(end);
+        self.add("max_elongation", elongation, "m", "").time_s = Some(end);
         self.add("braking_time", braking, "s", "from the first contact to the largest elongation");
         self.block_force(touch, stop);
         self.add("h_N", before, "m", "");
         if let Some((height, (least, most))) = left {
-            self.add("h_R", Some(height), "m", "at rest, block left in; least of all fields");
+            self.add("h_R", Some(height), "m", "at rest, block still in the net; least of all fields");
             for (name, value) in [("h_R_least", least), ("h_R_most", most)] {
-                self.add(name, Some(value), "m", &format!("in the last {TAIL} s of coming to rest"));
+                self.add(name, Some(value), "m", &format!("in the last {TAIL} s of the settling phase"));
             }
             self.add("h_R/h_N", share, "1", "");
         } else {
@@ -321,8 +367,8 @@ impl Rows<'_> {
             self.support(&name);
         }
         let brakes = test.layout.parts.iter().filter(|part| part.element == "brake");
-        let work = |gauge: String| work(history, &gauge, history.row_at(end));
-        let brakes = brakes.flat_map(|part| (0..part.members.len()).map(|i| part.member(i)));
+        let work = |(part, i): (&Part, usize)| work(history, part, i, history.row_at(end));
+        let brakes = brakes.flat_map(|part| (0..part.members.len()).map(move |i| (part, i)));
         self.energies(brakes.filter_map(work).sum(), end, absorbed);
     }
 
@@ -375,8 +421,8 @@ impl Rows<'_> {
             if let Some(post) = part.members.get(i).filter(|_| part.element == "beam") {
                 self.tilt(&name, &gauge, [post[0], post[post.len() - 1]].map(|node| now.node(node)));
             } else if !part.members.is_empty() {
-                let work = work(&self.run.history, &gauge, usize::MAX);
-                self.add(&format!("{name} work"), work, "J", "");
+                let work = work(&self.run.history, part, i, usize::MAX);
+                self.add(&format!("{name} work"), work, "J", PLASTIC);
             }
         }
     }
@@ -412,7 +458,7 @@ impl Rows<'_> {
         };
         let of_structure = "brakes, plastic strain, friction of ropes, rupture";
         for (name, value, note) in [
-            ("brakes", Some(brakes), "work done on them"),
+            ("brakes", Some(brakes), PLASTIC),
             ("structure_dissipated", change("dissipated_fem"), of_structure),
             ("structure_stored", change("stored_fem"), "elastic"),
             ("structure_kinetic", change("kinetic_fem"), ""),
@@ -437,12 +483,21 @@ fn size(v: &[f64; 3]) -> f64 {
     v[0].hypot(v[1]).hypot(v[2])
 }
 
-/// Work done on a brake up to a row [J].
-fn work(history: &History, gauge: &str, row: usize) -> Option<f64> {
-    let column = |end| history.column(&format!("{gauge}_{end}"));
-    let (forces, ways) = (column("tension_N"), column("elongation_m"));
+/// What brake number `i` of `part` has dissipated up to a row [J]: its force over its plastic travel, which is the largest elongation less
+/// that of its force. Over the elongation itself a brake that stays elastic comes to a work of either sign: rows are samples, and do not
+/// see where it goes slack.
+fn work(history: &History, part: &Part, i: usize, row: usize) -> Option<f64> {
+    let column = |end| history.column(&format!("{}_{end}", part.member(i)));
+    let (forces, lengths) = (column("tension_N"), column("elongation_m"));
+    let plastic = |row: usize| lengths[row] - part.stiffness.map_or(0.0, |of| forces[row] / of);
     let last = row.min(forces.len().checked_sub(1)?);
-    Some((1..=last).map(|i| 0.5 * (forces[i] + forces[i - 1]) * (ways[i] - ways[i - 1])).sum())
+    let (mut work, mut most) = (0.0, plastic(0));
+    for row in 1..=last {
+        let further = (plastic(row) - most).max(0.0);
+        work += 0.5 * (forces[row] + forces[row - 1]) * further;
+        most += further;
+    }
+    Some(work)
 }
 
 #[cfg(test)]
@@ -479,11 +534,23 @@ mod tests {
     }
 
     #[test]
-    fn the_work_of_a_brake_is_the_area_under_its_force() {
-        let rows = vec![vec![0.0, 0.0], vec![100.0, 0.01], vec![100.0, 0.51], vec![0.0, 0.5]];
-        let history = history(&["g_tension_N", "g_elongation_m"], rows);
-        assert_eq!(work(&history, "g", 2), Some(50.5));
-        assert_eq!(work(&history, "g", usize::MAX), Some(50.0));
-        assert_eq!(work(&history, "h", 2), None);
+    fn the_work_of_a_brake_is_its_force_over_its_plastic_travel_and_none_while_it_is_elastic() {
+        let brake = Part {
+            name: "b".into(),
+            element: "brake".into(),
+            strength: None,
+            can_break: false,
+            stiffness: Some(1e4),
+            stroke: None,
+            members: vec![vec![0, 1]],
+        };
+        let of = |rows: Vec<Vec<f64>>| history(&["approve_b_1_tension_N", "approve_b_1_elongation_m"], rows);
+        let slips = of(vec![vec![0.0, 0.0], vec![100.0, 0.01], vec![100.0, 0.51], vec![0.0, 0.5]]);
+        let work_up_to = |row| work(&slips, &brake, 0, row).expect("a brake");
+        assert!((work_up_to(2) - 50.0).abs() < 1e-9 && (work_up_to(usize::MAX) - 50.0).abs() < 1e-9);
+        assert_eq!(work(&slips, &brake, 1, 2), None);
+        // It begins under tension, goes slack between two rows, and is pulled again.
+        let slack = of(vec![vec![100.0, 0.01], vec![0.0, -0.02], vec![50.0, 0.005], vec![0.0, -0.01]]);
+        assert!(work(&slack, &brake, 0, usize::MAX).expect("a brake").abs() < 1e-12);
     }
 }

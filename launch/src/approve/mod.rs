@@ -4,7 +4,7 @@
 //! - [`vary`]: what is uncertain, one at a time
 //! - [`launch`]: the runs, each kept
 //! - [`measured`]: the numbers of a launch; [`judge`]: each criterion with its number and bound
-//! - [`report`]: `approval.json`, `approval.csv`, what the screen shows
+//! - [`report`]: `approval.json`, `approval.csv`, and `approval.txt`, which the screen shows, too
 
 mod judge;
 mod launch;
@@ -24,9 +24,11 @@ use site::Which;
 use std::path::{Path, PathBuf};
 use toolkit::arguments::{AnswerForm, path};
 use toolkit::check::Format;
+use toolkit::columns::Columns;
 use toolkit::exit::Exit;
-use toolkit::files::Dir;
+use toolkit::files::{self, Dir};
 use toolkit::manifest;
+use toolkit::numbers::three;
 use toolkit::owner::{Claim, Owner};
 use toolkit::screen::show;
 use vary::Variation;
@@ -77,6 +79,9 @@ pub struct Arguments {
     /// Print nothing but the result and errors
     #[arg(long, help_heading = "Results")]
     pub quiet: bool,
+    /// Check the kit, print the cases that would run and the wall time that each may take, and run nothing
+    #[arg(long, help_heading = "Results")]
+    pub dry_run: bool,
     /// Form of the result.
     #[command(flatten)]
     pub answer: AnswerForm,
@@ -124,6 +129,14 @@ pub fn approve(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
     // Every case is checked before the first one starts.
     let tests = variations.iter().map(|variation| site::Test::of(&kit, variation, &events));
     let tests = tests.collect::<Result<Vec<_>, Stop>>()?;
+    let progress = Progress::new(arguments.quiet || arguments.answer.format == Format::Json, json, false);
+    for warning in tests.iter().take(1).flat_map(|test| &test.warnings) {
+        progress.say(&format!("warning: {warning}"));
+    }
+    if arguments.dry_run {
+        show(&plan(&variations.iter().zip(&tests).collect::<Vec<_>>()));
+        return Ok(Exit::Done);
+    }
     let out = arguments
         .out
         .clone()
@@ -134,7 +147,6 @@ pub fn approve(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
     if arguments.force && place.exists() {
         std::fs::remove_dir_all(&place).map_err(|e| site::unwritten(&place, &e))?;
     }
-    let progress = Progress::new(arguments.quiet || arguments.answer.format == Format::Json, json, false);
     let (mut cases, all): (Vec<Case>, _) = (Vec::new(), tests.len());
     for (test, Variation { name, .. }) in tests.iter().zip(&variations) {
         let done = cases.len();
@@ -149,16 +161,33 @@ pub fn approve(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
         report::write(&kit, &cases, all, &out).map_err(|e| site::unwritten(&out, &e))?;
     }
     progress.finish();
+    let text = report::screen(&kit, &cases, &out);
+    let file = out.join(report::TEXT);
+    files::write(&file, text.as_bytes()).map_err(|e| site::unwritten(&file, &e))?;
     manifest::seal(&out);
     match arguments.answer.format {
         Format::Json => show(&format!("{:#}\n", report::json(&kit, &cases, all))),
-        Format::Text => show(&report::screen(&kit, &cases, &out)),
+        Format::Text => show(&text),
     }
     let open: Vec<&Case> = cases.iter().filter(|case| case.verdict() == Judged::NotSettled).collect();
     let Some(first) = open.first() else { return Ok(Exit::Done) };
     let why = first.criteria.iter().find(|c| c.result == Judged::NotSettled).map_or("", |c| c.why.as_str());
     let what = format!("not settled: {} of {all} cases; the first, {}: {why}", open.len(), first.name);
     Err(Stop { exit: Exit::Unreliable, ..Diagnostic::error(code::TRUST, what).into() })
+}
+
+/// The cases that would run, and what each may take.
+fn plan(cases: &[(&Variation, &site::Test)]) -> String {
+    let cost = |case: &(&Variation, &site::Test)| launch::cost(case.1);
+    let columns = Columns::new()
+        .with("case", |case: &(&Variation, &site::Test)| case.0.name.clone())
+        .with("launches", |case| (if case.1.kit.sel.is_some() { "SEL 1, SEL 2, MEL" } else { "MEL" }).into())
+        .number("least s", |case| cost(case).map(|[least, _]| least))
+        .number("most s", |case| cost(case).map(|[_, most]| most));
+    let all = cases.iter().filter_map(cost).fold([0.0; 2], |all, of| [all[0] + of[0], all[1] + of[1]]);
+    let [least, most] = all.map(|seconds| three(seconds / 60.0));
+    let table = columns.aligned(cases);
+    format!("{table}\nin all {least} to {most} minutes of wall time; nothing was run\n")
 }
 
 /// Refuse a directory that holds something else than a test: `--force` removes runs, and those of another study are none of ours.

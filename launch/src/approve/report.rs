@@ -1,7 +1,7 @@
-//! What the test came to: `approval.json`, `approval.csv`, and the screen.
+//! What the test came to: `approval.json`, `approval.csv`, and `approval.txt`, which is what the screen shows.
 
-use super::judge::{Criterion, Result as Judged, category};
-use super::measured::{Launch, Row};
+use super::judge::{CATEGORIES, Criterion, Result as Judged, category};
+use super::measured::{END_STOP, Launch, Row, TORN};
 use super::site::{Block, Kit, Which};
 use super::{Case, RUNS};
 use interface_defs::verdict::Fate;
@@ -9,30 +9,37 @@ use serde_json::{Value, json};
 use std::collections::HashSet;
 use std::io;
 use std::path::Path;
+use std::time::{SystemTime, UNIX_EPOCH};
 use toolkit::columns::Columns;
 use toolkit::files;
 use toolkit::numbers::{percent, three};
 
+const VERSION: &str = env!("CARGO_PKG_VERSION");
 /// Everything.
 pub const JSON: &str = "approval.json";
 /// The numbers of all launches, a row each.
 const TABLE: &str = "approval.csv";
+/// What the screen shows.
+pub const TEXT: &str = "approval.txt";
+/// Supports by their names, without their numbers.
+const SUPPORTS: [&str; 3] = ["foot", "side_anchor", "upslope_anchor"];
 /// Most rows of utilisation on the screen.
 const SHOWN: usize = 6;
 /// A column of the screen.
 type Column = (&'static str, &'static str, f64);
 /// Columns of the screen: title, number of a launch, factor to its unit there.
-const OF_LAUNCH: [Column; 8] = [
+const OF_LAUNCH: [Column; 9] = [
     ("impact kJ", "impact_energy", 1e-3),
     ("absorbed kJ", "absorbed_energy", 1e-3),
     ("elongation m", "max_elongation", 1.0),
     ("braking s", "braking_time", 1.0),
     ("mean kN", "block_force_mean", 1e-3),
     ("peak 1 ms kN", "block_force_peak_1ms", 1e-3),
+    ("h_N m", "h_N", 1.0),
     ("h_R m", "h_R", 1.0),
     ("h_R/h_N", SHARE, 1.0),
 ];
-/// Share of the height that is left.
+/// The residual height in that before.
 const SHARE: &str = "h_R/h_N";
 
 impl Case {
@@ -41,22 +48,31 @@ impl Case {
         self.launches.iter().find(|launch| launch.which == which)?.value(name)
     }
 
-    /// What uses most of its strength or stroke in any launch, each part once, the largest first.
-    fn utilisation(&self) -> Vec<(&Row, f64, Which)> {
-        let all =
-            self.launches.iter().flat_map(|of| of.rows.iter().map(move |row| (row, row.share, of.which)));
-        let all = all.filter(|(row, ..)| !row.name.starts_with("energy"));
-        let mut all: Vec<_> = all.filter_map(|(row, share, which)| Some((row, share?, which))).collect();
-        all.sort_by(|a, b| b.1.total_cmp(&a.1));
+    /// The largest utilisation of each part in any launch: name, share, what it has come to. What tore comes first, then the largest.
+    fn utilisation(&self) -> Vec<(String, f64, &'static str, Which)> {
+        let of_launch = |launch: &Launch| {
+            let which = launch.which;
+            launch.utilisation().into_iter().map(move |(name, share, to)| (name, share, to, which))
+        };
+        let mut all: Vec<_> = self.launches.iter().flat_map(of_launch).collect();
+        all.sort_by(|a, b| (b.2 == TORN).cmp(&(a.2 == TORN)).then(b.1.total_cmp(&a.1)));
         let mut names = HashSet::new();
-        all.retain(|(row, ..)| names.insert(&row.name));
+        all.retain(|(name, ..)| names.insert(name.clone()));
         all
     }
 
-    /// Why it does not pass: the first criterion that decides.
-    fn decides(&self) -> Option<&Criterion> {
-        let verdict = self.verdict();
-        self.criteria.iter().find(|criterion| verdict != Judged::Pass && criterion.result == verdict)
+    /// All criteria that it fails, and those that are not settled.
+    fn failed(&self) -> String {
+        let named = |criterion: &Criterion| {
+            let open = match criterion.result {
+                Judged::Fail => "",
+                Judged::NotSettled => " (not settled)",
+                Judged::Pass | Judged::NotExamined => return None,
+            };
+            let text = format!("{} {} {}", criterion.launch, criterion.name, criterion.number());
+            Some(text.trim_end().to_owned() + open)
+        };
+        self.criteria.iter().filter_map(named).collect::<Vec<_>>().join(", ")
     }
 }
 
@@ -73,14 +89,77 @@ impl Criterion {
 /// How the verdict stands against what is varied, in a sentence.
 fn stands(cases: &[Case], all: usize) -> String {
     let Some(verdict) = cases.first().map(Case::verdict) else { return String::new() };
-    let (same, turned): (Vec<&Case>, Vec<&Case>) = cases.iter().partition(|case| case.verdict() == verdict);
-    let mut text = format!("{} in {} of {} cases", verdict.words(), same.len(), cases.len());
-    for case in turned {
-        text += &format!("; {} makes it {}", case.name, case.verdict().words());
-        let why = case.decides().map(|of| format!(": {} {} {}", of.launch, of.name, of.number()));
-        text += why.unwrap_or_default().trim_end();
+    let count = |of: Judged| cases.iter().filter(|case| case.verdict() == of).count();
+    let mut text = format!("{} ({} of {} cases failed", verdict.words(), count(Judged::Fail), cases.len());
+    if count(Judged::NotSettled) > 0 {
+        text += &format!(", {} not settled", count(Judged::NotSettled));
+    }
+    text += ")";
+    for case in cases.iter().filter(|case| case.verdict() != verdict) {
+        text += &format!("; {} makes it {}: {}", case.name, case.verdict().words(), case.failed());
     }
     if cases.len() < all { text + &format!("; {} are still to run", all - cases.len()) } else { text }
+}
+
+/// What follows for the kit, in sentences.
+fn conclusion(kit: &Kit, cases: &[Case]) -> String {
+    let Some((first, varied)) = cases.split_first() else { return String::new() };
+    let what = match first.verdict() {
+        Judged::Pass => "it keeps every criterion that was assessed".into(),
+        verdict => format!("{}: {}", verdict.words(), first.failed()),
+    };
+    let other = varied.iter().filter(|case| case.verdict() != first.verdict()).count();
+    let stands = match varied.len() {
+        0 => "How far it depends on brakes, friction and place of impact is not known: nothing was varied"
+            .into(),
+        all => format!("{other} of {all} variations change that"),
+    };
+    let energy = three(1e-3 * kit.mel);
+    format!(
+        "{} at {energy} kJ, as defined: {what}. {stands}. This is a computation, and no approval.",
+        kit.name
+    )
+}
+
+/// The category of a case, and what it is.
+fn category_of(case: &Case) -> String {
+    let [a, b] = CATEGORIES.map(|(least, name)| format!("{name} from {least}"));
+    match case.value(Which::Mel, SHARE) {
+        Some(share) => {
+            let named = category(share);
+            format!("category {named}: h_R/h_N {} after MEL ({a}, {b}, else C; no criterion)", three(share))
+        }
+        None => "category -: the block was not stopped at MEL, or not brought to rest".into(),
+    }
+}
+
+/// Of a launch: largest forces of feet and anchors, brakes at their end stops, what tore.
+fn details(launch: &Launch) -> String {
+    let largest = |kind: &&str| {
+        let rows = launch.rows.iter().filter(|row| row.vector.is_some() && row.name.starts_with(*kind));
+        let row = rows.max_by(|a, b| a.value.unwrap_or(0.0).total_cmp(&b.value.unwrap_or(0.0)))?;
+        Some(format!("{} {} kN", row.name.trim_end_matches(" force"), three(1e-3 * row.value?)))
+    };
+    let stops = launch.rows.iter().filter(|row| row.note.as_deref() == Some(END_STOP));
+    let lines = [
+        ("largest forces of supports", SUPPORTS.iter().filter_map(largest).collect::<Vec<_>>()),
+        ("brakes at their end stop", stops.map(|row| row.name.trim_end_matches(" travel").into()).collect()),
+        ("torn", launch.torn.iter().flatten().map(ToString::to_string).collect()),
+    ];
+    let lines = lines.iter().filter(|(_, found)| !found.is_empty());
+    lines.map(|(what, found)| format!("{}, {what}: {}\n", launch.which.name(), found.join(", "))).collect()
+}
+
+/// The date, in UTC: days are counted from the first of March of the year 0, so that a leap day is the last one of its year.
+fn date() -> String {
+    let days =
+        SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs() / 86_400) + 719_468;
+    let (era, day) = (days / 146_097, days % 146_097);
+    let year = (day - day / 1_460 + day / 36_524 - day / 146_096) / 365;
+    let day = day - (365 * year + year / 4 - year / 100);
+    let month = (5 * day + 2) / 153;
+    let (day, later) = (day - (153 * month + 2) / 5 + 1, month / 10);
+    format!("{}-{:02}-{day:02}", year + 400 * era + later, month + 3 - 12 * later)
 }
 
 /// Everything as JSON. Nothing of it depends on when and where the runs were made.
@@ -88,13 +167,13 @@ pub fn json(kit: &Kit, cases: &[Case], all: usize) -> Value {
     let of_launch = |launch: &Launch| {
         let torn: Vec<String> = launch.torn.iter().flatten().map(ToString::to_string).collect();
         json!({
-            "launch": launch.which.name(), "fate": launch.fate, "doubt": launch.doubt, "broken": torn, "numbers": launch.rows,
+            "launch": launch.which.name(), "accurate": launch.finer, "fate": launch.fate, "doubt": launch.doubt, "broken": torn, "numbers": launch.rows,
             "category": launch.value(SHARE).filter(|_| launch.which == Which::Mel).map(category),
         })
     };
     let of_case = |case: &Case| {
-        let used = case.utilisation().into_iter().map(|(row, share, which)| {
-            json!({ "name": row.name, "share": share, "launch": which.name(), "member": row.member })
+        let used = case.utilisation().into_iter().map(|(name, share, to, which)| {
+            json!({ "name": name, "share": share, "of": to, "launch": which.name() })
         });
         json!({
             "case": case.name, "verdict": case.verdict(), "criteria": case.criteria,
@@ -106,11 +185,12 @@ pub fn json(kit: &Kit, cases: &[Case], all: usize) -> Value {
         json!({ "energy_J": energy, "mass_kg": block.mass, "edge_m": block.size })
     };
     json!({
-        "kit": kit.name, "class": kit.class, "site": "vertical: gravity along the motion of the block",
+        "kit": kit.name, "class": kit.class, "kit_file": kit.file.file_name().map(|name| name.to_string_lossy()), "kit_hash": kit.hash,
+        "version": VERSION, "site": "vertical: gravity along the motion of the block",
         "speed_m_per_s": kit.speed, "density_kg_per_m3": kit.density,
         "mel": block(kit.mel), "sel": kit.sel.map(block),
         "h_N_m": cases.first().and_then(|case| case.launches.first()?.value("h_N")),
-        "verdict": cases.first().map(Case::verdict), "stands": stands(cases, all),
+        "verdict": cases.first().map(Case::verdict), "stands": stands(cases, all), "conclusion": conclusion(kit, cases),
         "cases": cases.iter().map(of_case).collect::<Vec<_>>(),
     })
 }
@@ -152,6 +232,7 @@ pub fn screen(kit: &Kit, cases: &[Case], out: &Path) -> String {
     let Some(first) = cases.first() else { return String::new() };
     let of_launch = Columns::new()
         .with("launch", |launch: &Launch| launch.which.name().into())
+        .with("run again", |launch| if launch.finer { "accurate".into() } else { "-".into() })
         .with("fate", |launch| launch.fate.map_or("-", Fate::words).into());
     let of_launch = numbered(of_launch, &OF_LAUNCH, Launch::value).with("broken", |launch| {
         launch.torn.iter().flatten().map(|torn| torn.elements).sum::<u64>().to_string()
@@ -167,26 +248,32 @@ pub fn screen(kit: &Kit, cases: &[Case], out: &Path) -> String {
         .with("verdict", |case| case.verdict().words().into());
     let of_case = numbered(of_case, &OF_LAUNCH[2..], |case, name| case.value(Which::Mel, name))
         .number("SEL 1 h_R/h_N", |case| case.value(Which::Sel1, SHARE))
-        .with("most used", |case| {
+        .with("highest utilisation (strength or stroke)", |case| {
             let most = case.utilisation().into_iter().next();
-            most.map_or("-".into(), |(row, share, _)| format!("{} {}", percent(share), row.name))
+            most.map_or("-".into(), |(name, share, to, _)| format!("{} {name} ({to})", percent(share)))
         })
-        .with("decided by", |case| {
-            case.decides().map_or(String::new(), |c| format!("{} {}", c.launch, c.name))
-        });
+        .with("run again", |case| {
+            let finer = case.launches.iter().filter(|launch| launch.finer).map(|launch| launch.which.name());
+            let finer = finer.collect::<Vec<_>>().join(", ");
+            if finer.is_empty() { "-".into() } else { format!("{finer}, accurate") }
+        })
+        .with("failed criteria", Case::failed);
     let used = first.utilisation().into_iter().take(SHOWN);
-    let used = used.map(|(row, share, which)| format!("{} {} ({})", percent(share), row.name, which.name()));
-    let category = first.value(Which::Mel, SHARE).map_or("-", category);
+    let used =
+        used.map(|(name, share, to, which)| format!("{} {name} ({to}, {})", percent(share), which.name()));
     let Block { mass, size } = kit.block(kit.mel);
     let [mass, size, speed] = [mass, size, kit.speed].map(three);
-    let (Kit { name, class, .. }, out) = (kit, out.display());
+    let (Kit { name, class, hash, .. }, file, out, date) = (kit, kit.file.display(), out.display(), date());
+    let (category, stands, conclusion) =
+        (category_of(first), stands(cases, cases.len()), conclusion(kit, cases));
     format!(
-        "{name}: class {class}; block of {mass} kg, {size} m, {speed} m/s; vertical site\n\n{}\n{}\ncategory {category}; most used of \
-         strength or stroke: {}\n\n{}\nverdict: {}\nresults: {out}/{JSON}, {TABLE}; runs: {out}/{RUNS}\n",
+        "{name}: class {class}; block of {mass} kg, {size} m, {speed} m/s; vertical site\nkit file {file}, {hash}; rockfall {VERSION}; \
+         {date}\n\n{}{}\n{}\n{category}\nhighest utilisation (strength or stroke): {}\n\n{}\nverdict: {stands}\n{conclusion}\n\
+         results: {out}/{JSON}, {TABLE}, {TEXT}; runs: {out}/{RUNS}\n",
         of_launch.aligned(&first.launches),
+        first.launches.iter().map(details).collect::<String>(),
         of_criterion.aligned(&first.criteria),
         used.collect::<Vec<_>>().join(", "),
         of_case.aligned(cases),
-        stands(cases, cases.len())
     )
 }

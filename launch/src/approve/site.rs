@@ -17,7 +17,7 @@ use toml::{Table, Value};
 use toolkit::arguments::Input;
 use toolkit::exit::Exit;
 use toolkit::files;
-use toolkit::input_file::with_absolute_files;
+use toolkit::input_file::{hash, with_absolute_files};
 use toolkit::numbers::four;
 use toolkit::scene::{Scene, at};
 
@@ -36,7 +36,7 @@ const ERROR: f64 = 0.02;
 const CLASS_1: f64 = 250e3;
 /// Energies of the largest launches of the classes from 0 on [J].
 const CLASSES: [f64; 8] = [100e3, 250e3, 500e3, 1e6, 1.5e6, 2e6, 3e6, 4.5e6];
-/// Least way that the block moves in a launch when nothing stops it [m].
+/// Least displacement of the block in a launch when nothing stops it [m].
 const SHORTEST: f64 = 1.0;
 /// Name of the block in the scenes.
 pub const BLOCK: &str = "block";
@@ -61,6 +61,9 @@ pub struct Kit {
     pub speed: f64,
     /// Its density [kg/m3].
     pub density: f64,
+    /// Hash of its file.
+    pub hash: String,
+    own: Scene,
     sets: Vec<String>,
     scratch: Scratch,
 }
@@ -76,9 +79,9 @@ impl Kit {
             return Err(own.invalid("kit", what).try_instead(cure).into());
         };
         let least = sel.map(|energy| 1e3 * energy).or((mel >= CLASS_1).then_some(mel / 3.0));
-        // A longer way takes longer; 0.6 s are twice the braking time at 1 000 kJ.
+        // A longer path takes longer; 0.6 s are twice the braking time at 1 000 kJ.
         let length = time.unwrap_or_else(|| (6.0 * (mel / 1e6).cbrt().max(1.0)).ceil() / 10.0);
-        let [most, way] = [1e-3 * mel, length * speed].map(four);
+        let [most, path] = [1e-3 * mel, length * speed].map(four);
         let given = [("--energy", energy), ("--sel", sel), ("--speed", Some(speed)), ("--time", time)];
         let given = given.into_iter().filter_map(|(name, value)| Some((name, value?)));
         let positive =
@@ -86,7 +89,7 @@ impl Kit {
         let positive = given.map(|(name, value)| (name, positive(value)));
         let few = 3.0 * least.unwrap_or(0.0) <= mel * (1.0 + 1e-9);
         let few = (few, format!("it is more than a third of the largest launch, {most} kJ"));
-        let soon = format!("in {length} s the block moves by {way} m: nothing is stopped so soon");
+        let soon = format!("in {length} s the block moves by {path} m: nothing is stopped so soon");
         let range = (2500.0..=3000.0).contains(&density);
         let range = (range, format!("the block has {density} kg/m3, and the test asks for 2500 to 3000"));
         let others = [("--sel", few), ("--time", (length * speed >= SHORTEST, soon)), ("--density", range)];
@@ -116,7 +119,8 @@ impl Kit {
         let reached = CLASSES.iter().filter(|energy| mel >= **energy * (1.0 - 1e-9)).count() as u8;
         let class = about.class.unwrap_or(if mel > CLASSES[7] { 8 } else { reached.saturating_sub(1) });
         let name = about.name.unwrap_or_else(|| stem(&file));
-        Ok(Self { name, class, file, document, mel, sel: least, speed, density, sets, scratch })
+        let hash = hash(own.text().as_bytes());
+        Ok(Self { name, class, file, hash, own, document, mel, sel: least, speed, density, sets, scratch })
     }
 
     /// Energy of a launch [J].
@@ -206,6 +210,10 @@ pub struct Test<'a> {
     centre: [f64; 2],
     /// The scene without a block, with all groups and gauges.
     pub document: Table,
+    /// What the user should know of the kit.
+    pub warnings: Vec<Diagnostic>,
+    /// Least expected wall time of its first launch [s].
+    pub cost: Option<f64>,
 }
 
 impl<'a> Test<'a> {
@@ -213,12 +221,13 @@ impl<'a> Test<'a> {
     pub fn of(kit: &'a Kit, variation: &Variation, events: &Events) -> Result<Self, Stop> {
         Self::checked(kit, variation, events).map_err(|mut stop| {
             let scratch = kit.scratch.file("");
-            for place in stop.errors.iter_mut().filter_map(|error| error.place.as_mut()) {
-                if Path::new(&place.file).starts_with(&scratch) {
-                    **place = Place::file(kit.file.display().to_string());
-                }
+            let of_site = |place: &Place| Path::new(&place.file).starts_with(&scratch);
+            for error in stop.errors.iter_mut().filter(|error| error.place.as_deref().is_some_and(of_site)) {
+                error.place = Some(Box::new(Place::file(kit.file.display().to_string())))
+                    .filter(|_| error.key.is_none());
+                *error = kit.own.placed(error.clone());
             }
-            // That nothing is in the way of the block is no failure here, as nothing has run yet.
+            // That the block strikes nothing is no failure here, as nothing has run yet.
             let nothing = stop.errors.iter().any(|error| error.code == code::PLACE);
             Stop { exit: if nothing { Exit::BadInput } else { stop.exit }, ..stop }
         })
@@ -252,9 +261,15 @@ impl<'a> Test<'a> {
             }
         }
         document.insert("title".into(), format!("{}, {}", kit.name, variation.name).into());
-        let test = Self { kit, layout, centre, document };
+        let mut test = Self { kit, layout, centre, document, warnings: Vec::new(), cost: None };
         let first = if kit.sel.is_some() { Which::Sel1 } else { Which::Mel };
-        Prepared::of(&kit.written(&test.launch(first, &test.layout)?)?, |_| None, events)?.doubts()?;
+        let prepared = Prepared::of(&kit.written(&test.launch(first, &test.layout)?)?, |_| None, events)?;
+        // The rest is of the site, which is not the user's.
+        let of_kit =
+            |doubt: &Diagnostic| doubt.key.as_deref().is_some_and(|key| key.starts_with("structure"));
+        let doubts = prepared.doubts()?.into_iter().filter(of_kit);
+        test.warnings = doubts.map(|doubt| kit.own.placed(doubt)).collect();
+        test.cost = prepared.numbers.expected_cost();
         Ok(test)
     }
 
@@ -262,10 +277,10 @@ impl<'a> Test<'a> {
     pub fn launch(&self, which: Which, now: &Layout) -> Result<Table, Stop> {
         let Block { mass, size } = self.kit.block(self.kit.energy(which));
         let [x, z] = self.centre;
-        let Some(first) = now.in_the_way(self.centre, 0.5 * size) else {
+        let Some(first) = now.first_struck(self.centre, 0.5 * size) else {
             let [x, z] = self.centre.map(four);
             let what = format!(
-                "nothing of the barrier is in the way of the block of {} m, at x = {x} m, z = {z} m",
+                "the block of {} m strikes nothing of the barrier, at x = {x} m, z = {z} m",
                 four(size)
             );
             return Err(Stop::failed(code::PLACE, what));
