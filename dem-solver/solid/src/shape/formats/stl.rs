@@ -53,7 +53,24 @@ fn binary(bytes: &[u8]) -> Result<Facets, ReadError> {
         }
         points.push(point);
     }
+    resolved(&points)?;
     Ok(Facets { points, triangles: None, names: Vec::new(), single: true })
+}
+
+/// Single precision rounds coordinates of a survey to decimetres: refuse where corners move by more than a thousandth of the size.
+fn resolved(points: &[Vector3<f64>]) -> Result<(), ReadError> {
+    let far = points.iter().map(Vector3::amax).fold(0.0, f64::max);
+    let low = points.iter().fold(Vector3::repeat(f64::INFINITY), |a, p| a.inf(p));
+    let size = points.iter().map(|p| (p - low).amax()).fold(0.0, f64::max);
+    let rounding = 0.5 * f64::from(f32::EPSILON) * far;
+    if rounding > 1e-3 * size {
+        return Err(format!(
+            "a binary STL rounds coordinates of {far:.0} by up to {rounding:.2}, and the surface is {size:.2} across: its volume would be \
+             wrong. Export it about an origin near it, or as text STL or OBJ"
+        )
+        .into());
+    }
+    Ok(())
 }
 
 fn text(bytes: &[u8], most: usize) -> Result<Facets, ReadError> {
@@ -148,6 +165,15 @@ mod tests {
         for p in &binary.points {
             assert!(rock.points.iter().any(|q| (p - q).norm() < 1e-7));
         }
+    }
+
+    #[test]
+    fn a_binary_file_in_coordinates_of_a_survey_is_refused_with_its_rounding() {
+        let mut rock = builtin::cuboid(Vector3::repeat(1.2));
+        rock.points.iter_mut().for_each(|p| *p += Vector3::new(2.6e6, 1.2e6, 500.0));
+        let error = read(&as_binary(&rock), 1000).expect_err("rounded").message;
+        assert!(error.contains("2600001 by up to 0.16") && error.contains("origin near it"), "{error}");
+        assert!(read(as_text(&rock).as_bytes(), 1000).is_ok());
     }
 
     #[test]
