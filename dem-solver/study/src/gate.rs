@@ -52,6 +52,7 @@ fn check(base: &Base, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
         said.extend(of_line(base, at, file));
     }
     said.extend(of_system(base, file)?);
+    said.extend(of_rates(base, file));
     Ok(said)
 }
 
@@ -234,6 +235,19 @@ fn of_line(base: &Base, at: usize, file: &Scene) -> Option<Diagnostic> {
         );
         warning(file, &format!("line.{at}.points"), what).coded(code::PLACE)
     })
+}
+
+/// Members that count alike in shares and quantiles, and do not stand for as many blocks a year.
+fn of_rates(base: &Base, file: &Scene) -> Option<Diagnostic> {
+    let [few, many] = base.study.unequal()?;
+    let of = |(at, rate): (usize, f64)| format!("of `{}` for {}", base.study.releases[at].name, four(rate));
+    let what = format!(
+        "a member {} blocks a year, one {}: frequencies and return periods weigh that, shares, quantiles and the other maps count all alike",
+        of(few),
+        of(many)
+    );
+    let key = format!("release.{}.blocks_per_year", many.0);
+    Some(warning(file, &key, what).try_instead("for these make count proportional to blocks_per_year"))
 }
 
 /// Codes of coordinate systems in a GeoTIFF.

@@ -95,10 +95,16 @@ pub fn put(document: &mut toml::Table, key: &str, value: toml::Value) {
 }
 
 impl Base {
+    /// The release of the member with this number, from 1.
+    pub fn release_of(&self, number: u64) -> usize {
+        let index = (number - 1) % self.replicate();
+        self.starts.partition_point(|start| *start <= index) - 1
+    }
+
     /// The member with this number, from 1.
     pub fn member(&self, number: u64) -> Member {
         let (replicate, index) = ((number - 1) / self.replicate(), (number - 1) % self.replicate());
-        let release = self.starts.partition_point(|start| *start <= index) - 1;
+        let release = self.release_of(number);
         let [first, end] = [0, 1].map(|k| self.starts[release + k]);
         let (sampler, within) = (&self.samplers[release], replicate * (end - first) + index - first);
         let draw = |dimension: usize| sampler.at(dimension, within);

@@ -68,6 +68,9 @@ pub struct Release {
     pub polygon: Option<Coordinates>,
     /// Number of members; with `full_factorial` number of places. Default with `points`: one for each.
     pub count: Option<u32>,
+    /// Blocks that start here in a year, on average; of all releases or of none. Each member stands for its part of them, and lines and
+    /// maps have annual frequencies.
+    pub blocks_per_year: Option<f64>,
     /// Height of the rock above where it would touch the ground [m]. Default 0.
     #[serde(default)]
     pub height: f64,
@@ -239,6 +242,21 @@ impl StudySettings {
         self.releases.iter().map(|release| release.count().saturating_mul(combinations)).collect()
     }
 
+    /// Blocks a year of each release, where the study says so.
+    pub fn rates(&self) -> Option<Vec<f64>> {
+        self.releases.iter().map(|release| release.blocks_per_year).collect()
+    }
+
+    /// Two releases, by number, whose members stand for different numbers of blocks a year; the smallest and the largest of all.
+    pub fn unequal(&self) -> Option<[(usize, f64); 2]> {
+        let one = |(rate, count): (f64, u64)| rate / count as f64;
+        let own: Vec<f64> = self.rates()?.into_iter().zip(self.counts()).map(one).collect();
+        let mut order: Vec<usize> = (0..own.len()).collect();
+        order.sort_by(|a, b| own[*a].total_cmp(&own[*b]));
+        let [least, most] = [order[0], order[order.len() - 1]].map(|at| (at, own[at]));
+        (most.1 > least.1 * (1.0 + 1e-9)).then_some([least, most])
+    }
+
     /// Number of members.
     pub fn members(&self) -> u64 {
         self.counts().iter().fold(0_u64, |a, b| a.saturating_add(*b)).saturating_mul(self.replicates)
@@ -279,6 +297,22 @@ impl StudySettings {
             let what = format!("{count} members of one release: a Sobol sequence has {MOST_OF_SOBOL}");
             let cure = "sampling = \"latin_hypercube\"";
             return study.refuse(&format!("release.{at}.count"), what, cure);
+        }
+        let with = |given: bool| self.releases.iter().position(|it| it.blocks_per_year.is_some() == given);
+        if let (Some(_), Some(without)) = (with(true), with(false)) {
+            let what = "some releases have blocks_per_year, and this one has none";
+            let cure = "all releases of a study have it, or none";
+            return study.refuse(&format!("release.{without}"), what, cure);
+        }
+        let judged = self.lines.iter().position(|line| line.design.is_some());
+        if let (Some(line), Some([(few, _), (many, _)])) = (judged, self.unequal()) {
+            let [few, many] = [few, many].map(|at| &self.releases[at].name);
+            let what = format!(
+                "a design takes quantiles over members, and those of `{many}` stand for more blocks a year than those of `{few}`"
+            );
+            let cure =
+                "make count of all releases proportional to blocks_per_year, or leave one of the two out";
+            return study.refuse(&format!("line.{line}.design"), what, cure);
         }
         if let Some(what) = self.unrepeatable().filter(|_| self.replicates > 1) {
             return study.refuse(REPLICATES, what, "leave it out, or give distributions more levels");
@@ -355,6 +389,10 @@ fn check_release(at: usize, release: &Release, study: &Scene) -> Result<(), Diag
             return study.refuse(&format!("release.{at}"), "the key `count` is missing here", cure);
         }
         _ => {}
+    }
+    if let Some(rate) = release.blocks_per_year.filter(|rate| !(*rate > 0.0 && rate.is_finite())) {
+        let what = format!("blocks_per_year = {rate}: it must lie above 0");
+        return study.refuse(&key("blocks_per_year"), what, "one block in 50 years is 0.02");
     }
     if release.height < 0.0 {
         let what = format!("height = {} m: 0 (on the ground) or more is possible", release.height);
