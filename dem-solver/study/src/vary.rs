@@ -62,8 +62,8 @@ fn known() -> String {
 }
 
 /// What differs from member to member. A value is a number, or `{ uniform = [low, high] }`, `{ normal = [mean, standard
-/// deviation] }`, `{ lognormal = [median, factor] }` (both cut at three deviations or `within = [low, high]`), or `{ choice = [a,
-/// b], weights = [2, 1] }`; `levels = 5` for a full factorial.
+/// deviation] }`, `{ lognormal = [median, factor] }` (both cut at three deviations or `within = [low, high]`), `{ power_law = [least, most,
+/// exponent] }`, `{ table = [[value, share], ...] }`, or `{ choice = [a, b], weights = [2, 1] }`; `levels = 5` for a full factorial.
 // For editors and the reference; `variables` reads the table.
 #[derive(JsonSchema)]
 #[schemars(deny_unknown_fields)]
