@@ -228,7 +228,11 @@ impl Spec {
         let one = forms.iter().filter(|there| **there).count() == 1;
         let counted = levels.is_none_or(|levels| levels > 0 && choice.is_none());
         let rules = [
-            (one, "a distribution is one of uniform, normal, lognormal, power_law, table, choice", "keep one of them"),
+            (
+                one,
+                "a distribution is one of uniform, normal, lognormal, power_law, table, choice",
+                "keep one of them",
+            ),
             (weights.is_none() || choice.is_some(), "`weights` belongs to `choice`", "leave it out"),
             (
                 within.is_none() || has_tails,
@@ -275,7 +279,8 @@ impl Spec {
             let rises = rows.windows(2).all(|pair| pair[0][0] < pair[1][0] && pair[0][1] <= pair[1][1]);
             let ends = [rows.first(), rows.last()].map(|row| row.map(|[_, share]| *share));
             if !rises || rows.len() < 2 || ends != [Some(0.0), Some(1.0)] {
-                let what = "a table has the share of all values up to each: both ascend, the shares from 0 to 1";
+                let what =
+                    "a table has the share of all values up to each: both ascend, the shares from 0 to 1";
                 return Err((what.into(), "[[0.1, 0.0], [0.5, 0.7], [2.0, 1.0]]"));
             }
             return Ok(Form::Table(rows));

@@ -1,12 +1,14 @@
 //! The study file: which scene, how many releases from where, what varies; and what editors know of it.
 
+use super::capacity::Capacity;
 use super::design::Design;
 pub use super::vary::{Quantity, Variable};
-use super::vary::{Vary, variables};
+use super::vary::{Vary, of_releases, variables};
 use dem_solid::geometry::plan;
 use interface_defs::diagnostic::Diagnostic;
 use schemars::JsonSchema;
 use serde::Deserialize;
+use serde_json::{Map, Value};
 use std::path::PathBuf;
 use toolkit::coordinates::{Coordinates, Form};
 use toolkit::exit::Exit;
@@ -74,6 +76,10 @@ pub struct Release {
     /// Height of the rock above where it would touch the ground [m]. Default 0.
     #[serde(default)]
     pub height: f64,
+    /// Distributions of this release that go before those of `[vary]`, with the same keys, `orientation` and `shape` excepted.
+    #[serde(default)]
+    #[schemars(with = "Option<Map<String, Value>>")]
+    pub vary: toml::Table,
 }
 
 /// The geometry of a release.
@@ -149,6 +155,8 @@ pub struct ScreenLine {
     pub points: Coordinates,
     /// What a barrier there must be able to do.
     pub design: Option<Design>,
+    /// What a barrier there stops, in shares and, with `blocks_per_year`, in blocks a year.
+    pub barrier: Option<Capacity>,
 }
 
 /// A study, checked as far as that goes without its terrain.
@@ -164,8 +172,8 @@ pub struct StudySettings {
     pub replicates: u64,
     /// Where they start.
     pub releases: Vec<Release>,
-    /// What else varies, by name.
-    pub variables: Vec<Variable>,
+    /// What else varies at each release, of all in the same order.
+    pub variables: Vec<Vec<Variable>>,
     /// Whether the rock is turned at random, every orientation as likely as any other.
     pub turned: bool,
     /// The maps.
@@ -201,7 +209,8 @@ impl StudySettings {
             release.read(&format!("release.{at}"), study)?;
             check_release(at, release, study)?;
         }
-        let (variables, turned) = variables(study)?;
+        let (all, turned) = variables(study)?;
+        let variables = of_releases(&all, releases.iter().map(|release| &release.vary), study)?;
         let most_failed: f64 = study.read("most_failed")?.unwrap_or(0.01);
         if !(0.0..=1.0).contains(&most_failed) {
             let what = format!("most_failed = {most_failed}: it is a share, from 0 to 1");
@@ -227,19 +236,28 @@ impl StudySettings {
     }
 
     /// Members per place of a release: the product of all levels.
-    pub fn combinations(&self) -> u64 {
-        match self.sampling {
-            Sampling::FullFactorial => {
-                self.variables.iter().map(|v| v.distribution.levels).fold(1, u64::saturating_mul)
-            }
-            _ => 1,
-        }
+    pub fn combinations(&self, release: usize) -> u64 {
+        let levels = self.variables[release].iter().map(|v| v.distribution.levels);
+        if self.sampling == Sampling::FullFactorial { levels.fold(1, u64::saturating_mul) } else { 1 }
+    }
+
+    /// What varies, for what is the same at all releases: names and quantities, but not distributions.
+    pub fn varied(&self) -> &[Variable] {
+        &self.variables[0]
+    }
+
+    /// A release of each set of distributions.
+    pub fn variants(&self) -> Vec<usize> {
+        let shared = self.releases.iter().position(|release| release.vary.is_empty());
+        (0..self.releases.len())
+            .filter(|at| !self.releases[*at].vary.is_empty() || shared == Some(*at))
+            .collect()
     }
 
     /// Number of members of each release in a replicate.
     pub fn counts(&self) -> Vec<u64> {
-        let combinations = self.combinations();
-        self.releases.iter().map(|release| release.count().saturating_mul(combinations)).collect()
+        let of = |(at, release): (usize, &Release)| release.count().saturating_mul(self.combinations(at));
+        self.releases.iter().enumerate().map(of).collect()
     }
 
     /// Blocks a year of each release, where the study says so.
@@ -281,7 +299,7 @@ impl StudySettings {
 
     /// Whether this quantity varies.
     pub fn varies(&self, quantity: Quantity) -> bool {
-        self.variables.iter().any(|v| v.quantity == quantity)
+        self.varied().iter().any(|v| v.quantity == quantity)
     }
 
     fn check(&self, study: &Scene) -> Result<(), Diagnostic> {

@@ -4,7 +4,9 @@ use super::design::{self, Checked, Passing as Rocks, Reliability};
 use super::frequency::{PERIODS, Source, of_period, reaching, value_of};
 use crate::base::Base;
 use crate::bounds::{Part, of_frequency, of_quantile, of_share, quantile};
+use crate::capacity::{Capacity, FATES};
 use crate::record::All;
+use crate::settings::ScreenLine;
 use crate::summary::{SHARES, quantile_of};
 use crate::track::Crossing;
 use dem_rocks::results::map::sheet::{Axes, FINE, INK, LEFT, RIGHT, font, page, plot, px};
@@ -83,6 +85,8 @@ struct Passing {
     masses: Vec<f64>,
     /// The largest values by release, where blocks a year are known.
     of_release: Vec<[Vec<f64>; STATISTICS.len()]>,
+    /// How many members of each release the barrier stops and not, where there is one.
+    fates: Vec<[u64; FATES.len()]>,
 }
 
 /// Members of each release that were computed, and its blocks a year where all are known.
@@ -134,6 +138,12 @@ fn gather(base: &Base, all: All, each: Each) -> io::Result<(Vec<Passing>, Releas
                 most.iter_mut().zip(&STATISTICS).for_each(|(most, it)| *most = most.max((it.of)(crossing)));
             }
             let Some(most) = most else { continue };
+            let mut own =
+                record.track.crossings.iter().filter(|crossing| usize::from(crossing.line) == number);
+            if let Some((barrier, first)) = base.study.lines[number].barrier.zip(own.next()) {
+                passing.fates.resize(count, [0; FATES.len()]);
+                passing.fates[release][barrier.fate(first)] += 1;
+            }
             passing.masses.push(record.outcome.mass);
             for all in [Some(&mut passing.largest), passing.of_release.get_mut(release)].into_iter().flatten()
             {
@@ -144,7 +154,7 @@ fn gather(base: &Base, all: All, each: Each) -> io::Result<(Vec<Passing>, Releas
         Ok(())
     })?;
     let sort = |values: &mut Vec<f64>| values.sort_by(f64::total_cmp);
-    for Passing { largest, masses, of_release } in &mut passing {
+    for Passing { largest, masses, of_release, .. } in &mut passing {
         largest.iter_mut().chain(of_release.iter_mut().flatten()).chain([masses]).for_each(sort);
     }
     // Of a release without a member nothing is known.
@@ -154,6 +164,11 @@ fn gather(base: &Base, all: All, each: Each) -> io::Result<(Vec<Passing>, Releas
 
 /// Share of the members that passes.
 const SHARE: &str = "passing_share";
+/// Rocks that do not come to a barrier.
+const NOT_REACHED: &str = "not_reached";
+/// What a barrier does not stop, and its rank on the screen.
+const BEHIND: &str = "behind_barrier";
+const RANK_BEHIND: u16 = 7;
 /// Blocks a year that pass.
 const FREQUENCY: &str = "frequency";
 
@@ -203,6 +218,44 @@ impl Passing {
         }
         (all, absent)
     }
+
+    /// Share, and where it is known frequency, of what a barrier at the line `name` does; and a sentence that says so.
+    fn behind(&self, name: &str, barrier: &Capacity, releases: &Releases) -> (Vec<Measure>, String) {
+        let fates = |of: &dyn Fn(&[u64; FATES.len()]) -> u64| -> Vec<u64> {
+            let none = [0; FATES.len()];
+            (0..releases.computed.len()).map(|at| of(self.fates.get(at).unwrap_or(&none))).collect()
+        };
+        let reached = fates(&|all| all.iter().sum());
+        let not_reached =
+            releases.computed.iter().zip(&reached).map(|(all, reached)| all - reached).collect();
+        let stopped = FATES.iter().enumerate().map(|(at, fate)| (*fate, fates(&|all| all[at])));
+        let all = std::iter::once((NOT_REACHED, not_reached)).chain(stopped);
+        let all = all.chain([(BEHIND, fates(&|all| all[1] + all[2]))]);
+        let (mut measures, mut said) = (Vec::new(), Vec::new());
+        for (fate, counts) in all {
+            let (count, computed) = (counts.iter().sum::<u64>(), releases.computed());
+            let mut report = |what: &str, value: f64, unit: &str, interval: Interval| {
+                let rank = if fate == BEHIND { RANK_BEHIND } else { Measure::ORDINARY };
+                let worse = if fate == BEHIND { Worse::Larger } else { Worse::Neither };
+                let measure = Measure::new(format!("{name}_{fate}_{what}"), value, unit).ranked(rank, worse);
+                measures.push(Measure { interval: Some(interval), ..measure });
+            };
+            let (share, interval) = (count as f64 / computed as f64, of_share(count, computed));
+            report("share", share, "1", interval);
+            let often = releases.frequency(&counts);
+            if let Some((often, interval)) = often {
+                report(FREQUENCY, often, "1/year", interval);
+            }
+            let often = often.map_or(String::new(), |(often, _)| format!(" ({} a year)", three(often)));
+            said.push(format!("{} {} %{often}", fate.replace('_', " "), three(100.0 * share)));
+        }
+        let (energy, height) = (three(1e-3 * barrier.energy), three(barrier.height));
+        let said = said.join(", ");
+        (
+            measures,
+            format!("barrier of {energy} kJ and {height} m at the line `{name}`, of all rocks: {said}"),
+        )
+    }
 }
 
 /// Names of all measures of lines that have an interval.
@@ -212,7 +265,12 @@ pub fn bounded(base: &Base) -> impl Iterator<Item = String> {
         let quantiles = STATISTICS.iter().flat_map(|it| SHARES.map(|share| quantile_of(it.name, share)));
         let of_periods = STATISTICS.iter().flat_map(|it| PERIODS.map(|years| value_of(it.name, years)));
         let frequencies = std::iter::once(FREQUENCY.to_owned()).chain(of_periods).filter(move |_| is_rated);
-        let all = std::iter::once(SHARE.to_owned()).chain(quantiles).chain(frequencies);
+        let at_barrier = [NOT_REACHED, BEHIND].into_iter().chain(FATES).filter(|_| line.barrier.is_some());
+        let at_barrier = at_barrier.flat_map(move |fate| {
+            let frequency = is_rated.then(|| format!("{fate}_{FREQUENCY}"));
+            [Some(format!("{fate}_share")), frequency].into_iter().flatten()
+        });
+        let all = std::iter::once(SHARE.to_owned()).chain(quantiles).chain(frequencies).chain(at_barrier);
         all.map(|what| format!("{}_{what}", line.name))
     })
 }
@@ -221,7 +279,11 @@ pub fn bounded(base: &Base) -> impl Iterator<Item = String> {
 pub fn measures(base: &Base, all: All) -> io::Result<Vec<Measure>> {
     let (passing, releases) = gather(base, all, &mut |_, _| Ok(()))?;
     let lines = base.study.lines.iter().zip(&passing).filter(|_| releases.computed() > 0);
-    Ok(lines.flat_map(|(line, passing)| passing.measures(&line.name, &releases).0).collect())
+    let of = |(line, passing): (&ScreenLine, &Passing)| {
+        let barrier = line.barrier.map(|barrier| passing.behind(&line.name, &barrier, &releases).0);
+        [passing.measures(&line.name, &releases).0, barrier.unwrap_or_default()].concat()
+    };
+    Ok(lines.flat_map(of).collect())
 }
 
 /// Write tables and curves of all lines; add their measures.
@@ -254,6 +316,11 @@ pub fn write(base: &Base, dir: &Path, all: All, study: &Reliability, found: &mut
         let (measures, absent) = passing.measures(name, &releases);
         found.measures.extend(measures);
         found.sentences.extend(said_of(name, &absent));
+        if let Some(barrier) = &line.barrier {
+            let (measures, sentence) = passing.behind(name, barrier, &releases);
+            found.measures.extend(measures);
+            found.sentences.push(sentence);
+        }
         if passing.masses.is_empty() {
             let what = format!("quantiles at the line `{name}` absent: none of {computed} rocks passes it");
             warn(code::ABSENT_MEASURE, what);
@@ -309,7 +376,7 @@ fn exceedance(path: &Path, passing: &Passing, releases: &Releases) -> io::Result
     let sources: [Vec<Source>; STATISTICS.len()] = std::array::from_fn(|at| passing.sources(at, releases));
     let rated = STATISTICS.iter().zip(&sources).filter(|(_, sources)| !sources.is_empty());
     let frequencies = rated.flat_map(|(it, _)| {
-        let often = format!("{}_{}", it.name, column(FREQUENCY, "1/year"));
+        let often = format!("{}_{FREQUENCY}_per_year", it.name);
         let period = format!("{}_return_period_years", it.name);
         ["", "_low", "_high"].map(|end| format!("{often}{end}")).into_iter().chain([period])
     });
