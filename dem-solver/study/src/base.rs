@@ -221,7 +221,7 @@ fn drawn(study: &StudySettings, at: usize) -> Vec<(String, u64)> {
     let own = ["place", "place across", "turn 1", "turn 2", "turn 3", "axis 1", "axis 2"];
     let mut all: Vec<(String, u64)> =
         own.iter().map(|name| ((*name).to_owned(), if *name == "place" { places } else { 0 })).collect();
-    all.extend(study.variables.iter().map(|v| (v.name.clone(), v.distribution.levels)));
+    all.extend(study.variables[at].iter().map(|v| (v.name.clone(), v.distribution.levels)));
     all
 }
 
@@ -265,7 +265,7 @@ fn prototypes(
     mut model: Model,
     clusters: &[PathBuf],
 ) -> Result<Vec<Prototype>, Diagnostic> {
-    let shapes = study.variables.iter().find(|v| v.quantity == Quantity::Shape);
+    let shapes = study.varied().iter().find(|v| v.quantity == Quantity::Shape);
     let whole = model.wholes.pop().flatten().is_some();
     let own = model.rocks.pop().zip(model.settings.rocks.pop());
     let (rock, table) = own.expect("checked: there is one rock");

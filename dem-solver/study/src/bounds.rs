@@ -5,7 +5,7 @@
 //! between two of them, so that it holds as often as it says, not more often.
 //!
 //! Sources: Wilson (1927), J. Am. Stat. Assoc. 22; Nyblom (1992), Stat. Probab. Lett. 14, which at the median is Hettmansperger and
-//! Sheather (1986), Stat. Probab. Lett. 4.
+//! Sheather (1986), Stat. Probab. Lett. 4; Zou and Donner (2008), Stat. Med. 27.
 
 use interface_defs::message::Interval;
 use statrs::function::factorial::ln_binomial;
@@ -26,7 +26,7 @@ pub fn quantile(sorted: &[f64], share: f64) -> f64 {
 }
 
 /// So far from the first to the second.
-fn between([from, to]: [f64; 2], part: f64) -> f64 {
+pub fn between([from, to]: [f64; 2], part: f64) -> f64 {
     // Not times an infinite difference.
     if part == 0.0 || from == to { from } else { from + part * (to - from) }
 }
@@ -37,6 +37,32 @@ pub fn of_share(count: u64, all: u64) -> Interval {
     let middle = (k + 0.5 * square) / (n + square);
     let half = DEVIATIONS * (k * (n - k) / n + 0.25 * square).sqrt() / (n + square);
     Interval { low: Some((middle - half).max(0.0)), high: Some((middle + half).min(1.0)) }
+}
+
+/// So many members of a release, of all that were computed, and the blocks a year for which all of these stand.
+#[derive(Debug, Clone, Copy)]
+pub struct Part {
+    /// Blocks a year.
+    pub per_year: f64,
+    /// Members that count.
+    pub count: u64,
+    /// All of the release, one at least.
+    pub all: u64,
+}
+
+/// How many blocks a year parts of all releases stand for, with the interval: rates are taken as known, shares are not. Of one release it
+/// is Wilson's times the rate. Of several the distances of the ends of each are added as errors that are independent of each other.
+pub fn of_frequency(parts: impl Iterator<Item = Part>) -> (f64, Interval) {
+    let (mut found, mut squares) = (0.0, [0.0; 2]);
+    for Part { per_year, count, all } in parts {
+        let (share, of) = (count as f64 / all as f64, of_share(count, all));
+        found += per_year * share;
+        for (sum, end) in squares.iter_mut().zip([of.low, of.high]) {
+            *sum += (per_year * (end.unwrap_or(share) - share)).powi(2);
+        }
+    }
+    let [below, above] = squares.map(f64::sqrt);
+    (found, Interval { low: Some((found - below).max(0.0)), high: Some(found + above) })
 }
 
 /// The smallest number k of rocks with `P(B <= k) >= confidence`, where B of `count` rocks lie below the quantile at `share`; that

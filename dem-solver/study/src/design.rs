@@ -118,7 +118,7 @@ const fn factor(key: &'static str, usual: [f64; 2], hint: &'static str) -> Gate 
 }
 
 /// All numbers of a design.
-const NUMBERS: [Gate; 14] = [
+pub const NUMBERS: [Gate; 14] = [
     Gate {
         key: "barrier_energy",
         unit: "J",

@@ -1,7 +1,8 @@
 //! How a number of a study is distributed, by its quantiles: a number from 0 to 1 becomes a value.
 //!
 //! `{ uniform = [low, high] }`, `{ normal = [mean, standard deviation] }`, `{ lognormal = [median, factor] }` (two thirds of all
-//! values lie between median / factor and median * factor), `{ choice = [a, b], weights = [2, 1] }`, or one value. The two
+//! values lie between median / factor and median * factor), `{ power_law = [least, most, exponent] }` (the number of values above v falls
+//! with v to the power -exponent), `{ table = [[value, share], ...] }`, `{ choice = [a, b], weights = [2, 1] }`, or one value. The two
 //! normal ones are cut at three deviations, or `within = [low, high]`. `levels = n`: values of a full factorial.
 
 use interface_defs::diagnostic::Diagnostic;
@@ -25,6 +26,10 @@ struct Spec {
     normal: Option<[f64; 2]>,
     /// `[median, factor]`: two thirds of all values lie between median / factor and median * factor.
     lognormal: Option<[f64; 2]>,
+    /// `[least, most, exponent]`: the number of values above v falls with v to the power -exponent, up to the largest one.
+    power_law: Option<[f64; 3]>,
+    /// `[[value, share], ...]`: the share (0 to 1) of all values up to each, in ascending order from 0 to 1; linear between.
+    table: Option<Vec<[f64; 2]>>,
     /// One of these values.
     #[schemars(with = "Option<Vec<serde_json::Value>>")]
     choice: Option<Vec<toml::Value>>,
@@ -55,7 +60,7 @@ impl JsonSchema for Spread {
 }
 
 /// Keys of which one makes a table a distribution.
-const FORMS: [&str; 4] = ["uniform", "normal", "lognormal", "choice"];
+const FORMS: [&str; 6] = ["uniform", "normal", "lognormal", "power_law", "table", "choice"];
 
 /// A distribution.
 #[derive(Debug, Clone, PartialEq)]
@@ -77,6 +82,13 @@ enum Form {
         within: [f64; 2],
         log: bool,
     },
+    /// From the least to the largest value, and the exponent of the number above a value.
+    PowerLaw {
+        range: [f64; 2],
+        exponent: f64,
+    },
+    /// Values, and the share of all up to each.
+    Table(Vec<[f64; 2]>),
 }
 
 /// A number or not.
@@ -101,7 +113,7 @@ impl Distribution {
             return Ok(Self { form: Form::Choice(vec![value.clone()], vec![1.0]), levels: 1 });
         }
         if !Self::is_one(value) {
-            let what = "a distribution has one of uniform, normal, lognormal, choice";
+            let what = format!("a distribution has one of {}", FORMS.join(", "));
             return Err(study.invalid(key, what).try_instead("write { uniform = [0.2, 0.4] }"));
         }
         let spec = study.read_value::<Spec>(key, value)?;
@@ -129,7 +141,8 @@ impl Distribution {
                 };
                 values.iter().try_fold(around, wider)
             }
-            Form::Uniform(range) => Some(*range),
+            Form::Uniform(range) | Form::PowerLaw { range, .. } => Some(*range),
+            Form::Table(rows) => Some([rows[0][0], rows[rows.len() - 1][0]]),
             Form::Normal { within, .. } => Some(*within),
         }
     }
@@ -174,6 +187,15 @@ impl Distribution {
         match &self.form {
             Form::Choice(values, _) => number(&values[self.chosen(u)]).unwrap_or(f64::NAN),
             Form::Uniform([low, high]) => low + u * (high - low),
+            Form::PowerLaw { range: [least, most], exponent } => {
+                let above_most = (most / least).powf(-exponent);
+                (least * (1.0 - u * (1.0 - above_most)).powf(-1.0 / exponent)).clamp(*least, *most)
+            }
+            Form::Table(rows) => {
+                let next = rows.partition_point(|[_, share]| *share < u).clamp(1, rows.len() - 1);
+                let [[low, before], [high, share]] = [rows[next - 1], rows[next]];
+                if share > before { low + (u - before) / (share - before) * (high - low) } else { low }
+            }
             Form::Normal { mean, deviation, within, log } => {
                 let scaled = |v: f64| ((if *log { v.ln() } else { v }) - mean) / deviation;
                 let [low, high] = within.map(|v| standard().cdf(scaled(v)));
@@ -199,13 +221,18 @@ fn rising(name: &str, [low, high]: [f64; 2]) -> Result<[f64; 2], Wrong> {
 
 impl Spec {
     fn form(self) -> Result<Form, Wrong> {
-        let Self { uniform, normal, lognormal, choice, weights, within, levels } = self;
+        let Self { uniform, normal, lognormal, power_law, table, choice, weights, within, levels } = self;
         let has_tails = normal.is_some() || lognormal.is_some();
-        let forms = [uniform.is_some(), normal.is_some(), lognormal.is_some(), choice.is_some()];
+        let [law, rows] = [power_law.is_some(), table.is_some()];
+        let forms = [uniform.is_some(), normal.is_some(), lognormal.is_some(), law, rows, choice.is_some()];
         let one = forms.iter().filter(|there| **there).count() == 1;
         let counted = levels.is_none_or(|levels| levels > 0 && choice.is_none());
         let rules = [
-            (one, "a distribution is one of uniform, normal, lognormal, choice", "keep one of them"),
+            (
+                one,
+                "a distribution is one of uniform, normal, lognormal, power_law, table, choice",
+                "keep one of them",
+            ),
             (weights.is_none() || choice.is_some(), "`weights` belongs to `choice`", "leave it out"),
             (
                 within.is_none() || has_tails,
@@ -238,6 +265,25 @@ impl Spec {
             }
             let within = within.unwrap_or([median / factor.powf(TAILS), median * factor.powf(TAILS)]);
             return Ok(Form::Normal { mean: median.ln(), deviation: factor.ln(), within, log: true });
+        }
+        if let Some([least, most, exponent]) = power_law {
+            let range = rising("power_law", [least, most])?;
+            if least <= 0.0 || exponent <= 0.0 {
+                let what =
+                    format!("power_law = [{least}, {most}, {exponent}]: least and exponent must lie above 0");
+                return Err((what, "[least, most, exponent]"));
+            }
+            return Ok(Form::PowerLaw { range, exponent });
+        }
+        if let Some(rows) = table {
+            let rises = rows.windows(2).all(|pair| pair[0][0] < pair[1][0] && pair[0][1] <= pair[1][1]);
+            let ends = [rows.first(), rows.last()].map(|row| row.map(|[_, share]| *share));
+            if !rises || rows.len() < 2 || ends != [Some(0.0), Some(1.0)] {
+                let what =
+                    "a table has the share of all values up to each: both ascend, the shares from 0 to 1";
+                return Err((what.into(), "[[0.1, 0.0], [0.5, 0.7], [2.0, 1.0]]"));
+            }
+            return Ok(Form::Table(rows));
         }
         let values = choice.unwrap_or_default();
         if values.is_empty() {
@@ -299,6 +345,32 @@ mod tests {
         assert_eq!(of("v = { lognormal = [0.5, 2.0] }").range(), Some([0.0625, 4.0]));
     }
 
+    /// Of a power law with exponent b from l to m the share above v is (v^-b - m^-b) / (l^-b - m^-b), and the mean of one with b = 1
+    /// is ln(m / l) / (1 / l - 1 / m).
+    #[test]
+    fn a_power_law_and_a_table_have_the_quantiles_of_their_closed_forms() {
+        for b in [0.4, 1.0, 2.5] {
+            let (l, m) = (0.05_f64, 20.0_f64);
+            let law = of(&format!("v = {{ power_law = [{l}, {m}, {b}] }}"));
+            for u in [0.0, 0.1, 0.5, 0.9, 0.999, 1.0] {
+                let v = law.quantile(u);
+                let above = (v.powf(-b) - m.powf(-b)) / (l.powf(-b) - m.powf(-b));
+                assert!((above - (1.0 - u)).abs() < 1e-12, "{b} {u}: {above}");
+            }
+            assert_eq!(law.range(), Some([l, m]));
+            assert!(law.quantile(0.0) == l && (law.quantile(1.0) / m - 1.0).abs() < 1e-12);
+        }
+        let (mean, _) = moments(&of("v = { power_law = [0.5, 4.0, 1.0] }"));
+        let exact = 8.0_f64.ln() / (2.0 - 0.25);
+        assert!((mean / exact - 1.0).abs() < 1e-7, "{mean} {exact}");
+        let table = of("v = { table = [[1.0, 0.0], [2.0, 0.5], [3.0, 0.5], [7.0, 1.0]] }");
+        let values = [0.0, 0.25, 0.5, 0.75, 1.0].map(|u| table.quantile(u));
+        assert_eq!(values, [1.0, 1.5, 2.0, 5.0, 7.0]);
+        assert_eq!(table.range(), Some([1.0, 7.0]));
+        // 0.5 * 1.5 + 0.5 * 5, nothing between 2 and 3.
+        assert!((moments(&table).0 - 3.25).abs() < 1e-9 && table.quantile(0.5 + 1e-9) >= 3.0);
+    }
+
     #[test]
     fn a_choice_is_made_by_its_weights() {
         let choice = of("v = { choice = [1, 2.5, 3], weights = [1, 2, 1] }");
@@ -321,6 +393,10 @@ mod tests {
             ("v = { uniform = [1, 2], within = [1, 2] }", "cuts the tails"),
             ("v = { choice = [1, 2], weights = [1] }", "1 weights for 2 values"),
             ("v = { choice = [] }", "a choice of nothing"),
+            ("v = { power_law = [2.0, 1.0, 1.0] }", "below the second"),
+            ("v = { power_law = [0.0, 1.0, 1.0] }", "must lie above 0"),
+            ("v = { table = [[1.0, 0.0], [2.0, 0.9]] }", "the shares from 0 to 1"),
+            ("v = { table = [[1.0, 0.0], [1.0, 1.0]] }", "both ascend"),
             ("v = { unifrom = [1, 2] }", "has one of uniform"),
             ("v = { uniform = [1, 2], levles = 2 }", "unknown key `levles`"),
         ] {

@@ -40,18 +40,28 @@ pub fn read(file: &Scene, shortcuts: bool, clusters: &[PathBuf]) -> Result<Base,
 
 /// What the user should look at twice, with its place; errs where it is certainly wrong.
 fn check(base: &Base, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
-    let mut said = of_keys(base, file)?;
-    said.extend(of_rocks(base, file)?);
-    for variable in &base.study.variables {
-        said.extend(of_direction(variable, file));
+    let mut said = Vec::new();
+    for release in base.study.variants() {
+        let directions =
+            base.study.variables[release].iter().filter_map(|variable| of_direction(variable, file));
+        let all = [of_keys(base, release, file)?, of_rocks(base, release, file)?, directions.collect()];
+        for found in all.concat() {
+            if !said.contains(&found) {
+                said.push(found);
+            }
+        }
     }
     for (at, line) in base.study.lines.iter().enumerate() {
         if let Some(design) = &line.design {
             said.extend(design.check(&format!("line.{at}.design"), file)?);
         }
+        if let Some(barrier) = &line.barrier {
+            said.extend(barrier.check(&format!("line.{at}.barrier"), file)?);
+        }
         said.extend(of_line(base, at, file));
     }
     said.extend(of_system(base, file)?);
+    said.extend(of_rates(base, file));
     Ok(said)
 }
 
@@ -61,8 +71,9 @@ fn warning(file: &Scene, key: &str, what: String) -> Diagnostic {
 }
 
 /// Refuse keys of the scene that do not exist, and values at the ends of their distributions that it refuses; say what it doubts.
-fn of_keys(base: &Base, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
-    let keys: Vec<&Variable> = base.study.variables.iter().filter(|v| v.quantity == Quantity::Key).collect();
+fn of_keys(base: &Base, release: usize, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
+    let variables = &base.study.variables[release];
+    let keys: Vec<&Variable> = variables.iter().filter(|v| v.quantity == Quantity::Key).collect();
     let mut said: Vec<Diagnostic> = Vec::new();
     for end in [0, 1] {
         let set = |v: &&Variable| format!("{}={}", v.name, v.distribution.ends()[end]);
@@ -86,16 +97,15 @@ fn of_keys(base: &Base, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
                 for found in warnings {
                     let Some((variable, set)) = own(&found) else { continue };
                     let what = format!("with {set}: {}", found.message);
-                    let key = format!("vary.{}", variable.name);
-                    let moved = file.placed(Diagnostic { message: what, ..found }.about(key));
+                    let moved =
+                        file.placed(Diagnostic { message: what, ..found }.about(variable.key.clone()));
                     if !said.contains(&moved) {
                         said.push(moved);
                     }
                 }
             }
             Err(error) => {
-                let key =
-                    own(&error).map_or("vary".to_owned(), |(variable, _)| format!("vary.{}", variable.name));
+                let key = own(&error).map_or("vary".to_owned(), |(variable, _)| variable.key.clone());
                 let what = if own(&error).is_some() { error.message } else { error.headline() };
                 let wrong = file.invalid(&key, format!("with {}: {what}", sets.join(", ")));
                 return Err(wrong.coded(error.code).try_if(error.hint));
@@ -118,8 +128,8 @@ fn quantities(key: &str) -> &'static [Quantity] {
 }
 
 /// Rocks at the ends of their sizes, densities, speeds and spins, by the checks of a scene.
-fn of_rocks(base: &Base, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
-    let study = &base.study;
+fn of_rocks(base: &Base, release: usize, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
+    let variables = &base.study.variables[release];
     let (mut said, mut keys) = (Vec::new(), BTreeSet::new());
     let ends = [[true, true], [true, false], [false, true], [false, false]];
     for (prototype, [large, dense]) in (0..base.prototypes.len()).flat_map(|p| ends.map(|end| (p, end))) {
@@ -128,11 +138,10 @@ fn of_rocks(base: &Base, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
             Quantity::Density => dense,
             _ => true,
         };
-        let values =
-            study.variables.iter().map(|v| v.distribution.ends()[usize::from(high(v.quantity))].clone());
+        let values = variables.iter().map(|v| v.distribution.ends()[usize::from(high(v.quantity))].clone());
         let member = Member {
             number: 1,
-            release: 0,
+            release,
             place: [0.0; 2],
             orientation: None,
             axis: Vector3::z(),
@@ -143,7 +152,7 @@ fn of_rocks(base: &Base, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
         let volume = rock.solid.volume();
         for mut found in all_of_rock(&rock, &table) {
             let all = quantities(found.key.as_deref().unwrap_or_default());
-            let varied = |quantity: &Quantity| study.variables.iter().find(|v| v.quantity == *quantity);
+            let varied = |quantity: &Quantity| variables.iter().find(|v| v.quantity == *quantity);
             let Some(variable) = all.iter().find_map(varied) else { continue };
             let (name, quantity) = (&variable.name, variable.quantity);
             if all.len() > 1
@@ -151,7 +160,7 @@ fn of_rocks(base: &Base, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
             {
                 found.hint = Some(hint);
             }
-            let (key, mut what) = (format!("vary.{name}"), found.message);
+            let (key, mut what) = (variable.key.clone(), found.message);
             if quantity != Quantity::Shape {
                 let value = four(base.quantity(&member, quantity).unwrap_or(f64::NAN));
                 what = format!("with {name} = {value}: {what}");
@@ -161,15 +170,15 @@ fn of_rocks(base: &Base, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
                 said.push(file.placed(found));
             }
         }
-        let sized = study.variables.iter().find(|v| matches!(v.quantity, Quantity::Volume | Quantity::Mass));
+        let sized = variables.iter().find(|v| matches!(v.quantity, Quantity::Volume | Quantity::Mass));
         if let Some(variable) = sized.filter(|_| large && dense)
             && let Some(hint) = of_size_meant(variable.quantity, volume, rock.mass)
-            && keys.insert(format!("vary.{}", variable.name))
+            && keys.insert(variable.key.clone())
         {
             let (name, of, mass, volume) = (&variable.name, &rock.name, four(rock.mass), four(volume));
             let value = if variable.quantity == Quantity::Mass { &mass } else { &volume };
             let what = format!("with {name} = {value}: rock `{of}` has {mass} kg in {volume} m3");
-            let doubted = warning(file, &format!("vary.{name}"), what);
+            let doubted = warning(file, &variable.key, what);
             said.push(doubted.coded(code::LIKELY_UNIT).try_instead(hint));
         }
     }
@@ -199,7 +208,7 @@ fn of_direction(variable: &Variable, file: &Scene) -> Option<Diagnostic> {
         true => four(low),
         false => format!("{} to {}", four(low), four(high)),
     };
-    let key = format!("vary.{name}");
+    let key = variable.key.clone();
     let written = range(low, high);
     if name == "dip" && low < 0.0 {
         let what = format!(
@@ -234,6 +243,19 @@ fn of_line(base: &Base, at: usize, file: &Scene) -> Option<Diagnostic> {
         );
         warning(file, &format!("line.{at}.points"), what).coded(code::PLACE)
     })
+}
+
+/// Members that count alike in shares and quantiles, and do not stand for as many blocks a year.
+fn of_rates(base: &Base, file: &Scene) -> Option<Diagnostic> {
+    let [few, many] = base.study.unequal()?;
+    let of = |(at, rate): (usize, f64)| format!("of `{}` for {}", base.study.releases[at].name, four(rate));
+    let what = format!(
+        "a member {} blocks a year, one {}: frequencies and return periods weigh that, shares, quantiles and the other maps count all alike",
+        of(few),
+        of(many)
+    );
+    let key = format!("release.{}.blocks_per_year", many.0);
+    Some(warning(file, &key, what).try_instead("for these make count proportional to blocks_per_year"))
 }
 
 /// Codes of coordinate systems in a GeoTIFF.

@@ -3,7 +3,8 @@
 //! Terrain, trees and spheres are read and built once, members are computed on all cores, and each is the run of its scene
 //! alone: the same windows, the same steps, the same bytes (`dem-solver/tests/study`).
 //!
-//! - [`settings`], [`vary`], [`distribution`]: the study file, and what editors know of it; [`design`]: what a barrier on a line is judged by
+//! - [`settings`], [`vary`], [`distribution`]: the study file, and what editors know of it; [`design`]: what a barrier on a line is judged by;
+//!   [`capacity`]: what it stops
 //! - [`sampling`]: numbers from 0 to 1, a function of seed and member alone
 //! - [`base`](mod@base): what all members share; [`gate`]: what can be known of them before the start; [`member`]: what one has of its own, and its scene; [`place`]: where it starts
 //! - [`runner`]: one member from start to end
@@ -17,6 +18,7 @@
 
 pub mod base;
 pub mod bounds;
+pub mod capacity;
 pub mod command;
 pub mod design;
 pub mod directory;

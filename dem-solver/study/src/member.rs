@@ -95,10 +95,16 @@ pub fn put(document: &mut toml::Table, key: &str, value: toml::Value) {
 }
 
 impl Base {
+    /// The release of the member with this number, from 1.
+    pub fn release_of(&self, number: u64) -> usize {
+        let index = (number - 1) % self.replicate();
+        self.starts.partition_point(|start| *start <= index) - 1
+    }
+
     /// The member with this number, from 1.
     pub fn member(&self, number: u64) -> Member {
         let (replicate, index) = ((number - 1) / self.replicate(), (number - 1) % self.replicate());
-        let release = self.starts.partition_point(|start| *start <= index) - 1;
+        let release = self.release_of(number);
         let [first, end] = [0, 1].map(|k| self.starts[release + k]);
         let (sampler, within) = (&self.samplers[release], replicate * (end - first) + index - first);
         let draw = |dimension: usize| sampler.at(dimension, within);
@@ -108,17 +114,17 @@ impl Base {
             (Form::Points, _) => self.local(&corners[(within % corners.len() as u64) as usize]),
             _ => self.local(&plan::along(corners, draw(0))),
         };
-        let values: Vec<toml::Value> = (self.study.variables.iter().enumerate())
+        let values: Vec<toml::Value> = (self.study.variables[release].iter().enumerate())
             .map(|(at, variable)| variable.distribution.value(draw(DRAWN + at)))
             .collect();
-        let shape = self.study.variables.iter().position(|v| v.quantity == Quantity::Shape);
+        let shape = self.study.varied().iter().position(|v| v.quantity == Quantity::Shape);
         Member {
             number,
             release,
             place,
             orientation: self.study.turned.then(|| orientation([draw(2), draw(3), draw(4)])),
             axis: direction([draw(5), draw(6)]),
-            prototype: shape.map_or(0, |at| self.study.variables[at].distribution.chosen(draw(DRAWN + at))),
+            prototype: shape.map_or(0, |at| self.study.varied()[at].distribution.chosen(draw(DRAWN + at))),
             values,
         }
     }
@@ -131,7 +137,7 @@ impl Base {
 
     /// A quantity of a member, where it varies.
     pub fn quantity(&self, member: &Member, quantity: Quantity) -> Option<f64> {
-        let at = self.study.variables.iter().position(|v| v.quantity == quantity)?;
+        let at = self.study.varied().iter().position(|v| v.quantity == quantity)?;
         number(&member.values[at])
     }
 
@@ -171,11 +177,11 @@ impl Base {
 
     /// What the scene says with the member's values in place.
     fn settings_of(&self, member: &Member) -> Result<Settings, Diagnostic> {
-        if !self.study.variables.iter().any(|v| v.quantity == Quantity::Key) {
+        if !self.study.varied().iter().any(|v| v.quantity == Quantity::Key) {
             return Ok(self.settings.clone());
         }
         let mut document = self.document.clone();
-        for (variable, value) in self.study.variables.iter().zip(&member.values) {
+        for (variable, value) in self.study.varied().iter().zip(&member.values) {
             if variable.quantity == Quantity::Key {
                 put(&mut document, &variable.name, value.clone());
             }
@@ -267,7 +273,7 @@ impl Base {
     pub fn scene_of(&self, member: &Member) -> Result<Table, Diagnostic> {
         let model = self.model(member, None).map_err(Self::of_member(member))?;
         let mut document = self.document.clone();
-        for (variable, value) in self.study.variables.iter().zip(&member.values) {
+        for (variable, value) in self.study.varied().iter().zip(&member.values) {
             match (variable.quantity, rock_of(&mut document)) {
                 (Quantity::Key, _) => put(&mut document, &variable.name, value.clone()),
                 (Quantity::Shape, Some(rock)) => put_shape(rock, value),

@@ -1,12 +1,14 @@
 //! The study file: which scene, how many releases from where, what varies; and what editors know of it.
 
+use super::capacity::Capacity;
 use super::design::Design;
 pub use super::vary::{Quantity, Variable};
-use super::vary::{Vary, variables};
+use super::vary::{Vary, of_releases, variables};
 use dem_solid::geometry::plan;
 use interface_defs::diagnostic::Diagnostic;
 use schemars::JsonSchema;
 use serde::Deserialize;
+use serde_json::{Map, Value};
 use std::path::PathBuf;
 use toolkit::coordinates::{Coordinates, Form};
 use toolkit::exit::Exit;
@@ -68,9 +70,16 @@ pub struct Release {
     pub polygon: Option<Coordinates>,
     /// Number of members; with `full_factorial` number of places. Default with `points`: one for each.
     pub count: Option<u32>,
+    /// Blocks that start here in a year, on average; of all releases or of none. Each member stands for its part of them, and lines and
+    /// maps have annual frequencies.
+    pub blocks_per_year: Option<f64>,
     /// Height of the rock above where it would touch the ground [m]. Default 0.
     #[serde(default)]
     pub height: f64,
+    /// Distributions of this release that go before those of `[vary]`, with the same keys, `orientation` and `shape` excepted.
+    #[serde(default)]
+    #[schemars(with = "Option<Map<String, Value>>")]
+    pub vary: toml::Table,
 }
 
 /// The geometry of a release.
@@ -146,6 +155,8 @@ pub struct ScreenLine {
     pub points: Coordinates,
     /// What a barrier there must be able to do.
     pub design: Option<Design>,
+    /// What a barrier there stops, in shares and, with `blocks_per_year`, in blocks a year.
+    pub barrier: Option<Capacity>,
 }
 
 /// A study, checked as far as that goes without its terrain.
@@ -161,8 +172,8 @@ pub struct StudySettings {
     pub replicates: u64,
     /// Where they start.
     pub releases: Vec<Release>,
-    /// What else varies, by name.
-    pub variables: Vec<Variable>,
+    /// What else varies at each release, of all in the same order.
+    pub variables: Vec<Vec<Variable>>,
     /// Whether the rock is turned at random, every orientation as likely as any other.
     pub turned: bool,
     /// The maps.
@@ -198,7 +209,8 @@ impl StudySettings {
             release.read(&format!("release.{at}"), study)?;
             check_release(at, release, study)?;
         }
-        let (variables, turned) = variables(study)?;
+        let (all, turned) = variables(study)?;
+        let variables = of_releases(&all, releases.iter().map(|release| &release.vary), study)?;
         let most_failed: f64 = study.read("most_failed")?.unwrap_or(0.01);
         if !(0.0..=1.0).contains(&most_failed) {
             let what = format!("most_failed = {most_failed}: it is a share, from 0 to 1");
@@ -224,19 +236,43 @@ impl StudySettings {
     }
 
     /// Members per place of a release: the product of all levels.
-    pub fn combinations(&self) -> u64 {
-        match self.sampling {
-            Sampling::FullFactorial => {
-                self.variables.iter().map(|v| v.distribution.levels).fold(1, u64::saturating_mul)
-            }
-            _ => 1,
-        }
+    pub fn combinations(&self, release: usize) -> u64 {
+        let levels = self.variables[release].iter().map(|v| v.distribution.levels);
+        if self.sampling == Sampling::FullFactorial { levels.fold(1, u64::saturating_mul) } else { 1 }
+    }
+
+    /// What varies, for what is the same at all releases: names and quantities, but not distributions.
+    pub fn varied(&self) -> &[Variable] {
+        &self.variables[0]
+    }
+
+    /// A release of each set of distributions.
+    pub fn variants(&self) -> Vec<usize> {
+        let shared = self.releases.iter().position(|release| release.vary.is_empty());
+        (0..self.releases.len())
+            .filter(|at| !self.releases[*at].vary.is_empty() || shared == Some(*at))
+            .collect()
     }
 
     /// Number of members of each release in a replicate.
     pub fn counts(&self) -> Vec<u64> {
-        let combinations = self.combinations();
-        self.releases.iter().map(|release| release.count().saturating_mul(combinations)).collect()
+        let of = |(at, release): (usize, &Release)| release.count().saturating_mul(self.combinations(at));
+        self.releases.iter().enumerate().map(of).collect()
+    }
+
+    /// Blocks a year of each release, where the study says so.
+    pub fn rates(&self) -> Option<Vec<f64>> {
+        self.releases.iter().map(|release| release.blocks_per_year).collect()
+    }
+
+    /// Two releases, by number, whose members stand for different numbers of blocks a year; the smallest and the largest of all.
+    pub fn unequal(&self) -> Option<[(usize, f64); 2]> {
+        let one = |(rate, count): (f64, u64)| rate / count as f64;
+        let own: Vec<f64> = self.rates()?.into_iter().zip(self.counts()).map(one).collect();
+        let mut order: Vec<usize> = (0..own.len()).collect();
+        order.sort_by(|a, b| own[*a].total_cmp(&own[*b]));
+        let [least, most] = [order[0], order[order.len() - 1]].map(|at| (at, own[at]));
+        (most.1 > least.1 * (1.0 + 1e-9)).then_some([least, most])
     }
 
     /// Number of members.
@@ -263,7 +299,7 @@ impl StudySettings {
 
     /// Whether this quantity varies.
     pub fn varies(&self, quantity: Quantity) -> bool {
-        self.variables.iter().any(|v| v.quantity == quantity)
+        self.varied().iter().any(|v| v.quantity == quantity)
     }
 
     fn check(&self, study: &Scene) -> Result<(), Diagnostic> {
@@ -279,6 +315,22 @@ impl StudySettings {
             let what = format!("{count} members of one release: a Sobol sequence has {MOST_OF_SOBOL}");
             let cure = "sampling = \"latin_hypercube\"";
             return study.refuse(&format!("release.{at}.count"), what, cure);
+        }
+        let with = |given: bool| self.releases.iter().position(|it| it.blocks_per_year.is_some() == given);
+        if let (Some(_), Some(without)) = (with(true), with(false)) {
+            let what = "some releases have blocks_per_year, and this one has none";
+            let cure = "all releases of a study have it, or none";
+            return study.refuse(&format!("release.{without}"), what, cure);
+        }
+        let judged = self.lines.iter().position(|line| line.design.is_some());
+        if let (Some(line), Some([(few, _), (many, _)])) = (judged, self.unequal()) {
+            let [few, many] = [few, many].map(|at| &self.releases[at].name);
+            let what = format!(
+                "a design takes quantiles over members, and those of `{many}` stand for more blocks a year than those of `{few}`"
+            );
+            let cure =
+                "make count of all releases proportional to blocks_per_year, or leave one of the two out";
+            return study.refuse(&format!("line.{line}.design"), what, cure);
         }
         if let Some(what) = self.unrepeatable().filter(|_| self.replicates > 1) {
             return study.refuse(REPLICATES, what, "leave it out, or give distributions more levels");
@@ -355,6 +407,10 @@ fn check_release(at: usize, release: &Release, study: &Scene) -> Result<(), Diag
             return study.refuse(&format!("release.{at}"), "the key `count` is missing here", cure);
         }
         _ => {}
+    }
+    if let Some(rate) = release.blocks_per_year.filter(|rate| !(*rate > 0.0 && rate.is_finite())) {
+        let what = format!("blocks_per_year = {rate}: it must lie above 0");
+        return study.refuse(&key("blocks_per_year"), what, "one block in 50 years is 0.02");
     }
     if release.height < 0.0 {
         let what = format!("height = {} m: 0 (on the ground) or more is possible", release.height);

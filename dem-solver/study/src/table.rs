@@ -45,7 +45,7 @@ fn columns(base: &Base) -> Columns<'_, Row> {
         })
         .numbers(["wx_rad_per_s", "wy_rad_per_s", "wz_rad_per_s"], |row| of(started(row), |it| it.spin))
         .numbers(["volume_m3", "mass_kg"], |row| of(started(row), |it| [it.volume, it.mass]));
-    for (at, variable) in base.study.variables.iter().enumerate() {
+    for (at, variable) in base.study.varied().iter().enumerate() {
         let name = match variable.quantity {
             Quantity::Key => csv_text(&variable.name).into_owned(),
             _ => format!("vary_{}", variable.name),

@@ -16,6 +16,8 @@ pub struct Variable {
     pub quantity: Quantity,
     /// How.
     pub distribution: Distribution,
+    /// Where it stands in the study.
+    pub key: String,
 }
 
 /// What can vary.
@@ -62,8 +64,8 @@ fn known() -> String {
 }
 
 /// What differs from member to member. A value is a number, or `{ uniform = [low, high] }`, `{ normal = [mean, standard
-/// deviation] }`, `{ lognormal = [median, factor] }` (both cut at three deviations or `within = [low, high]`), or `{ choice = [a,
-/// b], weights = [2, 1] }`; `levels = 5` for a full factorial.
+/// deviation] }`, `{ lognormal = [median, factor] }` (both cut at three deviations or `within = [low, high]`), `{ power_law = [least, most,
+/// exponent] }`, `{ table = [[value, share], ...] }`, or `{ choice = [a, b], weights = [2, 1] }`; `levels = 5` for a full factorial.
 // For editors and the reference; `variables` reads the table.
 #[derive(JsonSchema)]
 #[schemars(deny_unknown_fields)]
@@ -110,23 +112,63 @@ const SHARED: &str =
 
 /// What `[vary]` says, and whether the orientation is any.
 pub fn variables(study: &Scene) -> Result<(Vec<Variable>, bool), Diagnostic> {
-    let table: toml::Table = study.read("vary")?.unwrap_or_default();
-    let (mut found, mut turned) = (Vec::new(), false);
-    for (name, value) in &table {
-        let key = format!("vary.{name}");
-        if name == ORIENTATION {
-            if value.as_str() != Some(UNIFORM) {
-                let what = "an orientation that varies is `uniform`: every one as likely as any other";
-                return study.refuse(&key, what, "one orientation for all stands in the scene");
-            }
-            turned = true;
-        } else if let Some((_, quantity, possible)) = QUANTITIES.iter().find(|(known, ..)| known == name) {
+    let mut table: toml::Table = study.read("vary")?.unwrap_or_default();
+    let turned = table.remove(ORIENTATION);
+    if turned.as_ref().is_some_and(|value| value.as_str() != Some(UNIFORM)) {
+        let what = "an orientation that varies is `uniform`: every one as likely as any other";
+        let key = format!("vary.{ORIENTATION}");
+        return study.refuse(&key, what, "one orientation for all stands in the scene");
+    }
+    Ok((all_of(&table, "vary", study)?, turned.is_some()))
+}
+
+/// What varies at the releases, of each in the same order: its own distributions go before those of `all`.
+pub fn of_releases<'a>(
+    all: &[Variable],
+    own: impl Iterator<Item = &'a toml::Table>,
+    study: &Scene,
+) -> Result<Vec<Vec<Variable>>, Diagnostic> {
+    let own = own.enumerate().map(|(at, table)| {
+        let key = format!("release.{at}.vary");
+        if let Some(name) = [ORIENTATION, "shape"].into_iter().find(|name| table.contains_key(*name)) {
+            let what = format!("`{name}` is the same for all releases");
+            return study.refuse(&format!("{key}.{name}"), what, "write it in [vary]");
+        }
+        all_of(table, &key, study)
+    });
+    let own = own.collect::<Result<Vec<_>, _>>()?;
+    let mut names: Vec<&str> = all.iter().map(|variable| variable.name.as_str()).collect();
+    for variable in own.iter().flatten() {
+        if !names.contains(&variable.name.as_str()) {
+            names.push(&variable.name);
+        }
+    }
+    let of = |(at, own): (usize, &Vec<Variable>)| {
+        let one = |name: &&str| {
+            own.iter().chain(all).find(|variable| variable.name == **name).cloned().ok_or_else(|| {
+                let what = format!("`{name}` varies in other releases, and this one says nothing of it");
+                let cure =
+                    format!("add it here, or in [vary] for all that have none: {name} = 1.0 is possible too");
+                study.invalid(&format!("release.{at}"), what).try_instead(cure)
+            })
+        };
+        names.iter().map(one).collect()
+    };
+    own.iter().enumerate().map(of).collect()
+}
+
+/// All quantities and keys of a table that varies them, which stands at `place`.
+fn all_of(table: &toml::Table, place: &str, study: &Scene) -> Result<Vec<Variable>, Diagnostic> {
+    let mut found = Vec::new();
+    for (name, value) in table {
+        let key = format!("{place}.{name}");
+        if let Some((_, quantity, possible)) = QUANTITIES.iter().find(|(known, ..)| known == name) {
             let distribution = Distribution::of(value, &key, study)?;
-            let variable = Variable { name: name.clone(), quantity: *quantity, distribution };
-            variable.check(*possible, &key, study)?;
+            let variable = Variable { name: name.clone(), quantity: *quantity, distribution, key };
+            variable.check(*possible, study)?;
             found.push(variable);
         } else if name.contains('.') || value.is_table() && !Distribution::is_one(value) {
-            keys_below(name, value, study, &mut found)?;
+            keys_below(name, value, place, study, &mut found)?;
         } else {
             let known = known();
             let cure = format!(
@@ -135,22 +177,23 @@ pub fn variables(study: &Scene) -> Result<(Vec<Variable>, bool), Diagnostic> {
             return study.refuse(&key, format!("unknown quantity `{name}`"), cure);
         }
     }
-    Ok((found, turned))
+    Ok(found)
 }
 
 /// All distributions at or below a dotted key of the scene.
 fn keys_below(
     name: &str,
     value: &toml::Value,
+    place: &str,
     study: &Scene,
     found: &mut Vec<Variable>,
 ) -> Result<(), Diagnostic> {
     if let Some(table) = value.as_table().filter(|_| !Distribution::is_one(value)) {
         return table
             .iter()
-            .try_for_each(|(key, below)| keys_below(&format!("{name}.{key}"), below, study, found));
+            .try_for_each(|(key, below)| keys_below(&format!("{name}.{key}"), below, place, study, found));
     }
-    let key = format!("vary.{name}");
+    let key = format!("{place}.{name}");
     let parts: Vec<&str> = name.split('.').collect();
     if !TABLES.contains(&parts[0]) || parts.len() < 2 {
         let known = known();
@@ -162,13 +205,13 @@ fn keys_below(
         return study.refuse(&key, what, "write one study for each");
     }
     let distribution = Distribution::of(value, &key, study)?;
-    found.push(Variable { name: name.into(), quantity: Quantity::Key, distribution });
+    found.push(Variable { name: name.into(), quantity: Quantity::Key, distribution, key });
     Ok(())
 }
 
 impl Variable {
-    fn check(&self, possible: [Bound<f64>; 2], key: &str, study: &Scene) -> Result<(), Diagnostic> {
-        let Self { quantity, distribution, .. } = self;
+    fn check(&self, possible: [Bound<f64>; 2], study: &Scene) -> Result<(), Diagnostic> {
+        let Self { quantity, distribution, key, .. } = self;
         if *quantity == Quantity::Shape {
             let tables = distribution.values().is_some_and(|v| v.iter().all(toml::Value::is_table));
             let cure = "shape = { choice = [{ type = \"norm_rock\", form = \"111\", volume = 1.0 }, { type = \"sphere\", radius = 0.5 }] }";

@@ -3,6 +3,7 @@
 
 mod doubts;
 mod drawn;
+mod frequency;
 mod growth;
 mod lines;
 mod members;

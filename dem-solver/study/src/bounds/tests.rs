@@ -107,6 +107,39 @@ fn wilsons_interval_holds_the_true_share_as_often_as_it_says() {
     );
 }
 
+/// Of two releases over all outcomes, exactly: whichever of them has the larger rate, and whatever their shares.
+#[test]
+fn intervals_of_frequencies_hold_the_true_one_as_often_as_they_say() {
+    let counts = [60_u64, 40];
+    let (mut least, mut sum, mut cases) = (1.0_f64, 0.0, 0.0);
+    for ratio in [1.0, 5.0, 40.0] {
+        for shares in [[0.5, 0.5], [0.1, 0.7], [0.3, 0.05], [0.05, 0.05], [0.9, 0.2]] {
+            let rates = [0.02, 0.02 * ratio];
+            let exact = rates[0] * shares[0] + rates[1] * shares[1];
+            let [first, second] = [0, 1].map(|k| Binomial::new(shares[k], counts[k]).expect("valid"));
+            let mut held = 0.0;
+            for (j, k) in (0..=counts[0]).flat_map(|j| (0..=counts[1]).map(move |k| (j, k))) {
+                let part = |at: usize, count| Part { per_year: rates[at], count, all: counts[at] };
+                let (_, Interval { low, high }) = of_frequency([part(0, j), part(1, k)].into_iter());
+                let holds = low.is_some_and(|low| low <= exact) && high.is_some_and(|high| exact <= high);
+                held += if holds { first.pmf(j) * second.pmf(k) } else { 0.0 };
+            }
+            println!("rates 1 : {ratio}, shares {shares:?}: held {held:.4}");
+            assert!((0.92..0.985).contains(&held), "{held}");
+            (least, sum, cases) = (least.min(held), sum + held, cases + 1.0);
+        }
+    }
+    println!("least {least:.4}, mean {:.4}", sum / cases);
+    // Of one release Wilson's, times the rate.
+    let (found, of) = of_frequency(std::iter::once(Part { per_year: 0.2, count: 7, all: 50 }));
+    let share = of_share(7, 50);
+    let times = |end: Option<f64>| 0.2 * end.expect("there is one");
+    assert!((found - 0.028).abs() < 1e-15);
+    for (end, due) in [(of.low, times(share.low)), (of.high, times(share.high))] {
+        assert!(end.is_some_and(|end| (end - due).abs() < 1e-15), "{end:?} {due}");
+    }
+}
+
 /// For a high quantile of few rocks there is no upper end: 2.5 % of all samples must lie below it altogether.
 #[test]
 fn a_sample_that_is_too_small_has_no_upper_end() {

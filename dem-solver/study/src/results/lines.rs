@@ -1,9 +1,12 @@
 //! What passes each line: a table of crossings, exceedance curves, quantiles of energy, height and speed, each with its interval.
 
 use super::design::{self, Checked, Passing as Rocks, Reliability};
+use super::frequency::{PERIODS, Source, of_period, reaching, value_of};
 use crate::base::Base;
-use crate::bounds::{of_quantile, of_share, quantile};
+use crate::bounds::{Part, of_frequency, of_quantile, of_share, quantile};
+use crate::capacity::{Capacity, FATES};
 use crate::record::All;
+use crate::settings::ScreenLine;
 use crate::summary::{SHARES, quantile_of};
 use crate::track::Crossing;
 use dem_rocks::results::map::sheet::{Axes, FINE, INK, LEFT, RIGHT, font, page, plot, px};
@@ -46,7 +49,15 @@ const fn statistic(
 }
 
 /// Measures of a line that the screen shows first, with their ranks.
-const RANKS: [(&str, u16); 4] = [(SHARE, 5), ("energy_q95", 10), ("energy_q99", 12), ("height_q95", 14)];
+const RANKS: [(&str, u16); 7] = [
+    (SHARE, 5),
+    (FREQUENCY, 6),
+    ("energy_100_years", 8),
+    ("height_100_years", 9),
+    ("energy_q95", 10),
+    ("energy_q99", 12),
+    ("height_q95", 14),
+];
 
 /// The table of crossings: of a member, the number of the crossing, and the crossing.
 fn columns(base: &Base) -> Columns<'_, (u64, u64, Crossing)> {
@@ -72,20 +83,52 @@ struct Passing {
     largest: [Vec<f64>; STATISTICS.len()],
     /// Their masses [kg], likewise.
     masses: Vec<f64>,
+    /// The largest values by release, where blocks a year are known.
+    of_release: Vec<[Vec<f64>; STATISTICS.len()]>,
+    /// How many members of each release the barrier stops and not, where there is one.
+    fates: Vec<[u64; FATES.len()]>,
+}
+
+/// Members of each release that were computed, and its blocks a year where all are known.
+struct Releases {
+    computed: Vec<u64>,
+    rates: Option<Vec<f64>>,
+}
+
+impl Releases {
+    /// All members that were computed.
+    fn computed(&self) -> u64 {
+        self.computed.iter().sum()
+    }
+
+    /// Blocks a year of members that are counted by release.
+    fn frequency(&self, counts: &[u64]) -> Option<(f64, Interval)> {
+        let parts = self.rates.as_ref()?.iter().zip(&self.computed).zip(counts);
+        Some(of_frequency(parts.map(|((rate, all), count)| Part {
+            per_year: *rate,
+            count: *count,
+            all: *all,
+        })))
+    }
 }
 
 /// Called with every crossing: number of its line, of its member, of the crossing.
 type Each<'a> = &'a mut dyn FnMut(usize, &(u64, u64, Crossing)) -> io::Result<()>;
 
 /// What passes each line, and how many members were computed.
-fn gather(base: &Base, all: All, each: Each) -> io::Result<(Vec<Passing>, u64)> {
-    let mut passing: Vec<Passing> = base.lines.iter().map(|_| Passing::default()).collect();
-    let mut computed = 0_u64;
+fn gather(base: &Base, all: All, each: Each) -> io::Result<(Vec<Passing>, Releases)> {
+    let mut rates = base.study.rates();
+    let count = base.study.releases.len();
+    let by_release = || vec![Default::default(); if rates.is_some() { count } else { 0 }];
+    let mut passing: Vec<Passing> =
+        base.lines.iter().map(|_| Passing { of_release: by_release(), ..Passing::default() }).collect();
+    let mut computed = vec![0_u64; count];
     all(&mut |record| {
         if record.outcome.status == RunStatus::Failed {
             return Ok(());
         }
-        computed += 1;
+        let release = base.release_of(record.number);
+        computed[release] += 1;
         for (number, passing) in passing.iter_mut().enumerate() {
             let mut most: Option<[f64; STATISTICS.len()]> = None;
             let own = record.track.crossings.iter().filter(|crossing| usize::from(crossing.line) == number);
@@ -95,26 +138,56 @@ fn gather(base: &Base, all: All, each: Each) -> io::Result<(Vec<Passing>, u64)> 
                 most.iter_mut().zip(&STATISTICS).for_each(|(most, it)| *most = most.max((it.of)(crossing)));
             }
             let Some(most) = most else { continue };
+            let mut own =
+                record.track.crossings.iter().filter(|crossing| usize::from(crossing.line) == number);
+            if let Some((barrier, first)) = base.study.lines[number].barrier.zip(own.next()) {
+                passing.fates.resize(count, [0; FATES.len()]);
+                passing.fates[release][barrier.fate(first)] += 1;
+            }
             passing.masses.push(record.outcome.mass);
-            let known = passing.largest.iter_mut().zip(most).filter(|(_, value)| value.is_finite());
-            known.for_each(|(all, value)| all.push(value));
+            for all in [Some(&mut passing.largest), passing.of_release.get_mut(release)].into_iter().flatten()
+            {
+                let known = all.iter_mut().zip(most).filter(|(_, value)| value.is_finite());
+                known.for_each(|(all, value)| all.push(value));
+            }
         }
         Ok(())
     })?;
     let sort = |values: &mut Vec<f64>| values.sort_by(f64::total_cmp);
-    for Passing { largest, masses } in &mut passing {
-        largest.iter_mut().chain([masses]).for_each(sort);
+    for Passing { largest, masses, of_release, .. } in &mut passing {
+        largest.iter_mut().chain(of_release.iter_mut().flatten()).chain([masses]).for_each(sort);
     }
-    Ok((passing, computed))
+    // Of a release without a member nothing is known.
+    rates = rates.filter(|_| !computed.contains(&0));
+    Ok((passing, Releases { computed, rates }))
 }
 
 /// Share of the members that passes.
 const SHARE: &str = "passing_share";
+/// Rocks that do not come to a barrier.
+const NOT_REACHED: &str = "not_reached";
+/// What a barrier does not stop, and its rank on the screen.
+const BEHIND: &str = "behind_barrier";
+const RANK_BEHIND: u16 = 7;
+/// Blocks a year that pass.
+const FREQUENCY: &str = "frequency";
 
 impl Passing {
-    /// Its measures, at the line `name`, where `computed` members were computed.
-    fn measures(&self, name: &str, computed: u64) -> Vec<Measure> {
-        let mut all = Vec::new();
+    /// What comes from each release of one of the [`STATISTICS`]; nothing where blocks a year are not known.
+    fn sources(&self, statistic: usize, releases: &Releases) -> Vec<Source<'_>> {
+        let known = releases.rates.iter().flatten().zip(&releases.computed).zip(&self.of_release);
+        known
+            .map(|((rate, computed), all)| Source {
+                per_year: *rate,
+                computed: *computed,
+                values: &all[statistic],
+            })
+            .collect()
+    }
+
+    /// Its measures, at the line `name`; and which values of return periods are absent, with why.
+    fn measures(&self, name: &str, releases: &Releases) -> (Vec<Measure>, Vec<(String, &'static str)>) {
+        let (mut all, mut absent, computed) = (Vec::new(), Vec::new(), releases.computed());
         let mut report = |what: &str, value: f64, unit: &str, interval: Option<Interval>| {
             let rank = RANKS.iter().find(|(ranked, _)| *ranked == what).map_or(Measure::ORDINARY, |r| r.1);
             let measure = Measure::new(format!("{name}_{what}"), value, unit).ranked(rank, Worse::Larger);
@@ -123,7 +196,11 @@ impl Passing {
         let count = self.masses.len() as u64;
         report("passing", count as f64, "1", None);
         report(SHARE, count as f64 / computed as f64, "1", Some(of_share(count, computed)));
-        for (values, Statistic { name, unit, .. }) in self.largest.iter().zip(&STATISTICS) {
+        let counts: Vec<u64> = self.of_release.iter().map(|all| all[0].len() as u64).collect();
+        if let Some((often, interval)) = releases.frequency(&counts) {
+            report(FREQUENCY, often, "1/year", Some(interval));
+        }
+        for (at, (values, Statistic { name, unit, .. })) in self.largest.iter().zip(&STATISTICS).enumerate() {
             let Some(most) = values.last() else { continue };
             for percent in SHARES {
                 let share = f64::from(percent) / 100.0;
@@ -131,24 +208,82 @@ impl Passing {
                 report(&quantile_of(name, percent), quantile(values, share), unit, interval);
             }
             report(&format!("{name}_largest"), *most, unit, None);
+            let sources = self.sources(at, releases);
+            for years in PERIODS.into_iter().filter(|_| !sources.is_empty()) {
+                match of_period(&sources, values, f64::from(years)) {
+                    Ok((value, interval)) => report(&value_of(name, years), value, unit, Some(interval)),
+                    Err(why) => absent.push((value_of(name, years), why)),
+                }
+            }
         }
-        all
+        (all, absent)
+    }
+
+    /// Share, and where it is known frequency, of what a barrier at the line `name` does; and a sentence that says so.
+    fn behind(&self, name: &str, barrier: &Capacity, releases: &Releases) -> (Vec<Measure>, String) {
+        let fates = |of: &dyn Fn(&[u64; FATES.len()]) -> u64| -> Vec<u64> {
+            let none = [0; FATES.len()];
+            (0..releases.computed.len()).map(|at| of(self.fates.get(at).unwrap_or(&none))).collect()
+        };
+        let reached = fates(&|all| all.iter().sum());
+        let not_reached =
+            releases.computed.iter().zip(&reached).map(|(all, reached)| all - reached).collect();
+        let stopped = FATES.iter().enumerate().map(|(at, fate)| (*fate, fates(&|all| all[at])));
+        let all = std::iter::once((NOT_REACHED, not_reached)).chain(stopped);
+        let all = all.chain([(BEHIND, fates(&|all| all[1] + all[2]))]);
+        let (mut measures, mut said) = (Vec::new(), Vec::new());
+        for (fate, counts) in all {
+            let (count, computed) = (counts.iter().sum::<u64>(), releases.computed());
+            let mut report = |what: &str, value: f64, unit: &str, interval: Interval| {
+                let rank = if fate == BEHIND { RANK_BEHIND } else { Measure::ORDINARY };
+                let worse = if fate == BEHIND { Worse::Larger } else { Worse::Neither };
+                let measure = Measure::new(format!("{name}_{fate}_{what}"), value, unit).ranked(rank, worse);
+                measures.push(Measure { interval: Some(interval), ..measure });
+            };
+            let (share, interval) = (count as f64 / computed as f64, of_share(count, computed));
+            report("share", share, "1", interval);
+            let often = releases.frequency(&counts);
+            if let Some((often, interval)) = often {
+                report(FREQUENCY, often, "1/year", interval);
+            }
+            let often = often.map_or(String::new(), |(often, _)| format!(" ({} a year)", three(often)));
+            said.push(format!("{} {} %{often}", fate.replace('_', " "), three(100.0 * share)));
+        }
+        let (energy, height) = (three(1e-3 * barrier.energy), three(barrier.height));
+        let said = said.join(", ");
+        (
+            measures,
+            format!("barrier of {energy} kJ and {height} m at the line `{name}`, of all rocks: {said}"),
+        )
     }
 }
 
 /// Names of all measures of lines that have an interval.
 pub fn bounded(base: &Base) -> impl Iterator<Item = String> {
-    base.study.lines.iter().flat_map(|line| {
+    let is_rated = base.study.rates().is_some();
+    base.study.lines.iter().flat_map(move |line| {
         let quantiles = STATISTICS.iter().flat_map(|it| SHARES.map(|share| quantile_of(it.name, share)));
-        std::iter::once(SHARE.to_owned()).chain(quantiles).map(|what| format!("{}_{what}", line.name))
+        let of_periods = STATISTICS.iter().flat_map(|it| PERIODS.map(|years| value_of(it.name, years)));
+        let frequencies = std::iter::once(FREQUENCY.to_owned()).chain(of_periods).filter(move |_| is_rated);
+        let at_barrier = [NOT_REACHED, BEHIND].into_iter().chain(FATES).filter(|_| line.barrier.is_some());
+        let at_barrier = at_barrier.flat_map(move |fate| {
+            let frequency = is_rated.then(|| format!("{fate}_{FREQUENCY}"));
+            [Some(format!("{fate}_share")), frequency].into_iter().flatten()
+        });
+        let all = std::iter::once(SHARE.to_owned()).chain(quantiles).chain(frequencies).chain(at_barrier);
+        all.map(|what| format!("{}_{what}", line.name))
     })
 }
 
 /// The measures of all lines; nothing is written.
 pub fn measures(base: &Base, all: All) -> io::Result<Vec<Measure>> {
-    let (passing, computed) = gather(base, all, &mut |_, _| Ok(()))?;
-    let lines = base.study.lines.iter().zip(&passing).filter(|_| computed > 0);
-    Ok(lines.flat_map(|(line, passing)| passing.measures(&line.name, computed)).collect())
+    let (passing, releases) = gather(base, all, &mut |_, _| Ok(()))?;
+    let lines = base.study.lines.iter().zip(&passing).filter(|_| releases.computed() > 0);
+    let of = |(line, passing): (&ScreenLine, &Passing)| {
+        let barrier = line.barrier.map(|barrier| passing.behind(&line.name, &barrier, &releases).0);
+        [passing.measures(&line.name, &releases).0, barrier.unwrap_or_default()].concat()
+    };
+    Ok(lines.flat_map(of).collect())
 }
 
 /// Write tables and curves of all lines; add their measures.
@@ -159,9 +294,17 @@ pub fn write(base: &Base, dir: &Path, all: All, study: &Reliability, found: &mut
         table.write_record(columns.names())?;
         tables.push(table);
     }
-    let (passing, computed) =
+    let (passing, releases) =
         gather(base, all, &mut |line, row| Ok(tables[line].write_record(columns.row(row))?))?;
+    let computed = releases.computed();
     tables.iter_mut().try_for_each(|table| table.flush())?;
+    if let Some(without) =
+        releases.computed.iter().position(|n| *n == 0).filter(|_| base.study.rates().is_some())
+    {
+        let release = &base.study.releases[without].name;
+        let what = format!("frequencies at lines absent: no member of the release `{release}` was computed");
+        found.warnings.push(Diagnostic::warning(code::ABSENT_MEASURE, what));
+    }
     for (line, passing) in base.study.lines.iter().zip(passing) {
         let name = &line.name;
         let mut warn = |code, what: String| found.warnings.push(Diagnostic::warning(code, what));
@@ -170,7 +313,14 @@ pub fn write(base: &Base, dir: &Path, all: All, study: &Reliability, found: &mut
             warn(code::ABSENT_MEASURE, what);
             continue;
         }
-        found.measures.extend(passing.measures(name, computed));
+        let (measures, absent) = passing.measures(name, &releases);
+        found.measures.extend(measures);
+        found.sentences.extend(said_of(name, &absent));
+        if let Some(barrier) = &line.barrier {
+            let (measures, sentence) = passing.behind(name, barrier, &releases);
+            found.measures.extend(measures);
+            found.sentences.push(sentence);
+        }
         if passing.masses.is_empty() {
             let what = format!("quantiles at the line `{name}` absent: none of {computed} rocks passes it");
             warn(code::ABSENT_MEASURE, what);
@@ -189,7 +339,7 @@ pub fn write(base: &Base, dir: &Path, all: All, study: &Reliability, found: &mut
             let rocks = Rocks { energy, height, speed, mass: &passing.masses };
             design::write(&path, name, design, &rocks, study, found)?;
         }
-        exceedance(&dir.join(format!("{name}_exceedance.csv")), &passing.largest, computed)?;
+        exceedance(&dir.join(format!("{name}_exceedance.csv")), &passing, &releases)?;
         let svg = curves(name, &passing.largest, computed).map_err(io::Error::other)?;
         files::write(&dir.join(format!("{name}.svg")), svg.as_bytes())?;
     }
@@ -206,22 +356,50 @@ const EXCEEDED: [&str; 6] = [
     "share_of_all_high",
 ];
 
-/// How often each value is reached or exceeded, of the members that pass and of all.
-fn exceedance(path: &Path, largest: &[Vec<f64>; STATISTICS.len()], computed: u64) -> io::Result<()> {
+/// Which values of return periods are not known at the line `name`, by the reason.
+fn said_of(name: &str, absent: &[(String, &'static str)]) -> Vec<String> {
+    let mut said: Vec<(&str, String)> = Vec::new();
+    for (what, why) in absent {
+        match said.iter_mut().find(|(known, _)| known == why) {
+            Some((_, all)) => *all += &format!(", {what}"),
+            None => said.push((why, what.clone())),
+        }
+    }
+    said.into_iter().map(|(why, all)| format!("absent at the line `{name}`: {all}: {why}")).collect()
+}
+
+/// How often each value is reached or exceeded, of the members that pass and of all; with blocks a year also how often in a year.
+fn exceedance(path: &Path, passing: &Passing, releases: &Releases) -> io::Result<()> {
+    let (largest, computed) = (&passing.largest, releases.computed());
     let mut table = csv::Writer::from_writer(files::create(path)?);
     let names = STATISTICS.iter().map(|it| column(it.name, it.unit));
-    table.write_record(EXCEEDED.map(String::from).into_iter().chain(names))?;
+    let sources: [Vec<Source>; STATISTICS.len()] = std::array::from_fn(|at| passing.sources(at, releases));
+    let rated = STATISTICS.iter().zip(&sources).filter(|(_, sources)| !sources.is_empty());
+    let frequencies = rated.flat_map(|(it, _)| {
+        let often = format!("{}_{FREQUENCY}_per_year", it.name);
+        let period = format!("{}_return_period_years", it.name);
+        ["", "_low", "_high"].map(|end| format!("{often}{end}")).into_iter().chain([period])
+    });
+    table.write_record(EXCEEDED.map(String::from).into_iter().chain(names).chain(frequencies))?;
     let count = largest[0].len();
     for reached in 1..=count {
         let shares = [count as u64, computed].map(|all| {
             let of = of_share(reached as u64, all);
             [Some(reached as f64 / all as f64), of.low, of.high]
         });
-        let shares = shares.into_iter().flatten().map(|v| v.map_or(String::new(), |v| v.to_string()));
+        let text = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
+        let shares = shares.into_iter().flatten().map(text);
         // Of a quantity that is not known of all members there are fewer values.
-        let value = |values: &Vec<f64>| values.len().checked_sub(reached).map(|at| values[at].to_string());
-        let values = largest.iter().map(|values| value(values).unwrap_or_default());
-        table.write_record(shares.chain(values))?;
+        let value = |values: &Vec<f64>| values.len().checked_sub(reached).map(|at| values[at]);
+        let values = largest.iter().map(|values| text(value(values)));
+        let rated = largest.iter().zip(&sources).filter(|(_, sources)| !sources.is_empty());
+        let frequencies = rated.flat_map(|(values, sources)| {
+            let of = value(values).map(|value| reaching(sources, value));
+            let often = of.map(|(often, _)| often);
+            let [low, high] = [of.and_then(|(_, it)| it.low), of.and_then(|(_, it)| it.high)];
+            [often, low, high, often.map(f64::recip)].map(text)
+        });
+        table.write_record(shares.chain(values).chain(frequencies))?;
     }
     table.flush()
 }

@@ -6,7 +6,7 @@
 
 use super::picture::{self, Map, Scale};
 use crate::base::Base;
-use crate::bounds::{Ends, of_share, quantile};
+use crate::bounds::{Ends, Part, of_frequency, of_share, quantile};
 use crate::grid::Grid;
 use crate::record::{All, How, QUANTITIES, Record};
 use crate::summary::quantile_of;
@@ -44,12 +44,19 @@ fn note(share: u32) -> Option<String> {
 /// Write all maps of a study.
 pub fn write(base: &Base, grid: &Grid, system: &System, dir: &Path, all: All) -> io::Result<()> {
     let (mut count, mut ends, mut computed) = (vec![0_u32; grid.cells()], vec![0_u32; grid.cells()], 0_u64);
+    // Of each release its blocks a year, its members, and how many of them pass each cell.
+    let rates = base.study.rates().into_iter().flatten();
+    let mut rated: Vec<(f64, u64, Vec<u32>)> = rates.map(|rate| (rate, 0, vec![0; grid.cells()])).collect();
     all(&mut |record| {
         if record.outcome.status == RunStatus::Failed {
             return Ok(());
         }
         computed += 1;
         record.track.visits.iter().for_each(|visit| count[visit.cell as usize] += 1);
+        if let Some((_, members, count)) = rated.get_mut(base.release_of(record.number)) {
+            *members += 1;
+            record.track.visits.iter().for_each(|visit| count[visit.cell as usize] += 1);
+        }
         let [x, y, _] = record.outcome.end;
         let place = base.local(&[x, y]);
         if let Some(cell) = grid.at(place).filter(|_| record.outcome.how == How::Rest) {
@@ -74,6 +81,22 @@ pub fn write(base: &Base, grid: &Grid, system: &System, dir: &Path, all: All) ->
     let interval = |cell: usize| of_share(count[cell].into(), computed.max(1));
     band("share_low", &known(&|cell| interval(cell).low.map_or(f32::NAN, |low| low as f32)))?;
     band("share_high", &known(&|cell| interval(cell).high.map_or(f32::NAN, |high| high as f32)))?;
+    // Of a release without a member nothing is known.
+    if !rated.is_empty() && rated.iter().all(|(_, members, _)| *members > 0) {
+        let part = |cell: usize| {
+            let one = move |(rate, all, count): &(f64, u64, Vec<u32>)| Part {
+                per_year: *rate,
+                count: count[cell].into(),
+                all: *all,
+            };
+            of_frequency(rated.iter().map(one))
+        };
+        let often = known(&|cell| part(cell).0 as f32);
+        put("frequency", "rocks passing in a year".into(), None, Scale::Log, &often)?;
+        let end = |end: Option<f64>| end.map_or(f32::NAN, |end| end as f32);
+        band("frequency_low", &known(&|cell| end(part(cell).1.low)))?;
+        band("frequency_high", &known(&|cell| end(part(cell).1.high)))?;
+    }
     let stopped: Vec<f32> = ends.iter().map(|n| if *n > 0 { *n as f32 } else { f32::NAN }).collect();
     put("deposition", "number of rocks at rest".into(), None, Scale::Linear, &stopped)?;
     // Where the values of each cell begin in one long row.
@@ -247,7 +270,7 @@ fn properties(base: &Base, record: &Record) -> serde_json::Map<String, Value> {
         all.insert(name.into(), value);
     };
     put("member", json!(record.number));
-    put("release", json!(base.study.releases[base.member(record.number).release].name));
+    put("release", json!(base.study.releases[base.release_of(record.number)].name));
     put("status", json!(it.status.word()));
     put("ending", json!(it.how.word()));
     put("volume_m3", json!(it.volume));

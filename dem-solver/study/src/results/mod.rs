@@ -1,9 +1,10 @@
 //! What follows from all members, in their order: whatever was computed where, the files are the same.
 //!
 //! - [`maps`]: values of every member by cell, as GeoTIFF, and trajectories and ends; [`picture`]: the same to look at
-//! - [`lines`]: what passes each line; [`design`]: what a barrier there must be able to do
+//! - [`lines`]: what passes each line; [`frequency`]: how often in a year; [`design`]: what a barrier there must be able to do
 
 pub mod design;
+pub mod frequency;
 pub mod lines;
 pub mod maps;
 pub mod picture;
