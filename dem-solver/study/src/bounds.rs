@@ -43,7 +43,7 @@ pub fn of_share(count: u64, all: u64) -> Interval {
 #[derive(Debug, Clone, Copy)]
 pub struct Part {
     /// Blocks a year.
-    pub per_year: f64,
+    pub rate: f64,
     /// Members that count.
     pub count: u64,
     /// All of the release, one at least.
@@ -54,11 +54,11 @@ pub struct Part {
 /// is Wilson's times the rate. Of several the distances of the ends of each are added as errors that are independent of each other.
 pub fn of_frequency(parts: impl Iterator<Item = Part>) -> (f64, Interval) {
     let (mut found, mut squares) = (0.0, [0.0; 2]);
-    for Part { per_year, count, all } in parts {
+    for Part { rate, count, all } in parts {
         let (share, of) = (count as f64 / all as f64, of_share(count, all));
-        found += per_year * share;
+        found += rate * share;
         for (sum, end) in squares.iter_mut().zip([of.low, of.high]) {
-            *sum += (per_year * (end.unwrap_or(share) - share)).powi(2);
+            *sum += (rate * (end.unwrap_or(share) - share)).powi(2);
         }
     }
     let [below, above] = squares.map(f64::sqrt);

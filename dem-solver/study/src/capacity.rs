@@ -20,19 +20,30 @@ pub struct Capacity {
     pub height: f64,
 }
 
-/// What becomes of members at a barrier, in words of measures.
-pub const FATES: [&str; 3] = ["stopped", "went_through", "passed_over"];
+/// What becomes of a member: stopped (or passing, where there is no barrier), through the barrier, over it, elsewhere.
+pub const FATES: usize = 4;
+
+/// What is counted at a line by its fates; of a line without a barrier the first alone.
+pub const COUNTED: [(&str, &[usize]); 6] = [
+    ("passing", &[0, 1, 2]),
+    ("not_reached", &[3]),
+    ("stopped", &[0]),
+    ("went_through", &[1]),
+    ("passed_over", &[2]),
+    ("behind_barrier", &[1, 2]),
+];
+
+/// Which of the [`FATES`] a member has that crosses like this. One whose height is not known is not stopped: it passes over.
+pub fn fate(barrier: Option<Capacity>, first: Option<&Crossing>) -> usize {
+    match (first, barrier) {
+        (None, _) => 3,
+        (Some(first), Some(of)) if first.centre.is_nan() || first.centre > of.height => 2,
+        (Some(first), Some(of)) if first.energy > of.energy => 1,
+        _ => 0,
+    }
+}
 
 impl Capacity {
-    /// Which of the [`FATES`] a member has that crosses like this. One whose height is not known is not stopped: it passes over.
-    pub fn fate(&self, first: &Crossing) -> usize {
-        match () {
-            () if first.centre.is_nan() || first.centre > self.height => 2,
-            () if first.energy > self.energy => 1,
-            () => 0,
-        }
-    }
-
     /// Refuse what is certainly wrong, and warn of what is unusual; `key` is that of the table.
     pub fn check(&self, key: &str, study: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
         let mut said = Vec::new();
@@ -49,10 +60,10 @@ mod tests {
 
     #[test]
     fn a_rock_is_stopped_up_to_both_bounds_and_passes_over_before_it_goes_through() {
-        let barrier = Capacity { energy: 1e6, height: 4.0 };
-        let fate = |energy, centre| FATES[barrier.fate(&Crossing { energy, centre, ..Crossing::default() })];
-        assert_eq!(fate(1e6, 4.0), "stopped");
-        assert_eq!(fate(1.01e6, 4.0), "went_through");
-        assert_eq!([fate(1e3, 4.01), fate(2e6, 4.01), fate(1e3, f64::NAN)], ["passed_over"; 3]);
+        let barrier = Some(Capacity { energy: 1e6, height: 4.0 });
+        let of = |energy, centre| fate(barrier, Some(&Crossing { energy, centre, ..Crossing::default() }));
+        assert_eq!([of(1e6, 4.0), of(1.01e6, 4.0)], [0, 1]);
+        assert_eq!([of(1e3, 4.01), of(2e6, 4.01), of(1e3, f64::NAN)], [2; 3]);
+        assert_eq!([fate(barrier, None), fate(None, Some(&Crossing::default()))], [3, 0]);
     }
 }

@@ -248,14 +248,12 @@ fn of_line(base: &Base, at: usize, file: &Scene) -> Option<Diagnostic> {
 /// Members that count alike in shares and quantiles, and do not stand for as many blocks a year.
 fn of_rates(base: &Base, file: &Scene) -> Option<Diagnostic> {
     let [few, many] = base.study.unequal()?;
-    let of = |(at, rate): (usize, f64)| format!("of `{}` for {}", base.study.releases[at].name, four(rate));
     let what = format!(
-        "a member {} blocks a year, one {}: frequencies and return periods weigh that, shares, quantiles and the other maps count all alike",
-        of(few),
-        of(many)
+        "a member of `{many}` stands for more blocks a year than one of `{few}`: frequencies and return periods weigh that, shares, \
+         quantiles and the other maps count all alike"
     );
-    let key = format!("release.{}.blocks_per_year", many.0);
-    Some(warning(file, &key, what).try_instead("for these make count proportional to blocks_per_year"))
+    let cure = "for these make count proportional to blocks_per_year";
+    Some(warning(file, "release.0.blocks_per_year", what).try_instead(cure))
 }
 
 /// Codes of coordinate systems in a GeoTIFF.

@@ -3,7 +3,7 @@
 use super::capacity::Capacity;
 use super::design::Design;
 pub use super::vary::{Quantity, Variable};
-use super::vary::{Vary, of_releases, variables};
+use super::vary::{Vary, of_release, variables};
 use dem_solid::geometry::plan;
 use interface_defs::diagnostic::Diagnostic;
 use schemars::JsonSchema;
@@ -76,7 +76,7 @@ pub struct Release {
     /// Height of the rock above where it would touch the ground [m]. Default 0.
     #[serde(default)]
     pub height: f64,
-    /// Distributions of this release that go before those of `[vary]`, with the same keys, `orientation` and `shape` excepted.
+    /// Distributions of this release that go before those of `[vary]`, which has the same keys for all others; not `shape`.
     #[serde(default)]
     #[schemars(with = "Option<Map<String, Value>>")]
     pub vary: toml::Table,
@@ -210,7 +210,9 @@ impl StudySettings {
             check_release(at, release, study)?;
         }
         let (all, turned) = variables(study)?;
-        let variables = of_releases(&all, releases.iter().map(|release| &release.vary), study)?;
+        let own = releases.iter().enumerate();
+        let own = own.map(|(at, it)| of_release(&all, &it.vary, &format!("release.{at}.vary"), study));
+        let variables = own.collect::<Result<_, _>>()?;
         let most_failed: f64 = study.read("most_failed")?.unwrap_or(0.01);
         if !(0.0..=1.0).contains(&most_failed) {
             let what = format!("most_failed = {most_failed}: it is a share, from 0 to 1");
@@ -265,14 +267,13 @@ impl StudySettings {
         self.releases.iter().map(|release| release.blocks_per_year).collect()
     }
 
-    /// Two releases, by number, whose members stand for different numbers of blocks a year; the smallest and the largest of all.
-    pub fn unequal(&self) -> Option<[(usize, f64); 2]> {
-        let one = |(rate, count): (f64, u64)| rate / count as f64;
-        let own: Vec<f64> = self.rates()?.into_iter().zip(self.counts()).map(one).collect();
-        let mut order: Vec<usize> = (0..own.len()).collect();
-        order.sort_by(|a, b| own[*a].total_cmp(&own[*b]));
-        let [least, most] = [order[0], order[order.len() - 1]].map(|at| (at, own[at]));
-        (most.1 > least.1 * (1.0 + 1e-9)).then_some([least, most])
+    /// The names of two releases if a member of the first stands for fewer blocks a year than one of the second.
+    pub fn unequal(&self) -> Option<[&str; 2]> {
+        let rates = self.rates()?.into_iter().zip(self.counts()).map(|(rate, count)| rate / count as f64);
+        let own: Vec<(f64, &str)> = rates.zip(self.releases.iter().map(|it| it.name.as_str())).collect();
+        let few = own.iter().min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let many = own.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
+        (many.0 > few.0 * (1.0 + 1e-9)).then_some([few.1, many.1])
     }
 
     /// Number of members.
@@ -323,8 +324,7 @@ impl StudySettings {
             return study.refuse(&format!("release.{without}"), what, cure);
         }
         let judged = self.lines.iter().position(|line| line.design.is_some());
-        if let (Some(line), Some([(few, _), (many, _)])) = (judged, self.unequal()) {
-            let [few, many] = [few, many].map(|at| &self.releases[at].name);
+        if let (Some(line), Some([few, many])) = (judged, self.unequal()) {
             let what = format!(
                 "a design takes quantiles over members, and those of `{many}` stand for more blocks a year than those of `{few}`"
             );

@@ -122,39 +122,25 @@ pub fn variables(study: &Scene) -> Result<(Vec<Variable>, bool), Diagnostic> {
     Ok((all_of(&table, "vary", study)?, turned.is_some()))
 }
 
-/// What varies at the releases, of each in the same order: its own distributions go before those of `all`.
-pub fn of_releases<'a>(
+/// What varies at a release: its own distributions, which stand at `key`, go before those of `all`.
+pub fn of_release(
     all: &[Variable],
-    own: impl Iterator<Item = &'a toml::Table>,
+    own: &toml::Table,
+    key: &str,
     study: &Scene,
-) -> Result<Vec<Vec<Variable>>, Diagnostic> {
-    let own = own.enumerate().map(|(at, table)| {
-        let key = format!("release.{at}.vary");
-        if let Some(name) = [ORIENTATION, "shape"].into_iter().find(|name| table.contains_key(*name)) {
-            let what = format!("`{name}` is the same for all releases");
-            return study.refuse(&format!("{key}.{name}"), what, "write it in [vary]");
-        }
-        all_of(table, &key, study)
-    });
-    let own = own.collect::<Result<Vec<_>, _>>()?;
-    let mut names: Vec<&str> = all.iter().map(|variable| variable.name.as_str()).collect();
-    for variable in own.iter().flatten() {
-        if !names.contains(&variable.name.as_str()) {
-            names.push(&variable.name);
+) -> Result<Vec<Variable>, Diagnostic> {
+    let own = all_of(own, key, study)?;
+    let of = |variable: &Variable| own.iter().find(|it| it.name == variable.name).unwrap_or(variable).clone();
+    let found: Vec<Variable> = all.iter().map(of).collect();
+    match own.iter().find(|it| it.quantity == Quantity::Shape || !found.contains(it)) {
+        None => Ok(found),
+        Some(Variable { name, key, .. }) => {
+            let what = format!(
+                "what varies at a release is in [vary] too, for all others, and not its shape: `{name}`"
+            );
+            study.refuse(key, what, format!("add {name} to [vary]: a number is possible there"))
         }
     }
-    let of = |(at, own): (usize, &Vec<Variable>)| {
-        let one = |name: &&str| {
-            own.iter().chain(all).find(|variable| variable.name == **name).cloned().ok_or_else(|| {
-                let what = format!("`{name}` varies in other releases, and this one says nothing of it");
-                let cure =
-                    format!("add it here, or in [vary] for all that have none: {name} = 1.0 is possible too");
-                study.invalid(&format!("release.{at}"), what).try_instead(cure)
-            })
-        };
-        names.iter().map(one).collect()
-    };
-    own.iter().enumerate().map(of).collect()
 }
 
 /// All quantities and keys of a table that varies them, which stands at `place`.

@@ -119,7 +119,7 @@ fn intervals_of_frequencies_hold_the_true_one_as_often_as_they_say() {
             let [first, second] = [0, 1].map(|k| Binomial::new(shares[k], counts[k]).expect("valid"));
             let mut held = 0.0;
             for (j, k) in (0..=counts[0]).flat_map(|j| (0..=counts[1]).map(move |k| (j, k))) {
-                let part = |at: usize, count| Part { per_year: rates[at], count, all: counts[at] };
+                let part = |at: usize, count| Part { rate: rates[at], count, all: counts[at] };
                 let (_, Interval { low, high }) = of_frequency([part(0, j), part(1, k)].into_iter());
                 let holds = low.is_some_and(|low| low <= exact) && high.is_some_and(|high| exact <= high);
                 held += if holds { first.pmf(j) * second.pmf(k) } else { 0.0 };
@@ -131,7 +131,7 @@ fn intervals_of_frequencies_hold_the_true_one_as_often_as_they_say() {
     }
     println!("least {least:.4}, mean {:.4}", sum / cases);
     // Of one release Wilson's, times the rate.
-    let (found, of) = of_frequency(std::iter::once(Part { per_year: 0.2, count: 7, all: 50 }));
+    let (found, of) = of_frequency(std::iter::once(Part { rate: 0.2, count: 7, all: 50 }));
     let share = of_share(7, 50);
     let times = |end: Option<f64>| 0.2 * end.expect("there is one");
     assert!((found - 0.028).abs() < 1e-15);

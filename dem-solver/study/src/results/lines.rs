@@ -4,7 +4,7 @@ use super::design::{self, Checked, Passing as Rocks, Reliability};
 use super::frequency::{PERIODS, Source, of_period, reaching, value_of};
 use crate::base::Base;
 use crate::bounds::{Part, of_frequency, of_quantile, of_share, quantile};
-use crate::capacity::{Capacity, FATES};
+use crate::capacity::{COUNTED, FATES, fate};
 use crate::record::All;
 use crate::settings::ScreenLine;
 use crate::summary::{SHARES, quantile_of};
@@ -49,9 +49,11 @@ const fn statistic(
 }
 
 /// Measures of a line that the screen shows first, with their ranks.
-const RANKS: [(&str, u16); 7] = [
-    (SHARE, 5),
-    (FREQUENCY, 6),
+const RANKS: [(&str, u16); 9] = [
+    ("passing_share", 5),
+    ("passing_frequency", 6),
+    ("behind_barrier_share", 7),
+    ("behind_barrier_frequency", 7),
     ("energy_100_years", 8),
     ("height_100_years", 9),
     ("energy_q95", 10),
@@ -85,8 +87,8 @@ struct Passing {
     masses: Vec<f64>,
     /// The largest values by release, where blocks a year are known.
     of_release: Vec<[Vec<f64>; STATISTICS.len()]>,
-    /// How many members of each release the barrier stops and not, where there is one.
-    fates: Vec<[u64; FATES.len()]>,
+    /// How many members of each release have which fate.
+    fates: Vec<[u64; FATES]>,
 }
 
 /// Members of each release that were computed, and its blocks a year where all are known.
@@ -103,12 +105,8 @@ impl Releases {
 
     /// Blocks a year of members that are counted by release.
     fn frequency(&self, counts: &[u64]) -> Option<(f64, Interval)> {
-        let parts = self.rates.as_ref()?.iter().zip(&self.computed).zip(counts);
-        Some(of_frequency(parts.map(|((rate, all), count)| Part {
-            per_year: *rate,
-            count: *count,
-            all: *all,
-        })))
+        let parts = self.rates.as_ref()?.iter().zip(counts).zip(&self.computed);
+        Some(of_frequency(parts.map(|((&rate, &count), &all)| Part { rate, count, all })))
     }
 }
 
@@ -117,11 +115,14 @@ type Each<'a> = &'a mut dyn FnMut(usize, &(u64, u64, Crossing)) -> io::Result<()
 
 /// What passes each line, and how many members were computed.
 fn gather(base: &Base, all: All, each: Each) -> io::Result<(Vec<Passing>, Releases)> {
-    let mut rates = base.study.rates();
-    let count = base.study.releases.len();
-    let by_release = || vec![Default::default(); if rates.is_some() { count } else { 0 }];
-    let mut passing: Vec<Passing> =
-        base.lines.iter().map(|_| Passing { of_release: by_release(), ..Passing::default() }).collect();
+    let (rates, count) = (base.study.rates(), base.study.releases.len());
+    let rated = rates.as_ref().map_or(0, Vec::len);
+    let of_line = || Passing {
+        of_release: vec![Default::default(); rated],
+        fates: vec![[0; FATES]; count],
+        ..Passing::default()
+    };
+    let mut passing: Vec<Passing> = base.lines.iter().map(|_| of_line()).collect();
     let mut computed = vec![0_u64; count];
     all(&mut |record| {
         if record.outcome.status == RunStatus::Failed {
@@ -137,16 +138,11 @@ fn gather(base: &Base, all: All, each: Each) -> io::Result<(Vec<Passing>, Releas
                 let most = most.get_or_insert([f64::NEG_INFINITY; STATISTICS.len()]);
                 most.iter_mut().zip(&STATISTICS).for_each(|(most, it)| *most = most.max((it.of)(crossing)));
             }
+            let first = record.track.crossings.iter().find(|it| usize::from(it.line) == number);
+            passing.fates[release][fate(base.study.lines[number].barrier, first)] += 1;
             let Some(most) = most else { continue };
-            let mut own =
-                record.track.crossings.iter().filter(|crossing| usize::from(crossing.line) == number);
-            if let Some((barrier, first)) = base.study.lines[number].barrier.zip(own.next()) {
-                passing.fates.resize(count, [0; FATES.len()]);
-                passing.fates[release][barrier.fate(first)] += 1;
-            }
             passing.masses.push(record.outcome.mass);
-            for all in [Some(&mut passing.largest), passing.of_release.get_mut(release)].into_iter().flatten()
-            {
+            for all in std::iter::once(&mut passing.largest).chain(passing.of_release.get_mut(release)) {
                 let known = all.iter_mut().zip(most).filter(|(_, value)| value.is_finite());
                 known.for_each(|(all, value)| all.push(value));
             }
@@ -158,48 +154,41 @@ fn gather(base: &Base, all: All, each: Each) -> io::Result<(Vec<Passing>, Releas
         largest.iter_mut().chain(of_release.iter_mut().flatten()).chain([masses]).for_each(sort);
     }
     // Of a release without a member nothing is known.
-    rates = rates.filter(|_| !computed.contains(&0));
+    let rates = rates.filter(|_| !computed.contains(&0));
     Ok((passing, Releases { computed, rates }))
 }
 
-/// Share of the members that passes.
-const SHARE: &str = "passing_share";
-/// Rocks that do not come to a barrier.
-const NOT_REACHED: &str = "not_reached";
-/// What a barrier does not stop, and its rank on the screen.
-const BEHIND: &str = "behind_barrier";
-const RANK_BEHIND: u16 = 7;
-/// Blocks a year that pass.
-const FREQUENCY: &str = "frequency";
-
 impl Passing {
-    /// What comes from each release of one of the [`STATISTICS`]; nothing where blocks a year are not known.
-    fn sources(&self, statistic: usize, releases: &Releases) -> Vec<Source<'_>> {
-        let known = releases.rates.iter().flatten().zip(&releases.computed).zip(&self.of_release);
-        known
-            .map(|((rate, computed), all)| Source {
-                per_year: *rate,
-                computed: *computed,
-                values: &all[statistic],
-            })
-            .collect()
+    /// What comes from each release, of each of the [`STATISTICS`]; nothing where blocks a year are not known.
+    fn sources(&self, Releases { computed, rates }: &Releases) -> Vec<Vec<Source<'_>>> {
+        let Some(rates) = rates else { return Vec::new() };
+        let of = |at: usize| {
+            let all = rates.iter().zip(computed).zip(&self.of_release);
+            all.map(|((&rate, &all), values)| Source { rate, all, values: &values[at] }).collect()
+        };
+        (0..STATISTICS.len()).map(of).collect()
     }
 
-    /// Its measures, at the line `name`; and which values of return periods are absent, with why.
-    fn measures(&self, name: &str, releases: &Releases) -> (Vec<Measure>, Vec<(String, &'static str)>) {
-        let (mut all, mut absent, computed) = (Vec::new(), Vec::new(), releases.computed());
+    /// Its measures, and values of which return periods are absent.
+    fn measures(&self, line: &ScreenLine, releases: &Releases) -> (Vec<Measure>, Vec<String>) {
+        let (mut all, mut absent, name, computed) = (vec![], vec![], &line.name, releases.computed());
         let mut report = |what: &str, value: f64, unit: &str, interval: Option<Interval>| {
             let rank = RANKS.iter().find(|(ranked, _)| *ranked == what).map_or(Measure::ORDINARY, |r| r.1);
             let measure = Measure::new(format!("{name}_{what}"), value, unit).ranked(rank, Worse::Larger);
             all.push(Measure { interval, ..measure });
         };
-        let count = self.masses.len() as u64;
-        report("passing", count as f64, "1", None);
-        report(SHARE, count as f64 / computed as f64, "1", Some(of_share(count, computed)));
-        let counts: Vec<u64> = self.of_release.iter().map(|all| all[0].len() as u64).collect();
-        if let Some((often, interval)) = releases.frequency(&counts) {
-            report(FREQUENCY, often, "1/year", Some(interval));
+        report("passing", self.masses.len() as f64, "1", None);
+        for (what, fates) in counted(line) {
+            let of = |all: &[u64; FATES]| fates.iter().map(|fate| all[*fate]).sum();
+            let counts: Vec<u64> = self.fates.iter().map(of).collect();
+            let count = counts.iter().sum();
+            let share = count as f64 / computed as f64;
+            report(&share_of(what), share, "1", Some(of_share(count, computed)));
+            if let Some((often, interval)) = releases.frequency(&counts) {
+                report(&frequency_of(what), often, "1/year", Some(interval));
+            }
         }
+        let sources = self.sources(releases);
         for (at, (values, Statistic { name, unit, .. })) in self.largest.iter().zip(&STATISTICS).enumerate() {
             let Some(most) = values.last() else { continue };
             for percent in SHARES {
@@ -208,54 +197,29 @@ impl Passing {
                 report(&quantile_of(name, percent), quantile(values, share), unit, interval);
             }
             report(&format!("{name}_largest"), *most, unit, None);
-            let sources = self.sources(at, releases);
-            for years in PERIODS.into_iter().filter(|_| !sources.is_empty()) {
-                match of_period(&sources, values, f64::from(years)) {
-                    Ok((value, interval)) => report(&value_of(name, years), value, unit, Some(interval)),
-                    Err(why) => absent.push((value_of(name, years), why)),
+            for (years, sources) in PERIODS.into_iter().flat_map(|years| Some((years, sources.get(at)?))) {
+                match of_period(sources, values, f64::from(years)) {
+                    Some((value, interval)) => report(&value_of(name, years), value, unit, Some(interval)),
+                    None => absent.push(value_of(name, years)),
                 }
             }
         }
         (all, absent)
     }
+}
 
-    /// Share, and where it is known frequency, of what a barrier at the line `name` does; and a sentence that says so.
-    fn behind(&self, name: &str, barrier: &Capacity, releases: &Releases) -> (Vec<Measure>, String) {
-        let fates = |of: &dyn Fn(&[u64; FATES.len()]) -> u64| -> Vec<u64> {
-            let none = [0; FATES.len()];
-            (0..releases.computed.len()).map(|at| of(self.fates.get(at).unwrap_or(&none))).collect()
-        };
-        let reached = fates(&|all| all.iter().sum());
-        let not_reached =
-            releases.computed.iter().zip(&reached).map(|(all, reached)| all - reached).collect();
-        let stopped = FATES.iter().enumerate().map(|(at, fate)| (*fate, fates(&|all| all[at])));
-        let all = std::iter::once((NOT_REACHED, not_reached)).chain(stopped);
-        let all = all.chain([(BEHIND, fates(&|all| all[1] + all[2]))]);
-        let (mut measures, mut said) = (Vec::new(), Vec::new());
-        for (fate, counts) in all {
-            let (count, computed) = (counts.iter().sum::<u64>(), releases.computed());
-            let mut report = |what: &str, value: f64, unit: &str, interval: Interval| {
-                let rank = if fate == BEHIND { RANK_BEHIND } else { Measure::ORDINARY };
-                let worse = if fate == BEHIND { Worse::Larger } else { Worse::Neither };
-                let measure = Measure::new(format!("{name}_{fate}_{what}"), value, unit).ranked(rank, worse);
-                measures.push(Measure { interval: Some(interval), ..measure });
-            };
-            let (share, interval) = (count as f64 / computed as f64, of_share(count, computed));
-            report("share", share, "1", interval);
-            let often = releases.frequency(&counts);
-            if let Some((often, interval)) = often {
-                report(FREQUENCY, often, "1/year", interval);
-            }
-            let often = often.map_or(String::new(), |(often, _)| format!(" ({} a year)", three(often)));
-            said.push(format!("{} {} %{often}", fate.replace('_', " "), three(100.0 * share)));
-        }
-        let (energy, height) = (three(1e-3 * barrier.energy), three(barrier.height));
-        let said = said.join(", ");
-        (
-            measures,
-            format!("barrier of {energy} kJ and {height} m at the line `{name}`, of all rocks: {said}"),
-        )
-    }
+/// Names of a share of all members, and of the blocks a year for which they stand.
+fn share_of(what: &str) -> String {
+    format!("{what}_share")
+}
+
+fn frequency_of(what: &str) -> String {
+    format!("{what}_frequency")
+}
+
+/// What is counted at a line.
+fn counted(line: &ScreenLine) -> impl Iterator<Item = (&'static str, &'static [usize])> {
+    COUNTED.into_iter().take(if line.barrier.is_some() { COUNTED.len() } else { 1 })
 }
 
 /// Names of all measures of lines that have an interval.
@@ -264,13 +228,9 @@ pub fn bounded(base: &Base) -> impl Iterator<Item = String> {
     base.study.lines.iter().flat_map(move |line| {
         let quantiles = STATISTICS.iter().flat_map(|it| SHARES.map(|share| quantile_of(it.name, share)));
         let of_periods = STATISTICS.iter().flat_map(|it| PERIODS.map(|years| value_of(it.name, years)));
-        let frequencies = std::iter::once(FREQUENCY.to_owned()).chain(of_periods).filter(move |_| is_rated);
-        let at_barrier = [NOT_REACHED, BEHIND].into_iter().chain(FATES).filter(|_| line.barrier.is_some());
-        let at_barrier = at_barrier.flat_map(move |fate| {
-            let frequency = is_rated.then(|| format!("{fate}_{FREQUENCY}"));
-            [Some(format!("{fate}_share")), frequency].into_iter().flatten()
-        });
-        let all = std::iter::once(SHARE.to_owned()).chain(quantiles).chain(frequencies).chain(at_barrier);
+        let frequencies = counted(line).map(|(what, _)| frequency_of(what));
+        let rated = of_periods.chain(frequencies).filter(move |_| is_rated);
+        let all = counted(line).map(|(what, _)| share_of(what)).chain(quantiles).chain(rated);
         all.map(|what| format!("{}_{what}", line.name))
     })
 }
@@ -279,11 +239,7 @@ pub fn bounded(base: &Base) -> impl Iterator<Item = String> {
 pub fn measures(base: &Base, all: All) -> io::Result<Vec<Measure>> {
     let (passing, releases) = gather(base, all, &mut |_, _| Ok(()))?;
     let lines = base.study.lines.iter().zip(&passing).filter(|_| releases.computed() > 0);
-    let of = |(line, passing): (&ScreenLine, &Passing)| {
-        let barrier = line.barrier.map(|barrier| passing.behind(&line.name, &barrier, &releases).0);
-        [passing.measures(&line.name, &releases).0, barrier.unwrap_or_default()].concat()
-    };
-    Ok(lines.flat_map(of).collect())
+    Ok(lines.flat_map(|(line, passing)| passing.measures(line, &releases).0).collect())
 }
 
 /// Write tables and curves of all lines; add their measures.
@@ -298,11 +254,8 @@ pub fn write(base: &Base, dir: &Path, all: All, study: &Reliability, found: &mut
         gather(base, all, &mut |line, row| Ok(tables[line].write_record(columns.row(row))?))?;
     let computed = releases.computed();
     tables.iter_mut().try_for_each(|table| table.flush())?;
-    if let Some(without) =
-        releases.computed.iter().position(|n| *n == 0).filter(|_| base.study.rates().is_some())
-    {
-        let release = &base.study.releases[without].name;
-        let what = format!("frequencies at lines absent: no member of the release `{release}` was computed");
+    if releases.rates.is_none() && base.study.rates().is_some() {
+        let what = "frequencies absent: there is a release of which no member was computed";
         found.warnings.push(Diagnostic::warning(code::ABSENT_MEASURE, what));
     }
     for (line, passing) in base.study.lines.iter().zip(passing) {
@@ -313,13 +266,11 @@ pub fn write(base: &Base, dir: &Path, all: All, study: &Reliability, found: &mut
             warn(code::ABSENT_MEASURE, what);
             continue;
         }
-        let (measures, absent) = passing.measures(name, &releases);
+        let (measures, absent) = passing.measures(line, &releases);
         found.measures.extend(measures);
-        found.sentences.extend(said_of(name, &absent));
-        if let Some(barrier) = &line.barrier {
-            let (measures, sentence) = passing.behind(name, barrier, &releases);
-            found.measures.extend(measures);
-            found.sentences.push(sentence);
+        if !absent.is_empty() {
+            let why = "rocks come less often, or it lies above the largest value that was found";
+            found.sentences.push(format!("absent at the line `{name}`: {}: {why}", absent.join(", ")));
         }
         if passing.masses.is_empty() {
             let what = format!("quantiles at the line `{name}` absent: none of {computed} rocks passes it");
@@ -356,29 +307,15 @@ const EXCEEDED: [&str; 6] = [
     "share_of_all_high",
 ];
 
-/// Which values of return periods are not known at the line `name`, by the reason.
-fn said_of(name: &str, absent: &[(String, &'static str)]) -> Vec<String> {
-    let mut said: Vec<(&str, String)> = Vec::new();
-    for (what, why) in absent {
-        match said.iter_mut().find(|(known, _)| known == why) {
-            Some((_, all)) => *all += &format!(", {what}"),
-            None => said.push((why, what.clone())),
-        }
-    }
-    said.into_iter().map(|(why, all)| format!("absent at the line `{name}`: {all}: {why}")).collect()
-}
-
 /// How often each value is reached or exceeded, of the members that pass and of all; with blocks a year also how often in a year.
 fn exceedance(path: &Path, passing: &Passing, releases: &Releases) -> io::Result<()> {
     let (largest, computed) = (&passing.largest, releases.computed());
     let mut table = csv::Writer::from_writer(files::create(path)?);
     let names = STATISTICS.iter().map(|it| column(it.name, it.unit));
-    let sources: [Vec<Source>; STATISTICS.len()] = std::array::from_fn(|at| passing.sources(at, releases));
-    let rated = STATISTICS.iter().zip(&sources).filter(|(_, sources)| !sources.is_empty());
-    let frequencies = rated.flat_map(|(it, _)| {
-        let often = format!("{}_{FREQUENCY}_per_year", it.name);
-        let period = format!("{}_return_period_years", it.name);
-        ["", "_low", "_high"].map(|end| format!("{often}{end}")).into_iter().chain([period])
+    let sources = passing.sources(releases);
+    let frequencies = STATISTICS.iter().zip(&sources).flat_map(|(Statistic { name, .. }, _)| {
+        ["frequency_per_year", "frequency_per_year_low", "frequency_per_year_high", "return_period_years"]
+            .map(|what| format!("{name}_{what}"))
     });
     table.write_record(EXCEEDED.map(String::from).into_iter().chain(names).chain(frequencies))?;
     let count = largest[0].len();
@@ -392,12 +329,10 @@ fn exceedance(path: &Path, passing: &Passing, releases: &Releases) -> io::Result
         // Of a quantity that is not known of all members there are fewer values.
         let value = |values: &Vec<f64>| values.len().checked_sub(reached).map(|at| values[at]);
         let values = largest.iter().map(|values| text(value(values)));
-        let rated = largest.iter().zip(&sources).filter(|(_, sources)| !sources.is_empty());
-        let frequencies = rated.flat_map(|(values, sources)| {
+        let frequencies = largest.iter().zip(&sources).flat_map(|(values, sources)| {
             let of = value(values).map(|value| reaching(sources, value));
-            let often = of.map(|(often, _)| often);
-            let [low, high] = [of.and_then(|(_, it)| it.low), of.and_then(|(_, it)| it.high)];
-            [often, low, high, often.map(f64::recip)].map(text)
+            let of = of.map(|(often, of)| [Some(often), of.low, of.high, Some(often.recip())]);
+            of.unwrap_or_default().map(text)
         });
         table.write_record(shares.chain(values).chain(frequencies))?;
     }

@@ -84,12 +84,8 @@ pub fn write(base: &Base, grid: &Grid, system: &System, dir: &Path, all: All) ->
     // Of a release without a member nothing is known.
     if !rated.is_empty() && rated.iter().all(|(_, members, _)| *members > 0) {
         let part = |cell: usize| {
-            let one = move |(rate, all, count): &(f64, u64, Vec<u32>)| Part {
-                per_year: *rate,
-                count: count[cell].into(),
-                all: *all,
-            };
-            of_frequency(rated.iter().map(one))
+            let all = rated.iter().map(|(rate, all, count)| (*rate, *all, count[cell].into()));
+            of_frequency(all.map(|(rate, all, count)| Part { rate, count, all }))
         };
         let often = known(&|cell| part(cell).0 as f32);
         put("frequency", "rocks passing in a year".into(), None, Scale::Log, &often)?;
