@@ -77,9 +77,8 @@ pub struct Release {
     #[serde(default)]
     pub height: f64,
     /// Distributions of this release that go before those of `[vary]`, which has the same keys for all others; not `shape`.
-    #[serde(default)]
     #[schemars(with = "Option<Map<String, Value>>")]
-    pub vary: toml::Table,
+    pub vary: Option<toml::Table>,
 }
 
 /// The geometry of a release.
@@ -155,7 +154,8 @@ pub struct ScreenLine {
     pub points: Coordinates,
     /// What a barrier there must be able to do.
     pub design: Option<Design>,
-    /// What a barrier there stops, in shares and, with `blocks_per_year`, in blocks a year.
+    /// What a barrier there stops, by the first crossing of each member, in shares and, with `blocks_per_year`, in blocks a year. Members
+    /// are not stopped in the fall itself.
     pub barrier: Option<Capacity>,
 }
 
@@ -211,7 +211,8 @@ impl StudySettings {
         }
         let (all, turned) = variables(study)?;
         let own = releases.iter().enumerate();
-        let own = own.map(|(at, it)| of_release(&all, &it.vary, &format!("release.{at}.vary"), study));
+        let own =
+            own.map(|(at, it)| of_release(&all, it.vary.as_ref(), &format!("release.{at}.vary"), study));
         let variables = own.collect::<Result<_, _>>()?;
         let most_failed: f64 = study.read("most_failed")?.unwrap_or(0.01);
         if !(0.0..=1.0).contains(&most_failed) {
@@ -250,9 +251,9 @@ impl StudySettings {
 
     /// A release of each set of distributions.
     pub fn variants(&self) -> Vec<usize> {
-        let shared = self.releases.iter().position(|release| release.vary.is_empty());
+        let shared = self.releases.iter().position(|release| release.vary.is_none());
         (0..self.releases.len())
-            .filter(|at| !self.releases[*at].vary.is_empty() || shared == Some(*at))
+            .filter(|at| self.releases[*at].vary.is_some() || shared == Some(*at))
             .collect()
     }
 

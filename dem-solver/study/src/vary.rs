@@ -125,11 +125,11 @@ pub fn variables(study: &Scene) -> Result<(Vec<Variable>, bool), Diagnostic> {
 /// What varies at a release: its own distributions, which stand at `key`, go before those of `all`.
 pub fn of_release(
     all: &[Variable],
-    own: &toml::Table,
+    own: Option<&toml::Table>,
     key: &str,
     study: &Scene,
 ) -> Result<Vec<Variable>, Diagnostic> {
-    let own = all_of(own, key, study)?;
+    let own = own.map_or(Ok(Vec::new()), |own| all_of(own, key, study))?;
     let of = |variable: &Variable| own.iter().find(|it| it.name == variable.name).unwrap_or(variable).clone();
     let found: Vec<Variable> = all.iter().map(of).collect();
     match own.iter().find(|it| it.quantity == Quantity::Shape || !found.contains(it)) {
