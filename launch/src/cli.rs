@@ -53,7 +53,7 @@ enum Command {
     /// has the table of all settings, the front and lines to copy; `trade.csv` has all runs, `trade.svg` shows error over cost.
     /// Exit codes: 0 done; 1 interrupted, or nothing to compare with; 2 bad input.
     Trade(trade::Arguments),
-    /// Test a barrier as for its approval (EAD 340059-00-0106): SEL 1, SEL 2, MEL, each criterion with its number, pass or fail
+    /// Run a barrier kit through its approval tests (EAD 340059-00-0106): SEL 1, SEL 2, MEL, each criterion with its number, pass or fail
     ///
     /// The launches are made at a vertical site, then again with what is uncertain varied, one thing at a time. Runs are kept: after
     /// Ctrl-C the same command goes on. `approval.json` and `approval.csv` of its directory have all numbers.

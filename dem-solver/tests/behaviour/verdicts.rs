@@ -384,3 +384,26 @@ fn a_ball_that_loses_contact_behind_a_net_that_runs_ahead_has_not_passed() {
     assert!(contacts == 0.0 && bench.position().x > 0.1 && bench.velocity().x > 5.0, "in flight, net ahead");
     end.says("was still being stopped");
 }
+
+/// A torn net that a ball has thrown back over itself lies behind it, along the impact direction; but the ball has rebounded.
+#[test]
+fn a_ball_that_rebounds_has_not_passed_whatever_the_net_does_then() {
+    let rock = "position = [-0.15, 0.0, 0.0]\nvelocity = [10.0, 0.0, 0.0]";
+    let setup = Setup::new(scene(0.0, rock, "restitution = 0.5"), upright(fixed_plane(2.0, 4)));
+    let mut bench = Setup { broken: true, ..setup }.build();
+    // Up and away, then back past the ball.
+    let moved = |t: f64| {
+        Vector3::z() * (200.0 * (t - 0.03).clamp(0.0, 0.02))
+            - Vector3::x() * (100.0 * (t - 0.05).clamp(0.0, 0.03))
+    };
+    while bench.time < 0.3 {
+        let t = bench.time;
+        bench.displace(0, |_, _| moved(t));
+        bench.displace(1, |_, _| moved(t + 1e-3));
+        bench.advance(1e-3);
+    }
+    assert!(bench.velocity().x < -3.0 && bench.position().x > -3.0 + 0.1, "{}", bench.position());
+    let end = End::of(&mut bench);
+    assert_eq!(end.fate, Fate::Rebounded);
+    assert!(end.value("rebound_speed") > 3.0);
+}

@@ -111,8 +111,6 @@ pub struct Surroundings<'a> {
     pub extent: f64,
     /// Largest distance of a node of one of its elements from the first one of it [m]; 0 without elements.
     pub size: f64,
-    /// Largest perimeter of the nodes of one of its elements [m].
-    pub perimeter: f64,
     /// The part with the largest prestress that has a node in common with it, and that prestress [N].
     pub pulled: &'a dyn Fn() -> Option<(&'a str, f64)>,
 }

@@ -26,7 +26,7 @@ use super::ring::places;
 use super::segment::{Segment, add_pair, add_vector};
 use super::{Answer, Constants, Element, Energy, Slack};
 use crate::element::ring;
-use interface_defs::diagnostic::{Diagnostic, code};
+use interface_defs::diagnostic::Diagnostic;
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::PI;
 
@@ -279,10 +279,6 @@ const YIELD_STRESS: f64 = 1.7e9;
 /// Share of the strength where a contact turns a strand by 90 degrees: five rings, 5, 7 and 9 turns (same source).
 const AT_90: f64 = 0.55;
 
-/// How much longer than its wire the perimeter of its contacts may be, before they are refused: 3 mm of a ring of 300 mm, a wire's
-/// thickness, which is less than the catalogue's diameter says of a bundle of some 10 mm.
-const FITS: f64 = 1.01;
-
 fn young() -> f64 {
     1.5e11
 }
@@ -364,26 +360,26 @@ impl PartSettings for WireRingPart {
         let side = |i: usize| cell.positions[nodes[(i + 1) % nodes.len()]] - cell.positions[nodes[i]];
         let spans: Vec<_> = (0..nodes.len()).map(side).collect();
         let polygon: f64 = spans.iter().map(Vector3::norm).sum();
-        if polygon > FITS * PI * self.diameter {
-            let [wire, widest] = [PI * self.diameter, polygon / PI];
-            let what =
-                format!("its wire is {wire:.4} m long, and the perimeter of its contacts {polygon:.4} m");
+        let (area, thickness, around) = (bundle.area(), bundle.thickness(), PI * self.diameter);
+        let law = Tightening::new(&bundle, nodes.len());
+        if polygon > around {
+            let what = format!(
+                "the wire of a ring is {around:.4} m long, and the perimeter of its contacts {polygon:.4} m"
+            );
+            let n = nodes.len() as f64;
+            let narrower = n * (PI / n).sin() * self.diameter / polygon;
             let hint = format!(
-                "diameter = {widest:.4}, or contacts that lie closer: cells no wider than 1.11 of it"
+                "a round ring needs cells {narrower:.2} times as wide: of its diameter, in diagonal rows of 0.71 of it"
             );
             return key.refuse("diameter", what, hint);
         }
-        let diameter = self.diameter.max(polygon / PI);
-        let bundle = Bundle { diameter, ..bundle };
-        let (area, thickness, around) = (bundle.area(), bundle.thickness(), PI * diameter);
-        let law = Tightening::new(&bundle, nodes.len());
         let ring = WireRing {
             nodes: nodes.to_vec(),
             spans,
             law,
-            oval: (bundle.first_stiffness(), 8.0 * bundle.plastic_moment() / diameter),
+            oval: (bundle.first_stiffness(), 8.0 * bundle.plastic_moment() / self.diameter),
             section: area,
-            diameter,
+            diameter: self.diameter,
             thickness,
             mass: area * around * self.density,
             radius: self.radius.unwrap_or(0.5 * thickness),
@@ -394,18 +390,6 @@ impl PartSettings for WireRingPart {
     }
 
     fn judge(&self, at: &Surroundings) -> Result<Vec<Diagnostic>, Diagnostic> {
-        let mut warnings = ring::judge_diameter(self.diameter, at)?;
-        if at.perimeter > PI * self.diameter {
-            let what = format!(
-                "rings of {} m do not quite reach round cells whose contacts have a perimeter of {:.4} m: they are taken as {:.4} m wide, \
-                 drawn tight and without force",
-                self.diameter,
-                at.perimeter,
-                at.perimeter / PI
-            );
-            let about = Diagnostic::warning(code::UNUSUAL_VALUE, what);
-            warnings.push(about.about(format!("{}.diameter", at.key.key)));
-        }
-        Ok(warnings)
+        ring::judge_diameter(self.diameter, at)
     }
 }

@@ -400,14 +400,8 @@ fn judge_parts(at: &mut Judge) -> Result<(), Diagnostic> {
             nodes.iter().map(|n| (model.nodes[*n] - model.nodes[nodes[0]]).norm()).fold(0.0, f64::max)
         });
         let size = size.fold(0.0, f64::max);
-        let perimeters = built.elements.iter().map(|e| {
-            let nodes = model.elements[*e].nodes();
-            let next = nodes.iter().cycle().skip(1);
-            nodes.iter().zip(next).map(|(a, b)| (model.nodes[*b] - model.nodes[*a]).norm()).sum()
-        });
-        let perimeter = perimeters.fold(0.0, f64::max);
         let pulled = || pulled(config, model, i);
-        warnings.extend(part.judge(&Surroundings { key: &key, extent, size, perimeter, pulled: &pulled })?);
+        warnings.extend(part.judge(&Surroundings { key: &key, extent, size, pulled: &pulled })?);
         warnings.extend(weak_axis(config, model, i));
     }
     check_rope_ends(scene, config, model)

@@ -2,7 +2,7 @@
 //!
 //! Break force and extension of the tests: Guo, Net_panel_analysis, Zenodo 6482654, whose inputs they are.
 
-use crate::common::{Run, off, scene, solver};
+use crate::common::{Run, off, solver};
 use crate::loads::refused;
 use interface_defs::message::Plan;
 
@@ -240,10 +240,9 @@ fn what_no_ring_of_wire_can_be_is_refused_where_it_stands() {
         (
             "diameter = 0.3\n",
             "diameter = 0.2\n",
-            "its wire is 0.6283 m long, and the perimeter of its contacts 0.8485 m",
+            "the wire of a ring is 0.6283 m long, and the perimeter of its contacts 0.8485 m",
         ),
-        // The contacts of a ring of 0.3 m would fit into 0.27 m, less 1 %.
-        ("diameter = 0.3\n", "diameter = 0.267\n", "diameter = 0.2701, or contacts that lie closer"),
+        ("diameter = 0.3\n", "diameter = 0.27\n", "needs cells 0.90 times as wide: of its diameter"),
         ("1.77e9", "1770.0", "pascals: 1 770 MPa is 1.77e9"),
         ("1.77e9", "1.77e9\nrupture_force = 1e5", "not by both"),
         ("1.77e9", "1.77e9\ncontact_strength = [0.3, 0.5]", "must fall from 90 to 180 degrees"),
@@ -254,20 +253,4 @@ fn what_no_ring_of_wire_can_be_is_refused_where_it_stands() {
         let message = refused(&net(&good.replacen(from, to, 1)));
         assert!(message.contains(words), "{words}: {message}");
     }
-}
-
-/// The wire of a ring of 0.2695 m is 1.9 mm shorter than the perimeter of its contacts, 0.8485 m.
-#[test]
-fn a_ring_within_one_percent_of_its_cell_is_fitted_to_it_with_a_warning_and_without_force() {
-    let tight = "diameter = 0.2695\nturns = 7\nwire_diameter = 3e-3\nstrength = 1.77e9";
-    let fitted = "diameter = 0.27008\nturns = 7\nwire_diameter = 3e-3\nstrength = 1.77e9";
-    let [tight, fitted] = [tight, fitted].map(|ring| {
-        let report = fem_solver::solver::check::check(&scene(&net(ring))).expect("fits");
-        assert!(report.warnings.iter().any(|w| w.message.contains("do not quite reach round")), "{report:?}");
-        let mut run = Run::alone(&net(ring), 1e-3);
-        run.step(1e-3, &[]);
-        (run.value("reaction_z"), run.measure("sag"))
-    });
-    // The second one is too short by some micrometres alone.
-    assert!(off(tight.0, fitted.0) < 1e-4 && off(tight.1, fitted.1) < 1e-3, "{tight:?} {fitted:?}");
 }

@@ -242,12 +242,14 @@ impl<'a> Test<'a> {
         let (height, lean) = (layout.number("height"), layout.number("lean"));
         let rise = (height * height - lean * lean).max(0.0).sqrt();
         if size > rise / 3.0 {
-            let of = [1e-3 * kit.mel, size, rise, size * (kit.density / 3000.0).cbrt()];
-            let [energy, size, rise, denser] = of.map(four);
+            // Its volume goes with the energy over density and speed squared.
+            let [most, fits] = [rise / 3.0, kit.speed * (3.0 * size / rise).powf(1.5)];
+            let of = [1e-3 * kit.mel, size, rise, most, (10.0 * fits).ceil() / 10.0];
+            let [energy, size, rise, most, fits] = of.map(four);
             let what = format!(
                 "the block of {energy} kJ has an edge of {size} m, more than a third of the height of the kit, {rise} m"
             );
-            let cure = format!("a faster block (--speed), or a denser one: {denser} m with --density 3000");
+            let cure = format!("--speed {fits}: its block has {most} m; or a higher kit");
             let place = Place::file(kit.file.display().to_string());
             return Err(Diagnostic::error(code::CONTRADICTION, what).at(place).try_instead(cure).into());
         }

@@ -173,13 +173,13 @@ impl ImpactRecord {
         }
     }
 
-    /// Whether it must be judged if the net is behind it: contact is lost, and it has moved on by its own size since
-    /// that was last asked. Its impact direction.
+    /// Whether it must be judged if the net is behind it: contact is lost, it has moved on by its own size since that was last asked, and
+    /// not back to where it came from: a net that it has thrown up lies behind a rock that rebounds, too. Its impact direction.
     pub fn is_parting(&mut self, rock: &Rock, motion: &Motion) -> Option<Vector3<f64>> {
         let (lost, impact) = (self.lost.as_mut()?, self.touch?);
-        let parting =
-            self.passed.is_none() && (motion.position - lost.judged).norm_squared() > rock.reach * rock.reach;
-        parting.then(|| {
+        let onwards = (motion.position - lost.position).dot(&impact.direction) > 0.0;
+        let moved = (motion.position - lost.judged).norm_squared() > rock.reach * rock.reach;
+        (self.passed.is_none() && onwards && moved).then(|| {
             lost.judged = motion.position;
             impact.direction
         })
