@@ -2,7 +2,6 @@
 //! behind the line is what it does without a barrier.
 
 use super::design::NUMBERS;
-use super::track::Crossing;
 use interface_defs::diagnostic::Diagnostic;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -33,12 +32,13 @@ pub const COUNTED: [(&str, &[usize]); 6] = [
     ("behind_barrier", &[1, 2]),
 ];
 
-/// Which of the [`FATES`] a member has that crosses like this. One whose height is not known is not stopped: it passes over.
-pub fn fate(barrier: Option<Capacity>, first: Option<&Crossing>) -> usize {
+/// Which of the [`FATES`] a member has that first crosses with this energy [J] and height of its centre [m]. One whose height is not
+/// known is not stopped: it passes over.
+pub fn fate(barrier: Option<Capacity>, first: Option<[f64; 2]>) -> usize {
     match (first, barrier) {
         (None, _) => 3,
-        (Some(first), Some(of)) if first.centre.is_nan() || first.centre > of.height => 2,
-        (Some(first), Some(of)) if first.energy > of.energy => 1,
+        (Some([_, centre]), Some(of)) if centre.is_nan() || centre > of.height => 2,
+        (Some([energy, _]), Some(of)) if energy > of.energy => 1,
         _ => 0,
     }
 }
@@ -61,9 +61,9 @@ mod tests {
     #[test]
     fn a_rock_is_stopped_up_to_both_bounds_and_passes_over_before_it_goes_through() {
         let barrier = Some(Capacity { energy: 1e6, height: 4.0 });
-        let of = |energy, centre| fate(barrier, Some(&Crossing { energy, centre, ..Crossing::default() }));
+        let of = |energy, centre| fate(barrier, Some([energy, centre]));
         assert_eq!([of(1e6, 4.0), of(1.01e6, 4.0)], [0, 1]);
         assert_eq!([of(1e3, 4.01), of(2e6, 4.01), of(1e3, f64::NAN)], [2; 3]);
-        assert_eq!([fate(barrier, None), fate(None, Some(&Crossing::default()))], [3, 0]);
+        assert_eq!([fate(barrier, None), fate(None, Some([0.0; 2]))], [3, 0]);
     }
 }

@@ -108,7 +108,7 @@ fn a_bounce_is_braked_by_the_weight_alone_or_by_its_own_key() {
             }
         }
         // Rolling on impact: in proportion to the key while the rim is as fast as the centre. At 10 the spin stands still, and the
-        // spring of friction throws the ball back, as it does a block.
+        // spring of friction throws the ball back as it does a block, by no more than the restitution.
         let out = |mu: f64| drop(1.0).after(&law, &format!("rolling_friction_impact = {mu:?}\n"), 0.6);
         let [none, little, twice, much] = [0.0, 0.01, 0.02, 10.0].map(out);
         println!("{name} in impacts: {none} {little} {twice} {much}");
@@ -116,7 +116,7 @@ fn a_bounce_is_braked_by_the_weight_alone_or_by_its_own_key() {
             ((none - twice) / (none - little) - 2.0).abs() < 0.05 && none - twice > 0.02,
             "{none} {little} {twice}"
         );
-        assert!(much > -0.1 && much < 0.0, "{much}");
+        assert!(much > -0.4 * 0.5 && much < 0.0, "{much}");
     }
 }
 

@@ -139,7 +139,8 @@ fn gather(base: &Base, all: All, each: Each) -> io::Result<(Vec<Passing>, Releas
                 most.iter_mut().zip(&STATISTICS).for_each(|(most, it)| *most = most.max((it.of)(crossing)));
             }
             let first = record.track.crossings.iter().find(|it| usize::from(it.line) == number);
-            passing.fates[release][fate(base.study.lines[number].barrier, first)] += 1;
+            passing.fates[release]
+                [fate(base.study.lines[number].barrier, first.map(|c| [c.energy, c.centre]))] += 1;
             let Some(most) = most else { continue };
             passing.masses.push(record.outcome.mass);
             for all in std::iter::once(&mut passing.largest).chain(passing.of_release.get_mut(release)) {

@@ -172,7 +172,7 @@ mod tests {
         let mut rock = builtin::cuboid(Vector3::repeat(1.2));
         rock.points.iter_mut().for_each(|p| *p += Vector3::new(2.6e6, 1.2e6, 500.0));
         let error = read(&as_binary(&rock), 1000).expect_err("rounded").message;
-        assert!(error.contains("2600001 by up to 0.16") && error.contains("origin near it"), "{error}");
+        assert!(error.contains("2600000 by up to 0.15") && error.contains("origin near it"), "{error}");
         assert!(read(as_text(&rock).as_bytes(), 1000).is_ok());
     }
 
