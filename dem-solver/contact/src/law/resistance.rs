@@ -3,7 +3,7 @@
 //! - Limit: `mu_r R` times the sustained load, with R of the ball of the rock's volume. That load is the weight along the mean
 //!   normal of the contacts. What it may do is saved up while the rock rolls, and spent with at most `mu_r R F` of the contact force F: in the
 //!   mean over the hops of a rough rock the moment is that of the weight, and none acts in flight.
-//! - A rock rolls while it touches, and in hops that a throw of [`HOP`] R in height would take. After a longer flight it has
+//! - A rock rolls while it touches, and in hops that a throw 1 % of R high (`HOP`) would take. After a longer flight it has
 //!   nothing saved: an impact, whose force is hundreds of times the weight, is not braked by what the ground asks of rolling.
 //! - `rolling_friction_impact` mu_i is for losses of spin in impacts: `mu_i R` times the force beyond the weight, and the share that the
 //!   speed of the rim, `w R`, has in its sum with that of the centre. So it fades as the spin does, and turns nothing round.
