@@ -125,20 +125,22 @@ impl RollingState {
     /// Resist `rock` in a step from `start` of `h` [s]: the moment on it [N m], and the energy of the spring after it [J].
     pub fn resist(&mut self, load: &RollingLoad, rock: &Roller, start: f64, h: f64) -> (Vector3<f64>, f64) {
         let (radius, gravity) = (rock.radius, rock.weight.norm() / rock.mass);
-        let weight = rock.weight.dot(&load.pressed).max(0.0) / load.pressed.norm();
+        // Squeezed from both sides alike it has no mean normal, and no weight along it.
+        let weight = rock.weight.dot(&load.pressed).max(0.0) / load.pressed.norm().max(f64::MIN_POSITIVE);
         let friction = match load.rut {
             Some(rut) => rut.arm(radius, weight) / radius,
             None => load.rolling / load.sum,
         };
         let hop = (8.0 * HOP * radius / gravity).sqrt();
         let gap = start - self.touched;
-        if gap > hop {
+        if gap > hop || gap.is_infinite() {
             *self = Self::default();
         } else {
             self.saved += self.rate * gap;
         }
         self.rate = friction * radius * weight;
-        self.saved = (self.saved + self.rate * h).min(self.rate * hop.max(h));
+        self.saved =
+            if self.rate > 0.0 { (self.saved + self.rate * h).min(self.rate * hop.max(h)) } else { 0.0 };
         self.touched = start + h;
         let limit = (friction * radius * load.sum).min(self.saved / h);
         let stiffness = friction * radius * rock.weight.norm() / THETA;
@@ -206,6 +208,20 @@ mod tests {
         // The same each 0.25 s are impacts: 8 ms of contact in all.
         let impacts = impulse(h, steps, |k| if k % 2500 < 20 { 125.0 * WEIGHT } else { 0.0 });
         assert!((impacts / limit - 0.008).abs() < 1e-3, "{impacts}");
+    }
+
+    #[test]
+    fn a_rock_squeezed_from_both_sides_alike_or_without_weight_is_not_resisted() {
+        let mut squeezed = load(&LAW, WEIGHT);
+        squeezed.add(&LAW, Vector3::z() * WEIGHT);
+        let free = Roller { weight: Vector3::zeros(), ..roller(1.0) };
+        for (load, rock) in [(squeezed, roller(1.0)), (load(&LAW, WEIGHT), free)] {
+            let mut state = RollingState::default();
+            for step in 0..3 {
+                assert_eq!(state.resist(&load, &rock, 1e-4 * f64::from(step), 1e-4), (Vector3::zeros(), 0.0));
+            }
+            assert!(state.saved == 0.0, "{state:?}");
+        }
     }
 
     #[test]
