@@ -29,8 +29,8 @@ pub struct MeshForces {
     pub node_forces: Vec<Vector3<f64>>,
     /// Stiffness [N/m] and dashpots [N s/m] of the contacts on each of these nodes, about.
     pub node_stiffness: Vec<[f64; 2]>,
-    node_velocities: Vec<Vector3<f64>>,
-    transfer: Transfer,
+    pub(super) node_velocities: Vec<Vector3<f64>>,
+    pub(super) transfer: Transfer,
     rows: Rows,
     /// The histories after the step.
     pub histories: Vec<SurfaceHistory>,
@@ -50,6 +50,9 @@ impl MeshForces {
 
     /// Find the contacts at `now` and their elastic energy; no forces.
     pub fn energy(&mut self, scene: MeshScene, now: &Motion, at: Instant) -> f64 {
+        if scene.faces.is_some() {
+            return self.energy_on_faces(scene, now, at);
+        }
         self.touch.find(&scene, now, at);
         let of = |c: &Touch| {
             let law = scene.laws.of(scene.list.elements[c.element as usize].number);
@@ -82,6 +85,26 @@ impl MeshForces {
         }
         self.node_forces.resize(scene.list.nodes.len(), Vector3::zeros());
         self.node_stiffness.resize(scene.list.nodes.len(), [0.0; 2]);
+        let mut sums = match scene.faces {
+            Some(_) => self.forces_on_faces(scene, now, h, before),
+            None => self.forces_on_spheres(scene, now, (h, fastest), before),
+        };
+        sums.turn(&self.touch.rotation);
+        sums.fastest = fastest;
+        for force in &mut self.node_forces {
+            *force = self.touch.rotation * *force;
+        }
+        sums
+    }
+
+    /// The same of contacts with the rock's spheres, which have been found; along the rock's own axes.
+    fn forces_on_spheres(
+        &mut self,
+        scene: MeshScene,
+        now: &Motion,
+        (h, fastest): (f64, f64),
+        before: &[SurfaceHistory],
+    ) -> Sums {
         if scene.laws.any(|law| law.remembers()) {
             let rotation = self.touch.rotation;
             // A node slips past the rock by at most so much in the step.
@@ -97,20 +120,20 @@ impl MeshForces {
         let mover = Mover { velocity, spin, relative_spin: spin, inertia };
         let (contacts, mut rows) = (take(&mut self.touch.contacts), take(&mut self.rows));
         let mut partner = OnMesh { scene, count, before, own: self };
-        let mut sums = forces(&mut partner, &contacts, &mover, scene.laws.laws, &mut rows, h);
+        let sums = forces(&mut partner, &contacts, &mover, scene.laws.laws, &mut rows, h);
         (self.touch.contacts, self.rows) = (contacts, rows);
-        sums.turn(&self.touch.rotation);
-        sums.fastest = fastest;
-        for force in &mut self.node_forces {
-            *force = self.touch.rotation * *force;
-        }
         sums
     }
 
     /// The first contact whose mesh has been pushed past the centres of the outer spheres: of a lattice further than
-    /// `depth` radii into the box that they span, else through the centre of its own sphere within the last `h` [s].
+    /// `depth` radii into the box that they span, else through the centre of its own sphere within the last `h` [s]; of a rock that
+    /// touches by its faces, further than by half of `1 + depth` times the distance of the nearest face from its centre.
     pub fn passed_centre(&self, scene: MeshScene, now: &Motion, h: f64, depth: f64) -> Option<&Touch> {
         let rock = scene.rock;
+        if let Some(faces) = scene.faces {
+            let most = 0.5 * (1.0 + depth) * faces.nearest;
+            return self.touch.contacts.iter().find(|contact| contact.overlap > most);
+        }
         let inside =
             |contact: &Touch| rock.holds(&(contact.centre + contact.normal * contact.distance), depth);
         let motion = self.own_motion(rock, now);
@@ -145,13 +168,13 @@ impl MeshForces {
     }
 
     /// Velocity [m/s] and angular velocity [rad/s] of the rock in its own frame.
-    fn own_motion(&self, rock: &Rock, now: &Motion) -> [Vector3<f64>; 2] {
+    pub(super) fn own_motion(&self, rock: &Rock, now: &Motion) -> [Vector3<f64>; 2] {
         let spin = self.touch.rotation.tr_mul(&now.angular_momentum).component_div(&rock.inertia);
         [self.touch.rotation.tr_mul(&now.velocity), spin]
     }
 
     /// Velocity of the rock at `arm` past the mesh's point, in the rock's own frame [m/s].
-    fn relative_velocity(
+    pub(super) fn relative_velocity(
         &self,
         [velocity, spin]: &[Vector3<f64>; 2],
         contact: &Touch,
@@ -159,6 +182,16 @@ impl MeshForces {
         arm: &Vector3<f64>,
     ) -> Vector3<f64> {
         velocity + spin.cross(arm) - point_velocity(&self.node_velocities, contact, element)
+    }
+
+    /// How far the mesh's point was displaced between two windows, in the rock's own frame [m].
+    #[inline]
+    pub(super) fn jump(&self, scene: MeshScene, contact: &Touch) -> Vector3<f64> {
+        let Some(seam) = &scene.seam else { return Vector3::zeros() };
+        let nodes = scene.list.elements[contact.element as usize].nodes;
+        let [a, b, c] = nodes.map(|n| seam.of_node(scene.list.numbers[n as usize]));
+        let [na, nb, nc] = contact.weights;
+        self.touch.rotation.tr_mul(&(a * na + b * nb + c * nc))
     }
 
     /// Velocities of the listed nodes, in the rock's own frame; their largest speed past its centre.
@@ -233,11 +266,7 @@ impl Partner for OnMesh<'_> {
 
     #[inline(always)]
     fn jump(&self, contact: &Touch) -> Vector3<f64> {
-        let Some(seam) = &self.scene.seam else { return Vector3::zeros() };
-        let number = |n: u32| self.scene.list.numbers[n as usize];
-        let [a, b, c] = self.element(contact).nodes.map(|n| seam.of_node(number(n)));
-        let [na, nb, nc] = contact.weights;
-        self.own.touch.rotation.tr_mul(&(a * na + b * nb + c * nc))
+        self.own.jump(self.scene, contact)
     }
 
     #[inline(always)]

@@ -88,6 +88,18 @@ impl ContactMesh {
         changed
     }
 
+    /// Whether it has faces.
+    pub fn has_faces(&self) -> bool {
+        self.elements.iter().any(|element| element.kind == Kind::Face)
+    }
+
+    /// Length of line number `element` at t = 0 [m].
+    #[inline]
+    pub fn length(&self, element: u32) -> f64 {
+        let [a, b, _] = self.elements[element as usize].nodes;
+        (self.nodes[b as usize] - self.nodes[a as usize]).norm()
+    }
+
     /// Find the crossings of what is whole.
     fn cross_again(&mut self) {
         if self.crossings.is_some() {

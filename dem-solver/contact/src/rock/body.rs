@@ -1,5 +1,6 @@
 //! A rigid rock: everything of it that does not change in a run.
 
+use super::faces::Faces;
 use super::motion::Motion;
 use super::placed::{PlacedSpheres, check_smallest};
 use super::solid::Solid;
@@ -49,6 +50,8 @@ pub struct Rock {
     pub largest_radius: f64,
     /// The true solid.
     pub solid: Solid,
+    /// Its faces where wires touch it by them ([`Rock::touch_by_faces`]); `None`: they touch its spheres.
+    pub faces: Option<Faces>,
     /// The error of the spheres, where making them took measuring it.
     accuracy: Option<Accuracy>,
     /// A file of the spheres for the run to read, where making them takes time ([`dem_solid::cluster::kept`]).
@@ -113,6 +116,7 @@ impl Rock {
             smallest_radius: radii().fold(f64::INFINITY, f64::min),
             largest_radius: radii().fold(0.0, f64::max),
             solid,
+            faces: None,
             accuracy,
             made,
             spheres,
@@ -158,11 +162,29 @@ impl Rock {
             smallest_radius: self.smallest_radius * factor,
             largest_radius: self.largest_radius * factor,
             solid,
+            faces: self.faces.as_ref().map(|faces| faces.scaled(factor)),
             accuracy: None,
             made: None,
             unscaled: None,
             ..self.clone()
         }
+    }
+
+    /// From now on wires touch its true surface, if that is convex and has not too many faces; else, as before, its spheres.
+    pub fn touch_by_faces(&mut self) {
+        self.faces = Faces::of(&self.solid.drawn);
+        let corners = self.faces.iter().flat_map(|faces| faces.corners());
+        for corner in corners {
+            self.lowest_corner = self.lowest_corner.inf(corner);
+            self.highest_corner = self.highest_corner.sup(corner);
+        }
+        self.reach = self.lowest_corner.abs().sup(&self.highest_corner.abs()).norm();
+    }
+
+    /// Length against which overlaps with wires, and steps past them, are measured [m]: of a rock that touches by its faces the radius of
+    /// the ball of its volume, else that of the smallest sphere.
+    pub fn radius_on_wires(&self) -> f64 {
+        if self.faces.is_some() { self.mean_radius() } else { self.smallest_radius }
     }
 
     /// Largest radius of a sphere that may be the furthest in some direction [m].
@@ -233,7 +255,12 @@ impl Rock {
     /// How far a sphere's centre has moved at most by the turn since `before` [m]: at distance r by 2 r sin(angle / 2).
     #[inline]
     pub fn turned(&self, before: &UnitQuaternion<f64>, now: &Motion) -> f64 {
-        2.0 * (before.inverse() * now.orientation).imag().norm() * self.arm
+        2.0 * (before.inverse() * now.orientation).imag().norm() * self.lever()
+    }
+
+    /// Distance of the furthest point that contact is measured from, a sphere's centre or a corner [m].
+    fn lever(&self) -> f64 {
+        if self.faces.is_some() { self.reach } else { self.arm }
     }
 
     /// Angular velocity along the axes of space [rad/s].

@@ -112,11 +112,20 @@ impl<'a> Case<'a> {
         self.too_soft(landing)
     }
 
+    /// Whether wires touch the rock's faces.
+    pub fn by_faces(&self) -> bool {
+        matches!(self.against, Against::Net) && self.rock().faces.is_some()
+    }
+
     /// Radius of what touches [m].
     pub fn radius(&self) -> f64 {
         let whole =
             self.model.wholes[self.rock].as_ref().filter(|_| matches!(self.against, Against::Terrain));
-        let own = whole.map_or(self.rock().smallest_radius, |whole| whole.radius);
+        let own = match whole {
+            Some(whole) => whole.radius,
+            None if matches!(self.against, Against::Net) => self.rock().radius_on_wires(),
+            None => self.rock().smallest_radius,
+        };
         self.pair.map_or(own, |pair| pair.smallest)
     }
 

@@ -36,17 +36,21 @@ pub fn watch(
 ) -> Result<bool, Fault> {
     let rock = case.rock();
     let speed = sums.fastest + surface_speed(rock, now);
-    case.check_stride(now, speed, LARGEST_STRIDE, "the surface moves past it")?;
+    let share = if case.by_faces() { STRIDE_OF_WHOLE } else { LARGEST_STRIDE };
+    case.check_stride(now, speed, share, "the surface moves past it")?;
     if sums.penetration <= PASSING {
         return Ok(false);
     }
     if let Some((sphere, what)) = passed(DEEPEST) {
-        let what = format!(
-            ": {what} has been pushed past the centre of sphere {sphere} (radius {:.3e} m, overlap of {:.2} radii{})",
-            rock.spheres[sphere as usize].radius,
-            sums.penetration,
-            case.modulus(", ")
-        );
+        let whose = match case.by_faces() {
+            true => format!("deep below face {sphere} of the rock (radius {:.3e} m", rock.mean_radius()),
+            false => format!(
+                "past the centre of sphere {sphere} (radius {:.3e} m",
+                rock.spheres[sphere as usize].radius
+            ),
+        };
+        let (deep, modulus) = (sums.penetration, case.modulus(", "));
+        let what = format!(": {what} has been pushed {whose}, overlap of {deep:.2} radii{modulus})");
         return Err(case.too_deep(now.velocity.norm(), &what, &case.why_too_deep(now, speed)));
     }
     Ok(passed(0.0).is_some())

@@ -258,6 +258,7 @@ impl MeshStage {
         });
         let scene = MeshScene {
             rock: &model.rocks[self.rock],
+            faces: model.rocks[self.rock].faces.as_ref(),
             laws,
             contact_mesh: view.contact_mesh,
             list: &self.pairs,

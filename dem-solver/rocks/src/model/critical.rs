@@ -14,17 +14,22 @@
 
 use super::{Model, Steps};
 use dem_contact::contact::whole_rock::Whole;
-use dem_contact::law::Law;
 use dem_contact::law::rolling::STIFFNESS;
+use dem_contact::law::{Law, restitution};
 use dem_contact::rock::Rock;
+use dem_contact::rock::faces::Faces;
 use dem_contact::settings::{DemSettings, EffectiveMass, RollingName};
 use dem_terrain::Terrain;
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::Vector3;
+use std::f64::consts::PI;
 use toolkit::scene::Scene;
 
 /// Overlap over radius beyond which contact is no small indentation.
 pub const DEEP: f64 = 0.5;
+
+/// Wires across a face whose stiffness the step must bear together.
+const WIRES: f64 = 8.0;
 
 /// Spheres of one face that a sphere of another may lie between.
 const BETWEEN: f64 = 4.0;
@@ -72,7 +77,11 @@ impl Steps {
             // With a net it is the spheres that must not pass; on terrain alone the rock.
             let whole = wholes[at].as_ref();
             let alone = whole.filter(|_| !scene.has("structure"));
-            let passing = alone.map_or(STRIDE * rock.smallest_radius, |w| STRIDE_OF_WHOLE * w.radius);
+            let passing = match alone {
+                Some(whole) => STRIDE_OF_WHOLE * whole.radius,
+                None if rock.faces.is_some() => STRIDE_OF_WHOLE * rock.mean_radius(),
+                None => STRIDE * rock.smallest_radius,
+            };
             stride = stride.min(passing / (speed * lever));
             // A rock that never moves lands nowhere, and may still be touched by a mesh.
             for law in laws.iter().flat_map(|laws| laws.of(&table.material)) {
@@ -80,8 +89,14 @@ impl Steps {
                 if let Some(whole) = whole.filter(|_| law.whole) {
                     on_mesh = on_mesh.and(steps.limit_whole(rock, whole, law, speed));
                 }
-                if alone.is_none() && law.yielding.is_none() || !law.whole {
-                    on_mesh = on_mesh.and(steps.limit(rock, law, speed));
+                match (&rock.faces, law.foundation()) {
+                    (Some(faces), Some(foundation)) => {
+                        on_mesh = on_mesh.and(steps.limit_wires(rock, faces, law, foundation));
+                    }
+                    _ if alone.is_none() && law.yielding.is_none() || !law.whole => {
+                        on_mesh = on_mesh.and(steps.limit(rock, law, speed));
+                    }
+                    _ => {}
                 }
             }
         }
@@ -169,6 +184,19 @@ impl Steps {
         self.critical = self.critical.min(critical(mode.square.sqrt(), mode.ratio));
         self.contact = self.contact.min(seat.duration);
         self.stiffness = self.stiffness.max(seat.stiffness);
+        mode
+    }
+
+    /// A rock that lands on wires by its widest face: [`WIRES`] wires as long as it.
+    fn limit_wires(&mut self, rock: &Rock, faces: &Faces, law: &Law, foundation: f64) -> Mode {
+        let stiffness = foundation * WIRES * 2.0 * faces.rim;
+        // A force at the rim turns the rock too.
+        let mobility = 1.0 / rock.mass + faces.rim * faces.rim / rock.inertia.min();
+        let ratio = law.damping.map_or(0.0, |d| restitution::as_linear(d.ratio, 2.5));
+        let mode = Mode { square: stiffness * mobility, ratio };
+        self.critical = self.critical.min(critical(mode.square.sqrt(), ratio));
+        self.contact = self.contact.min(PI * (rock.mass / stiffness).sqrt());
+        self.stiffness = self.stiffness.max(stiffness);
         mode
     }
 

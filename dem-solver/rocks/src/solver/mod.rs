@@ -38,7 +38,7 @@ use toolkit::program::Options;
 use toolkit::scene::Scene;
 
 mod partners;
-use partners::{are_apart, enclose, lay_on_terrain};
+use partners::{are_apart, enclose, lay_on_terrain, touch_by_faces};
 
 /// Most times that steps are made finer where a contact asks for it.
 const FINEST: usize = 64;
@@ -118,6 +118,7 @@ impl DemSolver {
             let noticed = Diagnostic::warning(code::MISSING_KEY, what).about("rock");
             notices.push(noticed.try_instead("add one"));
         }
+        touch_by_faces(&mut model, scene);
         model.steps = Steps::new(&model, scene)?;
         cautions.extend(gate::of_model(&model, scene)?);
         let options = options.clone();
@@ -268,6 +269,14 @@ impl DemSolver {
         let materials = [STRUCTURE.to_owned()];
         self.model.rows = rows(laws, &self.model.settings, &materials)
             .map_err(|[what, advice]| Fault::input(format!("{what}; {advice}")))?;
+        if contact_mesh.has_faces() && self.model.rocks.iter().any(|rock| rock.faces.is_some()) {
+            self.model.rocks.iter_mut().for_each(|rock| rock.faces = None);
+            let what = "the structure's mesh has faces: it touches the rock's spheres, `hertz_rock` is `hertz_mindlin` there";
+            warnings.push(Diagnostic::warning(code::TRUST, what).about("contact"));
+            self.model.steps =
+                Steps::new(&self.model, &self.scene).map_err(|refused| Fault::input(refused.to_string()))?;
+        }
+        let laws = self.model.laws.as_ref().expect("there are some");
         let yields = |n: &u16| laws.surfaces[*n as usize].yielding.is_some();
         if self.model.rows.iter().flatten().any(yields) {
             return Err(Fault::input(

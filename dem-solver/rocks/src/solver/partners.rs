@@ -6,6 +6,7 @@ use crate::model::state::State;
 use crate::model::{Model, name_of};
 use dem_contact::contact::broad_phase::cell_grid::Plane;
 use dem_contact::law::table::Laws;
+use dem_contact::settings::STRUCTURE;
 use dem_terrain::Terrain;
 use interface_defs::diagnostic::Diagnostic;
 use toolkit::scene::Scene;
@@ -38,6 +39,17 @@ pub(super) fn lay_on_terrain(
         ground.continuous = continuous;
         why
     }))
+}
+
+/// Let wires touch the faces of the rocks whose law with the structure is that of the rock as a whole.
+pub(super) fn touch_by_faces(model: &mut Model, scene: &Scene) {
+    let Some(laws) = model.laws.as_ref().filter(|_| scene.has("structure")) else { return };
+    for (rock, table) in model.rocks.iter_mut().zip(&model.settings.rocks) {
+        let law = laws.number(&table.material, STRUCTURE).map(|number| &laws.surfaces[number]);
+        if law.is_some_and(|law| law.foundation().is_some()) {
+            rock.touch_by_faces();
+        }
+    }
 }
 
 /// The laws of a scene whose table `key` needs one.

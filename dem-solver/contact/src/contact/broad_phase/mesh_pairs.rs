@@ -15,6 +15,8 @@ use serde::{Deserialize, Serialize};
 
 /// Skin as a share of the smallest radius. Wider: fewer searches, more pairs that do not touch.
 const SKIN: f64 = 0.3;
+/// Of a rock that touches by its faces: the same share of so much of its radius.
+const THIN: f64 = 0.3;
 
 /// A sphere and an element that may touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -107,7 +109,7 @@ impl MeshPairs {
             elements: Vec::with_capacity(contact_mesh.elements.len()),
             nodes: Vec::with_capacity(nodes),
             numbers: Vec::with_capacity(nodes),
-            skin: SKIN * rock.smallest_radius,
+            skin: SKIN * if rock.faces.is_some() { THIN * rock.mean_radius() } else { rock.smallest_radius },
             relative: Vec::with_capacity(nodes),
             slack: vec![0.0; segments + 1],
             place: vec![u32::MAX; nodes],
@@ -206,17 +208,24 @@ impl MeshPairs {
             let place = self.elements.len() as u32;
             let before = self.pairs.len();
             let pairs = &mut self.pairs;
-            tree.near(&lowest, &highest, |sphere| {
-                let ball = &rock.spheres[sphere as usize];
-                let closest = match it.kind {
-                    Kind::Face => on_face(&ball.centre, [&a, &b, &c]),
-                    Kind::Line | Kind::Point => on_line(&ball.centre, &a, &edge, inverse),
-                };
-                let limit = ball.radius + grow;
-                if closest.to_point.norm_squared() <= limit * limit {
-                    pairs.push(MeshPair { sphere, element: place });
+            if let Some(faces) = &rock.faces {
+                // One pair says that the element is near.
+                if !faces.is_beside([&a, &b], grow) {
+                    pairs.push(MeshPair { sphere: 0, element: place });
                 }
-            });
+            } else {
+                tree.near(&lowest, &highest, |sphere| {
+                    let ball = &rock.spheres[sphere as usize];
+                    let closest = match it.kind {
+                        Kind::Face => on_face(&ball.centre, [&a, &b, &c]),
+                        Kind::Line | Kind::Point => on_line(&ball.centre, &a, &edge, inverse),
+                    };
+                    let limit = ball.radius + grow;
+                    if closest.to_point.norm_squared() <= limit * limit {
+                        pairs.push(MeshPair { sphere, element: place });
+                    }
+                });
+            }
             if self.pairs.len() > before {
                 let nodes = element.nodes.map(|n| self.place_of(n, near));
                 let number = element.number;

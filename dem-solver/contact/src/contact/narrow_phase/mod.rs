@@ -1,9 +1,11 @@
 //! Closest points of the pairs of a list, and which of several that one sphere touches are contacts.
 //!
 //! - [`sphere_mesh`]: spheres and elements of the interface mesh
+//! - [`line_in_faces`]: lines in a rock that is a convex polyhedron
 //! - [`selection`]: which of several closest points are contacts; [`faces`]: without a jump over edges
 
 pub mod faces;
+pub mod line_in_faces;
 pub mod selection;
 pub mod sphere_mesh;
 

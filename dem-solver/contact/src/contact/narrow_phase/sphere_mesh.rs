@@ -5,11 +5,14 @@ use crate::contact::broad_phase::mesh_elements::inverse_square;
 use crate::contact::broad_phase::mesh_pairs::{Instant, MeshPair, MeshPairs};
 use crate::contact::narrow_phase::Touch;
 use crate::contact::narrow_phase::faces::Faces;
+use crate::contact::narrow_phase::line_in_faces::patches as patches_of;
 use crate::contact::narrow_phase::selection::keep_contacts;
 use crate::interface_mesh::crossings::Crossings;
 use crate::interface_mesh::motion::{NodeMotion, Seam};
 use crate::interface_mesh::{ContactMesh, Kind};
+use crate::law::normal::Load;
 use crate::law::table::SurfaceLaws;
+use crate::rock::faces::Faces as RockFaces;
 use crate::rock::{Motion, Rock};
 use dem_solid::geometry::closest::{Feature, on_face, on_line};
 use dem_solid::geometry::sphere::Sphere;
@@ -20,6 +23,8 @@ use nalgebra::{Matrix3, Vector3};
 pub struct MeshScene<'a> {
     /// The rock.
     pub rock: &'a Rock,
+    /// Its faces, where the mesh touches them and not its spheres.
+    pub faces: Option<&'a RockFaces>,
     /// The laws of its contacts.
     pub laws: SurfaceLaws<'a>,
     /// What it touches.
@@ -65,11 +70,15 @@ pub struct MeshContacts {
     pub rotation: Matrix3<f64>,
     /// The contacts, by sphere, in the order in which `selection` keeps them.
     pub contacts: Vec<Touch>,
+    /// Of contacts with the rock's faces: their elastic loads.
+    pub loads: Vec<Load>,
     nodes: Vec<Vector3<f64>>,
     segments: Vec<Segment>,
     corners: Vec<Corner>,
     spare: Vec<Touch>,
     faces: Faces,
+    below: Vec<[f64; 2]>,
+    patches: Vec<(Touch, Load)>,
 }
 
 impl MeshContacts {
@@ -84,10 +93,15 @@ impl MeshContacts {
     pub fn find(&mut self, scene: &MeshScene, now: &Motion, at: Instant) {
         let list = scene.list;
         self.contacts.clear();
+        self.loads.clear();
         if list.pairs.is_empty() {
             return;
         }
         self.see(list, scene.motion, now, at);
+        if let Some(faces) = scene.faces {
+            self.find_on_faces(scene, faces);
+            return;
+        }
         let mut rest = &list.pairs[..];
         while let Some(&MeshPair { sphere: number, .. }) = rest.first() {
             let sphere = &scene.rock.spheres[number as usize];
@@ -105,6 +119,50 @@ impl MeshContacts {
                 self.contacts.truncate(first + kept);
             }
         }
+    }
+
+    /// The patches in which lines, and points, lie below the faces of a rock, by face, then element.
+    fn find_on_faces(&mut self, scene: &MeshScene, faces: &RockFaces) {
+        self.patches.clear();
+        for (place, element) in (0..).zip(&scene.list.elements) {
+            let law = scene.laws.of(element.number);
+            // Over the length at t = 0: it does not change, and so neither does the energy by it.
+            let stiffness = law.foundation().unwrap_or_default() * scene.contact_mesh.length(element.number);
+            let size = scene.rock.mean_radius();
+            let Segment { start, edge, radius, .. } = self.segments[place as usize];
+            let patches = &mut self.patches;
+            patches_of(&faces.planes, [&start, &edge], radius, &mut self.below, |patch| {
+                let (load, at) = match element.kind {
+                    Kind::Point => (law.normal.load(size, patch.depths[0]), 0.0),
+                    _ => patch.load(stiffness),
+                };
+                let normal = faces.planes[patch.face as usize].normal;
+                let point = start + edge * at;
+                // From the plane through the centre of mass on.
+                let distance = normal.dot(&point);
+                let touch = Touch {
+                    normal,
+                    distance,
+                    overlap: patch.depths[0].max(patch.depths[1]),
+                    centre: point - normal * distance,
+                    radius: size,
+                    thickness: radius,
+                    weights: [1.0 - at, at, 0.0],
+                    share: 1.0,
+                    sphere: patch.face,
+                    element: place,
+                    key: element.number,
+                    feature: Feature::Face,
+                };
+                // Too little for a number: nothing.
+                if load.energy > f64::MIN_POSITIVE {
+                    patches.push((touch, load));
+                }
+            });
+        }
+        self.patches.sort_unstable_by_key(|(touch, _)| (touch.sphere, touch.element));
+        self.contacts.extend(self.patches.iter().map(|(touch, _)| *touch));
+        self.loads.extend(self.patches.iter().map(|(_, load)| *load));
     }
 
     /// Make of the candidates from `first` on contacts that are continuous at the nodes of wires and at the edges of faces.

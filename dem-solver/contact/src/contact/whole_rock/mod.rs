@@ -17,6 +17,7 @@
 //! Comput. Methods Appl. Mech. Engrg. 373, 113454; there the stiffness of a face is infinite at the first touch.
 
 pub mod terrain;
+pub mod wires;
 
 use crate::law::Law;
 use crate::law::yielding;

@@ -35,6 +35,10 @@ impl NormalLaw for Hertz {
         (0.5 * mass * speed * speed * 15.0 / (8.0 * self.modulus * radius.sqrt())).powf(0.4)
     }
 
+    fn modulus(&self) -> Option<f64> {
+        Some(self.modulus)
+    }
+
     fn describe(&self) -> String {
         format!("Hertz contact, E* = {:.4e} Pa", self.modulus)
     }

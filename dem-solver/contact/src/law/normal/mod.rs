@@ -195,6 +195,11 @@ pub trait NormalLaw {
         (deepest, self.powers().rebound * deepest / speed)
     }
 
+    /// Its modulus E* [Pa], of a law by Hertz.
+    fn modulus(&self) -> Option<f64> {
+        None
+    }
+
     /// How its restitution depends on the impact, where it gives way and remembers it.
     fn rule(&self) -> Option<Rule> {
         None
