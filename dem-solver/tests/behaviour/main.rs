@@ -23,6 +23,7 @@ mod sampled;
 mod shapes;
 mod solids;
 mod verdicts;
+mod whole;
 mod wires;
 
 use toolkit::alloc::CountingAllocator;

@@ -17,6 +17,7 @@ const LAWS: [(&str, &str); 4] = [
 
 /// A ball of 0.5 m on `t.obj`: one sphere, or `spheres` of 0.95 R that fill it up to bumps of some 0.1 %.
 struct Ball {
+    radius: f64,
     spheres: usize,
     slope: f64,
     /// Of its lowest point over the plane.
@@ -27,16 +28,16 @@ struct Ball {
 
 impl Ball {
     fn rolling(spheres: usize, slope: f64, speed: f64) -> Self {
-        Self { spheres, slope, height: 0.0, speed, spin: speed / RADIUS }
+        Self { radius: RADIUS, spheres, slope, height: 0.0, speed, spin: speed / RADIUS }
     }
 
     fn bench(&self, law: &str, more: &str) -> Bench {
         let (sin, cos) = self.slope.to_radians().sin_cos();
-        let up = RADIUS + self.height;
+        let (radius, up) = (self.radius, self.radius + self.height);
         let shape = if self.spheres == 1 {
-            format!("shape = {{ type = \"sphere\", radius = {RADIUS} }}")
+            format!("shape = {{ type = \"sphere\", radius = {radius} }}")
         } else {
-            "shape = { type = \"sphere\", radius = 0.5 }\ncluster = { file = \"ball.txt\" }".into()
+            format!("shape = {{ type = \"sphere\", radius = {radius} }}\ncluster = {{ file = \"ball.txt\" }}")
         };
         let text = format!(
             "end_time = 20.0\ngravity = [0.0, 0.0, {:?}]\n[[rock]]\nposition = [{:?}, 0.0, {:?}]\nvelocity = [{:?}, 0.0, {:?}]\n\
@@ -55,8 +56,8 @@ impl Ball {
     fn text(&self) -> String {
         let mut text = String::new();
         for k in 0..self.spheres {
-            let at = direction(k, self.spheres) * (0.05 * RADIUS);
-            let _ = writeln!(text, "{:?} {:?} {:?} {:?}", at.x, at.y, at.z, 0.95 * RADIUS);
+            let at = direction(k, self.spheres) * (0.05 * self.radius);
+            let _ = writeln!(text, "{:?} {:?} {:?} {:?}", at.x, at.y, at.z, 0.95 * self.radius);
         }
         text
     }
@@ -76,8 +77,8 @@ impl Ball {
 #[test]
 fn a_rolling_ball_slows_down_alike_whatever_its_spheres_law_kind_and_step() {
     for (name, law) in LAWS {
-        for spheres in [1, 64, 1000] {
-            let ball = Ball::rolling(spheres, 0.0, 3.0);
+        for (spheres, radius) in [(1, RADIUS), (64, RADIUS), (1000, RADIUS), (4000, 0.25)] {
+            let ball = Ball { radius, spin: 3.0 / radius, ..Ball::rolling(spheres, 0.0, 3.0) };
             let without = ball.after(law, "", 2.0);
             for more in ["", "rolling = \"spring\"\n", "rolling = \"spring\"\nrolling_damping = 0.0\n"] {
                 let after = ball.after(law, &format!("rolling_friction = {MU}\n{more}"), 2.0);

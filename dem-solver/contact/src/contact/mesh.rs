@@ -20,6 +20,21 @@ use crate::rock::{Motion, Rock};
 use nalgebra::Vector3;
 use std::mem::take;
 
+/// The dashpot of a wire below a face of the rock.
+#[derive(Debug, Clone, Copy)]
+pub struct Dashpot {
+    /// Velocity of the rock past the wire [m/s], and its part along the normal.
+    pub velocity: Vector3<f64>,
+    /// See there [m/s].
+    pub rate: f64,
+    /// Mass that it acts on [kg].
+    pub mass: f64,
+    /// Coefficient [N s/m], and what of it acts on the rate of the rock.
+    pub coefficient: f64,
+    /// See there [N s/m].
+    pub of_rock: f64,
+}
+
 /// What evaluates contacts: buffers that are used again and again.
 #[derive(Debug, Clone, Default)]
 pub struct MeshForces {
@@ -32,6 +47,8 @@ pub struct MeshForces {
     pub(super) node_velocities: Vec<Vector3<f64>>,
     pub(super) transfer: Transfer,
     rows: Rows,
+    /// Of contacts with the rock's faces.
+    pub(super) dashpots: Vec<Dashpot>,
     /// The histories after the step.
     pub histories: Vec<SurfaceHistory>,
 }

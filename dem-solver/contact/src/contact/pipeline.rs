@@ -215,6 +215,21 @@ impl Sums {
         force
     }
 
+    /// Add those with another partner.
+    pub fn add_all(&mut self, other: &Self) {
+        self.force += other.force;
+        self.torque += other.torque;
+        self.elastic += other.elastic;
+        self.damping_power += other.damping_power;
+        self.friction_power += other.friction_power;
+        self.tangential_energy += other.tangential_energy;
+        self.jump_energy += other.jump_energy;
+        self.yielded += other.yielded;
+        self.rolling.add_all(&other.rolling);
+        self.penetration = self.penetration.max(other.penetration);
+        self.fastest = self.fastest.max(other.fastest);
+    }
+
     /// Turn force and torque by `rotation` to another frame.
     pub fn turn(&mut self, rotation: &Matrix3<f64>) {
         self.force = rotation * self.force;

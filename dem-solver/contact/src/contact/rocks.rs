@@ -11,6 +11,7 @@
 
 use super::broad_phase::rock_pairs::Pose;
 use super::pipeline::{Mover, Partner, Rows, Site, Sums, forces};
+use super::whole_rock::rocks::{Shared, TwoWholes};
 use crate::law::Law;
 use crate::law::contact_point::History;
 use crate::rock::{Motion, Rock};
@@ -39,6 +40,8 @@ pub struct RockPair<'a> {
     pub motions: [&'a Motion; 2],
     /// Their law.
     pub law: &'a Law,
+    /// What they need where they touch as wholes.
+    pub wholes: Option<TwoWholes<'a>>,
     /// Pairs of spheres that may touch, ascending.
     pub pairs: &'a [[u32; 2]],
 }
@@ -70,6 +73,7 @@ struct RockContact {
 pub struct RockForces {
     contacts: Vec<RockContact>,
     rows: Rows,
+    weights: Vec<f64>,
 }
 
 impl RockForces {
@@ -77,6 +81,7 @@ impl RockForces {
     pub fn reserve(&mut self, contacts: usize) {
         self.contacts.reserve(contacts);
         self.rows.reserve(contacts);
+        self.weights.reserve(contacts);
     }
 
     fn find(&mut self, two: &RockPair, pose: &Pose, turn: &Matrix3<f64>) {
@@ -100,6 +105,12 @@ impl RockForces {
     /// Elastic energy of the contacts [J], their number, and the largest overlap over the smaller radius; no forces.
     pub fn energy(&mut self, two: &RockPair, pose: &Pose) -> (f64, usize, f64) {
         self.find(two, pose, &pose.rotation());
+        if let Some(wholes) = &two.wholes {
+            let overlap = wholes.equivalent(self.contacts.iter().map(|c| (c.spheres, c.overlap)));
+            let deepest = self.contacts.iter().map(|c| c.overlap).fold(0.0, f64::max);
+            let energy = two.law.normal.load(wholes.radius(), overlap).energy;
+            return (energy, self.contacts.len(), deepest / wholes.smaller());
+        }
         let (mut energy, mut deepest) = (0.0, 0.0_f64);
         for contact in &self.contacts {
             let [effective, smaller] = radii(two, contact);
@@ -140,7 +151,33 @@ impl RockForces {
         let torque = Vector3::zeros();
         let mut partner = OtherRock { two, pose, to_space, other_spin, dashpot, before, after, torque };
         let laws = std::slice::from_ref(two.law);
-        let mut first = forces(&mut partner, &self.contacts, &mover, laws, &mut self.rows, h);
+        let mut first = match &two.wholes {
+            None => forces(&mut partner, &self.contacts, &mover, laws, &mut self.rows, h),
+            Some(wholes) => {
+                let overlap = wholes.equivalent(self.contacts.iter().map(|c| (c.spheres, c.overlap)));
+                self.weights.clear();
+                self.weights
+                    .extend(self.contacts.iter().map(|c| wholes.weight(c.spheres, c.overlap, overlap)));
+                let mobility = |push: &Vector3<f64>, torque: &Vector3<f64>| {
+                    let others = turn.tr_mul(&(torque - pose.position.cross(push)));
+                    let turned =
+                        |torque: &Vector3<f64>, rock: &Rock| torque.dot(&torque.component_div(&rock.inertia));
+                    push.norm_squared() / reduced + turned(torque, a) + turned(&others, b)
+                };
+                // Too little for a number: nothing.
+                match overlap > f64::MIN_POSITIVE {
+                    true => Shared { overlap, radius: wholes.radius(), weights: &self.weights }.forces(
+                        &mut partner,
+                        &self.contacts,
+                        &mover,
+                        two.law,
+                        mobility,
+                        h,
+                    ),
+                    false => Sums::default(),
+                }
+            }
+        };
         first.fastest = fastest;
         let torque = to_space * partner.torque;
         first.turn(&to_space);
@@ -173,7 +210,10 @@ impl Partner for OtherRock<'_> {
 
     #[inline]
     fn site(&self, contact: &RockContact) -> Site {
-        let [radius, smaller] = radii(self.two, contact);
+        let [radius, mut smaller] = radii(self.two, contact);
+        if let Some(wholes) = &self.two.wholes {
+            smaller = wholes.smaller();
+        }
         let (normal, overlap, arm) = (contact.normal, contact.overlap, contact.point);
         Site { normal, overlap, radius, smaller, arm, weight: 1.0 }
     }

@@ -52,7 +52,7 @@ pub enum PartnerKind {
 pub struct Law {
     /// Elastic force along the normal.
     pub normal: Normal,
-    /// On terrain: of the rock as a whole ([`crate::contact::whole_rock`]).
+    /// Of the rock as a whole ([`crate::contact::whole_rock`]).
     pub whole: bool,
     /// Dashpot; `None`: elastic.
     pub damping: Option<Damping>,
@@ -105,16 +105,16 @@ impl Law {
             damping: settings.rolling_damping.unwrap_or(0.0),
             stiffening: normal.stiffening(),
         });
-        let whole = settings.is_of_rock() && partner == PartnerKind::Surface;
+        let whole = settings.is_of_rock();
         let growing = settings.friction_max.map(|most| Growing {
             most,
             growth: settings.friction_growth.expect("checked: beside friction_max"),
             relaxation: settings.friction_relaxation.expect("checked: beside friction_max"),
         });
-        let scarring = settings.scarring_drag.filter(|_| whole).map(|drag| Scarring {
-            drag,
-            density: settings.ground_density.unwrap_or(ContactSettings::GROUND_DENSITY),
-        });
+        let scarring =
+            settings.scarring_drag.filter(|_| whole && partner == PartnerKind::Surface).map(|drag| {
+                Scarring { drag, density: settings.ground_density.unwrap_or(ContactSettings::GROUND_DENSITY) }
+            });
         let pressure = settings.ground_pressure().filter(|_| settings.rolling == Some(RollingName::Rut));
         let impact = settings.rolling_friction_impact.unwrap_or(0.0);
         let resists = rolls || pressure.is_some() || impact > 0.0;
@@ -143,7 +143,7 @@ impl Law {
     pub fn describe(&self) -> String {
         let mut text = self.normal.describe();
         if self.whole {
-            text += " of the rock as a whole with terrain";
+            text += " of the rock as a whole";
         }
         text += &match (&self.damping, &self.yielding) {
             (_, Some(yielding)) => yielding.describe(),

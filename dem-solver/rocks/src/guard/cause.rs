@@ -119,8 +119,11 @@ impl<'a> Case<'a> {
 
     /// Radius of what touches [m].
     pub fn radius(&self) -> f64 {
-        let whole =
-            self.model.wholes[self.rock].as_ref().filter(|_| matches!(self.against, Against::Terrain));
+        let whole = match self.against {
+            Against::Terrain => self.model.wholes[self.rock].as_ref(),
+            Against::Sides => self.model.side_wholes[self.rock].as_ref(),
+            _ => None,
+        };
         let own = match whole {
             Some(whole) => whole.radius,
             None if matches!(self.against, Against::Net) => self.rock().radius_on_wires(),

@@ -2,6 +2,7 @@
 
 pub mod cause;
 
+use crate::model::state::Against;
 use cause::Case;
 use dem_contact::contact::pipeline::Sums;
 use dem_contact::contact::whole_rock::Whole;
@@ -61,17 +62,18 @@ fn surface_speed(rock: &Rock, now: &Motion) -> f64 {
     now.angular_momentum.norm() / rock.inertia.min() * rock.arm
 }
 
-/// Fail the window if a rock that touches terrain as a whole moves so far in the step of `case`, or is in so deep, that a sphere may no
+/// Fail the window if a rock that touches terrain, or the side of a box, as a whole moves so far in the step of `case`, or is in so deep, that a sphere may no
 /// longer find the surface which it came through.
 pub fn watch_whole(case: &Case, whole: &Whole, now: &Motion, sums: &Sums) -> Result<(), Fault> {
+    let partner = if matches!(case.against, Against::Sides) { "a side of the box" } else { "the terrain" };
     let speed = now.velocity.norm();
     let fastest = speed + surface_speed(case.rock(), now);
-    case.check_stride(now, fastest, STRIDE_OF_WHOLE, "it moves past the terrain")?;
+    case.check_stride(now, fastest, STRIDE_OF_WHOLE, &format!("it moves past {partner}"))?;
     if sums.penetration <= 1.0 {
         return Ok(());
     }
     let what =
-        format!(": it is {:.2} of its radius {:.3e} m deep in the terrain", sums.penetration, whole.radius);
+        format!(": it is {:.2} of its radius {:.3e} m deep in {partner}", sums.penetration, whole.radius);
     let key = match case.model.gives_way(case.rock) {
         true => "ground_modulus (or the key of its strength that the scene names)",
         false => "young",

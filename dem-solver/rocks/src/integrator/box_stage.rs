@@ -1,13 +1,17 @@
 //! The contacts of rocks with the sides of a box in a step, and free time between.
 
 use crate::guard::cause::Case;
-use crate::guard::watch;
+use crate::guard::{watch, watch_whole};
 use crate::model::state::{Against, Body, State};
 use crate::model::{Model, Span};
 use dem_contact::contact::broad_phase::cell_grid::Plane;
+use dem_contact::contact::history::SurfaceHistory;
 use dem_contact::contact::pipeline::Sums;
 use dem_contact::contact::terrain::SurfaceContacts;
+use dem_contact::contact::whole_rock::Whole;
+use dem_contact::contact::whole_rock::terrain::WholeRockContacts;
 use dem_contact::law::table::SurfaceLaws;
+use dem_contact::law::yielding::Dent;
 use dem_contact::rock::Motion;
 use dem_terrain::queries::arrival;
 use interface_defs::Fault;
@@ -19,6 +23,10 @@ const ROUNDING: f64 = 1e-9;
 #[derive(Debug, Clone, Default)]
 pub struct BoxStage {
     standing: SurfaceContacts,
+    /// Of rocks that touch a side as a whole, with one side after the other.
+    landed: WholeRockContacts,
+    /// Their histories after the step, by side.
+    after: Vec<SurfaceHistory>,
 }
 
 /// The law of a rock with the sides.
@@ -62,7 +70,9 @@ impl BoxStage {
     /// With room for the contacts of any one rock.
     pub fn new(model: &Model) -> Self {
         let most = model.rocks.iter().map(|rock| rock.spheres.len()).max().unwrap_or(0);
-        Self { standing: SurfaceContacts::new(3 * most) }
+        let whole = if model.side_wholes.iter().any(Option::is_some) { most } else { 0 };
+        let after = Vec::with_capacity(3 * whole);
+        Self { standing: SurfaceContacts::new(3 * most), landed: WholeRockContacts::new(whole), after }
     }
 
     /// Contacts of a rock for which there is room.
@@ -84,6 +94,9 @@ impl BoxStage {
             body.box_histories.clear();
             return Ok((Sums::default(), 0));
         };
+        if let Some(whole) = &model.side_wholes[rock] {
+            return self.forces_as_whole((model, rock, whole), laws, body, now, span);
+        }
         let (it, standing) = (&model.rocks[rock], &mut self.standing);
         standing.find_on_planes(it, &model.planes, now);
         let sums = standing.forces(it, laws, None, now, span.h, &body.box_histories);
@@ -94,11 +107,48 @@ impl BoxStage {
         Ok((sums, standing.contacts.len()))
     }
 
+    /// The same of a rock that touches each side as a whole.
+    fn forces_as_whole(
+        &mut self,
+        (model, rock, whole): (&Model, usize, &Whole),
+        laws: SurfaceLaws,
+        body: &mut Body,
+        now: &Motion,
+        span: Span,
+    ) -> Result<(Sums, usize), Fault> {
+        let (it, landed) = (&model.rocks[rock], &mut self.landed);
+        let (mut sums, mut count) = (Sums::default(), 0);
+        let mut before = &body.box_histories[..];
+        self.after.clear();
+        for (number, plane) in (0..).zip(&model.planes) {
+            let (own, others) = before.split_at(before.iter().take_while(|m| m.element == number).count());
+            before = others;
+            if gap(model, rock, plane, now) >= 0.0 {
+                continue;
+            }
+            landed.find_on_plane(it, whole, (number, plane), now);
+            sums.add_all(&landed.forces(it, whole, laws, now, span.h, (own, &mut Dent::default())));
+            count += landed.contacts.len();
+            self.after.extend_from_slice(&landed.histories);
+        }
+        watch_whole(&Case::new(model, rock, Against::Sides, span), whole, now, &sums)?;
+        std::mem::swap(&mut body.box_histories, &mut self.after);
+        Ok((sums, count))
+    }
+
     /// Elastic energy [J] and number of contacts of rock number `rock` at `now`.
     pub fn energy(&mut self, model: &Model, rock: usize, now: &Motion) -> (f64, usize) {
         let Some(laws) = laws_with(model, rock).filter(|_| is_near(model, rock, now, 0.0)) else {
             return (0.0, 0);
         };
+        if let Some(whole) = &model.side_wholes[rock] {
+            let landed = &mut self.landed;
+            return (0..).zip(&model.planes).fold((0.0, 0), |(energy, count), plane| {
+                landed.find_on_plane(&model.rocks[rock], whole, plane, now);
+                let own = landed.energy(whole, laws, &Dent::default());
+                (energy + own, count + landed.contacts.len())
+            });
+        }
         self.standing.find_on_planes(&model.rocks[rock], &model.planes, now);
         (self.standing.energy(laws), self.standing.contacts.len())
     }

@@ -4,14 +4,16 @@
 //! rocks every two make a pair, of many those that are near. What is kept here between windows are lists of candidates, which no
 //! result shows.
 
-use crate::guard::LARGEST_STRIDE;
 use crate::guard::cause::{Case, Pair};
+use crate::guard::{LARGEST_STRIDE, STRIDE_OF_WHOLE};
 use crate::model::between::Between;
 use crate::model::state::{Against, BetweenRocks, State};
 use crate::model::{Model, Span};
 use dem_contact::contact::broad_phase::rock_pairs::{NearRocks, Pose, RockPairs, free_time};
 use dem_contact::contact::pipeline::Sums;
 use dem_contact::contact::rocks::{RockForces, RockHistory, RockPair, RockPairSums};
+use dem_contact::contact::whole_rock::rocks::TwoWholes;
+use dem_contact::law::Law;
 use dem_contact::rock::{Motion, Rock};
 use interface_defs::Fault;
 use nalgebra::Vector3;
@@ -247,8 +249,15 @@ impl NearRocksPair {
         let law = &model.laws.as_ref()?.rocks[self.law];
         let rocks: [&Rock; 2] = [&model.rocks[a], &model.rocks[b]];
         let numbers = self.numbers();
-        Some((RockPair { numbers, rocks, motions, law, pairs: &self.near.pairs }, pose))
+        let wholes = wholes(model, law, self.rocks);
+        Some((RockPair { numbers, rocks, motions, law, wholes, pairs: &self.near.pairs }, pose))
     }
+}
+
+/// What two rocks need that touch as wholes.
+fn wholes<'a>(model: &'a Model, law: &Law, [a, b]: [usize; 2]) -> Option<TwoWholes<'a>> {
+    let [one, other] = [a, b].map(|r| model.pair_wholes.get(r).and_then(Option::as_ref));
+    one.zip(other).filter(|_| law.whole).map(|(a, b)| TwoWholes { wholes: [a, b] })
 }
 
 /// Fail the window if two rocks have passed each other too fast to be seen, or overlap too far.
@@ -264,16 +273,21 @@ fn watch(
     let Sums { fastest, penetration, .. } = sums.first;
     // The faster shows where energy has been made.
     let (rock, now) = if one.velocity.norm() > other.velocity.norm() { (a, one) } else { (b, other) };
-    let [r, s] = two.rocks.map(|rock| rock.smallest_radius);
+    let [r, s] = match &two.wholes {
+        Some(wholes) => wholes.wholes.map(|whole| whole.radius),
+        None => two.rocks.map(|rock| rock.smallest_radius),
+    };
     let [m, n] = two.rocks.map(|rock| rock.mass);
     let pair = Pair { rocks, smallest: r.min(s), effective: r * s / (r + s), mass: m * n / (m + n) };
     let case = Case { law: Some(law), pair: Some(pair), ..Case::new(model, rock, Against::Rocks, span) };
-    case.check_stride(now, fastest, LARGEST_STRIDE, "they move past each other")?;
+    let share = if two.wholes.is_some() { STRIDE_OF_WHOLE } else { LARGEST_STRIDE };
+    case.check_stride(now, fastest, share, "they move past each other")?;
     if penetration <= DEEPEST {
         return Ok(());
     }
+    let of = if two.wholes.is_some() { "rock" } else { "sphere" };
     let what = format!(
-        " against each other: they overlap by {penetration:.2} radii of the smaller sphere (radius {:.3e} m{}), past its centre",
+        " against each other: they overlap by {penetration:.2} radii of the smaller {of} (radius {:.3e} m{}), past its centre",
         pair.smallest,
         case.modulus(", ")
     );

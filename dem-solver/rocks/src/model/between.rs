@@ -47,14 +47,30 @@ pub fn whole_rocks(
                     )
                     .try_instead(format!("write law = \"{name}\" in all its tables, or in none")))
             }
-            None => Ok(first.map(|_| match rock.unscaled.as_deref() {
-                // As in a study, where many sizes share one.
-                Some((unscaled, scale)) => Whole::new(unscaled).scaled(*scale),
-                None => Whole::new(rock),
-            })),
+            None => Ok(first.map(|_| whole(rock))),
         }
     };
     rocks.iter().enumerate().map(of).collect()
+}
+
+/// What a rock's contact as a whole needs.
+fn whole(rock: &Rock) -> Whole {
+    match rock.unscaled.as_deref() {
+        // As in a study, where many sizes share one.
+        Some((unscaled, scale)) => Whole::new(unscaled).scaled(*scale),
+        None => Whole::new(rock),
+    }
+}
+
+/// What the contact of rocks with each other as wholes needs of each; nothing where all are single spheres, or no law is of that kind.
+pub fn whole_pairs(laws: Option<&Laws>, between: Option<&Between>, rocks: &[Rock]) -> Vec<Option<Whole>> {
+    let Some((laws, between)) = laws.zip(between) else { return Vec::new() };
+    if !between.laws.iter().any(|n| laws.rocks[usize::from(*n)].whole)
+        || rocks.iter().all(|r| r.spheres.len() == 1)
+    {
+        return Vec::new();
+    }
+    rocks.iter().map(|rock| Some(whole(rock))).collect()
 }
 
 /// Which law is between two rocks, by the number of the material of each.

@@ -75,7 +75,7 @@ impl Steps {
             // The fastest that a point of the surface gets when speed turns into spin too.
             let lever = (1.0 + rock.mass * rock.arm * rock.arm / rock.inertia.min()).sqrt();
             // With a net it is the spheres that must not pass; on terrain alone the rock.
-            let whole = wholes[at].as_ref();
+            let whole = wholes[at].as_ref().or(model.side_wholes[at].as_ref());
             let alone = whole.filter(|_| !scene.has("structure"));
             let passing = match alone {
                 Some(whole) => STRIDE_OF_WHOLE * whole.radius,
@@ -87,7 +87,7 @@ impl Steps {
             for law in laws.iter().flat_map(|laws| laws.of(&table.material)) {
                 let speed = if speed > 0.0 { speed } else { 1.0 };
                 if let Some(whole) = whole.filter(|_| law.whole) {
-                    on_mesh = on_mesh.and(steps.limit_whole(rock, whole, law, speed));
+                    on_mesh = on_mesh.and(steps.limit_whole(rock, whole, law, (1.0 / rock.mass, speed)));
                 }
                 match (&rock.faces, law.foundation()) {
                     (Some(faces), Some(foundation)) => {
@@ -178,8 +178,8 @@ impl Steps {
     }
 
     /// A rock that touches as a whole, at the stiffest on its widest face.
-    fn limit_whole(&mut self, rock: &Rock, whole: &Whole, law: &Law, speed: f64) -> Mode {
-        let seat = whole.landing(rock, law, 1.0 / rock.mass, speed);
+    fn limit_whole(&mut self, rock: &Rock, whole: &Whole, law: &Law, (mobility, speed): (f64, f64)) -> Mode {
+        let seat = whole.landing(rock, law, mobility, speed);
         let mode = Mode { square: seat.square, ratio: seat.ratio };
         self.critical = self.critical.min(critical(mode.square.sqrt(), mode.ratio));
         self.contact = self.contact.min(seat.duration);
@@ -214,7 +214,16 @@ impl Steps {
                 // Two that are as fast as they can be may collide head on.
                 let speed = speeds[a] + speeds[b];
                 let speed = if speed > 0.0 { speed } else { 1.0 };
-                between = between.and(self.meet([&rocks[a], &rocks[b]], &laws.rocks[number], speed));
+                let (two, law) = ([&rocks[a], &rocks[b]], &laws.rocks[number]);
+                let wholes = [a, b].map(|r| model.pair_wholes.get(r).and_then(Option::as_ref));
+                between = between.and(match wholes {
+                    [Some(one), Some(other)] if law.whole => {
+                        let mobility = 1.0 / two[0].mass + 1.0 / two[1].mass;
+                        let first = self.limit_whole(two[0], one, law, (mobility, speed));
+                        first.and(self.limit_whole(two[1], other, law, (mobility, speed)))
+                    }
+                    _ => self.meet(two, law, speed),
+                });
             }
         }
         if between.square > 0.0 {

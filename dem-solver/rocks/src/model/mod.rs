@@ -57,6 +57,10 @@ pub struct Model {
     pub ground_rows: Vec<Vec<u16>>,
     /// For each rock with such a law there what its contact with the terrain as a whole needs.
     pub wholes: Vec<Option<Whole>>,
+    /// The same for the sides of its box, of rocks of more than one sphere.
+    pub side_wholes: Vec<Option<Whole>>,
+    /// The same for other rocks; empty where no two touch as wholes.
+    pub pair_wholes: Vec<Option<Whole>>,
     /// Which law is between two rocks; `None`: they do not touch each other.
     pub between: Option<Between>,
     /// The sides of the box.
@@ -75,6 +79,8 @@ impl Model {
         Self {
             laws: Laws::new(&settings.contacts),
             wholes: vec![None; rocks.len()],
+            side_wholes: vec![None; rocks.len()],
+            pair_wholes: Vec::new(),
             settings,
             rocks,
             trees,

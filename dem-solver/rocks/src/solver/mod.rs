@@ -5,7 +5,7 @@
 
 use crate::gate;
 use crate::integrator::window::{KeptIntegrator, RockIntegrator, Solved};
-use crate::model::between::{Between, rows};
+use crate::model::between::{Between, rows, whole_pairs};
 use crate::model::impact::Impact;
 use crate::model::state::{Body, State};
 use crate::model::{Model, Steps};
@@ -111,6 +111,7 @@ impl DemSolver {
         model.ground = ground.map(Arc::new);
         let mut cautions = gate::of_scene(&model.settings, &model.rocks, scene)?;
         model.between = Between::new(model.laws.as_ref(), &model.settings, scene)?;
+        model.pair_wholes = whole_pairs(model.laws.as_ref(), model.between.as_ref(), &model.rocks);
         enclose(&mut model, scene)?;
         gate::ground::check(&model, scene)?;
         if model.rocks.len() > 1 && model.between.is_none() {

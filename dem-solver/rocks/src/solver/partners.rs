@@ -77,7 +77,13 @@ pub(super) fn enclose(model: &mut Model, scene: &Scene) -> Result<(), Diagnostic
     let rows = rows(laws, &model.settings, std::slice::from_ref(&sides.material))
         .map_err(|[what, advice]| scene.invalid("box", what).try_instead(advice))?;
     let seen = |plane: Plane| Plane { offset: plane.offset - plane.normal.dot(&model.origin), ..plane };
-    model.planes = sides.planes().into_iter().map(seen).collect();
+    let planes = sides.planes().into_iter().map(seen).collect();
+    let wholes = whole_rocks(laws, &rows, &model.rocks, scene)?;
+    (model.planes, model.side_wholes) = (planes, wholes);
+    // One sphere is its own whole.
+    for (whole, rock) in model.side_wholes.iter_mut().zip(&model.rocks) {
+        whole.take_if(|_| rock.spheres.len() == 1);
+    }
     model.side_rows = rows;
     Ok(())
 }

@@ -16,6 +16,7 @@
 //! One ball is the contact of Hertz to the last digit. The same energy by volume of overlap (p = 1) is that of Feng (2021),
 //! Comput. Methods Appl. Mech. Engrg. 373, 113454; there the stiffness of a face is infinite at the first touch.
 
+pub mod rocks;
 pub mod terrain;
 pub mod wires;
 

@@ -10,6 +10,7 @@
 //!
 //! Source of the inside: Baerentzen and Aanaes (2005), IEEE Trans. Vis. Comput. Graph. 11, 243.
 
+use crate::contact::broad_phase::cell_grid::Plane;
 use crate::contact::broad_phase::terrain_pairs::{TerrainPair, TerrainPairs};
 use crate::contact::history::SurfaceHistory;
 use crate::contact::narrow_phase::Touch;
@@ -68,6 +69,26 @@ impl WholeRockContacts {
             let touch = Touch::new((sphere, number), centre, triangle, (normal, height), Feature::Face);
             if touch.overlap > -reach {
                 self.contacts.push(touch);
+            }
+        }
+    }
+
+    /// Find the spheres that touch `plane`, number `number`, at `now`: what lies beyond it is pushed back, however far.
+    pub fn find_on_plane(
+        &mut self,
+        rock: &Rock,
+        whole: &Whole,
+        (number, plane): (u32, &Plane),
+        now: &Motion,
+    ) {
+        self.contacts.clear();
+        let rotation = Turned::new(rock, now);
+        for (sphere, it) in (0..).zip(&rock.spheres).filter(|(sphere, _)| whole.shows(*sphere)) {
+            let centre = rotation.of(&it.centre);
+            let distance = plane.offset - plane.normal.dot(&(now.position + centre));
+            if distance < it.radius {
+                let point = (plane.normal, distance);
+                self.contacts.push(Touch::new((it, sphere), centre, number, point, Feature::Face));
             }
         }
     }

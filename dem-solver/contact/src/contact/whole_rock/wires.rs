@@ -6,10 +6,11 @@
 //! one face. The forces on rock and nodes are the derivatives of the energy, so that elastic contact conserves it, over edges and corners
 //! too. At an edge the wire's radius is mitred: there a wire of radius r lies 0.41 r proud of a right angle.
 //!
-//! The dashpot is that of [`super`] on `s = sqrt(2 U)`: of patch i `F_v = 2 g sqrt(m_i) F_i v_i / sqrt(2 U_i)`, with
-//! `1/m_i = U / (U_i m) + sum N_a^2 / m_a`: the mass m that the sum of all forces acts on, levers included, is shared by energy. On wires
-//! that are held this is one linear oscillator in s: the restitution asked for, on faces, edges and corners. Friction has the
-//! stiffness of the patch.
+//! The dashpot is that of [`super`] on `s = sqrt(2 U)`: of patch i `c_i = 2 g sqrt(m_i) F_i / sqrt(2 U_i)`, with
+//! `1/m_i = U / (U_i m) + sum N_a^2 / m_a`: the mass m that the sum of all forces acts on, levers included, is shared by energy. The
+//! rock's part of it, `a_i = c_i (U / (U_i m)) m_i`, acts on the mean rate of all patches, `sum a_i v_i / sum a_i`, and the wire's part on
+//! its own rate. On wires that are held this is one linear oscillator in s: the restitution asked for, on faces, edges and corners. Light
+//! wires are damped one by one. Friction has the stiffness of the patch.
 //!
 //! Source: Johnson (1985), Contact Mechanics, 5.6 (cylinders); Popov (2010), Contact Mechanics and Friction, 2.3 and 5 (pi/4 E* L d);
 //! the integrals are derived here.
@@ -18,7 +19,7 @@
 
 use crate::contact::broad_phase::mesh_pairs::Instant;
 use crate::contact::history::{Frame, SurfaceHistory};
-use crate::contact::mesh::{MeshForces, MeshScene};
+use crate::contact::mesh::{Dashpot, MeshForces, MeshScene};
 use crate::contact::narrow_phase::Touch;
 use crate::contact::pipeline::Sums;
 use crate::law::Law;
@@ -98,17 +99,34 @@ impl MeshForces {
         let motion = self.own_motion(scene.rock, now);
         let radius = scene.rock.mean_radius();
         let mut sums = Sums::default();
+        self.dashpots.clear();
+        for (contact, load) in contacts.iter().zip(&loads) {
+            let element = &scene.list.elements[contact.element as usize];
+            let velocity = self.relative_velocity(&motion, contact, element, &contact.arm());
+            let numbers = element.nodes.map(|n| scene.list.numbers[n as usize]);
+            let own = mobility * push.energy / load.energy;
+            let mass = 1.0 / (own + scene.contact_mesh.inverse_mass(numbers, contact.weights));
+            // Ratio of a linear oscillator; 0 without dashpot.
+            let damping = scene.laws.of(element.number).damping;
+            let ratio = damping.map_or(0.0, |d| restitution::as_linear(d.ratio, 2.5));
+            let coefficient = 2.0 * ratio * mass.sqrt() * load.force / (2.0 * load.energy).sqrt();
+            let rate = velocity.dot(&contact.normal);
+            self.dashpots.push(Dashpot {
+                velocity,
+                mass,
+                rate,
+                coefficient,
+                of_rock: coefficient * own * mass,
+            });
+        }
+        let of_rock = |of: fn(&Dashpot) -> f64| self.dashpots.iter().map(of).sum::<f64>();
+        let rocks_rate = of_rock(|d| d.of_rock * d.rate) / of_rock(|d| d.of_rock).max(f64::MIN_POSITIVE);
         for (number, (contact, load)) in contacts.iter().zip(&loads).enumerate() {
             let element = scene.list.elements[contact.element as usize];
             let law = scene.laws.of(element.number);
-            let velocity = self.relative_velocity(&motion, contact, &element, &contact.arm());
-            let numbers = element.nodes.map(|n| scene.list.numbers[n as usize]);
-            let partner = scene.contact_mesh.inverse_mass(numbers, contact.weights);
-            let mass = 1.0 / (mobility * push.energy / load.energy + partner);
-            // Ratio of a linear oscillator; 0 without dashpot.
-            let ratio = law.damping.map_or(0.0, |d| restitution::as_linear(d.ratio, 2.5));
-            let viscous = 2.0 * ratio * mass.sqrt() * load.force / (2.0 * load.energy).sqrt();
-            let pressed = (load.force + viscous * velocity.dot(&contact.normal)).max(0.0);
+            let Dashpot { velocity, mass, rate, coefficient, of_rock } = self.dashpots[number];
+            let viscous = of_rock * rocks_rate + (coefficient - of_rock) * rate;
+            let pressed = (load.force + viscous).max(0.0);
             // That of the contact of Hertz of the rock's radius that is as stiff.
             let modulus = law.normal.modulus().expect("of a foundation");
             let overlap = (load.stiffness / (2.0 * modulus)).powi(2) / radius;
@@ -143,7 +161,7 @@ impl MeshForces {
                 self.node_forces[node as usize] -= force * weight;
                 let [stiffness, dashpot] = &mut self.node_stiffness[node as usize];
                 *stiffness += load.stiffness * weight;
-                *dashpot += viscous * weight;
+                *dashpot += coefficient * weight;
             }
         }
         (self.touch.contacts, self.touch.loads) = (contacts, loads);

@@ -107,8 +107,8 @@ macro_rules! laws {
 laws! {
     "hertz_mindlin" => HertzMindlin(hertz::Hertz): "Hertz normal and Mindlin tangential stiffness, both growing with the overlap; each \
         sphere by its own radius.",
-    "hertz_rock" => HertzRock(hertz::Hertz): "The same of the rock as a whole, by its own radius, whatever spheres cover it: on \
-        terrain. With a net, with the sides of a box and between rocks it is `hertz_mindlin`.",
+    "hertz_rock" => HertzRock(hertz::Hertz): "The same of the rock as a whole, by its own radius, whatever spheres cover it; \
+        wires touch the faces of a convex rock itself. With faces of a structure it is `hertz_mindlin`.",
     "linear" => Linear(linear::Linear): "Constant stiffnesses.",
     "ground" => Ground(ground::Ground): "Ground that gives way below the rock as a whole and remembers its depth: on terrain alone.",
 }
