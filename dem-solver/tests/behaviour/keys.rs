@@ -231,7 +231,7 @@ fn every_law_works_with_every_partner_or_is_refused_by_name() {
             match moved {
                 Ok(moved) => {
                     let same = matches!(law, LawName::HertzMindlin)
-                        || *law == LawName::HertzRock && !matches!(touched, Terrain | Mixed);
+                        || *law == LawName::HertzRock && matches!(touched, OtherSphere | Box);
                     assert_eq!(moved == hertz, same, "{name} with {touched:?}");
                 }
                 Err(refused) => assert!(

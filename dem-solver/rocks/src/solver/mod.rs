@@ -119,7 +119,9 @@ impl DemSolver {
             let noticed = Diagnostic::warning(code::MISSING_KEY, what).about("rock");
             notices.push(noticed.try_instead("add one"));
         }
-        touch_by_faces(&mut model, scene);
+        if scene.has("structure") {
+            touch_by_faces(&mut model);
+        }
         model.steps = Steps::new(&model, scene)?;
         cautions.extend(gate::of_model(&model, scene)?);
         let options = options.clone();
@@ -241,6 +243,24 @@ impl DemSolver {
         self.committed.broken = 0;
     }
 
+    /// Let wires touch the faces of rocks, or, where the mesh has faces too, all of it their spheres.
+    fn wires_touch_faces(&mut self, mesh: &ContactMesh, warnings: &mut Vec<Diagnostic>) -> Result<(), Fault> {
+        let by_faces = |model: &Model| model.rocks.iter().any(|rock| rock.faces.is_some());
+        let before = by_faces(&self.model);
+        if !mesh.has_faces() {
+            touch_by_faces(&mut self.model);
+        } else if before {
+            self.model.rocks.iter_mut().for_each(|rock| rock.faces = None);
+            let what = "the structure's mesh has faces: it touches the rock's spheres, `hertz_rock` is `hertz_mindlin` there";
+            warnings.push(Diagnostic::warning(code::TRUST, what).about("contact"));
+        }
+        if by_faces(&self.model) != before {
+            self.model.steps =
+                Steps::new(&self.model, &self.scene).map_err(|refused| Fault::input(refused.to_string()))?;
+        }
+        Ok(())
+    }
+
     fn contact_mesh(
         &mut self,
         plan: &Plan,
@@ -270,13 +290,7 @@ impl DemSolver {
         let materials = [STRUCTURE.to_owned()];
         self.model.rows = rows(laws, &self.model.settings, &materials)
             .map_err(|[what, advice]| Fault::input(format!("{what}; {advice}")))?;
-        if contact_mesh.has_faces() && self.model.rocks.iter().any(|rock| rock.faces.is_some()) {
-            self.model.rocks.iter_mut().for_each(|rock| rock.faces = None);
-            let what = "the structure's mesh has faces: it touches the rock's spheres, `hertz_rock` is `hertz_mindlin` there";
-            warnings.push(Diagnostic::warning(code::TRUST, what).about("contact"));
-            self.model.steps =
-                Steps::new(&self.model, &self.scene).map_err(|refused| Fault::input(refused.to_string()))?;
-        }
+        self.wires_touch_faces(&contact_mesh, warnings)?;
         let laws = self.model.laws.as_ref().expect("there are some");
         let yields = |n: &u16| laws.surfaces[*n as usize].yielding.is_some();
         if self.model.rows.iter().flatten().any(yields) {

@@ -42,8 +42,8 @@ pub(super) fn lay_on_terrain(
 }
 
 /// Let wires touch the faces of the rocks whose law with the structure is that of the rock as a whole.
-pub(super) fn touch_by_faces(model: &mut Model, scene: &Scene) {
-    let Some(laws) = model.laws.as_ref().filter(|_| scene.has("structure")) else { return };
+pub(super) fn touch_by_faces(model: &mut Model) {
+    let Some(laws) = &model.laws else { return };
     for (rock, table) in model.rocks.iter_mut().zip(&model.settings.rocks) {
         let law = laws.number(&table.material, STRUCTURE).map(|number| &laws.surfaces[number]);
         if law.is_some_and(|law| law.foundation().is_some()) {
