@@ -38,7 +38,7 @@ impl Faces {
         let size = surface.points.iter().map(|p| p.norm()).fold(0.0, f64::max);
         let mut planes: Vec<Face> = Vec::new();
         for triangle in 0..surface.triangles.len() {
-            if !(surface.area(triangle) > LEVEL * LEVEL * size * size) {
+            if surface.area(triangle) <= LEVEL * LEVEL * size * size {
                 continue;
             }
             let (normal, corners) = (surface.normal(triangle), surface.corners(triangle));

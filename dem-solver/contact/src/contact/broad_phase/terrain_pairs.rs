@@ -36,6 +36,21 @@ pub struct TerrainPair {
     pub face: u32,
     /// Distance of their surfaces when the pairs were searched, below 0 where they overlapped [m].
     pub gap: f64,
+    /// Distance of the sphere's centre then [m].
+    pub distance: f64,
+}
+
+/// The pairs of one sphere.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct SpherePairs {
+    /// Number of the sphere in its rock.
+    pub sphere: u32,
+    /// Its first pair and the one after its last.
+    ends: [u32; 2],
+    /// Least gap, and least distance of the centre, of all of them [m].
+    pub gap: f64,
+    /// See `gap`.
+    pub distance: f64,
 }
 
 /// The surroundings of one rock on the terrain. Nothing here is state.
@@ -53,10 +68,14 @@ pub struct TerrainPairs {
     coverage: f64,
     /// Pairs that may touch, by sphere, then triangle.
     pub pairs: Vec<TerrainPair>,
+    /// The same, sphere by sphere; of a rock that touches as a whole.
+    pub spheres: Vec<SpherePairs>,
     searched: Option<(Vector3<f64>, UnitQuaternion<f64>)>,
     skin: f64,
     /// How deep inside the terrain a centre is looked for [m]; 0: only what touches from outside is listed.
     deep: f64,
+    /// How deep the deepest centre was when the pairs were searched [m].
+    deepest: f64,
     /// How far no point of the rock has moved further since the pairs were searched [m].
     pub moved: f64,
     /// Times that pairs were searched.
@@ -68,7 +87,7 @@ pub struct TerrainPairs {
 impl TerrainPairs {
     /// Of `rock`, with room for what it usually touches; centres up to `deep` [m] inside are listed with the surface above.
     pub fn new(rock: &Rock, deep: f64) -> Self {
-        let mut it = Self { coverage: f64::NEG_INFINITY, deep, ..Self::default() };
+        let mut it = Self { coverage: f64::NEG_INFINITY, deep, deepest: deep, ..Self::default() };
         it.near.reserve(1024);
         it.faces.reserve(1024);
         it.round.reserve(1024);
@@ -103,8 +122,10 @@ impl TerrainPairs {
         let least = SKIN[0] * size;
         let most = (SKIN[1] * size).max(SKIN[2] * tree.reach);
         let skin = reach + (STRIDES * speed * h).clamp(least, most);
+        // No centre has come deeper by more than the rock has moved, nor will before the next search by more than the skin.
+        let since = if self.searched.is_some() { self.moved } else { f64::INFINITY };
         self.look_around(tree, ground, now, skin.max(self.deep));
-        self.search(rock, tree, now, skin);
+        self.search(rock, tree, now, skin, self.deep.min(self.deepest + since + skin));
     }
 
     /// Make sure that every triangle that is nearer than `further` [m] to the rock's reach is kept.
@@ -190,7 +211,12 @@ impl TerrainPairs {
         others != triangles
     }
 
-    fn search(&mut self, rock: &Rock, tree: &SphereTree, now: &Motion, skin: f64) {
+    /// The pairs of a sphere.
+    pub fn pairs_of(&self, sphere: &SpherePairs) -> &[TerrainPair] {
+        &self.pairs[sphere.ends[0] as usize..sphere.ends[1] as usize]
+    }
+
+    fn search(&mut self, rock: &Rock, tree: &SphereTree, now: &Motion, skin: f64, deep: f64) {
         self.searched = Some((now.position, now.orientation));
         (self.skin, self.moved) = (skin, 0.0);
 
@@ -199,7 +225,6 @@ impl TerrainPairs {
         let single = tree.single();
         let to_own = now.rotation().transpose();
         let pairs = &mut self.pairs;
-        let deep = self.deep;
         let reach = tree.reach + skin.max(deep);
         for (place, (middle, radius)) in self.round.iter().enumerate() {
             let limit = reach + radius;
@@ -210,9 +235,10 @@ impl TerrainPairs {
             match single {
                 Some(radius) => {
                     if it.off_plane(&now.position) <= radius + skin {
-                        let gap = it.closest(&now.position).0.norm() - radius;
+                        let distance = it.closest(&now.position).0.norm();
+                        let gap = distance - radius;
                         if gap <= skin {
-                            pairs.push(TerrainPair { sphere: 0, triangle, face, gap });
+                            pairs.push(TerrainPair { sphere: 0, triangle, face, gap, distance });
                         }
                     }
                 }
@@ -223,7 +249,7 @@ impl TerrainPairs {
                         let distance = seen.closest(&sphere.centre).0.norm();
                         let gap = distance - sphere.radius;
                         if gap <= skin || (distance <= deep && seen.over_plane(&sphere.centre) <= 0.0) {
-                            pairs.push(TerrainPair { sphere: k, triangle, face, gap });
+                            pairs.push(TerrainPair { sphere: k, triangle, face, gap, distance });
                         }
                     });
                 }
@@ -242,13 +268,18 @@ impl TerrainPairs {
         let mut pairs = std::mem::take(&mut self.pairs);
         let mut kept = 0;
         let mut first = 0;
+        self.deepest = 0.0;
+        self.spheres.clear();
         while first < pairs.len() {
             let number = pairs[first].sphere;
             let end = first + pairs[first..].iter().take_while(|p| p.sphere == number).count();
             let sphere = &rock.spheres[number as usize];
             let place = now.position + rotation * sphere.centre;
             let behind = |p: &TerrainPair| self.faces[p.face as usize].over_plane(&place) <= 0.0;
-            let inside = pairs[first..end].iter().any(behind) && self.is_inside(&place);
+            let depth = if pairs[first..end].iter().any(behind) { self.depth(&place) } else { None };
+            let inside = depth.is_some();
+            self.deepest = self.deepest.max(depth.unwrap_or_default());
+            let begin = kept;
             for at in first..end {
                 let pair = pairs[at];
                 // Inside, the sphere touches whatever it moves.
@@ -258,14 +289,19 @@ impl TerrainPairs {
                     kept += 1;
                 }
             }
+            if kept > begin {
+                let least = |of: fn(&TerrainPair) -> f64| pairs[begin..kept].iter().map(of).fold(f64::INFINITY, f64::min);
+                let (gap, distance) = (least(|p| p.gap), least(|p| p.distance));
+                self.spheres.push(SpherePairs { sphere: number, ends: [begin as u32, kept as u32], gap, distance });
+            }
             first = end;
         }
         pairs.truncate(kept);
         self.pairs = pairs;
     }
 
-    /// Whether a point lies behind the nearest of the kept triangles.
-    fn is_inside(&self, place: &Vector3<f64>) -> bool {
+    /// How far a point lies behind the nearest of the kept triangles [m]; `None` before it.
+    fn depth(&self, place: &Vector3<f64>) -> Option<f64> {
         let mut nearest = Nearest::default();
         for (face, (middle, radius)) in self.faces.iter().zip(&self.round) {
             let limit = nearest.square.sqrt() * (1.0 + ROUNDING) + radius;
@@ -273,6 +309,6 @@ impl TerrainPairs {
                 nearest.take(face, place);
             }
         }
-        nearest.is_inside()
+        nearest.is_inside().then(|| nearest.square.sqrt())
     }
 }

@@ -11,7 +11,7 @@
 //! Source of the inside: Baerentzen and Aanaes (2005), IEEE Trans. Vis. Comput. Graph. 11, 243.
 
 use crate::contact::broad_phase::cell_grid::Plane;
-use crate::contact::broad_phase::terrain_pairs::{TerrainPair, TerrainPairs};
+use crate::contact::broad_phase::terrain_pairs::{SpherePairs, TerrainPairs};
 use crate::contact::history::SurfaceHistory;
 use crate::contact::narrow_phase::Touch;
 use crate::contact::pipeline::{Site, Sums};
@@ -28,6 +28,9 @@ use dem_solid::geometry::closest::{Feature, on_face};
 use dem_solid::geometry::triangle::Nearest;
 use dem_terrain::Terrain;
 use nalgebra::Vector3;
+
+/// Share by which a distance is taken larger, for rounding and ties.
+const ROUNDING: f64 = 1e-6;
 
 /// The contacts, and buffers that are used again and again.
 #[derive(Debug, Clone, Default)]
@@ -57,9 +60,9 @@ impl WholeRockContacts {
     ) {
         self.contacts.clear();
         let rotation = Turned::new(rock, now);
-        for own in around.pairs.chunk_by(|a, b| a.sphere == b.sphere) {
-            let number = own[0].sphere;
-            if !whole.shows(number) || own.iter().all(|pair| pair.gap > around.moved + reach) {
+        for own in around.spheres.iter().filter(|own| own.gap <= around.moved + reach) {
+            let number = own.sphere;
+            if !whole.shows(number) {
                 continue;
             }
             let sphere = &rock.spheres[number as usize];
@@ -337,16 +340,19 @@ impl<'a> Seat<'a> {
     }
 }
 
-/// Where the surface is nearest to `place`, of which `pairs` hold what may be nearest: unit vector into the terrain, height over it,
+/// Where the surface is nearest to `place`, of which `own` holds what may be nearest: unit vector into the terrain, height over it,
 /// below 0 inside [m], and a triangle; `None` beside the border.
 fn look(
     ground: &Terrain,
     around: &TerrainPairs,
-    pairs: &[TerrainPair],
+    own: &SpherePairs,
     place: &Vector3<f64>,
 ) -> Option<(Vector3<f64>, f64, u32)> {
+    let pairs = around.pairs_of(own);
     let (mut nearest, mut triangle) = (Nearest::default(), pairs[0].triangle);
-    for pair in pairs {
+    // What was further than this when the pairs were searched cannot be the nearest by now.
+    let most = (own.distance + 2.0 * around.moved) * (1.0 + ROUNDING);
+    for pair in pairs.iter().filter(|pair| pair.distance <= most) {
         if nearest.take(&around.faces[pair.face as usize], place) {
             triangle = pair.triangle;
         }
