@@ -303,6 +303,14 @@ fn every_criterion_has_the_number_of_its_run_and_an_interrupted_study_gives_the_
         share == left / before && (0.7..0.8).contains(&share) && (1.9..2.0).contains(&before),
         "{share} {before}"
     );
+    // The nominal height is that before the first launch, however low the net hangs before the second.
+    let second = if dir.join("sel_2_accurate").exists() { "sel_2_accurate" } else { "sel_2" };
+    let history = read(&dir.join(second).join("history.csv"));
+    let mut rows = history.lines().map(|row| row.split(','));
+    let column = rows.next().expect("names").position(|name| name == "approve_top_height_m");
+    let lower = rows.next().expect("a row").nth(column.expect("a height")).expect("a cell");
+    let lower: f64 = lower.parse().expect("a number");
+    assert!(of(number(&approval, "SEL 2", "h_N")) == before && lower < before, "{lower} {before}");
     // The second launch hits a net that hangs lower, with brakes that have given way.
     let used = |launch| of(number(&approval, launch, "rope_brakes 1 travel"));
     assert!(used("SEL 2") > used("SEL 1"), "{} {}", used("SEL 2"), used("SEL 1"));

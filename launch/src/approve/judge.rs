@@ -1,7 +1,7 @@
 //! Each criterion of the test, with its number, its bound, and what follows.
 
 use super::layout::{NET, Part};
-use super::measured::{Launch, Row};
+use super::measured::{Launch, NOMINAL, Row};
 use super::site::{Test, Which};
 use interface_defs::verdict::Fate;
 use serde::Serialize;
@@ -127,7 +127,7 @@ fn clear_of_ground(launch: &Launch) -> Found {
 
 /// The residual height after SEL 1.
 fn left(launch: &Launch) -> Found {
-    let numbers = ["h_R/h_N", "h_N", "h_R_least", "h_R_most"].map(|name| launch.value(name));
+    let numbers = ["h_R/h_N", NOMINAL, "h_R_least", "h_R_most"].map(|name| launch.value(name));
     let [Some(share), Some(before), Some(least), Some(most)] = numbers else {
         let why = "the block was not stopped, or not brought to rest";
         return ("residual height", None, "1", Result::NotExamined, why.into());

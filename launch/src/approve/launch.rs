@@ -82,7 +82,7 @@ impl Runs<'_> {
     pub fn launch(&self, which: Which, first: Option<&Launch>) -> Result<Launch, Stop> {
         let test = self.test;
         let start = match first.map(|first| self.at_rest(first)).transpose()? {
-            Some(Err(ended)) => return Ok(Launch::of(which, test, None, ended, None)),
+            Some(Err(ended)) => return Ok(Launch::of(which, test, first, None, ended, None)),
             start => start.and_then(Result::ok),
         };
         let now = start.as_ref().map_or(&test.layout, |(_, _, now, _)| now);
@@ -105,7 +105,7 @@ impl Runs<'_> {
                 break;
             }
         }
-        Ok(Launch::of(which, test, Some(now), ended, rest))
+        Ok(Launch::of(which, test, first, Some(now), ended, rest))
     }
 
     /// From the end of a run on with damping, block still in the net. `scene` is that of the launch.

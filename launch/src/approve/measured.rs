@@ -25,6 +25,8 @@ const PLASTIC: &str = "force times plastic travel; what is elastic comes back";
 /// What a part has come to that tore, and a brake at the end of its stroke.
 pub const TORN: &str = "torn";
 pub const END_STOP: &str = "at the end stop";
+/// The nominal height: that of the top rope before the first launch.
+pub const NOMINAL: &str = "h_N";
 /// Column of the time.
 const TIME: &str = "time_s";
 
@@ -224,7 +226,15 @@ pub struct Launch {
 
 impl Launch {
     /// From its run, and that in which the block came to rest. `now` is the structure before it; `None`: it never started.
-    pub fn of(which: Which, test: &Test, now: Option<&Layout>, run: Ended, rest: Option<Ended>) -> Self {
+    /// The nominal height `h_N` of the second one of two is that before the `first`.
+    pub fn of(
+        which: Which,
+        test: &Test,
+        first: Option<&Launch>,
+        now: Option<&Layout>,
+        run: Ended,
+        rest: Option<Ended>,
+    ) -> Self {
         let runs = || std::iter::once(&run).chain(&rest);
         let any = runs().any(|ended| ended.summary.torn.is_some());
         let torn =
@@ -238,7 +248,9 @@ impl Launch {
                 None => used.extend(utilisation.map(|most| (part.clone(), most))),
             }
         }
-        let mut rows = Rows { block: test.kit.block(test.kit.energy(which)), run: &run, rows: Vec::new() };
+        let nominal = first.and_then(|first| first.value(NOMINAL));
+        let block = test.kit.block(test.kit.energy(which));
+        let mut rows = Rows { block, nominal, run: &run, rows: Vec::new() };
         if let Some(now) = now.filter(|_| !run.history.times().is_empty()) {
             rows.all(test, now, rest.as_ref(), torn.as_deref().unwrap_or_default());
         }
@@ -284,6 +296,8 @@ type Timed = Option<(f64, f64)>;
 /// The numbers of a launch in the making.
 struct Rows<'a> {
     block: Block,
+    /// Height of the top rope before the first launch [m]; `None`: this is the first.
+    nominal: Option<f64>,
     run: &'a Ended,
     rows: Vec<Row>,
 }
@@ -323,7 +337,8 @@ impl Rows<'_> {
         // A block that was not stopped has no braking time.
         let stop = if self.run.is_caught() { end } else { f64::NAN };
         let braking = Some(stop - touch).filter(|t| t.is_finite());
-        let before = history.column(&format!("{OWN}_top_height_m")).get(history.row_at(touch)).copied();
+        let own = history.column(&format!("{OWN}_top_height_m")).get(history.row_at(touch)).copied();
+        let before = self.nominal.or(own);
         // At rest, block still in the net.
         let rest = rest.filter(|rest| !rest.history.times().is_empty() && !rest.has_left(test));
         let left = rest.map(|rest| (rest.history.last(&left()), rest.history.tail(&left())));
@@ -343,7 +358,7 @@ impl Rows<'_> {
         self.add("max_elongation", elongation, "m", "").time_s = Some(end);
         self.add("braking_time", braking, "s", "from the first contact to the largest elongation");
         self.block_force(touch, stop);
-        self.add("h_N", before, "m", "");
+        self.add(NOMINAL, before, "m", "before the first launch");
         if let Some((height, (least, most))) = left {
             self.add("h_R", Some(height), "m", "at rest, block still in the net; least of all fields");
             for (name, value) in [("h_R_least", least), ("h_R_most", most)] {
@@ -524,7 +539,7 @@ mod tests {
         let columns = ["time_s", "block_vx_m_per_s", "block_vy_m_per_s", "block_vz_m_per_s"];
         let run = Ended { history: history(&columns, rows), ..Ended::default() };
         let block = Block { mass: 2.0, size: 0.1 };
-        let mut rows = Rows { block, run: &run, rows: Vec::new() };
+        let mut rows = Rows { block, nominal: None, run: &run, rows: Vec::new() };
         rows.block_force(f64::from(fall) * step, f64::from(brake) * step);
         let [mean, smooth, raw] = [0, 1, 2].map(|i| rows.rows[i].value.expect("a force"));
         assert!((mean / (2.0 * (100.0 + GRAVITY)) - 1.0).abs() < 1e-9, "{mean}");
