@@ -33,6 +33,8 @@ use toolkit::owner::{Claim, Owner};
 use toolkit::screen::show;
 use vary::Variation;
 
+pub use report::status;
+
 /// Directory of the runs.
 const RUNS: &str = "runs";
 /// That of the test as it is defined, which is the first of them.
@@ -145,7 +147,8 @@ pub fn approve(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
     let _owner = Owner::claim(&out, &Claim { force: arguments.force, ..Claim::default() })?;
     let place = out.join(RUNS);
     if arguments.force && place.exists() {
-        std::fs::remove_dir_all(&place).map_err(|e| site::unwritten(&place, &e))?;
+        let removed = std::fs::remove_dir_all(&place);
+        removed.and_then(|()| report::remove(&out)).map_err(|e| site::unwritten(&place, &e))?;
     }
     let (mut cases, all): (Vec<Case>, _) = (Vec::new(), tests.len());
     for (test, Variation { name, .. }) in tests.iter().zip(&variations) {
@@ -190,11 +193,15 @@ fn plan(cases: &[(&Variation, &site::Test)]) -> String {
     format!("{table}\nin all {least} to {most} minutes of wall time; nothing was run\n")
 }
 
+/// Whether a directory holds a test.
+pub fn is_one(dir: &Path) -> bool {
+    dir.join(report::JSON).exists() || dir.join(RUNS).join(AS_DEFINED).exists()
+}
+
 /// Refuse a directory that holds something else than a test: `--force` removes runs, and those of another study are none of ours.
 fn refuse_other(out: &Path) -> Result<(), Stop> {
     let names: Vec<_> = Dir::open(out).and_then(|dir| dir.entries()).unwrap_or_default();
-    let own = out.join(report::JSON).exists() || out.join(RUNS).join(AS_DEFINED).exists();
-    if own || names.iter().all(|(name, _)| name.to_string_lossy().starts_with('.')) {
+    if is_one(out) || names.iter().all(|(name, _)| name.to_string_lossy().starts_with('.')) {
         return Ok(());
     }
     let place = Place::file(out.display().to_string());

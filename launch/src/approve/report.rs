@@ -4,14 +4,17 @@ use super::judge::{CATEGORIES, Criterion, Result as Judged, category};
 use super::measured::{END_STOP, Launch, Row, TORN};
 use super::site::{Block, Kit, Which};
 use super::{Case, RUNS};
+use crate::progress::far;
+use crate::sweep::is_kept;
 use interface_defs::verdict::Fate;
 use serde_json::{Value, json};
 use std::collections::HashSet;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 use toolkit::columns::Columns;
-use toolkit::files;
+use toolkit::exit::Exit;
+use toolkit::files::{self, Dir};
 use toolkit::numbers::{percent, three};
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -191,8 +194,48 @@ pub fn json(kit: &Kit, cases: &[Case], all: usize) -> Value {
         "mel": block(kit.mel), "sel": kit.sel.map(block),
         "h_N_m": cases.first().and_then(|case| case.launches.first()?.value("h_N")),
         "verdict": cases.first().map(Case::verdict), "stands": stands(cases, all), "conclusion": conclusion(kit, cases),
-        "cases": cases.iter().map(of_case).collect::<Vec<_>>(),
+        "all_cases": all, "cases": cases.iter().map(of_case).collect::<Vec<_>>(),
     })
+}
+
+/// How far the test in `dir` is: cases that are judged, runs that have begun and not ended, the verdict so far.
+pub fn status(dir: &Path, running: Option<String>) -> (String, Exit) {
+    let report: Value = files::read_json(&dir.join(JSON)).unwrap_or_default();
+    let cases = report["cases"].as_array().map_or(&[][..], Vec::as_slice);
+    let verdict = |case: &Value| case["verdict"].as_str().unwrap_or("unknown").replace('_', " ");
+    let all = report["all_cases"].as_u64().filter(|all| *all > 0);
+    let of = all.map_or(String::new(), |all| format!(" of {all}"));
+    let mut text = format!("{}: a test for approval, {}{of} cases judged\n", dir.display(), cases.len());
+    for case in cases {
+        text += &format!("  {}: {}\n", case["case"].as_str().unwrap_or_default(), verdict(case));
+    }
+    let within = |dir: &Path| -> Vec<PathBuf> {
+        let names = Dir::open(dir).and_then(|dir| dir.entries()).unwrap_or_default();
+        names.iter().map(|(name, _)| dir.join(name)).filter(|path| path.is_dir()).collect()
+    };
+    for run in within(&dir.join(RUNS)).iter().flat_map(|case| within(case)).filter(|run| !is_kept(run)) {
+        let name = run.strip_prefix(dir.join(RUNS)).unwrap_or(run).display();
+        text += &format!("  begun: {name}: {}\n", far(run));
+    }
+    if let Some(stands) = report["stands"].as_str() {
+        text += &format!("  verdict so far: {stands}\n");
+    }
+    let over = all.is_some_and(|all| cases.len() as u64 >= all);
+    match running {
+        Some(running) => (text + &format!("  {running}\n"), Exit::Done),
+        None if !over => {
+            text += "  no process of this machine is at work: the same command goes on\n";
+            (text, Exit::Failed)
+        }
+        None if cases.iter().any(|case| verdict(case) == "not settled") => (text, Exit::Unreliable),
+        None => (text, Exit::Done),
+    }
+}
+
+/// Remove what [`write`] has written.
+pub fn remove(out: &Path) -> io::Result<()> {
+    let there = [JSON, TABLE, TEXT].map(|name| out.join(name)).into_iter().filter(|file| file.exists());
+    there.map(std::fs::remove_file).collect()
 }
 
 /// Write both files.
