@@ -43,7 +43,7 @@ const OF_WAITING: [&str; 2] = ["timeout", "wait"];
 /// A scene without these keys: a run may go on with another deadline.
 pub fn without_waiting(mut scene: Table) -> Table {
     if let Some(Value::Table(processes)) = scene.get_mut("processes") {
-        processes.retain(|key, _| !OF_WAITING.contains(&key.as_str()));
+        processes.retain(|key, _| OF_WAITING.iter().all(|of| *of != key));
         if processes.is_empty() {
             scene.remove("processes");
         }

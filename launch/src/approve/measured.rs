@@ -274,10 +274,9 @@ impl Launch {
         let of = |(name, most): &(String, Utilisation)| {
             let come_to = match most.of {
                 _ if tore(name) => TORN,
-                _ if most.share < 1.0 => most.of.word(),
-                ShareOf::Force => "above its strength",
-                ShareOf::Travel => END_STOP,
-                ShareOf::Section => "yielded",
+                ShareOf::Force if most.share >= 1.0 => "above its strength",
+                ShareOf::Travel if most.share >= 1.0 => END_STOP,
+                of => of.word(),
             };
             (name.clone(), if tore(name) { most.share.max(1.0) } else { most.share }, come_to)
         };

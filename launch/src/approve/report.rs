@@ -214,8 +214,8 @@ pub fn status(dir: &Path, running: Option<String>) -> (String, Exit) {
         names.iter().map(|(name, _)| dir.join(name)).filter(|path| path.is_dir()).collect()
     };
     for run in within(&dir.join(RUNS)).iter().flat_map(|case| within(case)).filter(|run| !is_kept(run)) {
-        let name = run.strip_prefix(dir.join(RUNS)).unwrap_or(run).display();
-        text += &format!("  begun: {name}: {}\n", far(run));
+        let name = run.strip_prefix(dir.join(RUNS)).unwrap_or(&run).display();
+        text += &format!("  begun: {name}: {}\n", far(&run));
     }
     if let Some(stands) = report["stands"].as_str() {
         text += &format!("  verdict so far: {stands}\n");
