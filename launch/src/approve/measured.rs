@@ -254,7 +254,7 @@ impl Launch {
         if let Some(now) = now.filter(|_| !run.history.times().is_empty()) {
             rows.all(test, now, rest.as_ref(), torn.as_deref().unwrap_or_default());
         }
-        Self {
+        let mut launch = Self {
             which,
             last: [last.name.clone(), last.of.clone()],
             doubt: run.doubt().or_else(settling),
@@ -264,7 +264,11 @@ impl Launch {
             finer: run.finer,
             torn,
             used,
-        }
+        };
+        let why = format!("not examined: {}", launch.no_height());
+        let height = launch.rows.iter_mut().find(|row| row.name == "h_R" && row.value.is_none());
+        height.into_iter().for_each(|row| row.note = Some(why.clone()));
+        launch
     }
 
     /// The utilisation of each part that has a strength or a stroke, or yields: name, share, and what it has come to. What tore is used
@@ -281,6 +285,27 @@ impl Launch {
             (name.clone(), if tore(name) { most.share.max(1.0) } else { most.share }, come_to)
         };
         self.used.iter().map(of).collect()
+    }
+
+    /// What became of the block, of the settling phase, too.
+    pub fn words(&self) -> String {
+        let Some(fate) = self.fate else { return "no verdict".into() };
+        let words = match fate {
+            Fate::Rebounded => "stopped, then thrown back",
+            Fate::Undecided => "still being stopped",
+            other => other.words(),
+        };
+        let left = !self.stopped && matches!(fate, Fate::Stopped | Fate::Rebounded);
+        words.to_owned() + if left { ", and left the net in the settling phase" } else { "" }
+    }
+
+    /// Why its residual height is not known.
+    pub fn no_height(&self) -> String {
+        match self.stopped {
+            _ if self.doubt.is_some() => "the run does not count".into(),
+            true => "the block was not brought to rest".into(),
+            false => format!("the block: {}", self.words()),
+        }
     }
 
     /// A number.
@@ -358,15 +383,13 @@ impl Rows<'_> {
         self.add("braking_time", braking, "s", "from the first contact to the largest elongation");
         self.block_force(touch, stop);
         self.add(NOMINAL, before, "m", "before the first launch");
-        if let Some((height, (least, most))) = left {
-            self.add("h_R", Some(height), "m", "at rest, block still in the net; least of all fields");
+        let of_rest = "at rest, block still in the net; least of all fields";
+        self.add("h_R", left.map(|(height, _)| height), "m", of_rest);
+        if let Some((_, (least, most))) = left {
             for (name, value) in [("h_R_least", least), ("h_R_most", most)] {
                 self.add(name, Some(value), "m", &format!("in the last {TAIL} s of the settling phase"));
             }
             self.add("h_R/h_N", share, "1", "");
-        } else {
-            let why = "not brought to rest, as the block was not stopped, or no height is judged";
-            self.add("h_R", None, "m", &format!("not examined: {why}"));
         }
         let note = "of the sphere around it from the slope through the feet";
         self.add("clearance_block", clear_block, "m", note);

@@ -6,7 +6,6 @@ use super::site::{Block, Kit, Which};
 use super::{Case, RUNS};
 use crate::progress::far;
 use crate::sweep::is_kept;
-use interface_defs::verdict::Fate;
 use serde_json::{Value, json};
 use std::collections::HashSet;
 use std::io;
@@ -64,19 +63,25 @@ impl Case {
         all
     }
 
-    /// All criteria that it fails, and those that are not settled.
-    fn failed(&self) -> String {
-        let named = |criterion: &Criterion| {
-            let open = match criterion.result {
-                Judged::Fail => "",
-                Judged::NotSettled => " (not settled)",
-                Judged::Pass | Judged::NotExamined => return None,
-            };
-            let text = format!("{} {} {}", criterion.launch, criterion.name, criterion.number());
-            Some(text.trim_end().to_owned() + open)
-        };
-        self.criteria.iter().filter_map(named).collect::<Vec<_>>().join(", ")
+    /// All criteria with a result.
+    fn criteria_of(&self, result: Judged) -> String {
+        let of = self.criteria.iter().filter(|criterion| criterion.result == result);
+        let named =
+            |of: &Criterion| format!("{} {} {}", of.launch, of.name, of.number()).trim_end().to_owned();
+        listed(of.map(named))
     }
+
+    /// Its verdict, with the criteria that decide it.
+    fn decided(&self) -> String {
+        let verdict = self.verdict();
+        format!("{}: {}", verdict.words(), self.criteria_of(verdict))
+    }
+}
+
+/// One after the other; `-`: there are none.
+fn listed(all: impl Iterator<Item = String>) -> String {
+    let all = all.collect::<Vec<_>>().join(", ");
+    if all.is_empty() { "-".into() } else { all }
 }
 
 impl Criterion {
@@ -99,7 +104,7 @@ fn stands(cases: &[Case], all: usize) -> String {
     }
     text += ")";
     for case in cases.iter().filter(|case| case.verdict() != verdict) {
-        text += &format!("; {} makes it {}: {}", case.name, case.verdict().words(), case.failed());
+        text += &format!("; {} makes it {}", case.name, case.decided());
     }
     if cases.len() < all { text + &format!("; {} are still to run", all - cases.len()) } else { text }
 }
@@ -109,7 +114,7 @@ fn conclusion(kit: &Kit, cases: &[Case]) -> String {
     let Some((first, varied)) = cases.split_first() else { return String::new() };
     let what = match first.verdict() {
         Judged::Pass => "it keeps every criterion that was assessed".into(),
-        verdict => format!("{}: {}", verdict.words(), first.failed()),
+        _ => first.decided(),
     };
     let other = varied.iter().filter(|case| case.verdict() != first.verdict()).count();
     let stands = match varied.len() {
@@ -127,13 +132,12 @@ fn conclusion(kit: &Kit, cases: &[Case]) -> String {
 /// The category of a case, and what it is.
 fn category_of(case: &Case) -> String {
     let [a, b] = CATEGORIES.map(|(least, name)| format!("{name} from {least}"));
-    match case.value(Which::Mel, SHARE) {
-        Some(share) => {
-            let named = category(share);
-            format!("category {named}: h_R/h_N {} after MEL ({a}, {b}, else C; no criterion)", three(share))
-        }
-        None => "category -: the block was not stopped at MEL, or not brought to rest".into(),
-    }
+    let Some(share) = case.value(Which::Mel, SHARE) else {
+        let why = case.launches.iter().find(|launch| launch.which == Which::Mel).map(Launch::no_height);
+        return format!("category -: at MEL {}", why.unwrap_or_default());
+    };
+    let named = category(share);
+    format!("category {named}: h_R/h_N {} after MEL ({a}, {b}, else C; no criterion)", three(share))
 }
 
 /// Of a launch: largest forces of feet and anchors, brakes at their end stops, what tore.
@@ -276,7 +280,7 @@ pub fn screen(kit: &Kit, cases: &[Case], out: &Path) -> String {
     let of_launch = Columns::new()
         .with("launch", |launch: &Launch| launch.which.name().into())
         .with("run again", |launch| if launch.finer { "accurate".into() } else { "-".into() })
-        .with("fate", |launch| launch.fate.map_or("-", Fate::words).into());
+        .with("fate", Launch::words);
     let of_launch = numbered(of_launch, &OF_LAUNCH, Launch::value).with("broken", |launch| {
         launch.torn.iter().flatten().map(|torn| torn.elements).sum::<u64>().to_string()
     });
@@ -295,12 +299,12 @@ pub fn screen(kit: &Kit, cases: &[Case], out: &Path) -> String {
             let most = case.utilisation().into_iter().next();
             most.map_or("-".into(), |(name, share, to, _)| format!("{} {name} ({to})", percent(share)))
         })
-        .with("run again", |case| {
+        .with("run again, accurate", |case| {
             let finer = case.launches.iter().filter(|launch| launch.finer).map(|launch| launch.which.name());
-            let finer = finer.collect::<Vec<_>>().join(", ");
-            if finer.is_empty() { "-".into() } else { format!("{finer}, accurate") }
+            listed(finer.map(str::to_owned))
         })
-        .with("failed criteria", Case::failed);
+        .with("failed criteria", |case| case.criteria_of(Judged::Fail))
+        .with("not settled", |case| case.criteria_of(Judged::NotSettled));
     let used = first.utilisation().into_iter().take(SHOWN);
     let used =
         used.map(|(name, share, to, which)| format!("{} {name} ({to}, {})", percent(share), which.name()));
