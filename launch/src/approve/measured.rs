@@ -22,6 +22,10 @@ const MEAN: f64 = 1e-3;
 const TAIL: f64 = 0.3;
 /// What the work of brakes is.
 const PLASTIC: &str = "force times plastic travel; what is elastic comes back";
+/// Share of its stroke from which on a brake is at its end stop, less rounding.
+const FULL: f64 = 1.0 - 1e-3;
+/// What the peak of a part is of.
+const STEP: &str = "of a single step";
 /// What a part has come to that tore, and a brake at the end of its stroke.
 pub const TORN: &str = "torn";
 pub const END_STOP: &str = "at the end stop";
@@ -279,7 +283,7 @@ impl Launch {
             let come_to = match most.of {
                 _ if tore(name) => TORN,
                 ShareOf::Force if most.share >= 1.0 => "above its strength",
-                ShareOf::Travel if most.share >= 1.0 => END_STOP,
+                ShareOf::Travel if most.share >= FULL => END_STOP,
                 of => of.word(),
             };
             (name.clone(), if tore(name) { most.share.max(1.0) } else { most.share }, come_to)
@@ -342,13 +346,11 @@ impl Rows<'_> {
     }
 
     /// A measure of the run, with its share of `most`; one that is absent is left out.
-    fn peak(&mut self, name: &str, measure: &str, unit: &'static str, most: Option<f64>) {
+    fn peak(&mut self, name: &str, measure: &str, unit: &'static str, most: Option<f64>, note: &str) {
         let Some(found) = self.run.measure(measure) else { return };
-        let row = self.add(name, Some(found.value), unit, "");
+        let row = self.add(name, Some(found.value), unit, note);
         (row.time_s, row.member) = (found.time, found.member.clone());
         row.share = most.map(|most| found.value.abs() / most);
-        let stopped = unit == "m" && row.share.is_some_and(|share| share >= 1.0);
-        row.note = stopped.then(|| END_STOP.into());
     }
 
     fn all(&mut self, test: &Test, now: &Layout, rest: Option<&Ended>, torn: &[Torn]) {
@@ -376,7 +378,7 @@ impl Rows<'_> {
         let clear_net = least(&format!("{OWN}_net_height_m"), 0.0);
         self.add("block_mass", Some(block.mass), "kg", "");
         self.add("block_edge", Some(block.size), "m", "");
-        self.peak("impact_speed", "impact_speed", "m/s", None);
+        self.peak("impact_speed", "impact_speed", "m/s", None, "");
         self.add("impact_energy", energy, "J", "");
         self.add("absorbed_energy", absorbed, "J", "m v2/2 + m g e");
         self.add("max_elongation", elongation, "m", "").time_s = Some(end);
@@ -398,7 +400,7 @@ impl Rows<'_> {
             let (name, note) = (format!("broken {part}"), format!("the first under {:.1} kN", 1e-3 * force));
             self.add_timed(&name, Some((*elements as f64, *first)), "1", &note).member = Some(member.clone());
         }
-        self.peak("plastic strain", "max_plastic_strain", "1", None);
+        self.peak("plastic strain", "max_plastic_strain", "1", None, "");
         test.layout.parts.iter().for_each(|part| self.part(part, now));
         for (name, _) in test.layout.supports() {
             self.support(&name);
@@ -441,7 +443,7 @@ impl Rows<'_> {
         let force = |name, end| (name, end, "N", part.strength);
         let table = match part.element.as_str() {
             _ if part.members.is_empty() => vec![force("tension", "tension_max")],
-            "brake" => vec![("travel", "elongation_max", "m", part.stroke), force("force", "tension_max")],
+            "brake" => vec![force("force", "tension_max")],
             _ => vec![
                 force("compression", "tension_min"),
                 force("tension", "tension_max"),
@@ -453,15 +455,29 @@ impl Rows<'_> {
             let member = |_: &Vec<u32>| (format!("{} {}", part.name, i + 1), part.member(i));
             let (name, gauge) = part.members.get(i).map_or_else(whole, member);
             for (what, measure, unit, most) in &table {
-                self.peak(&format!("{name} {what}"), &format!("{gauge}_{measure}"), unit, *most);
+                self.peak(&format!("{name} {what}"), &format!("{gauge}_{measure}"), unit, *most, STEP);
             }
             if let Some(post) = part.members.get(i).filter(|_| part.element == "beam") {
                 self.tilt(&name, &gauge, [post[0], post[post.len() - 1]].map(|node| now.node(node)));
-            } else if !part.members.is_empty() {
+            } else if let Some(ends) = part.members.get(i) {
+                self.travel(&name, part, i, [0, 1].map(|end| now.node(ends[end])));
                 let work = work(&self.run.history, part, i, usize::MAX);
                 self.add(&format!("{name} work"), work, "J", PLASTIC);
             }
         }
+    }
+
+    /// The plastic travel of brake number `i` of `part`, whose nodes stand at `ends` at the start: what its stroke and its utilisation
+    /// count, too.
+    fn travel(&mut self, name: &str, part: &Part, i: usize, [a, b]: [[f64; 3]; 2]) {
+        let at_start = self.run.history.column(&format!("{}_elongation_m", part.member(i))).first();
+        let modelled = size(&[0, 1, 2].map(|k| b[k] - a[k])) - at_start.unwrap_or(&0.0);
+        let slack = part.length.map_or(0.0, |length| modelled - length);
+        let travels = plastic(&self.run.history, part, i).into_iter().map(|travel| (travel + slack).max(0.0));
+        let largest = self.run.history.largest(travels).map(|(travel, time, _)| (travel, time));
+        let share = largest.zip(part.stroke).map(|((travel, _), stroke)| travel / stroke);
+        let note = if share >= Some(FULL) { END_STOP } else { "plastic" };
+        self.add_timed(&format!("{name} travel"), largest, "m", note).share = share;
     }
 
     /// The largest angle by which a post has turned from where it stood.
@@ -510,8 +526,15 @@ impl Rows<'_> {
             row.share = value.zip(absorbed).map(|(energy, absorbed)| energy / absorbed);
             row.time_s = Some(end);
         }
-        let note = "not examined: the history has that of the structure as a whole";
-        self.add("energy of net, ropes, posts, each", None, "J", note);
+        let over = history.times().last().copied();
+        for part in &self.run.summary.parts {
+            for (what, energy) in [("dissipated", part.dissipated), ("stored", part.stored)] {
+                let name = format!("energy {} {what}", part.part);
+                let row =
+                    self.add_timed(&name, over.map(|end| (energy, end)), "J", "at the end of the launch");
+                row.share = absorbed.map(|absorbed| energy / absorbed);
+            }
+        }
     }
 }
 
@@ -520,17 +543,23 @@ fn size(v: &[f64; 3]) -> f64 {
     v[0].hypot(v[1]).hypot(v[2])
 }
 
+/// Elongation of brake number `i` of `part` less what of it is elastic, in each row [m].
+fn plastic(history: &History, part: &Part, i: usize) -> Vec<f64> {
+    let column = |end| history.column(&format!("{}_{end}", part.member(i)));
+    let elastic = |force: &f64| part.stiffness.map_or(0.0, |of| force / of);
+    column("elongation_m").iter().zip(column("tension_N")).map(|(e, force)| e - elastic(force)).collect()
+}
+
 /// What brake number `i` of `part` has dissipated up to a row [J]: its force over its plastic travel, which is the largest elongation less
 /// that of its force. Over the elongation itself a brake that stays elastic comes to a work of either sign: rows are samples, and do not
 /// see where it goes slack.
 fn work(history: &History, part: &Part, i: usize, row: usize) -> Option<f64> {
-    let column = |end| history.column(&format!("{}_{end}", part.member(i)));
-    let (forces, lengths) = (column("tension_N"), column("elongation_m"));
-    let plastic = |row: usize| lengths[row] - part.stiffness.map_or(0.0, |of| forces[row] / of);
-    let last = row.min(forces.len().checked_sub(1)?);
-    let (mut work, mut most) = (0.0, plastic(0));
+    let (forces, travels) =
+        (history.column(&format!("{}_tension_N", part.member(i))), plastic(history, part, i));
+    let last = row.min(travels.len().checked_sub(1)?);
+    let (mut work, mut most) = (0.0, travels[0]);
     for row in 1..=last {
-        let further = (plastic(row) - most).max(0.0);
+        let further = (travels[row] - most).max(0.0);
         work += 0.5 * (forces[row] + forces[row - 1]) * further;
         most += further;
     }
@@ -578,7 +607,8 @@ mod tests {
             strength: None,
             can_break: false,
             stiffness: Some(1e4),
-            stroke: None,
+            stroke: Some(1.0),
+            length: None,
             members: vec![vec![0, 1]],
         };
         let of = |rows: Vec<Vec<f64>>| history(&["approve_b_1_tension_N", "approve_b_1_elongation_m"], rows);
@@ -586,6 +616,22 @@ mod tests {
         let work_up_to = |row| work(&slips, &brake, 0, row).expect("a brake");
         assert!((work_up_to(2) - 50.0).abs() < 1e-9 && (work_up_to(usize::MAX) - 50.0).abs() < 1e-9);
         assert_eq!(work(&slips, &brake, 1, 2), None);
+        // Its travel is that of its law, which begins at its own length.
+        for (length, travel) in [(None, 0.5), (Some(0.5), 1.0)] {
+            let brake = Part { length, ..brake.clone() };
+            let columns = ["time_s", "approve_b_1_tension_N", "approve_b_1_elongation_m"];
+            let rows = [[0.0, 0.0, 0.0], [1.0, 100.0, 0.01], [2.0, 100.0, 0.51], [3.0, 0.0, 0.5]];
+            let run = Ended { history: history(&columns, rows.map(Vec::from).into()), ..Ended::default() };
+            let block = Block { mass: 2.0, size: 0.1 };
+            let mut rows = Rows { block, nominal: None, run: &run, rows: Vec::new() };
+            rows.travel("b 1", &brake, 0, [[0.0; 3], [1.0, 0.0, 0.0]]);
+            let row = &rows.rows[0];
+            assert!(
+                (row.value.expect("a travel") - travel).abs() < 1e-12 && row.share == row.value,
+                "{row:?}"
+            );
+            assert_eq!(row.note.as_deref() == Some(END_STOP), travel == 1.0, "{row:?}");
+        }
         // It begins under tension, goes slack between two rows, and is pulled again.
         let slack = of(vec![vec![100.0, 0.01], vec![0.0, -0.02], vec![50.0, 0.005], vec![0.0, -0.01]]);
         assert!(work(&slack, &brake, 0, usize::MAX).expect("a brake").abs() < 1e-12);

@@ -149,7 +149,10 @@ fn details(launch: &Launch) -> String {
     };
     let stops = launch.rows.iter().filter(|row| row.note.as_deref() == Some(END_STOP));
     let lines = [
-        ("largest forces of supports", SUPPORTS.iter().filter_map(largest).collect::<Vec<_>>()),
+        (
+            "largest forces of supports (means over a row)",
+            SUPPORTS.iter().filter_map(largest).collect::<Vec<_>>(),
+        ),
         ("brakes at their end stop", stops.map(|row| row.name.trim_end_matches(" travel").into()).collect()),
         ("torn", launch.torn.iter().flatten().map(ToString::to_string).collect()),
     ];
@@ -207,9 +210,8 @@ pub fn status(dir: &Path, running: Option<String>) -> (String, Exit) {
     let report: Value = files::read_json(&dir.join(JSON)).unwrap_or_default();
     let cases = report["cases"].as_array().map_or(&[][..], Vec::as_slice);
     let verdict = |case: &Value| case["verdict"].as_str().unwrap_or("unknown").replace('_', " ");
-    let all = report["all_cases"].as_u64().filter(|all| *all > 0);
-    let of = all.map_or(String::new(), |all| format!(" of {all}"));
-    let mut text = format!("{}: a test for approval, {}{of} cases judged\n", dir.display(), cases.len());
+    let all = report["all_cases"].as_u64().unwrap_or(0) as usize;
+    let mut text = format!("{}: a test for approval, {} of {all} cases judged\n", dir.display(), cases.len());
     for case in cases {
         text += &format!("  {}: {}\n", case["case"].as_str().unwrap_or_default(), verdict(case));
     }
@@ -221,25 +223,17 @@ pub fn status(dir: &Path, running: Option<String>) -> (String, Exit) {
         let name = run.strip_prefix(dir.join(RUNS)).unwrap_or(&run).display();
         text += &format!("  begun: {name}: {}\n", far(&run));
     }
-    if let Some(stands) = report["stands"].as_str() {
+    if let Some(stands) = report["stands"].as_str().filter(|_| !cases.is_empty()) {
         text += &format!("  verdict so far: {stands}\n");
     }
-    let over = all.is_some_and(|all| cases.len() as u64 >= all);
-    match running {
-        Some(running) => (text + &format!("  {running}\n"), Exit::Done),
-        None if !over => {
-            text += "  no process of this machine is at work: the same command goes on\n";
-            (text, Exit::Failed)
-        }
-        None if cases.iter().any(|case| verdict(case) == "not settled") => (text, Exit::Unreliable),
-        None => (text, Exit::Done),
-    }
-}
-
-/// Remove what [`write`] has written.
-pub fn remove(out: &Path) -> io::Result<()> {
-    let there = [JSON, TABLE, TEXT].map(|name| out.join(name)).into_iter().filter(|file| file.exists());
-    there.map(std::fs::remove_file).collect()
+    let killed = "no process of this machine is at work: the same command goes on";
+    let (last, exit) = match running {
+        Some(running) => (format!("  {running}\n"), Exit::Done),
+        None if cases.len() < all => (format!("  {killed}\n"), Exit::Failed),
+        None if cases.iter().any(|case| verdict(case) == "not settled") => (String::new(), Exit::Unreliable),
+        None => (String::new(), Exit::Done),
+    };
+    (text + &last, exit)
 }
 
 /// Write both files.
