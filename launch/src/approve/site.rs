@@ -63,7 +63,8 @@ pub struct Kit {
     pub density: f64,
     /// Hash of its file.
     pub hash: String,
-    own: Scene,
+    /// What it was read from.
+    pub own: Scene,
     sets: Vec<String>,
     scratch: Scratch,
 }
@@ -116,9 +117,18 @@ impl Kit {
             let cure = "leave it to the scene that uses the kit";
             return Err(scene.invalid(key, what).try_instead(cure).into());
         }
-        let reached = CLASSES.iter().filter(|energy| mel >= **energy * (1.0 - 1e-9)).count() as u8;
-        let class = about.class.unwrap_or(if mel > CLASSES[7] { 8 } else { reached.saturating_sub(1) });
-        let name = about.name.unwrap_or_else(|| stem(&file));
+        let class = class_of(mel);
+        if let Some(stated) = about.class.filter(|stated| *stated > class && energy.is_none()) {
+            let least = 1e-3 * CLASSES[usize::from(stated).min(CLASSES.len() - 1)];
+            let or = if stated > 7 { "more than" } else { "at least" };
+            let what =
+                format!("class {stated} is of {or} {least} kJ, and `energy` is {most} kJ, of class {class}");
+            let cure = format!("class = {class}, or a higher energy");
+            return Err(own.invalid("kit.class", what).try_instead(cure).into());
+        }
+        // An energy of the command line has a class of its own.
+        let class = about.class.filter(|_| energy.is_none()).unwrap_or(class);
+        let name = about.name.unwrap_or_else(|| own.name());
         let hash = hash(own.text().as_bytes());
         Ok(Self { name, class, file, hash, own, document, mel, sel: least, speed, density, sets, scratch })
     }
@@ -142,9 +152,10 @@ impl Kit {
     }
 }
 
-/// Name of a file.
-pub fn stem(file: &Path) -> String {
-    file.file_stem().map_or_else(|| "kit".into(), |stem| stem.to_string_lossy().into_owned())
+/// The highest class whose largest launch has this energy [J].
+fn class_of(mel: f64) -> u8 {
+    let reached = CLASSES.iter().filter(|energy| mel >= **energy * (1.0 - 1e-9)).count() as u8;
+    if mel > CLASSES[7] * (1.0 + 1e-9) { 8 } else { reached.saturating_sub(1) }
 }
 
 /// A block.
