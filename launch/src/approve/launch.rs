@@ -4,11 +4,11 @@
 //! has of its own and a model has not: the residual height is that at its end, block still in the net. A run that is not to be trusted is made
 //! again with finer windows and steps.
 
-use super::layout::{Layout, number, table_at};
+use super::layout::{Layout, table_at};
 use super::measured::{Ended, Launch};
 use super::site::{BLOCK, Test, Which, unwritten};
 use crate::children::Events;
-use crate::estimate::SLOWER;
+use crate::numbers::number;
 use crate::progress::{Progress, far};
 use crate::stop::Stop;
 use crate::sweep::{self, Task};
@@ -39,13 +39,18 @@ const FINER: &str = "accurate";
 /// The same of the net alone, which is lighter and swings more slowly.
 const EMPTY: (f64, f64) = (8.0, 3.0);
 
+/// Wall time over that of steps and exchanges alone, and settling runs of a launch, least and most. Both kits took 1.5 to 2.9 times as
+/// long, with friction in ropes twice that.
+const COSTS: [(f64, f64); 2] = [(1.5, 1.0), (3.0, ROUNDS as f64)];
+
 /// Wall time that all runs of a case are expected to take, least and most [s]; `None`: nothing is known.
 pub fn cost(test: &Test) -> Option<[f64; 2]> {
     let length = number(test.document.get("end_time"))?;
     let (launches, settle) = if test.kit.sel.is_some() { (3.0, 2.0) } else { (1.0, 1.0) };
-    let all =
-        |rounds: f64| test.cost.map(|cost| cost / length * (launches * length + settle * rounds * TO_REST.1));
-    Some([all(1.0)?, SLOWER * all(ROUNDS as f64)?])
+    let per_second = test.cost? / length;
+    Some(
+        COSTS.map(|(slower, rounds)| slower * per_second * (launches * length + settle * rounds * TO_REST.1)),
+    )
 }
 
 /// What a rock's state is in a scene, and in the columns of a history.

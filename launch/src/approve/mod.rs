@@ -139,16 +139,16 @@ pub fn approve(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
         show(&plan(&variations.iter().zip(&tests).collect::<Vec<_>>()));
         return Ok(Exit::Done);
     }
-    let out = arguments
-        .out
-        .clone()
-        .unwrap_or_else(|| Path::new("out").join(format!("{}-approve", site::stem(&kit.file))));
+    let out =
+        arguments.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-approve", kit.own.name())));
     refuse_other(&out)?;
     let _owner = Owner::claim(&out, &Claim { force: arguments.force, ..Claim::default() })?;
     let place = out.join(RUNS);
     if arguments.force && place.exists() {
-        let removed = std::fs::remove_dir_all(&place);
-        removed.and_then(|()| report::remove(&out)).map_err(|e| site::unwritten(&place, &e))?;
+        std::fs::remove_dir_all(&place).map_err(|e| site::unwritten(&place, &e))?;
+    }
+    if !place.exists() {
+        report::write(&kit, &[], tests.len(), &out).map_err(|e| site::unwritten(&out, &e))?;
     }
     let (mut cases, all): (Vec<Case>, _) = (Vec::new(), tests.len());
     for (test, Variation { name, .. }) in tests.iter().zip(&variations) {
@@ -190,7 +190,8 @@ fn plan(cases: &[(&Variation, &site::Test)]) -> String {
     let all = cases.iter().filter_map(cost).fold([0.0; 2], |all, of| [all[0] + of[0], all[1] + of[1]]);
     let [least, most] = all.map(|seconds| three(seconds / 60.0));
     let table = columns.aligned(cases);
-    format!("{table}\nin all {least} to {most} minutes of wall time; nothing was run\n")
+    let why = "a block takes one to four runs to come to rest, which is known afterwards";
+    format!("{table}\nin all {least} to {most} minutes of wall time: {why}; nothing was run\n")
 }
 
 /// Whether a directory holds a test.
