@@ -6,17 +6,17 @@
 
 use super::layout::{Layout, table_at};
 use super::measured::{Ended, Launch};
-use super::site::{BLOCK, Test, Which, unwritten};
+use super::site::{BLOCK, Test, Which};
 use crate::children::Events;
 use crate::numbers::number;
 use crate::progress::{Progress, far};
-use crate::stop::Stop;
+use crate::stop::{Stop, unwritten, write};
 use crate::sweep::{self, Task};
 use interface_defs::diagnostic::{Diagnostic, Place, code};
 use interface_defs::verdict::Fate;
 use std::path::PathBuf;
 use toml::{Table, Value};
-use toolkit::files::{self, Dir};
+use toolkit::files::Dir;
 use toolkit::input_file::hash;
 use toolkit::numbers::seconds;
 use toolkit::summary::{RunStatus, Summary};
@@ -208,8 +208,8 @@ impl Runs<'_> {
             let place = Place::file(dir.display().to_string());
             return Err(Diagnostic::error(code::RESULT_DIRECTORY, what).at(place).try_instead(cure).into());
         }
-        Dir::create(&self.dir).map_err(|e| unwritten(&self.dir, &e))?;
-        files::write(&file, text.as_bytes()).map_err(|e| unwritten(&file, &e))?;
+        Dir::create(&self.dir).map_err(unwritten(&self.dir))?;
+        write(&file, &text)?;
         let task = Task { scene: &file, sets: Vec::new(), dir: &dir, shortcuts: true, limit: f64::INFINITY };
         let (label, progress) = (format!("{}, {}", self.label, what.0), self.progress);
         let mut say = |spent| progress.say(&format!("{label}: {}, after {spent} s", far(&dir)));

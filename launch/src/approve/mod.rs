@@ -16,7 +16,7 @@ mod vary;
 
 use crate::children::Events;
 use crate::progress::Progress;
-use crate::stop::Stop;
+use crate::stop::{Stop, unwritten, write};
 use clap::Args;
 use interface_defs::diagnostic::{Diagnostic, Place, code};
 use judge::Result as Judged;
@@ -26,7 +26,7 @@ use toolkit::arguments::{AnswerForm, path};
 use toolkit::check::Format;
 use toolkit::columns::Columns;
 use toolkit::exit::Exit;
-use toolkit::files::{self, Dir};
+use toolkit::files::Dir;
 use toolkit::manifest;
 use toolkit::numbers::three;
 use toolkit::owner::{Claim, Owner};
@@ -145,10 +145,10 @@ pub fn approve(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
     let _owner = Owner::claim(&out, &Claim { force: arguments.force, ..Claim::default() })?;
     let place = out.join(RUNS);
     if arguments.force && place.exists() {
-        std::fs::remove_dir_all(&place).map_err(|e| site::unwritten(&place, &e))?;
+        std::fs::remove_dir_all(&place).map_err(unwritten(&place))?;
     }
     if !place.exists() {
-        report::write(&kit, &[], tests.len(), &out).map_err(|e| site::unwritten(&out, &e))?;
+        report::write(&kit, &[], tests.len(), &out).map_err(unwritten(&out))?;
     }
     let (mut cases, all): (Vec<Case>, _) = (Vec::new(), tests.len());
     for (test, Variation { name, .. }) in tests.iter().zip(&variations) {
@@ -161,12 +161,11 @@ pub fn approve(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
             format!("; {done} of {all} cases are judged in {}; the same command goes on", out.display());
         let case = Case::of(&runs, name);
         cases.push(case.map_err(|stop| if stop.exit == Exit::BadInput { stop } else { stop.and(&kept) })?);
-        report::write(&kit, &cases, all, &out).map_err(|e| site::unwritten(&out, &e))?;
+        report::write(&kit, &cases, all, &out).map_err(unwritten(&out))?;
     }
     progress.finish();
     let text = report::screen(&kit, &cases, &out);
-    let file = out.join(report::TEXT);
-    files::write(&file, text.as_bytes()).map_err(|e| site::unwritten(&file, &e))?;
+    write(&out.join(report::TEXT), &text)?;
     manifest::seal(&out);
     match arguments.answer.format {
         Format::Json => show(&format!("{:#}\n", report::json(&kit, &cases, all))),

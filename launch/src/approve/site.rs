@@ -9,14 +9,12 @@ use super::vary::Variation;
 use crate::children::Events;
 use crate::ground::Scratch;
 use crate::prepared::Prepared;
-use crate::stop::Stop;
+use crate::stop::{Stop, write};
 use interface_defs::diagnostic::{Diagnostic, Place, code};
-use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 use toolkit::arguments::Input;
 use toolkit::exit::Exit;
-use toolkit::files;
 use toolkit::input_file::{hash, with_absolute_files};
 use toolkit::numbers::four;
 use toolkit::scene::{Scene, at};
@@ -105,7 +103,7 @@ impl Kit {
         let scratch = Scratch::new(None)?;
         let file = std::path::absolute(&arguments.kit).map_err(|e| own.invalid("kit", e.to_string()))?;
         let site = scratch.file(SITE);
-        files::write(&site, site_text(&file, length).as_bytes()).map_err(|e| unwritten(&site, &e))?;
+        write(&site, &site_text(&file, length))?;
         // In its axes the anchors lie in the wall. What a user sets goes before it.
         let sets = std::iter::once("structure.generator.anchor_rise=0.0".into());
         let sets: Vec<String> = sets.chain(arguments.sets.iter().cloned()).collect();
@@ -147,7 +145,7 @@ impl Kit {
     /// A scene in a file that lives as long as this.
     pub fn written(&self, scene: &Table) -> Result<Input, Stop> {
         let file = self.scratch.file("scene.toml");
-        files::write(&file, scene.to_string().as_bytes()).map_err(|e| unwritten(&file, &e))?;
+        write(&file, &scene.to_string())?;
         Ok(Input { scene: file, sets: Vec::new() })
     }
 }
@@ -181,11 +179,6 @@ fn document(scene: &Scene) -> Result<Table, Diagnostic> {
     let mut document = scene.document()?;
     with_absolute_files(&mut document, scene)?;
     Ok(document)
-}
-
-/// What cannot be written, and why.
-pub fn unwritten(place: &Path, why: &dyn Display) -> Stop {
-    Stop::failed(code::NOT_WRITTEN, format!("{}: cannot be written: {why}", place.display()))
 }
 
 /// Which launch.

@@ -2,7 +2,7 @@
 
 use super::knobs::Space;
 use super::study::Finished;
-use crate::stop::Stop;
+use crate::stop::{Stop, write};
 use crate::sweep::{self, Build};
 use interface_defs::diagnostic::{Diagnostic, Place, code};
 use serde::{Deserialize, Serialize};
@@ -91,9 +91,7 @@ impl Store {
     /// Write a file of the study.
     pub fn write(&self, name: &str, text: &str) -> Result<PathBuf, Stop> {
         let path = self.out.join(name);
-        files::write(&path, text.as_bytes()).map_err(|e| {
-            Stop::failed(code::NOT_WRITTEN, format!("{}: cannot be written: {e}", path.display()))
-        })?;
+        write(&path, text)?;
         Ok(path)
     }
 }
