@@ -4,7 +4,7 @@ use super::knobs::Space;
 use super::study::Finished;
 use crate::stop::{Stop, write};
 use crate::sweep::{self, Build};
-use interface_defs::diagnostic::{Diagnostic, Place, code};
+use interface_defs::diagnostic::{Diagnostic, Place};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
@@ -129,6 +129,7 @@ mod tests {
     use crate::trade::knobs::{Knob, Point, Start};
     use crate::trade::result::Purpose;
     use crate::trade::result::tests::done;
+    use interface_defs::diagnostic::code;
 
     fn identity(scene: &str, build: &str) -> Identity {
         let build = Build::from([("coupler".into(), Some(build.into()))]);
