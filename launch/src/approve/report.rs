@@ -230,7 +230,9 @@ pub fn status(dir: &Path, running: Option<String>) -> (String, Exit) {
     let (last, exit) = match running {
         Some(running) => (format!("  {running}\n"), Exit::Done),
         None if cases.len() < all => (format!("  {killed}\n"), Exit::Failed),
-        None if cases.iter().any(|case| verdict(case) == "not settled") => (String::new(), Exit::Unreliable),
+        None if cases.iter().any(|case| case["verdict"] == json!(Judged::NotSettled)) => {
+            (String::new(), Exit::Unreliable)
+        }
         None => (String::new(), Exit::Done),
     };
     (text + &last, exit)
