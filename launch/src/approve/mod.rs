@@ -190,7 +190,9 @@ fn plan(cases: &[(&Variation, &site::Test)]) -> String {
     let [least, most] = all.map(|seconds| three(seconds / 60.0));
     let table = columns.aligned(cases);
     let why = "a block takes one to four runs to come to rest, which is known afterwards";
-    format!("{table}\nin all {least} to {most} minutes of wall time: {why}; nothing was run\n")
+    format!(
+        "{table}\nin all {least} to {most} minutes of wall time on a free machine: {why}; nothing was run\n"
+    )
 }
 
 /// Whether a directory holds a test.
