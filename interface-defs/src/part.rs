@@ -12,8 +12,10 @@ pub enum ShareOf {
     Force,
     /// Travel of a brake over its stroke.
     Travel,
-    /// Axial force and moments over what the section bears, or the strain of a fibre over that at which it tears.
+    /// Axial force and moments over what the section bears where all of it yields, or the strain of a fibre over that at which it tears.
     Section,
+    /// The same of a part of which a fibre has yielded: it stays bent. That begins below 1, in an H bent about its strong axis at some 0.9.
+    Yielded,
 }
 
 impl ShareOf {
@@ -23,6 +25,7 @@ impl ShareOf {
             Self::Force => "force",
             Self::Travel => "travel",
             Self::Section => "section",
+            Self::Yielded => "section, yielded",
         }
     }
 }
@@ -56,6 +59,11 @@ impl PartUse {
     pub fn share(&self) -> f64 {
         self.utilisation.map_or(0.0, |largest| largest.share)
     }
+
+    /// Whether it was used beyond what it bears, or stays bent.
+    pub fn is_beyond(&self) -> bool {
+        self.utilisation.is_some_and(|largest| largest.share > 1.0 || largest.of == ShareOf::Yielded)
+    }
 }
 
 /// That it was used beyond what it can bear.
@@ -65,9 +73,8 @@ impl fmt::Display for PartUse {
         let what = match of {
             ShareOf::Force => "carried {} times its strength",
             ShareOf::Travel => "came to {} times its stroke",
-            ShareOf::Section => {
-                "yielded: axial force and moments, each over what its section bears, add up to {}"
-            }
+            ShareOf::Section => "came to {} times what its plastic section bears",
+            ShareOf::Yielded => "yielded: it came to {} times what its plastic section bears",
         };
         write!(f, "`{}` {} at {time:.4} s", self.part, what.replace("{}", &format!("{share:.2}")))
     }

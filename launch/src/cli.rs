@@ -74,9 +74,9 @@ enum Command {
     /// of this machine; a study that was killed goes on with --resume and gives the same table. --members A..B is one task of
     /// many on other machines. --barrier SCENE --worst N runs the worst members again, coupled, against a barrier in its place.
     Ensemble(EnsembleArguments),
-    /// How far a run or a study is, by the files in its directory
+    /// How far a run, a study or a test for approval is, by the files in its directory
     ///
-    /// Exit codes: 0 done, or running; 1 failed, interrupted or killed; 2 no run or study there; 3 done, but unreliable.
+    /// Exit codes: 0 done, or running; 1 failed, interrupted or killed; 2 nothing of these there; 3 done, but unreliable or not settled.
     Status {
         /// Directory of the results
         dir: PathBuf,

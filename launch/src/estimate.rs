@@ -16,7 +16,7 @@ use toolkit::numbers::short;
 
 /// How much longer a run may take than its steps and exchanges alone on a free machine: a barrier under 1 000 kJ took five times as long, with
 /// iterations, contact, ropes with friction, and other work on the machine.
-pub const SLOWER: f64 = 5.0;
+const SLOWER: f64 = 5.0;
 /// A cost beyond this is worth a question: a day [s].
 const LONG: f64 = 86_400.0;
 /// Nobody waits so long for a run: ten years [s].

@@ -16,7 +16,7 @@
 //! - [`children`]: start programs, watch them, end them ([`progress`]), logs of bounded length; [`stop`]: why a command ends, with its
 //!   exit code
 //! - [`estimate`]: `rockfall check`: the same without starting, with steps and cost
-//! - [`status`]: `rockfall status`: how far a run or a study is, by its files; `rockfall verify`: whether they are what was written
+//! - [`status`]: `rockfall status`: how far a run, a study or a test for approval is, by its files; `rockfall verify`: whether they are what was written
 //! - [`sweep`]: many runs, each kept
 //! - [`trade`](mod@trade): `rockfall trade`: accuracy against cost, by many runs
 //! - [`approve`](mod@approve): `rockfall approve`: a kit under the launches of an approval test, each criterion judged

@@ -1,5 +1,6 @@
 //! How far runs are: on a terminal (simulated time, windows, iterations, residual, expected end), and by the files of a run.
 
+use crate::numbers::number;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{self, IsTerminal, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -87,9 +88,15 @@ fn describe(line: &Line, left: Option<f64>) -> String {
 /// How far the run in a directory is by its last row.
 pub fn far(dir: &Path) -> String {
     let time = || -> Option<f64> { last_row(&dir.join(HISTORY))?.split(',').next()?.parse().ok() };
-    let Some(time) = time() else { return "no row yet".into() };
-    let share =
-        end_time(dir).map_or(String::new(), |end| format!(" of {end} s, {:.1} %", 100.0 * time / end));
+    // It is written once the scene has been checked.
+    let scene = || files::read_text(&dir.join(SCENE)).ok()?.parse::<toml::Table>().ok();
+    let Some(time) = time() else {
+        let hangs = scene().is_none_or(|scene| scene.contains_key("structure"));
+        let search = if hangs { ": the shape of the structure at rest is being searched" } else { "" };
+        return format!("no row yet{search}");
+    };
+    let end_time = scene().and_then(|scene| number(scene.get("end_time")));
+    let share = end_time.map_or(String::new(), |end| format!(" of {end} s, {:.1} %", 100.0 * time / end));
     format!("{time:.4} s{share}")
 }
 
@@ -105,16 +112,22 @@ fn last_row(path: &Path) -> Option<String> {
     whole.lines().next_back().map(str::to_owned)
 }
 
-/// `end_time` of the scene as it was resolved.
-fn end_time(dir: &Path) -> Option<f64> {
-    let text = files::read_text(&dir.join(SCENE)).ok()?;
-    let end = text.parse::<toml::Table>().ok()?.remove("end_time")?;
-    end.as_float().or_else(|| end.as_integer().map(|i| i as f64))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn before_the_first_row_a_shape_at_rest_is_searched_where_there_is_a_structure() {
+        let temp = tempfile::tempdir().expect("a directory");
+        let far_with = |scene: &str, rows: &str| {
+            std::fs::write(temp.path().join(SCENE), scene).expect("written");
+            std::fs::write(temp.path().join(HISTORY), rows).expect("written");
+            far(temp.path())
+        };
+        assert!(far_with("[structure]\n", "time_s\n").contains("at rest is being searched"));
+        assert_eq!(far_with("end_time = 8\n", "time_s\n"), "no row yet");
+        assert_eq!(far_with("end_time = 8\n", "time_s\n2\n"), "2.0000 s of 8 s, 25.0 %");
+    }
 
     #[test]
     fn the_bar_tells_time_windows_iterations_residual_and_expected_end() {

@@ -19,6 +19,7 @@ use toolkit::input_file::{self, named_files, with_absolute_files};
 use toolkit::limits::Limits;
 use toolkit::output::Output;
 use toolkit::owner::holder;
+use toolkit::processes::without_waiting;
 use toolkit::provenance::{self, build_id};
 use toolkit::run_dir::{self, HISTORY, RECORD, SCENE};
 use toolkit::scene::Scene;
@@ -202,9 +203,8 @@ fn refuse(out: &Path, what: String) -> Stop {
 fn same_scene(out: &Path, resolved: &Table, ground: &Ground) -> Result<(), Stop> {
     let path = out.join(SCENE);
     let read = files::read_text(&path).map_err(|e| refuse(out, format!("{SCENE} cannot be read: {e}")))?;
-    let mut before: Table =
-        read.parse().map_err(|e| refuse(out, format!("{SCENE} is none of a run: {e}")))?;
-    let mut now = resolved.clone();
+    let before: Table = read.parse().map_err(|e| refuse(out, format!("{SCENE} is none of a run: {e}")))?;
+    let [mut before, mut now] = [before, resolved.clone()].map(without_waiting);
     // Made from the rest of the scene, and lies in this directory.
     [&mut before, &mut now].into_iter().for_each(|table| ground.forget(table));
     let keys = before.keys().chain(now.keys().filter(|key| !before.contains_key(*key)));

@@ -96,13 +96,14 @@ pub fn run(request: &Arguments, json: bool) -> Result<Exit, Stop> {
         .collect();
     let log = out.join(run_dir::LOG);
     let mut clusters = reports.iter().flat_map(|(_, report)| &report.clusters);
-    let recorded = match goes_on {
-        true => keep_logs(&log, &commands),
-        false => ground
-            .keep(&out.join(ground::FILE), &mut resolved)
-            .and_then(|()| write_record(&owner, &scene, &resolved, &commands))
+    let recorded = ground.keep(&out.join(ground::FILE), &mut resolved).and_then(|()| match goes_on {
+        // It may have other deadlines than before.
+        true => keep_logs(&log, &commands).and_then(|()| {
+            record::write_scene(&out.join(run_dir::SCENE), &scene, &resolved, Some(owner.run()))
+        }),
+        false => write_record(&owner, &scene, &resolved, &commands)
             .and_then(|()| clusters.try_for_each(|(rock, text)| record::write_cluster(&out, rock, text))),
-    };
+    });
     recorded.map_err(|e| Stop::input(code::FILE, format!("{}: cannot be written to: {e}", out.display())))?;
     drop(ground);
     let profile = request.profiling.profile.as_deref().map(files::create).transpose();

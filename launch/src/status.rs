@@ -1,6 +1,7 @@
-//! `rockfall status`: how far a run or a study is, by the files in its directory; `rockfall verify`: whether that is what its run or
+//! `rockfall status`: how far a run, a study or a test for approval is, by the files in its directory; `rockfall verify`: whether that is what its run or
 //! study wrote. Nothing is started or changed.
 
+use crate::approve;
 use crate::progress::far;
 use crate::stop::Stop;
 use crate::worst;
@@ -27,6 +28,9 @@ pub fn status(dir: &Path) -> Result<(String, Exit), Stop> {
     if dir.join(STUDY_RECORD).exists() {
         let study: serde_json::Value = files::read_json(&dir.join(STUDY_RECORD)).unwrap_or_default();
         return Ok(of_study(dir, study["members"].as_u64().unwrap_or(0), running));
+    }
+    if approve::is_one(dir) {
+        return Ok(approve::status(dir, running));
     }
     if dir.join(SUMMARY).exists() {
         return ended(dir, true);
@@ -293,6 +297,33 @@ mod tests {
         let (text, exit) = status(dir).expect("a study");
         assert!(text.contains("barrier: unreliable"), "{text}");
         assert_eq!(exit, Exit::Unreliable);
+    }
+
+    #[test]
+    fn a_test_for_approval_is_as_far_as_its_cases_and_the_run_that_has_begun() {
+        let temp = tempfile::tempdir().expect("a directory");
+        let dir = temp.path();
+        let begun = dir.join("runs/as_defined/sel_1");
+        std::fs::create_dir_all(&begun).expect("created");
+        let said = || status(dir).expect("a test");
+        let text = said().0;
+        assert!(text.contains(" cases judged") && text.contains("begun: as_defined/sel_1: "), "{text}");
+        crate::sweep::keep(&begun, "a scene", ()).expect("written");
+        let report = |verdict: &str, all: u64| {
+            let cases = json!([{ "case": "as defined", "verdict": verdict }]);
+            let report = json!({ "all_cases": all, "stands": "pass (0 of 1 cases failed)", "cases": cases });
+            std::fs::write(dir.join("approval.json"), report.to_string()).expect("written");
+        };
+        report("pass", 3);
+        let (text, exit) = said();
+        for words in ["1 of 3 cases judged", "  as defined: pass\n", "verdict so far: pass (0 of 1"] {
+            assert!(text.contains(words) && !text.contains("begun"), "{words}: {text}");
+        }
+        assert!(text.contains("the same command goes on") && exit == Exit::Failed, "{text}");
+        for (verdict, ends) in [("fail", Exit::Done), ("not_settled", Exit::Unreliable)] {
+            report(verdict, 1);
+            assert_eq!(said().1, ends);
+        }
     }
 
     #[test]

@@ -1,7 +1,10 @@
 //! Why a command ends without having done its work.
 
 use interface_defs::diagnostic::{Code, Diagnostic, code};
+use std::fmt::Display;
+use std::path::Path;
 use toolkit::exit::Exit;
+use toolkit::files;
 use toolkit::summary::Summary;
 
 /// The exit code, and what is wrong: at least one error.
@@ -58,6 +61,16 @@ impl Stop {
         }
         self
     }
+}
+
+/// A file or directory that cannot be written, and why.
+pub fn unwritten<E: Display>(place: &Path) -> impl Fn(E) -> Stop {
+    move |why| Stop::failed(code::NOT_WRITTEN, format!("{}: cannot be written: {why}", place.display()))
+}
+
+/// Write a text.
+pub fn write(place: &Path, text: &str) -> Result<(), Stop> {
+    files::write(place, text.as_bytes()).map_err(unwritten(place))
 }
 
 impl From<Diagnostic> for Stop {

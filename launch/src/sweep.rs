@@ -3,7 +3,7 @@
 
 use crate::children::{self, Events, Goes, Job, Rules};
 use crate::plan::own_program;
-use crate::stop::Stop;
+use crate::stop::{Stop, unwritten};
 use interface_defs::diagnostic::{Diagnostic, Place, code};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -110,9 +110,7 @@ pub fn of_other_build(there: &Build, now: &Build) -> Option<Diagnostic> {
 /// Keep that the run in `dir` has ended, what it was of, and what came of it.
 pub fn keep<T: Serialize>(dir: &Path, of: &str, run: T) -> Result<(), Stop> {
     let kept = Kept { build: build().clone(), of: of.into(), run };
-    Dir::create(dir)
-        .and_then(|_| files::write_json(&dir.join(RECORD), &kept))
-        .map_err(|e| Stop::failed(code::NOT_WRITTEN, format!("{}: cannot be written: {e}", dir.display())))
+    Dir::create(dir).and_then(|_| files::write_json(&dir.join(RECORD), &kept)).map_err(unwritten(dir))
 }
 
 /// What was kept of the run in `dir`, with what it was of; `None`: nothing that can be read. An error: programs of another build

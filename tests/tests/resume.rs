@@ -427,9 +427,10 @@ fn a_run_of_another_scene_is_not_gone_on_with_and_nothing_of_it_is_lost() {
     );
     assert_eq!(std::fs::read(bench.path("parts/history.csv")).unwrap(), before);
     assert!(Found::of(&bench.path("parts")).newest.is_some());
-    // The scene that the run has written out is the same scene.
+    // The scene that the run has written out is the same scene, and a deadline changes no result, but counts.
     let resolved = bench.path("parts/scene.toml");
-    let parts = bench.run(&resolved, "parts", &["--resume"]);
+    let parts = bench.run(&resolved, "parts", &["--resume", "--set", "processes.timeout=99.0"]);
+    assert!(std::fs::read_to_string(&resolved).unwrap().contains("timeout = 99.0"));
     assert!(parts.stdout.contains("the run goes on at"), "{} {}", parts.stdout, parts.stderr);
     same_results(&bench.run(&scene("walenstadt-compare"), "whole", &words), &parts);
 }

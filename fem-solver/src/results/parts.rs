@@ -5,7 +5,7 @@ use crate::equilibrium::form_finding::Form;
 use crate::internal_force::assembly::Assembly;
 use crate::model::{Model, Part};
 use crate::state::State;
-use interface_defs::{PartUse, Utilisation};
+use interface_defs::{PartUse, ShareOf, Utilisation};
 
 /// What was used, where all energy `stored` and `dissipated` [J] are those of `state`; what elements had dissipated `before` does not
 /// count.
@@ -19,10 +19,11 @@ pub fn used(
     let of = |part: &Part| {
         let cables = part.cables.iter().map(|cable| &model.cables[*cable]);
         let plain: f64 = cables.map(|cable| cable.response(&model.relative(u, cable)).energy).sum();
-        let mut energy = [plain, 0.0];
+        let (mut energy, mut yielded) = ([plain, 0.0], false);
         for number in part.elements.iter().copied() {
             let element = &model.elements[number];
             let own = assembly.history(number, &state.history);
+            yielded |= element.constants().plastic.is_some_and(|at| own[at] > 0.0);
             let now = element.energy(&assembly.gathered(number, u), own);
             energy[0] += now.stored;
             energy[1] += now.dissipated;
@@ -32,14 +33,15 @@ pub fn used(
                 energy[1] -= then.dissipated;
             }
         }
-        energy
+        (energy, yielded)
     };
     let mut rest = [stored, dissipated];
     let mut all: Vec<PartUse> = Vec::new();
     for (part, largest) in model.accounted().zip(&state.used_parts) {
-        let [stored, dissipated] = of(part);
+        let ([stored, dissipated], yielded) = of(part);
         (rest[0], rest[1]) = (rest[0] - stored, rest[1] - dissipated);
-        let utilisation = Some(*largest).filter(|largest: &Utilisation| largest.share > 0.0);
+        let of = if yielded && largest.of == ShareOf::Section { ShareOf::Yielded } else { largest.of };
+        let utilisation = Some(Utilisation { of, ..*largest }).filter(|largest| largest.share > 0.0);
         all.push(PartUse { part: part.name.clone(), utilisation, dissipated, stored });
     }
     all.push(PartUse { part: "the rest".into(), utilisation: None, dissipated: rest[1], stored: rest[0] });

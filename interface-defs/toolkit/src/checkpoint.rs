@@ -6,7 +6,8 @@
 //! a checkpoint says how long they were, and who goes on cuts them back to that.
 
 use super::files::{self, Dir};
-use super::input_file::{named_files, with_absolute_files};
+use super::input_file::{hash, named_files, with_absolute_files};
+use super::processes::without_waiting;
 use super::provenance::{self, BuildId, Reader, build_id};
 use super::run_dir::CHECKPOINT;
 use super::scene::Scene;
@@ -64,7 +65,7 @@ impl Checkpoint {
 /// What a run computes: it goes on only with the same.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Subject {
-    /// Fingerprint of the scene.
+    /// Hash of the scene, whose deadlines do not count.
     scene: String,
     /// The files that it names, and the hashes of their content.
     inputs: Vec<(PathBuf, String)>,
@@ -73,7 +74,8 @@ pub struct Subject {
 impl Subject {
     /// That of `scene`. Reads every file that it names.
     pub fn of(scene: &Scene) -> Result<Self, Diagnostic> {
-        let mut table = scene.document()?;
+        let mut table = without_waiting(scene.document()?);
+        let own = hash(table.to_string().as_bytes());
         with_absolute_files(&mut table, scene)?;
         let hashed = |path: PathBuf| -> Result<_, Diagnostic> {
             let hash = files::input(&path).and_then(provenance::hash_of);
@@ -83,7 +85,7 @@ impl Subject {
             Ok((path, hash.text()))
         };
         let inputs = named_files(&table).into_iter().map(hashed).collect::<Result<_, _>>()?;
-        Ok(Self { scene: scene.fingerprint(), inputs })
+        Ok(Self { scene: own, inputs })
     }
 
     /// What is not as it was; `None`: all is.
@@ -317,6 +319,12 @@ mod tests {
         store.write(1.0, parts(1)).expect("written");
         let there = to_go_on(&scene, &out).expect("accepted").expect("one");
         assert_eq!(there.time, 1.0);
+        let with = |set: &str| Scene::load(&text, &[set.into()]).expect("valid");
+        assert!(to_go_on(&with("processes.timeout=9.0"), &out).is_ok(), "a deadline changes no result");
+        for set in ["end_time=2.0", "processes.dem=other"] {
+            let other = to_go_on(&with(set), &out).expect_err("another scene");
+            assert!(other.message.contains("of another scene"), "{set}: {other}");
+        }
         std::fs::write(temp.path().join("slope.asc"), "2").expect("written");
         let other = to_go_on(&scene, &out).expect_err("another file");
         assert!(other.code == code::PROVENANCE && other.message.contains("slope.asc"), "{other}");

@@ -15,7 +15,7 @@ pub const KEY: &str = "structure.kit";
 pub const MEANING: &str = "A barrier from a kit file, from the directory of the scene: its `[structure]` and its gauges, of which \
     whatever the scene names itself goes before the kit; parts by `name`, gauges by `name` and `quantity`. Where the scene has \
     `generator.line` or `generator.position`, `spacing` and `anchor_rise` of the kit do not count. The table `[kit]` says `name`, \
-    `class` (0 to 8, EAD 340059-00-0106) and `energy` [J] of its largest test, for `rockfall approve`.";
+    `class` (0 to 8, EAD 340059-00-0106) and `energy`, in J, of its largest test, for `rockfall approve`.";
 
 /// The tables of a kit file.
 pub const TABLES: [&str; 3] = ["kit", "structure", "gauge"];

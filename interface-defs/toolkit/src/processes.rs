@@ -7,6 +7,7 @@ use interface_defs::{
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use toml::{Table, Value};
 
 /// Longest deadline [s]: a day.
 const LONGEST: f64 = 86_400.0;
@@ -34,6 +35,20 @@ impl Default for Processes {
     fn default() -> Self {
         Self { dem: None, fem: None, coupler: None, timeout: TIMEOUT, wait: Wait::default() }
     }
+}
+
+/// Keys of it that change no result: how long, and how, programs wait for each other.
+const OF_WAITING: [&str; 2] = ["timeout", "wait"];
+
+/// A scene without these keys: a run may go on with another deadline.
+pub fn without_waiting(mut scene: Table) -> Table {
+    if let Some(Value::Table(processes)) = scene.get_mut("processes") {
+        processes.retain(|key, _| OF_WAITING.iter().all(|of| *of != key));
+        if processes.is_empty() {
+            scene.remove("processes");
+        }
+    }
+    scene
 }
 
 impl Processes {

@@ -185,7 +185,7 @@ impl Summary {
         let torn = self.torn.iter().flatten().map(Torn::to_string);
         let nothing = self.torn.as_ref().is_some_and(Vec::is_empty).then(|| NOTHING_TORE.to_owned());
         let tore = |part: &str| self.torn.iter().flatten().any(|torn| torn.part == part);
-        let beyond = self.parts.iter().filter(|part| part.share() > 1.0 && !tore(&part.part));
+        let beyond = self.parts.iter().filter(|part| part.is_beyond() && !tore(&part.part));
         rocks.chain(torn).chain(nothing).chain(beyond.map(PartUse::to_string)).collect()
     }
 
@@ -574,14 +574,14 @@ mod tests {
             dissipated: 81234.0,
             stored: 0.0,
         };
-        let mut parts = vec![part("posts", 1.04, ShareOf::Section), part("brakes", 0.92, ShareOf::Travel)];
+        let mut parts = vec![part("posts", 0.95, ShareOf::Yielded), part("brakes", 0.92, ShareOf::Travel)];
         parts.extend((0..8).map(|i| part(&format!("rope_{i}"), 0.5, ShareOf::Force)));
         parts.push(part("the rest", 0.0, ShareOf::Force));
         let dir = tempfile::tempdir().expect("a directory");
         let mut summary = Summary::new(RunStatus::Done);
         let of_structure = Statistics { parts: Some(parts), ..Statistics::default() };
         summary.take("fem-solver", &of_structure).expect("the first");
-        let of_posts = "`posts` yielded: axial force and moments, each over what its section bears, add up to 1.04 at 0.2500 s";
+        let of_posts = "`posts` yielded: it came to 0.95 times what its plastic section bears at 0.2500 s";
         assert_eq!(summary.sentences(), [of_posts]);
         let text = summary.table(dir.path());
         assert!(text.contains("brakes        0.92 of travel  0.2500 s        81.2\n"), "{text}");

@@ -1,7 +1,7 @@
 //! Each criterion of the test, with its number, its bound, and what follows.
 
 use super::layout::{NET, Part};
-use super::measured::{Launch, Row};
+use super::measured::{Launch, NOMINAL, Row};
 use super::site::{Test, Which};
 use interface_defs::verdict::Fate;
 use serde::Serialize;
@@ -97,17 +97,13 @@ fn is_open(launch: &Launch) -> bool {
 }
 
 fn stopped(launch: &Launch) -> Found {
-    let mut why = launch.fate.map_or("no verdict", Fate::words).to_owned();
-    let result = if is_open(launch) {
-        why = "it is still being stopped at the end of the run: --time S, longer".into();
-        Result::NotSettled
-    } else if launch.stopped {
-        Result::Pass
-    } else {
-        if matches!(launch.fate, Some(Fate::Stopped | Fate::Rebounded)) {
-            why += ", and left the net in the settling phase";
+    let (result, why) = match launch.stopped {
+        _ if is_open(launch) => {
+            let why = "it is still being stopped at the end of the run: --time S, longer";
+            (Result::NotSettled, why.into())
         }
-        Result::Fail
+        true => (Result::Pass, launch.words()),
+        false => (Result::Fail, launch.words()),
     };
     ("stopped", None, "1", result, why)
 }
@@ -127,10 +123,9 @@ fn clear_of_ground(launch: &Launch) -> Found {
 
 /// The residual height after SEL 1.
 fn left(launch: &Launch) -> Found {
-    let numbers = ["h_R/h_N", "h_N", "h_R_least", "h_R_most"].map(|name| launch.value(name));
+    let numbers = ["h_R/h_N", NOMINAL, "h_R_least", "h_R_most"].map(|name| launch.value(name));
     let [Some(share), Some(before), Some(least), Some(most)] = numbers else {
-        let why = "the block was not stopped, or not brought to rest";
-        return ("residual height", None, "1", Result::NotExamined, why.into());
+        return ("residual height", None, "1", Result::NotExamined, launch.no_height());
     };
     let bound = LEFT_AFTER_SEL * before;
     let mut why = "h_R/h_N at rest, block still in the net".to_owned();
@@ -167,8 +162,11 @@ fn tearing(test: &Test, launch: &Launch, net: bool) -> Found {
             let why = "no mesh tore; an intact mesh can open by at most 4/π in area";
             (Result::Pass, why.into())
         }
-        None if names(false).is_empty() => (Result::Pass, String::new()),
-        None => (Result::Pass, format!("not assessed (no strength given): {}", names(false))),
+        None if names(false).is_empty() => (Result::Pass, "nothing tore".into()),
+        None => {
+            let why = format!("nothing tore; without a strength, and not assessed: {}", names(false));
+            (Result::Pass, why)
+        }
     };
     let number = Some((torn.len() as f64, 0.0)).filter(|_| !net && result != Result::NotExamined);
     let name = match net {
@@ -181,6 +179,38 @@ fn tearing(test: &Test, launch: &Launch, net: bool) -> Found {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_height_that_is_not_known_has_the_reason_of_what_became_of_the_block() {
+        let launch = |fate, stopped| Launch {
+            which: Which::Mel,
+            last: Default::default(),
+            doubt: None,
+            fate: Some(fate),
+            stopped,
+            finer: false,
+            torn: None,
+            used: Vec::new(),
+            rows: Vec::new(),
+        };
+        for (fate, stays, words) in [
+            (Fate::Stopped, true, "stopped"),
+            (Fate::Rebounded, true, "stopped, then thrown back"),
+            (Fate::Stopped, false, "stopped, and left the net in the settling phase"),
+            (Fate::WentThrough, false, "went through"),
+        ] {
+            let launch = launch(fate, stays);
+            let (result, why) = (stopped(&launch).3, stopped(&launch).4);
+            assert_eq!((result, &*why), (if stays { Result::Pass } else { Result::Fail }, words));
+            let of_height = left(&launch).4;
+            assert!(if stays {
+                of_height.contains("not brought to rest")
+            } else {
+                of_height.ends_with(words)
+            });
+            assert!(!of_height.contains("not stopped"), "{of_height}");
+        }
+    }
 
     #[test]
     fn the_category_is_that_of_the_residual_height() {

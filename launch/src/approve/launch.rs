@@ -4,19 +4,19 @@
 //! has of its own and a model has not: the residual height is that at its end, block still in the net. A run that is not to be trusted is made
 //! again with finer windows and steps.
 
-use super::layout::{Layout, number, table_at};
+use super::layout::{Layout, table_at};
 use super::measured::{Ended, Launch};
-use super::site::{BLOCK, Test, Which, unwritten};
+use super::site::{BLOCK, Test, Which};
 use crate::children::Events;
-use crate::estimate::SLOWER;
+use crate::numbers::number;
 use crate::progress::{Progress, far};
-use crate::stop::Stop;
+use crate::stop::{Stop, unwritten, write};
 use crate::sweep::{self, Task};
 use interface_defs::diagnostic::{Diagnostic, Place, code};
 use interface_defs::verdict::Fate;
 use std::path::PathBuf;
 use toml::{Table, Value};
-use toolkit::files::{self, Dir};
+use toolkit::files::Dir;
 use toolkit::input_file::hash;
 use toolkit::numbers::seconds;
 use toolkit::summary::{RunStatus, Summary};
@@ -39,13 +39,18 @@ const FINER: &str = "accurate";
 /// The same of the net alone, which is lighter and swings more slowly.
 const EMPTY: (f64, f64) = (8.0, 3.0);
 
+/// Wall time over that of steps and exchanges alone, and settling runs of a launch, least and most. Both kits took 1.5 to 2.9 times as
+/// long, with friction in ropes twice that.
+const COSTS: [(f64, f64); 2] = [(1.5, 1.0), (3.0, ROUNDS as f64)];
+
 /// Wall time that all runs of a case are expected to take, least and most [s]; `None`: nothing is known.
 pub fn cost(test: &Test) -> Option<[f64; 2]> {
     let length = number(test.document.get("end_time"))?;
     let (launches, settle) = if test.kit.sel.is_some() { (3.0, 2.0) } else { (1.0, 1.0) };
-    let all =
-        |rounds: f64| test.cost.map(|cost| cost / length * (launches * length + settle * rounds * TO_REST.1));
-    Some([all(1.0)?, SLOWER * all(ROUNDS as f64)?])
+    let per_second = test.cost? / length;
+    Some(
+        COSTS.map(|(slower, rounds)| slower * per_second * (launches * length + settle * rounds * TO_REST.1)),
+    )
 }
 
 /// What a rock's state is in a scene, and in the columns of a history.
@@ -82,7 +87,7 @@ impl Runs<'_> {
     pub fn launch(&self, which: Which, first: Option<&Launch>) -> Result<Launch, Stop> {
         let test = self.test;
         let start = match first.map(|first| self.at_rest(first)).transpose()? {
-            Some(Err(ended)) => return Ok(Launch::of(which, test, None, ended, None)),
+            Some(Err(ended)) => return Ok(Launch::of(which, test, first, None, ended, None)),
             start => start.and_then(Result::ok),
         };
         let now = start.as_ref().map_or(&test.layout, |(_, _, now, _)| now);
@@ -105,7 +110,7 @@ impl Runs<'_> {
                 break;
             }
         }
-        Ok(Launch::of(which, test, Some(now), ended, rest))
+        Ok(Launch::of(which, test, first, Some(now), ended, rest))
     }
 
     /// From the end of a run on with damping, block still in the net. `scene` is that of the launch.
@@ -203,8 +208,8 @@ impl Runs<'_> {
             let place = Place::file(dir.display().to_string());
             return Err(Diagnostic::error(code::RESULT_DIRECTORY, what).at(place).try_instead(cure).into());
         }
-        Dir::create(&self.dir).map_err(|e| unwritten(&self.dir, &e))?;
-        files::write(&file, text.as_bytes()).map_err(|e| unwritten(&file, &e))?;
+        Dir::create(&self.dir).map_err(unwritten(&self.dir))?;
+        write(&file, &text)?;
         let task = Task { scene: &file, sets: Vec::new(), dir: &dir, shortcuts: true, limit: f64::INFINITY };
         let (label, progress) = (format!("{}, {}", self.label, what.0), self.progress);
         let mut say = |spent| progress.say(&format!("{label}: {}, after {spent} s", far(&dir)));

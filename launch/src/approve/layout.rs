@@ -1,6 +1,7 @@
 //! The structure of a kit as its program builds it: which parts there are, what each member of them is, and gauges for the report.
 
 use crate::children::{self, Events};
+use crate::numbers::number;
 use crate::plan::own_program;
 use crate::stop::Stop;
 use interface_defs::InterfaceMesh;
@@ -39,8 +40,9 @@ pub struct Part {
     pub can_break: bool,
     /// Of brakes: the stiffness of their elastic beginning [N/m].
     pub stiffness: Option<f64>,
-    /// Of brakes: travel to the end stop [m].
+    /// Of brakes: plastic travel to the end stop [m], and the length at which their force begins, where stated [m].
     pub stroke: Option<f64>,
+    pub length: Option<f64>,
     /// Nodes of each brake or post; of a post from foot to head.
     pub members: Vec<Vec<u32>>,
 }
@@ -193,6 +195,7 @@ impl Part {
             can_break: breaks.iter().any(|key| table.contains_key(*key)),
             stiffness: number(table.get("stiffness")),
             stroke: number(table.get("stroke")),
+            length: number(table.get("length")),
             element,
             name,
         })
@@ -212,11 +215,6 @@ impl Part {
 /// The table below a key, made where there is none.
 pub fn table_at<'a>(document: &'a mut Table, key: &str) -> Option<&'a mut Table> {
     document.entry(key).or_insert_with(|| Table::new().into()).as_table_mut()
-}
-
-/// A number, as it may be written.
-pub fn number(value: Option<&Value>) -> Option<f64> {
-    value.and_then(|value| value.as_float().or_else(|| value.as_integer().map(|n| n as f64)))
 }
 
 #[cfg(test)]

@@ -22,9 +22,15 @@ const MEAN: f64 = 1e-3;
 const TAIL: f64 = 0.3;
 /// What the work of brakes is.
 const PLASTIC: &str = "force times plastic travel; what is elastic comes back";
+/// Share of its stroke from which on a brake is at its end stop, less rounding.
+const FULL: f64 = 1.0 - 1e-3;
+/// What the peak of a part is of.
+const STEP: &str = "of a single step";
 /// What a part has come to that tore, and a brake at the end of its stroke.
 pub const TORN: &str = "torn";
 pub const END_STOP: &str = "at the end stop";
+/// The nominal height: that of the top rope before the first launch.
+pub const NOMINAL: &str = "h_N";
 /// Column of the time.
 const TIME: &str = "time_s";
 
@@ -224,7 +230,15 @@ pub struct Launch {
 
 impl Launch {
     /// From its run, and that in which the block came to rest. `now` is the structure before it; `None`: it never started.
-    pub fn of(which: Which, test: &Test, now: Option<&Layout>, run: Ended, rest: Option<Ended>) -> Self {
+    /// The nominal height `h_N` of the second one of two is that before the `first`.
+    pub fn of(
+        which: Which,
+        test: &Test,
+        first: Option<&Launch>,
+        now: Option<&Layout>,
+        run: Ended,
+        rest: Option<Ended>,
+    ) -> Self {
         let runs = || std::iter::once(&run).chain(&rest);
         let any = runs().any(|ended| ended.summary.torn.is_some());
         let torn =
@@ -238,11 +252,13 @@ impl Launch {
                 None => used.extend(utilisation.map(|most| (part.clone(), most))),
             }
         }
-        let mut rows = Rows { block: test.kit.block(test.kit.energy(which)), run: &run, rows: Vec::new() };
+        let nominal = first.and_then(|first| first.value(NOMINAL));
+        let block = test.kit.block(test.kit.energy(which));
+        let mut rows = Rows { block, nominal, run: &run, rows: Vec::new() };
         if let Some(now) = now.filter(|_| !run.history.times().is_empty()) {
             rows.all(test, now, rest.as_ref(), torn.as_deref().unwrap_or_default());
         }
-        Self {
+        let mut launch = Self {
             which,
             last: [last.name.clone(), last.of.clone()],
             doubt: run.doubt().or_else(settling),
@@ -252,7 +268,11 @@ impl Launch {
             finer: run.finer,
             torn,
             used,
-        }
+        };
+        let why = format!("not examined: {}", launch.no_height());
+        let height = launch.rows.iter_mut().find(|row| row.name == "h_R" && row.value.is_none());
+        height.into_iter().for_each(|row| row.note = Some(why.clone()));
+        launch
     }
 
     /// The utilisation of each part that has a strength or a stroke, or yields: name, share, and what it has come to. What tore is used
@@ -262,14 +282,34 @@ impl Launch {
         let of = |(name, most): &(String, Utilisation)| {
             let come_to = match most.of {
                 _ if tore(name) => TORN,
-                _ if most.share < 1.0 => most.of.word(),
-                ShareOf::Force => "above its strength",
-                ShareOf::Travel => END_STOP,
-                ShareOf::Section => "yielded",
+                ShareOf::Force if most.share >= 1.0 => "above its strength",
+                ShareOf::Travel if most.share >= FULL => END_STOP,
+                of => of.word(),
             };
             (name.clone(), if tore(name) { most.share.max(1.0) } else { most.share }, come_to)
         };
         self.used.iter().map(of).collect()
+    }
+
+    /// What became of the block, of the settling phase, too.
+    pub fn words(&self) -> String {
+        let Some(fate) = self.fate else { return "no verdict".into() };
+        let words = match fate {
+            Fate::Rebounded => "stopped, then thrown back",
+            Fate::Undecided => "still being stopped",
+            other => other.words(),
+        };
+        let left = !self.stopped && matches!(fate, Fate::Stopped | Fate::Rebounded);
+        words.to_owned() + if left { ", and left the net in the settling phase" } else { "" }
+    }
+
+    /// Why its residual height is not known.
+    pub fn no_height(&self) -> String {
+        match self.stopped {
+            _ if self.doubt.is_some() => "the run does not count".into(),
+            true => "the block was not brought to rest".into(),
+            false => format!("the block: {}", self.words()),
+        }
     }
 
     /// A number.
@@ -284,6 +324,8 @@ type Timed = Option<(f64, f64)>;
 /// The numbers of a launch in the making.
 struct Rows<'a> {
     block: Block,
+    /// Height of the top rope before the first launch [m]; `None`: this is the first.
+    nominal: Option<f64>,
     run: &'a Ended,
     rows: Vec<Row>,
 }
@@ -304,13 +346,11 @@ impl Rows<'_> {
     }
 
     /// A measure of the run, with its share of `most`; one that is absent is left out.
-    fn peak(&mut self, name: &str, measure: &str, unit: &'static str, most: Option<f64>) {
+    fn peak(&mut self, name: &str, measure: &str, unit: &'static str, most: Option<f64>, note: &str) {
         let Some(found) = self.run.measure(measure) else { return };
-        let row = self.add(name, Some(found.value), unit, "");
+        let row = self.add(name, Some(found.value), unit, note);
         (row.time_s, row.member) = (found.time, found.member.clone());
         row.share = most.map(|most| found.value.abs() / most);
-        let stopped = unit == "m" && row.share.is_some_and(|share| share >= 1.0);
-        row.note = stopped.then(|| END_STOP.into());
     }
 
     fn all(&mut self, test: &Test, now: &Layout, rest: Option<&Ended>, torn: &[Torn]) {
@@ -323,7 +363,8 @@ impl Rows<'_> {
         // A block that was not stopped has no braking time.
         let stop = if self.run.is_caught() { end } else { f64::NAN };
         let braking = Some(stop - touch).filter(|t| t.is_finite());
-        let before = history.column(&format!("{OWN}_top_height_m")).get(history.row_at(touch)).copied();
+        let own = history.column(&format!("{OWN}_top_height_m")).get(history.row_at(touch)).copied();
+        let before = self.nominal.or(own);
         // At rest, block still in the net.
         let rest = rest.filter(|rest| !rest.history.times().is_empty() && !rest.has_left(test));
         let left = rest.map(|rest| (rest.history.last(&left()), rest.history.tail(&left())));
@@ -337,22 +378,20 @@ impl Rows<'_> {
         let clear_net = least(&format!("{OWN}_net_height_m"), 0.0);
         self.add("block_mass", Some(block.mass), "kg", "");
         self.add("block_edge", Some(block.size), "m", "");
-        self.peak("impact_speed", "impact_speed", "m/s", None);
+        self.peak("impact_speed", "impact_speed", "m/s", None, "");
         self.add("impact_energy", energy, "J", "");
         self.add("absorbed_energy", absorbed, "J", "m v2/2 + m g e");
         self.add("max_elongation", elongation, "m", "").time_s = Some(end);
         self.add("braking_time", braking, "s", "from the first contact to the largest elongation");
         self.block_force(touch, stop);
-        self.add("h_N", before, "m", "");
-        if let Some((height, (least, most))) = left {
-            self.add("h_R", Some(height), "m", "at rest, block still in the net; least of all fields");
+        self.add(NOMINAL, before, "m", "before the first launch");
+        let of_rest = "at rest, block still in the net; least of all fields";
+        self.add("h_R", left.map(|(height, _)| height), "m", of_rest);
+        if let Some((_, (least, most))) = left {
             for (name, value) in [("h_R_least", least), ("h_R_most", most)] {
                 self.add(name, Some(value), "m", &format!("in the last {TAIL} s of the settling phase"));
             }
             self.add("h_R/h_N", share, "1", "");
-        } else {
-            let why = "not brought to rest, as the block was not stopped, or no height is judged";
-            self.add("h_R", None, "m", &format!("not examined: {why}"));
         }
         let note = "of the sphere around it from the slope through the feet";
         self.add("clearance_block", clear_block, "m", note);
@@ -361,7 +400,7 @@ impl Rows<'_> {
             let (name, note) = (format!("broken {part}"), format!("the first under {:.1} kN", 1e-3 * force));
             self.add_timed(&name, Some((*elements as f64, *first)), "1", &note).member = Some(member.clone());
         }
-        self.peak("plastic strain", "max_plastic_strain", "1", None);
+        self.peak("plastic strain", "max_plastic_strain", "1", None, "");
         test.layout.parts.iter().for_each(|part| self.part(part, now));
         for (name, _) in test.layout.supports() {
             self.support(&name);
@@ -404,7 +443,7 @@ impl Rows<'_> {
         let force = |name, end| (name, end, "N", part.strength);
         let table = match part.element.as_str() {
             _ if part.members.is_empty() => vec![force("tension", "tension_max")],
-            "brake" => vec![("travel", "elongation_max", "m", part.stroke), force("force", "tension_max")],
+            "brake" => vec![force("force", "tension_max")],
             _ => vec![
                 force("compression", "tension_min"),
                 force("tension", "tension_max"),
@@ -416,15 +455,29 @@ impl Rows<'_> {
             let member = |_: &Vec<u32>| (format!("{} {}", part.name, i + 1), part.member(i));
             let (name, gauge) = part.members.get(i).map_or_else(whole, member);
             for (what, measure, unit, most) in &table {
-                self.peak(&format!("{name} {what}"), &format!("{gauge}_{measure}"), unit, *most);
+                self.peak(&format!("{name} {what}"), &format!("{gauge}_{measure}"), unit, *most, STEP);
             }
             if let Some(post) = part.members.get(i).filter(|_| part.element == "beam") {
                 self.tilt(&name, &gauge, [post[0], post[post.len() - 1]].map(|node| now.node(node)));
-            } else if !part.members.is_empty() {
+            } else if let Some(ends) = part.members.get(i) {
+                self.travel(&name, part, i, [0, 1].map(|end| now.node(ends[end])));
                 let work = work(&self.run.history, part, i, usize::MAX);
                 self.add(&format!("{name} work"), work, "J", PLASTIC);
             }
         }
+    }
+
+    /// The plastic travel of brake number `i` of `part`, whose nodes stand at `ends` at the start: what its stroke and its utilisation
+    /// count, too.
+    fn travel(&mut self, name: &str, part: &Part, i: usize, [a, b]: [[f64; 3]; 2]) {
+        let at_start = self.run.history.column(&format!("{}_elongation_m", part.member(i))).first();
+        let modelled = size(&[0, 1, 2].map(|k| b[k] - a[k])) - at_start.unwrap_or(&0.0);
+        let slack = part.length.map_or(0.0, |length| modelled - length);
+        let travels = plastic(&self.run.history, part, i).into_iter().map(|travel| (travel + slack).max(0.0));
+        let largest = self.run.history.largest(travels).map(|(travel, time, _)| (travel, time));
+        let share = largest.zip(part.stroke).map(|((travel, _), stroke)| travel / stroke);
+        let note = if share >= Some(FULL) { END_STOP } else { "plastic" };
+        self.add_timed(&format!("{name} travel"), largest, "m", note).share = share;
     }
 
     /// The largest angle by which a post has turned from where it stood.
@@ -473,8 +526,15 @@ impl Rows<'_> {
             row.share = value.zip(absorbed).map(|(energy, absorbed)| energy / absorbed);
             row.time_s = Some(end);
         }
-        let note = "not examined: the history has that of the structure as a whole";
-        self.add("energy of net, ropes, posts, each", None, "J", note);
+        let over = history.times().last().copied();
+        for part in &self.run.summary.parts {
+            for (what, energy) in [("dissipated", part.dissipated), ("stored", part.stored)] {
+                let name = format!("energy {} {what}", part.part);
+                let row =
+                    self.add_timed(&name, over.map(|end| (energy, end)), "J", "at the end of the launch");
+                row.share = absorbed.map(|absorbed| energy / absorbed);
+            }
+        }
     }
 }
 
@@ -483,17 +543,23 @@ fn size(v: &[f64; 3]) -> f64 {
     v[0].hypot(v[1]).hypot(v[2])
 }
 
+/// Elongation of brake number `i` of `part` less what of it is elastic, in each row [m].
+fn plastic(history: &History, part: &Part, i: usize) -> Vec<f64> {
+    let column = |end| history.column(&format!("{}_{end}", part.member(i)));
+    let elastic = |force: &f64| part.stiffness.map_or(0.0, |of| force / of);
+    column("elongation_m").iter().zip(column("tension_N")).map(|(e, force)| e - elastic(force)).collect()
+}
+
 /// What brake number `i` of `part` has dissipated up to a row [J]: its force over its plastic travel, which is the largest elongation less
 /// that of its force. Over the elongation itself a brake that stays elastic comes to a work of either sign: rows are samples, and do not
 /// see where it goes slack.
 fn work(history: &History, part: &Part, i: usize, row: usize) -> Option<f64> {
-    let column = |end| history.column(&format!("{}_{end}", part.member(i)));
-    let (forces, lengths) = (column("tension_N"), column("elongation_m"));
-    let plastic = |row: usize| lengths[row] - part.stiffness.map_or(0.0, |of| forces[row] / of);
-    let last = row.min(forces.len().checked_sub(1)?);
-    let (mut work, mut most) = (0.0, plastic(0));
+    let (forces, travels) =
+        (history.column(&format!("{}_tension_N", part.member(i))), plastic(history, part, i));
+    let last = row.min(travels.len().checked_sub(1)?);
+    let (mut work, mut most) = (0.0, travels[0]);
     for row in 1..=last {
-        let further = (plastic(row) - most).max(0.0);
+        let further = (travels[row] - most).max(0.0);
         work += 0.5 * (forces[row] + forces[row - 1]) * further;
         most += further;
     }
@@ -524,7 +590,7 @@ mod tests {
         let columns = ["time_s", "block_vx_m_per_s", "block_vy_m_per_s", "block_vz_m_per_s"];
         let run = Ended { history: history(&columns, rows), ..Ended::default() };
         let block = Block { mass: 2.0, size: 0.1 };
-        let mut rows = Rows { block, run: &run, rows: Vec::new() };
+        let mut rows = Rows { block, nominal: None, run: &run, rows: Vec::new() };
         rows.block_force(f64::from(fall) * step, f64::from(brake) * step);
         let [mean, smooth, raw] = [0, 1, 2].map(|i| rows.rows[i].value.expect("a force"));
         assert!((mean / (2.0 * (100.0 + GRAVITY)) - 1.0).abs() < 1e-9, "{mean}");
@@ -541,7 +607,8 @@ mod tests {
             strength: None,
             can_break: false,
             stiffness: Some(1e4),
-            stroke: None,
+            stroke: Some(1.0),
+            length: None,
             members: vec![vec![0, 1]],
         };
         let of = |rows: Vec<Vec<f64>>| history(&["approve_b_1_tension_N", "approve_b_1_elongation_m"], rows);
@@ -549,6 +616,22 @@ mod tests {
         let work_up_to = |row| work(&slips, &brake, 0, row).expect("a brake");
         assert!((work_up_to(2) - 50.0).abs() < 1e-9 && (work_up_to(usize::MAX) - 50.0).abs() < 1e-9);
         assert_eq!(work(&slips, &brake, 1, 2), None);
+        // Its travel is that of its law, which begins at its own length.
+        for (length, travel) in [(None, 0.5), (Some(0.5), 1.0)] {
+            let brake = Part { length, ..brake.clone() };
+            let columns = ["time_s", "approve_b_1_tension_N", "approve_b_1_elongation_m"];
+            let rows = [[0.0, 0.0, 0.0], [1.0, 100.0, 0.01], [2.0, 100.0, 0.51], [3.0, 0.0, 0.5]];
+            let run = Ended { history: history(&columns, rows.map(Vec::from).into()), ..Ended::default() };
+            let block = Block { mass: 2.0, size: 0.1 };
+            let mut rows = Rows { block, nominal: None, run: &run, rows: Vec::new() };
+            rows.travel("b 1", &brake, 0, [[0.0; 3], [1.0, 0.0, 0.0]]);
+            let row = &rows.rows[0];
+            assert!(
+                (row.value.expect("a travel") - travel).abs() < 1e-12 && row.share == row.value,
+                "{row:?}"
+            );
+            assert_eq!(row.note.as_deref() == Some(END_STOP), travel == 1.0, "{row:?}");
+        }
         // It begins under tension, goes slack between two rows, and is pulled again.
         let slack = of(vec![vec![100.0, 0.01], vec![0.0, -0.02], vec![50.0, 0.005], vec![0.0, -0.01]]);
         assert!(work(&slack, &brake, 0, usize::MAX).expect("a brake").abs() < 1e-12);

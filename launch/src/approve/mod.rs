@@ -16,7 +16,7 @@ mod vary;
 
 use crate::children::Events;
 use crate::progress::Progress;
-use crate::stop::Stop;
+use crate::stop::{Stop, unwritten, write};
 use clap::Args;
 use interface_defs::diagnostic::{Diagnostic, Place, code};
 use judge::Result as Judged;
@@ -26,12 +26,14 @@ use toolkit::arguments::{AnswerForm, path};
 use toolkit::check::Format;
 use toolkit::columns::Columns;
 use toolkit::exit::Exit;
-use toolkit::files::{self, Dir};
+use toolkit::files::Dir;
 use toolkit::manifest;
 use toolkit::numbers::three;
 use toolkit::owner::{Claim, Owner};
 use toolkit::screen::show;
 use vary::Variation;
+
+pub use report::status;
 
 /// Directory of the runs.
 const RUNS: &str = "runs";
@@ -137,15 +139,16 @@ pub fn approve(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
         show(&plan(&variations.iter().zip(&tests).collect::<Vec<_>>()));
         return Ok(Exit::Done);
     }
-    let out = arguments
-        .out
-        .clone()
-        .unwrap_or_else(|| Path::new("out").join(format!("{}-approve", site::stem(&kit.file))));
+    let out =
+        arguments.out.clone().unwrap_or_else(|| Path::new("out").join(format!("{}-approve", kit.own.name())));
     refuse_other(&out)?;
     let _owner = Owner::claim(&out, &Claim { force: arguments.force, ..Claim::default() })?;
     let place = out.join(RUNS);
     if arguments.force && place.exists() {
-        std::fs::remove_dir_all(&place).map_err(|e| site::unwritten(&place, &e))?;
+        std::fs::remove_dir_all(&place).map_err(unwritten(&place))?;
+    }
+    if !place.exists() {
+        report::write(&kit, &[], tests.len(), &out).map_err(unwritten(&out))?;
     }
     let (mut cases, all): (Vec<Case>, _) = (Vec::new(), tests.len());
     for (test, Variation { name, .. }) in tests.iter().zip(&variations) {
@@ -158,12 +161,11 @@ pub fn approve(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
             format!("; {done} of {all} cases are judged in {}; the same command goes on", out.display());
         let case = Case::of(&runs, name);
         cases.push(case.map_err(|stop| if stop.exit == Exit::BadInput { stop } else { stop.and(&kept) })?);
-        report::write(&kit, &cases, all, &out).map_err(|e| site::unwritten(&out, &e))?;
+        report::write(&kit, &cases, all, &out).map_err(unwritten(&out))?;
     }
     progress.finish();
     let text = report::screen(&kit, &cases, &out);
-    let file = out.join(report::TEXT);
-    files::write(&file, text.as_bytes()).map_err(|e| site::unwritten(&file, &e))?;
+    write(&out.join(report::TEXT), &text)?;
     manifest::seal(&out);
     match arguments.answer.format {
         Format::Json => show(&format!("{:#}\n", report::json(&kit, &cases, all))),
@@ -187,14 +189,21 @@ fn plan(cases: &[(&Variation, &site::Test)]) -> String {
     let all = cases.iter().filter_map(cost).fold([0.0; 2], |all, of| [all[0] + of[0], all[1] + of[1]]);
     let [least, most] = all.map(|seconds| three(seconds / 60.0));
     let table = columns.aligned(cases);
-    format!("{table}\nin all {least} to {most} minutes of wall time; nothing was run\n")
+    let why = "a block takes one to four runs to come to rest, which is known afterwards";
+    format!(
+        "{table}\nin all {least} to {most} minutes of wall time on a free machine: {why}; nothing was run\n"
+    )
+}
+
+/// Whether a directory holds a test.
+pub fn is_one(dir: &Path) -> bool {
+    dir.join(report::JSON).exists() || dir.join(RUNS).join(AS_DEFINED).exists()
 }
 
 /// Refuse a directory that holds something else than a test: `--force` removes runs, and those of another study are none of ours.
 fn refuse_other(out: &Path) -> Result<(), Stop> {
     let names: Vec<_> = Dir::open(out).and_then(|dir| dir.entries()).unwrap_or_default();
-    let own = out.join(report::JSON).exists() || out.join(RUNS).join(AS_DEFINED).exists();
-    if own || names.iter().all(|(name, _)| name.to_string_lossy().starts_with('.')) {
+    if is_one(out) || names.iter().all(|(name, _)| name.to_string_lossy().starts_with('.')) {
         return Ok(());
     }
     let place = Place::file(out.display().to_string());

@@ -4,14 +4,16 @@ use super::judge::{CATEGORIES, Criterion, Result as Judged, category};
 use super::measured::{END_STOP, Launch, Row, TORN};
 use super::site::{Block, Kit, Which};
 use super::{Case, RUNS};
-use interface_defs::verdict::Fate;
+use crate::progress::far;
+use crate::sweep::is_kept;
 use serde_json::{Value, json};
 use std::collections::HashSet;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 use toolkit::columns::Columns;
-use toolkit::files;
+use toolkit::exit::Exit;
+use toolkit::files::{self, Dir};
 use toolkit::numbers::{percent, three};
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -61,19 +63,25 @@ impl Case {
         all
     }
 
-    /// All criteria that it fails, and those that are not settled.
-    fn failed(&self) -> String {
-        let named = |criterion: &Criterion| {
-            let open = match criterion.result {
-                Judged::Fail => "",
-                Judged::NotSettled => " (not settled)",
-                Judged::Pass | Judged::NotExamined => return None,
-            };
-            let text = format!("{} {} {}", criterion.launch, criterion.name, criterion.number());
-            Some(text.trim_end().to_owned() + open)
-        };
-        self.criteria.iter().filter_map(named).collect::<Vec<_>>().join(", ")
+    /// All criteria with a result.
+    fn criteria_of(&self, result: Judged) -> String {
+        let of = self.criteria.iter().filter(|criterion| criterion.result == result);
+        let named =
+            |of: &Criterion| format!("{} {} {}", of.launch, of.name, of.number()).trim_end().to_owned();
+        listed(of.map(named))
     }
+
+    /// Its verdict, with the criteria that decide it.
+    fn decided(&self) -> String {
+        let verdict = self.verdict();
+        format!("{}: {}", verdict.words(), self.criteria_of(verdict))
+    }
+}
+
+/// One after the other; `-`: there are none.
+fn listed(all: impl Iterator<Item = String>) -> String {
+    let all = all.collect::<Vec<_>>().join(", ");
+    if all.is_empty() { "-".into() } else { all }
 }
 
 impl Criterion {
@@ -96,7 +104,7 @@ fn stands(cases: &[Case], all: usize) -> String {
     }
     text += ")";
     for case in cases.iter().filter(|case| case.verdict() != verdict) {
-        text += &format!("; {} makes it {}: {}", case.name, case.verdict().words(), case.failed());
+        text += &format!("; {} makes it {}", case.name, case.decided());
     }
     if cases.len() < all { text + &format!("; {} are still to run", all - cases.len()) } else { text }
 }
@@ -106,7 +114,7 @@ fn conclusion(kit: &Kit, cases: &[Case]) -> String {
     let Some((first, varied)) = cases.split_first() else { return String::new() };
     let what = match first.verdict() {
         Judged::Pass => "it keeps every criterion that was assessed".into(),
-        verdict => format!("{}: {}", verdict.words(), first.failed()),
+        _ => first.decided(),
     };
     let other = varied.iter().filter(|case| case.verdict() != first.verdict()).count();
     let stands = match varied.len() {
@@ -124,13 +132,12 @@ fn conclusion(kit: &Kit, cases: &[Case]) -> String {
 /// The category of a case, and what it is.
 fn category_of(case: &Case) -> String {
     let [a, b] = CATEGORIES.map(|(least, name)| format!("{name} from {least}"));
-    match case.value(Which::Mel, SHARE) {
-        Some(share) => {
-            let named = category(share);
-            format!("category {named}: h_R/h_N {} after MEL ({a}, {b}, else C; no criterion)", three(share))
-        }
-        None => "category -: the block was not stopped at MEL, or not brought to rest".into(),
-    }
+    let Some(share) = case.value(Which::Mel, SHARE) else {
+        let why = case.launches.iter().find(|launch| launch.which == Which::Mel).map(Launch::no_height);
+        return format!("category -: at MEL {}", why.unwrap_or_default());
+    };
+    let named = category(share);
+    format!("category {named}: h_R/h_N {} after MEL ({a}, {b}, else C; no criterion)", three(share))
 }
 
 /// Of a launch: largest forces of feet and anchors, brakes at their end stops, what tore.
@@ -142,7 +149,10 @@ fn details(launch: &Launch) -> String {
     };
     let stops = launch.rows.iter().filter(|row| row.note.as_deref() == Some(END_STOP));
     let lines = [
-        ("largest forces of supports", SUPPORTS.iter().filter_map(largest).collect::<Vec<_>>()),
+        (
+            "largest forces of supports (means over a row)",
+            SUPPORTS.iter().filter_map(largest).collect::<Vec<_>>(),
+        ),
         ("brakes at their end stop", stops.map(|row| row.name.trim_end_matches(" travel").into()).collect()),
         ("torn", launch.torn.iter().flatten().map(ToString::to_string).collect()),
     ];
@@ -191,8 +201,41 @@ pub fn json(kit: &Kit, cases: &[Case], all: usize) -> Value {
         "mel": block(kit.mel), "sel": kit.sel.map(block),
         "h_N_m": cases.first().and_then(|case| case.launches.first()?.value("h_N")),
         "verdict": cases.first().map(Case::verdict), "stands": stands(cases, all), "conclusion": conclusion(kit, cases),
-        "cases": cases.iter().map(of_case).collect::<Vec<_>>(),
+        "all_cases": all, "cases": cases.iter().map(of_case).collect::<Vec<_>>(),
     })
+}
+
+/// How far the test in `dir` is: cases that are judged, runs that have begun and not ended, the verdict so far.
+pub fn status(dir: &Path, running: Option<String>) -> (String, Exit) {
+    let report: Value = files::read_json(&dir.join(JSON)).unwrap_or_default();
+    let cases = report["cases"].as_array().map_or(&[][..], Vec::as_slice);
+    let verdict = |case: &Value| case["verdict"].as_str().unwrap_or("unknown").replace('_', " ");
+    let all = report["all_cases"].as_u64().unwrap_or(0) as usize;
+    let mut text = format!("{}: a test for approval, {} of {all} cases judged\n", dir.display(), cases.len());
+    for case in cases {
+        text += &format!("  {}: {}\n", case["case"].as_str().unwrap_or_default(), verdict(case));
+    }
+    let within = |dir: &Path| -> Vec<PathBuf> {
+        let names = Dir::open(dir).and_then(|dir| dir.entries()).unwrap_or_default();
+        names.iter().map(|(name, _)| dir.join(name)).filter(|path| path.is_dir()).collect()
+    };
+    for run in within(&dir.join(RUNS)).iter().flat_map(|case| within(case)).filter(|run| !is_kept(run)) {
+        let name = run.strip_prefix(dir.join(RUNS)).unwrap_or(&run).display();
+        text += &format!("  begun: {name}: {}\n", far(&run));
+    }
+    if let Some(stands) = report["stands"].as_str().filter(|_| !cases.is_empty()) {
+        text += &format!("  verdict so far: {stands}\n");
+    }
+    let killed = "no process of this machine is at work: the same command goes on";
+    let (last, exit) = match running {
+        Some(running) => (format!("  {running}\n"), Exit::Done),
+        None if cases.len() < all => (format!("  {killed}\n"), Exit::Failed),
+        None if cases.iter().any(|case| case["verdict"] == json!(Judged::NotSettled)) => {
+            (String::new(), Exit::Unreliable)
+        }
+        None => (String::new(), Exit::Done),
+    };
+    (text + &last, exit)
 }
 
 /// Write both files.
@@ -233,7 +276,7 @@ pub fn screen(kit: &Kit, cases: &[Case], out: &Path) -> String {
     let of_launch = Columns::new()
         .with("launch", |launch: &Launch| launch.which.name().into())
         .with("run again", |launch| if launch.finer { "accurate".into() } else { "-".into() })
-        .with("fate", |launch| launch.fate.map_or("-", Fate::words).into());
+        .with("fate", Launch::words);
     let of_launch = numbered(of_launch, &OF_LAUNCH, Launch::value).with("broken", |launch| {
         launch.torn.iter().flatten().map(|torn| torn.elements).sum::<u64>().to_string()
     });
@@ -252,12 +295,12 @@ pub fn screen(kit: &Kit, cases: &[Case], out: &Path) -> String {
             let most = case.utilisation().into_iter().next();
             most.map_or("-".into(), |(name, share, to, _)| format!("{} {name} ({to})", percent(share)))
         })
-        .with("run again", |case| {
+        .with("run again, accurate", |case| {
             let finer = case.launches.iter().filter(|launch| launch.finer).map(|launch| launch.which.name());
-            let finer = finer.collect::<Vec<_>>().join(", ");
-            if finer.is_empty() { "-".into() } else { format!("{finer}, accurate") }
+            listed(finer.map(str::to_owned))
         })
-        .with("failed criteria", Case::failed);
+        .with("failed criteria", |case| case.criteria_of(Judged::Fail))
+        .with("not settled", |case| case.criteria_of(Judged::NotSettled));
     let used = first.utilisation().into_iter().take(SHOWN);
     let used =
         used.map(|(name, share, to, which)| format!("{} {name} ({to}, {})", percent(share), which.name()));

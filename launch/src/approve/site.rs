@@ -9,14 +9,12 @@ use super::vary::Variation;
 use crate::children::Events;
 use crate::ground::Scratch;
 use crate::prepared::Prepared;
-use crate::stop::Stop;
+use crate::stop::{Stop, write};
 use interface_defs::diagnostic::{Diagnostic, Place, code};
-use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 use toolkit::arguments::Input;
 use toolkit::exit::Exit;
-use toolkit::files;
 use toolkit::input_file::{hash, with_absolute_files};
 use toolkit::numbers::four;
 use toolkit::scene::{Scene, at};
@@ -63,7 +61,8 @@ pub struct Kit {
     pub density: f64,
     /// Hash of its file.
     pub hash: String,
-    own: Scene,
+    /// What it was read from.
+    pub own: Scene,
     sets: Vec<String>,
     scratch: Scratch,
 }
@@ -104,7 +103,7 @@ impl Kit {
         let scratch = Scratch::new(None)?;
         let file = std::path::absolute(&arguments.kit).map_err(|e| own.invalid("kit", e.to_string()))?;
         let site = scratch.file(SITE);
-        files::write(&site, site_text(&file, length).as_bytes()).map_err(|e| unwritten(&site, &e))?;
+        write(&site, &site_text(&file, length))?;
         // In its axes the anchors lie in the wall. What a user sets goes before it.
         let sets = std::iter::once("structure.generator.anchor_rise=0.0".into());
         let sets: Vec<String> = sets.chain(arguments.sets.iter().cloned()).collect();
@@ -116,9 +115,18 @@ impl Kit {
             let cure = "leave it to the scene that uses the kit";
             return Err(scene.invalid(key, what).try_instead(cure).into());
         }
-        let reached = CLASSES.iter().filter(|energy| mel >= **energy * (1.0 - 1e-9)).count() as u8;
-        let class = about.class.unwrap_or(if mel > CLASSES[7] { 8 } else { reached.saturating_sub(1) });
-        let name = about.name.unwrap_or_else(|| stem(&file));
+        let class = class_of(mel);
+        if let Some(stated) = about.class.filter(|stated| *stated > class && energy.is_none()) {
+            let least = 1e-3 * CLASSES[usize::from(stated).min(CLASSES.len() - 1)];
+            let or = if stated > 7 { "more than" } else { "at least" };
+            let what =
+                format!("class {stated} is of {or} {least} kJ, and `energy` is {most} kJ, of class {class}");
+            let cure = format!("class = {class}, or a higher energy");
+            return Err(own.invalid("kit.class", what).try_instead(cure).into());
+        }
+        // An energy of the command line has a class of its own.
+        let class = about.class.filter(|_| energy.is_none()).unwrap_or(class);
+        let name = about.name.unwrap_or_else(|| own.name());
         let hash = hash(own.text().as_bytes());
         Ok(Self { name, class, file, hash, own, document, mel, sel: least, speed, density, sets, scratch })
     }
@@ -137,14 +145,15 @@ impl Kit {
     /// A scene in a file that lives as long as this.
     pub fn written(&self, scene: &Table) -> Result<Input, Stop> {
         let file = self.scratch.file("scene.toml");
-        files::write(&file, scene.to_string().as_bytes()).map_err(|e| unwritten(&file, &e))?;
+        write(&file, &scene.to_string())?;
         Ok(Input { scene: file, sets: Vec::new() })
     }
 }
 
-/// Name of a file.
-pub fn stem(file: &Path) -> String {
-    file.file_stem().map_or_else(|| "kit".into(), |stem| stem.to_string_lossy().into_owned())
+/// The highest class whose largest launch has this energy [J].
+fn class_of(mel: f64) -> u8 {
+    let reached = CLASSES.iter().filter(|energy| mel >= **energy * (1.0 - 1e-9)).count() as u8;
+    if mel > CLASSES[7] * (1.0 + 1e-9) { 8 } else { reached.saturating_sub(1) }
 }
 
 /// A block.
@@ -170,11 +179,6 @@ fn document(scene: &Scene) -> Result<Table, Diagnostic> {
     let mut document = scene.document()?;
     with_absolute_files(&mut document, scene)?;
     Ok(document)
-}
-
-/// What cannot be written, and why.
-pub fn unwritten(place: &Path, why: &dyn Display) -> Stop {
-    Stop::failed(code::NOT_WRITTEN, format!("{}: cannot be written: {why}", place.display()))
 }
 
 /// Which launch.

@@ -1,7 +1,7 @@
 //! What is uncertain of a kit, varied one at a time.
 
 use super::Arguments;
-use super::layout::number as float;
+use crate::numbers::number as float;
 use crate::stop::Stop;
 use interface_defs::diagnostic::{Diagnostic, Place, code};
 use toml::{Table, Value};

@@ -2,9 +2,9 @@
 
 use super::knobs::Space;
 use super::study::Finished;
-use crate::stop::Stop;
+use crate::stop::{Stop, write};
 use crate::sweep::{self, Build};
-use interface_defs::diagnostic::{Diagnostic, Place, code};
+use interface_defs::diagnostic::{Diagnostic, Place};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
@@ -91,9 +91,7 @@ impl Store {
     /// Write a file of the study.
     pub fn write(&self, name: &str, text: &str) -> Result<PathBuf, Stop> {
         let path = self.out.join(name);
-        files::write(&path, text.as_bytes()).map_err(|e| {
-            Stop::failed(code::NOT_WRITTEN, format!("{}: cannot be written: {e}", path.display()))
-        })?;
+        write(&path, text)?;
         Ok(path)
     }
 }
@@ -131,6 +129,7 @@ mod tests {
     use crate::trade::knobs::{Knob, Point, Start};
     use crate::trade::result::Purpose;
     use crate::trade::result::tests::done;
+    use interface_defs::diagnostic::code;
 
     fn identity(scene: &str, build: &str) -> Identity {
         let build = Build::from([("coupler".into(), Some(build.into()))]);

@@ -169,7 +169,7 @@ fn one_impact(track: &ImpactRecord, settings: &Settings, torn: bool, report: &mu
     match track.passed {
         Some(fate) => report.absent(
             "max_deflection, max_travel",
-            &format!("the net did not stop it, it {} it", fate.words()),
+            &format!("the net did not stop it: it {} the net", fate.words()),
         ),
         None => distances(track, settings, report),
     }

@@ -369,6 +369,15 @@ mod tests {
             assert_eq!((nodes(&made, "side_anchors").len(), nodes(&made, "upslope_anchors").len()), (4, 8));
             assert_eq!(nodes(&made, "anchors").len(), 12);
             let place = |n: &u32| made.mesh.nodes[*n as usize];
+            // Their numbers, as the report of an approval test names them (docs/approval.md).
+            let along = |group: &str| nodes(&made, group).iter().map(|n| place(n).x).collect::<Vec<_>>();
+            assert_eq!(along("feet"), [-15.0, -5.0, 5.0, 15.0]);
+            assert_eq!(along("side_anchors"), [-17.5, 17.5, -20.0, 20.0]);
+            assert_eq!(along("upslope_anchors"), [-17.5, -12.5, -7.5, -2.5, 2.5, 7.5, 12.5, 17.5]);
+            for (name, group) in [("rope_brakes", "side_anchors"), ("upslope_brakes", "upslope_anchors")] {
+                let ends: Vec<u32> = part(&made, name).iter().map(|row| row[1]).collect();
+                assert_eq!(ends, nodes(&made, group), "{name}");
+            }
             assert!(nodes(&made, "middle_field").iter().all(|n| place(n).x.abs() < 5.0));
             let middle = Vector3::new(0.0, 0.5, 0.5 * 15.0_f64.sqrt());
             let nearest = |group: &str| {
