@@ -99,7 +99,7 @@ impl Terrain {
         }
         let corner = |t: usize, k: usize| nodes[triangles[t][k] as usize];
         let order = morton_order(triangles.len(), |t| (corner(t, 0) + corner(t, 1) + corner(t, 2)) / 3.0);
-        let mut triangles: Vec<[u32; 3]> = order.into_iter().map(|t| triangles[t as usize]).collect();
+        triangles = order.into_iter().map(|t| triangles[t as usize]).collect();
         by_first_use(&mut nodes, &mut triangles);
         let tree = BoxTree::new(triangles.len(), |t| {
             let [low, high] = bounds(triangles[t].map(|n| nodes[n as usize]));

@@ -75,17 +75,36 @@ impl Bounds {
     }
 }
 
+/// Highest bits of a Morton code, by which items are sorted first: an item takes 4 bytes there, and 24 in a sort of all at once.
+const FIRST_BITS: u32 = 20;
+
 /// The order in which the items have to stand: their numbers by Morton code, then number.
 pub fn morton_order(count: usize, middle: impl Fn(usize) -> Vector3<f64>) -> Vec<u32> {
     let [lowest, highest] = super::bounds((0..count).map(&middle));
     let extent = (highest - lowest).max();
     let scale = if extent > 0.0 { CODE_STEPS / extent } else { 0.0 };
-    let code = |i: &u32| {
-        let at = (middle(*i as usize) - lowest) * scale;
-        (spread(at.x as u64) | spread(at.y as u64) << 1 | spread(at.z as u64) << 2, *i)
+    let code = |i: u32| {
+        let at = (middle(i as usize) - lowest) * scale;
+        spread(at.x as u64) | spread(at.y as u64) << 1 | spread(at.z as u64) << 2
     };
-    let mut order: Vec<u32> = (0..count as u32).collect();
-    order.sort_by_cached_key(code);
+    let all = 0..count as u32;
+    // Few items have few first bits, too: no more groups than items.
+    let bits = FIRST_BITS.min(usize::BITS - count.leading_zeros());
+    let group = |i: u32| (code(i) >> (63 - bits)) as usize;
+    let mut ends = vec![0_u32; (1 << bits) + 1];
+    all.clone().for_each(|i| ends[group(i) + 1] += 1);
+    (0..1 << bits).for_each(|at| ends[at + 1] += ends[at]);
+    let mut order = vec![0; count];
+    for i in all {
+        let next = &mut ends[group(i)];
+        order[*next as usize] = i;
+        *next += 1;
+    }
+    let mut start = 0;
+    for end in &ends[..1 << bits] {
+        order[start..*end as usize].sort_by_cached_key(|i| code(*i));
+        start = *end as usize;
+    }
     order
 }
 
@@ -192,6 +211,25 @@ mod tests {
             tree.visit(|b| b.meets(&query), keep);
             let every: Vec<usize> = (0..count).filter(|i| items[*i].meets(&query)).collect();
             assert_eq!(found, every);
+        }
+    }
+
+    #[test]
+    fn items_stand_in_the_order_of_one_sort_of_all() {
+        let at = |i: usize, f: f64| ((i as f64 + 0.3) * f).sin();
+        // Many of one code among them.
+        let middle =
+            |i: usize| Vector3::new(9.0 * at(i / 3, 1.3), 3.0 * at(i / 3, 2.7), at(i / 3, 3.1).round());
+        for count in [0, 1, 2, 7, 1000, 30_000] {
+            let order = morton_order(count, middle);
+            let [low, high] = crate::geometry::bounds((0..count).map(middle));
+            let code = |i: &u32| {
+                let at = (middle(*i as usize) - low) * (CODE_STEPS / (high - low).max().max(1e-9));
+                spread(at.x as u64) | spread(at.y as u64) << 1 | spread(at.z as u64) << 2
+            };
+            let mut sorted: Vec<u32> = (0..count as u32).collect();
+            sorted.sort_by_key(code);
+            assert_eq!(order, sorted, "{count}");
         }
     }
 
