@@ -5,6 +5,7 @@
 //! no pointers, 8 bytes per item, built by one sort. Boxes are kept in single precision, rounded
 //! outwards: they only leave out, and what is left is tested in full precision.
 
+use crate::row::{Plain, Row};
 use nalgebra::Vector3;
 
 /// Items in a lowest box, and boxes in a box.
@@ -16,12 +17,16 @@ const CODE_STEPS: f64 = 2_097_151.0;
 
 /// A box, rounded outwards to single precision.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
 pub struct Bounds {
     /// Lowest corner [m].
     pub lowest: [f32; 3],
     /// Highest corner [m].
     pub highest: [f32; 3],
 }
+
+// SAFETY: six numbers of one size.
+unsafe impl Plain for Bounds {}
 
 impl Bounds {
     /// Around nothing.
@@ -121,9 +126,10 @@ fn spread(bits: u64) -> u64 {
 /// The tree. Items are numbered by their place in Morton order.
 #[derive(Debug, Clone, Default)]
 pub struct BoxTree {
-    count: usize,
+    /// Number of items.
+    pub count: usize,
     /// From the lowest level, of four items each, to the single box at the top.
-    levels: Vec<Vec<Bounds>>,
+    pub levels: Vec<Row<Bounds>>,
 }
 
 impl BoxTree {
@@ -133,10 +139,10 @@ impl BoxTree {
             let items = FOUR * i..count.min(FOUR * (i + 1));
             items.map(&bounds).fold(Bounds::EMPTY, |a, b| a.with(&b))
         };
-        let mut levels: Vec<Vec<Bounds>> = vec![(0..count.div_ceil(FOUR)).map(of).collect()];
+        let mut levels = vec![Row::own((0..count.div_ceil(FOUR)).map(of).collect())];
         while let Some(level) = levels.last().filter(|level| level.len() > 1) {
             let around = |four: &[Bounds]| four.iter().fold(Bounds::EMPTY, |a, b| a.with(b));
-            levels.push(level.chunks(FOUR).map(around).collect());
+            levels.push(Row::own(level.chunks(FOUR).map(around).collect()));
         }
         Self { count, levels }
     }
