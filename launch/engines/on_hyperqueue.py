@@ -14,8 +14,8 @@ starts a server and workers itself, which end with it.
 
 It costs little to compute a chunk twice: one that is complete is left alone, one that was begun is gone on with. A task that
 fails is tried again, tasks of a worker that is lost go to another, and the same command again goes on where it was, whatever
-was killed. What a script that was killed had given to a server is still done there, before what comes after it. Each task reads
-the terrain anew: give it a minute of work.
+was killed. What a script that was killed had given to a server is still done there, before what comes after it. The first task
+prepares the terrain for all others: give each ten seconds of work.
 
 The programs are taken from $ROCKFALL_BIN, else from ../../target/release beside this script, else from PATH.
 Exit codes are those of `rockfall ensemble`; 1: a chunk failed in every attempt, or the server was lost.

@@ -2,6 +2,7 @@
 //!
 //! Each of these uses only what stands above it.
 //!
+//! - [`row`](mod@row): long rows of numbers, in memory or in a file
 //! - [`geometry`]: spheres, triangles, closest points, trees of boxes
 //! - [`random`]: numbers that look like chance
 //! - [`input`]: files that users give, their lines and numbers
@@ -12,4 +13,5 @@ pub mod cluster;
 pub mod geometry;
 pub mod input;
 pub mod random;
+pub mod row;
 pub mod shape;

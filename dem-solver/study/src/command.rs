@@ -13,6 +13,7 @@ use super::worst::Comings;
 use super::worst::barrier::Barrier;
 use super::{gate, results};
 use clap::{ArgMatches, Args, FromArgMatches};
+use dem_terrain::kept;
 use interface_defs::diagnostic::{Diagnostic, Place, Severity, code};
 use interface_defs::ipc::interrupt;
 use interface_defs::ipc::serve::peak_memory;
@@ -20,6 +21,7 @@ use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{Sender, channel};
 use std::time::{Duration, Instant};
@@ -93,6 +95,8 @@ struct Study<'a> {
     arguments: &'a EnsembleArguments,
     until: Option<Until<'a>>,
     threads: usize,
+    /// How long reading and preparing has taken [s].
+    load: f64,
 }
 
 fn run(matches: &ArgMatches) -> Result<Exit, Diagnostic> {
@@ -109,6 +113,10 @@ fn run(matches: &ArgMatches) -> Result<Exit, Diagnostic> {
     let (barrier, file) = Barrier::of(&arguments, &of_barrier, file)?;
     let out = arguments.dir.of(&file);
     let kept = [out.join(run_dir::CLUSTERS)];
+    let begun = Instant::now();
+    // Of the tasks of a machine one prepares the terrain, and those that wait for it share its memory.
+    let waits = arguments.members.is_some() && !kept[0].join(kept::NAME).exists();
+    let turn = files::input(&arguments.study).ok().filter(|turn| waits && turn.lock().is_ok());
     let base = gate::read(&file, !arguments.savings.no_shortcuts, &kept)?;
     let available = std::thread::available_parallelism().map_or(1, usize::from);
     let threads = arguments.threads.map_or(available, |n| n as usize);
@@ -131,12 +139,19 @@ fn run(matches: &ArgMatches) -> Result<Exit, Diagnostic> {
         let watched = interrupt::end_with_parent();
         watched.map_err(|e| Diagnostic::new(format!("the end of rockfall cannot be watched: {e}")))?;
     }
-    let study = Study { base, barrier: barrier.as_ref(), directory, arguments: &arguments, until, threads };
+    let load = begun.elapsed().as_secs_f64();
+    let mut study =
+        Study { base, barrier: barrier.as_ref(), directory, arguments: &arguments, until, threads, load };
     if let Some(number) = arguments.scene_of {
         return study.one_scene(number);
     }
     match &arguments.members {
-        Some(range) => study.chunk(range.first, range.last, &file),
+        Some(range) => {
+            study.begin(&file)?;
+            study.share_ground();
+            drop(turn);
+            study.chunk(range.first, range.last)
+        }
         None => study.whole(&file),
     }
 }
@@ -170,6 +185,17 @@ impl Study<'_> {
         self.directory.begin(&self.base, file).map_err(|e| self.of_another(e))
     }
 
+    /// Hold the terrain in memory once with the other tasks of this machine. Where that cannot be, this one has its own.
+    fn share_ground(&mut self) {
+        let (folder, base) = (self.directory.path(run_dir::CLUSTERS), &mut self.base);
+        let terrain = Arc::get_mut(&mut base.ground).zip(base.settings.terrain.as_ref());
+        let Some((ground, settings)) = terrain.filter(|(ground, _)| !ground.is_shared()) else { return };
+        let shared = files::Dir::create(&folder).and_then(|_| ground.share(&folder, &base.scene, settings));
+        if let Err(e) = shared {
+            tracing::warn!("{}: the prepared terrain cannot be written: {e}", folder.display());
+        }
+    }
+
     /// What to try where the directory holds another study.
     fn of_another(&self, e: Diagnostic) -> Diagnostic {
         let cure = "a study that was computed without the line of the barrier holds no rock that crosses it: choose another directory with \
@@ -191,8 +217,7 @@ impl Study<'_> {
     }
 
     /// The members from `first` to `last` into a file of their own, which gets its name when it is complete.
-    fn chunk(&self, first: u64, last: u64, file: &Scene) -> Result<Exit, Diagnostic> {
-        self.begin(file)?;
+    fn chunk(&self, first: u64, last: u64) -> Result<Exit, Diagnostic> {
         let [done, part] = self.directory.chunk(first, last);
         let interrupted = || {
             let what = "interrupted: the same command goes on where it was";
@@ -369,6 +394,9 @@ impl Study<'_> {
             doubts: self.base.warnings.len(),
         };
         self.directory.sweep().map_err(|e| self.directory.fault(e))?;
+        // No task needs it any more.
+        let prepared = self.directory.path(run_dir::CLUSTERS).join(kept::NAME);
+        files::remove(&prepared).map_err(|e| self.directory.fault(e))?;
         let found =
             results::write(&self.base, owner.dir(), &study, &mut all).map_err(|e| self.directory.fault(e))?;
         let of_lines = found.sentences.into_iter();
@@ -386,6 +414,7 @@ impl Study<'_> {
             None => {}
         }
         let mut cost = |name: &str, value: Value| drop(summary.cost.insert(name.into(), value));
+        cost("load_s", json!(self.load));
         cost("wall_s", json!(seconds));
         cost("members_computed", json!(computed));
         cost("threads", json!(self.threads));

@@ -113,7 +113,7 @@ impl Directory {
         }
         for (folder, ends) in [
             (CHUNKS, &[CHUNK_ENDS[0], CHUNK_ENDS[1], "journal"][..]),
-            (CLUSTERS, &["xyzr"]),
+            (CLUSTERS, &["xyzr", "kept"]),
             (results::MAPS, &["tif", "svg", "geojson"]),
             (results::LINES, &["csv", "svg"]),
         ] {

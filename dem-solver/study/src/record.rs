@@ -32,8 +32,6 @@ pub fn fingerprint(base: &Base, file: &Scene) -> Result<String, Diagnostic> {
     study.remove(REPLICATES);
     bytes.extend(format!("{study} {} ", base.scene.fingerprint()).into_bytes());
     let mut take = |n: f64| bytes.extend(n.to_bits().to_le_bytes());
-    base.ground.origin.iter().for_each(|n| take(*n));
-    base.ground.nodes.iter().flat_map(|p| [p.x, p.y, p.z]).for_each(&mut take);
     // They may be in files.
     let releases = base.study.releases.iter().map(|release| release.place().corners);
     let lines = base.study.lines.iter().map(|line| &line.points[..]);
@@ -43,7 +41,7 @@ pub fn fingerprint(base: &Base, file: &Scene) -> Result<String, Diagnostic> {
         take(rock.mass);
         rock.inertia.iter().for_each(|n| take(*n));
     }
-    bytes.extend(base.ground.triangles.iter().flatten().flat_map(|n| n.to_le_bytes()));
+    bytes.extend(base.ground.content().as_bytes());
     bytes.extend(&base.ground.zones);
     Ok(format!("{:016x}", fnv1a(&bytes)))
 }

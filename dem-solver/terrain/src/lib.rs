@@ -5,6 +5,7 @@
 //! writes and reads has the origin added.
 //!
 //! - [`settings`]: the table `[terrain]`
+//! - [`kept`]: a prepared surface in a file, for all tasks of a machine
 //! - [`formats`]: from files to rasters, points, triangles
 //! - [`raster`]: heights on a grid
 //! - [`triangulation`]: from those to one surface, its holes refused or cut
@@ -16,6 +17,7 @@
 pub mod forest;
 pub mod formats;
 pub mod ground;
+pub mod kept;
 pub mod queries;
 pub use toolkit::raster;
 pub mod settings;
@@ -26,28 +28,37 @@ pub mod zones;
 use dem_solid::geometry::box_tree::{Bounds, BoxTree, morton_order};
 use dem_solid::geometry::shared_nodes::{Unshared, first_fault};
 use dem_solid::geometry::{bounds, by_first_use, double_area, is_flat};
+use dem_solid::row::Row;
 use forest::Forest;
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 use settings::TerrainSettings;
 use std::collections::HashSet;
+use std::path::PathBuf;
+use toolkit::provenance::Running;
 use toolkit::scene::Scene;
 use triangulation::Triangulated;
 
 /// The terrain. Triangles stand in the order of the tree; a triangle's number is its place there.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Terrain {
     /// What is added to local coordinates to give the user's [m].
     pub origin: Vector3<f64>,
     /// Corners, local [m].
-    pub nodes: Vec<Vector3<f64>>,
+    #[serde(skip)]
+    pub nodes: Row<Vector3<f64>>,
     /// Corners of the triangles.
-    pub triangles: Vec<[u32; 3]>,
+    #[serde(skip)]
+    pub triangles: Row<[u32; 3]>,
     /// Zone of each triangle, as a place in [`Terrain::materials`]; empty where all are of the first.
+    #[serde(skip)]
     pub zones: Vec<u8>,
     /// Materials by zone; the first is that of everything no zone names.
+    #[serde(skip)]
     pub materials: Vec<String>,
     /// Forests by zone.
+    #[serde(skip)]
     pub forests: Vec<Option<Forest>>,
     /// Lowest corner of the box around it, local [m].
     pub lowest: Vector3<f64>,
@@ -57,6 +68,11 @@ pub struct Terrain {
     pub notices: Vec<Diagnostic>,
     /// Whether contacts are continuous over kinks.
     pub continuous: bool,
+    /// Whether it was made of a raster: all its triangles share the nodes at which they touch.
+    regular: bool,
+    /// Its hash, where it is known.
+    content: String,
+    #[serde(skip)]
     tree: BoxTree,
 }
 
@@ -68,10 +84,19 @@ fn notice(what: String) -> Diagnostic {
 impl Terrain {
     /// That of a scene: read, cut, joined with its zones.
     pub fn of(scene: &Scene, settings: &TerrainSettings) -> Result<Self, Diagnostic> {
-        let relief = triangulation::of(scene, settings)?;
+        Self::with_kept(scene, settings, &[])
+    }
+
+    /// The same; a surface that was prepared before is looked for in these folders.
+    pub fn with_kept(
+        scene: &Scene,
+        settings: &TerrainSettings,
+        folders: &[PathBuf],
+    ) -> Result<Self, Diagnostic> {
+        let kept = kept::find(folders, scene, settings).map(Ok);
+        let mut ground = kept.unwrap_or_else(|| triangulation::of(scene, settings).map(Self::new))?;
         settings.check_layers(scene)?;
-        let zones = zones::Zones::of(scene, settings, &relief.origin)?;
-        let mut ground = Self::new(relief);
+        let zones = zones::Zones::of(scene, settings, &ground.origin)?;
         if ground.triangles.is_empty() {
             let file = scene.resolve(&settings.file).display().to_string();
             return Err(Diagnostic::in_file(file, "the terrain has no triangle with an area"));
@@ -90,7 +115,7 @@ impl Terrain {
 
     /// Of one surface.
     pub fn new(relief: Triangulated) -> Self {
-        let Triangulated { origin, mut nodes, mut triangles, mut notices } = relief;
+        let Triangulated { origin, mut nodes, mut triangles, mut notices, regular } = relief;
         let before = triangles.len();
         triangles.retain(|t| !is_flat(t.map(|n| nodes[n as usize]), THINNEST));
         if triangles.len() < before {
@@ -99,7 +124,7 @@ impl Terrain {
         }
         let corner = |t: usize, k: usize| nodes[triangles[t][k] as usize];
         let order = morton_order(triangles.len(), |t| (corner(t, 0) + corner(t, 1) + corner(t, 2)) / 3.0);
-        let mut triangles: Vec<[u32; 3]> = order.into_iter().map(|t| triangles[t as usize]).collect();
+        triangles = order.into_iter().map(|t| triangles[t as usize]).collect();
         by_first_use(&mut nodes, &mut triangles);
         let tree = BoxTree::new(triangles.len(), |t| {
             let [low, high] = bounds(triangles[t].map(|n| nodes[n as usize]));
@@ -109,17 +134,29 @@ impl Terrain {
         let [lowest, highest] = bounds(nodes.iter().copied());
         Self {
             origin,
-            nodes,
-            triangles,
-            zones: Vec::new(),
+            nodes: Row::own(nodes),
+            triangles: Row::own(triangles),
             materials: vec![String::new()],
             forests: vec![None],
             lowest,
             highest,
             notices,
-            continuous: false,
+            regular,
             tree,
+            ..Self::default()
         }
+    }
+
+    /// A hash of the surface.
+    pub fn content(&self) -> String {
+        if !self.content.is_empty() {
+            return self.content.clone();
+        }
+        let mut hash = Running::default();
+        self.origin.iter().for_each(|n| hash.add(&n.to_le_bytes()));
+        hash.add(self.nodes.bytes());
+        hash.add(self.triangles.bytes());
+        hash.text()
     }
 
     /// Lowest and highest corner of the box around it, in the user's coordinates [m].
@@ -129,7 +166,7 @@ impl Terrain {
 
     /// Where two triangles touch without a common node.
     pub fn unshared(&self) -> Option<Unshared> {
-        first_fault(&self.nodes, Vec::new(), &self.triangles)
+        if self.regular { None } else { first_fault(&self.nodes, Vec::new(), &self.triangles) }
     }
 
     /// Corners of a triangle, local [m].
@@ -154,26 +191,21 @@ impl Terrain {
     /// hangs over; of one that does not agree with itself each triangle faces up. What the user should know.
     pub fn face_up(&mut self) -> Option<Diagnostic> {
         let rise = |t: &[u32; 3]| double_area(t.map(|n| self.nodes[n as usize])).z;
-        let down = self.triangles.iter().filter(|t| rise(t) < 0.0).count();
+        // Those of a raster face up.
+        let looked_at = if self.regular { &[][..] } else { &self.triangles };
+        let down = looked_at.iter().filter(|t| rise(t) < 0.0).count();
         if down == 0 {
             return None;
         }
         let (all, whole) = (self.triangles.len(), self.triangles.iter().map(rise).sum::<f64>());
-        if down < all && !self.is_of_one_winding() {
-            for at in 0..all {
-                if rise(&self.triangles[at]) < 0.0 {
-                    self.triangles[at].swap(1, 2);
-                }
-            }
-            let what = format!(
-                "the corners of its triangles run round in both directions ({down} of {all} face down)"
-            );
-            return Some(notice(what).try_instead("each was taken to face up, so that nothing hangs over"));
+        let mixed = down < all && !self.is_of_one_winding();
+        let turn = |t: &[u32; 3]| if !mixed || rise(t) < 0.0 { [t[0], t[2], t[1]] } else { *t };
+        if mixed || whole < 0.0 {
+            self.triangles = Row::own(self.triangles.iter().map(turn).collect());
         }
-        if whole < 0.0 {
-            self.triangles.iter_mut().for_each(|t| t.swap(1, 2));
-        }
-        None
+        let what =
+            format!("the corners of its triangles run round in both directions ({down} of {all} face down)");
+        mixed.then(|| notice(what).try_instead("each was taken to face up, so that nothing hangs over"))
     }
 
     /// Whether no two triangles run along an edge in the same direction.
@@ -212,7 +244,13 @@ mod tests {
         let mut triangles: Vec<[u32; 3]> =
             (0..3).flat_map(|i| [[i, i + 1, i + 5], [i, i + 5, i + 4]]).collect();
         turned.iter().for_each(|t| triangles[*t].swap(1, 2));
-        Terrain::new(Triangulated { origin: Vector3::zeros(), nodes, triangles, notices: Vec::new() })
+        Terrain::new(Triangulated {
+            origin: Vector3::zeros(),
+            nodes,
+            triangles,
+            notices: Vec::new(),
+            regular: false,
+        })
     }
 
     fn down(ground: &Terrain) -> usize {

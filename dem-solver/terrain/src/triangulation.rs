@@ -27,6 +27,8 @@ pub struct Triangulated {
     pub triangles: Vec<[u32; 3]>,
     /// What the user should know of it.
     pub notices: Vec<Diagnostic>,
+    /// Whether its triangles share the nodes at which they touch, since they are cells of a raster.
+    pub regular: bool,
 }
 
 /// Read the terrain of a scene.
@@ -37,7 +39,7 @@ pub fn of(scene: &Scene, settings: &TerrainSettings) -> Result<Triangulated, Dia
         Content::Points(points) => from_points(&points, settings.longest_edge),
         Content::Triangles { nodes, triangles, notices } => {
             let (origin, nodes) = localise(nodes);
-            Ok(Triangulated { origin, nodes, triangles, notices })
+            Ok(Triangulated { origin, nodes, triangles, notices, regular: false })
         }
     };
     relief.map_err(|e| e.in_file(&path))
@@ -120,7 +122,7 @@ pub fn from_raster(raster: &Raster, nodata: NoData) -> Result<Triangulated, Read
             }
         }
     }
-    Ok(Triangulated { origin, nodes, triangles, notices })
+    Ok(Triangulated { origin, nodes, triangles, notices, regular: true })
 }
 
 /// Delaunay triangles over x and y, those with an edge above `longest` [m] left out. Of points that stand over each other the highest is kept.
@@ -149,7 +151,7 @@ pub fn from_points(points: &[[f64; 3]], longest: Option<f64>) -> Result<Triangul
     if triangles.is_empty() {
         return Err(no_surface(nodes.len()));
     }
-    Ok(Triangulated { origin, nodes, triangles, notices })
+    Ok(Triangulated { origin, nodes, triangles, notices, regular: false })
 }
 
 /// Looks at a place, by point, after which a sweep is given up. It takes 60 to 90 where points are spread over an area; where they

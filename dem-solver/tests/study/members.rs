@@ -255,3 +255,21 @@ fn spheres_are_made_once_and_kept_in_the_directory_of_the_study() {
         assert_eq!(place.read("out"), place.table("whole", &[]));
     }
 }
+
+/// The first task of a machine prepares the terrain for all of them; where that was changed it is prepared again. The end removes it.
+#[test]
+fn a_terrain_is_prepared_once_for_all_tasks() {
+    let place = Place::new(STUDY);
+    let kept = place.path("out/clusters/terrain.kept");
+    let task = |members: &str| place.command("out", &["--quiet", "--members", members]).spawn();
+    let tasks = ["1..5", "6..10", "6..10", "11..15"].map(|members| task(members).expect("started"));
+    assert!(tasks.into_iter().all(|mut task| task.wait().expect("ended").success()));
+    let bytes = std::fs::read(&kept).expect("prepared");
+    let mut damaged = bytes.clone();
+    damaged[bytes.len() / 2] ^= 1;
+    std::fs::write(&kept, damaged).expect("written");
+    assert!(place.run("out", &["--members", "16..18"]).status.success());
+    assert!(std::fs::read(&kept).expect("prepared") == bytes);
+    assert_eq!(place.table("out", &[]), place.table("whole", &[]));
+    assert!(place.files("out") == place.files("whole") && !kept.exists());
+}

@@ -191,7 +191,7 @@ fn every_format_gives_the_same_slope_to_a_billionth_of_a_metre() {
         let origin = if name == "b.stl" { Vector3::new(2.6e6, 1.2e6, 1500.0) } else { Vector3::zeros() };
         // Single precision of some 10 m against steps of a double at 2.6e6 m.
         let tolerance = if name == "b.stl" { 1e-6 } else { 1e-9 };
-        for node in &ground.nodes {
+        for node in ground.nodes.iter() {
             let place = node + ground.origin + origin;
             let height = heights[&[place.x.round() as i64, place.y.round() as i64]];
             assert!((place.z - height).abs() < tolerance, "{name}: {} {height}", place.z);

@@ -86,7 +86,7 @@ impl DemSolver {
         Self::with_kept(scene, options, &[])
     }
 
-    /// The same; spheres of rocks that were made before are looked for beside the scene and in these folders.
+    /// The same; spheres of rocks that were made before are looked for beside the scene and in these folders, a prepared terrain in these.
     pub fn with_kept(scene: &Scene, options: &Options, folders: &[PathBuf]) -> Result<Self, Diagnostic> {
         let settings = Settings::of(scene)?;
         let rocks = settings.rocks.iter().enumerate().map(|(at, rock)| Rock::new(at, rock, scene, folders));
@@ -98,7 +98,9 @@ impl DemSolver {
         notices.extend(limits::of_contacts(&settings.contacts));
         notices.extend(of_presets(&settings.contacts));
         notices.extend(settings.notices.iter().cloned());
-        let mut ground = settings.terrain.as_ref().map(|terrain| Terrain::of(scene, terrain)).transpose()?;
+        let terrain = settings.terrain.as_ref();
+        let ground = terrain.map(|terrain| Terrain::with_kept(scene, terrain, folders));
+        let mut ground = ground.transpose()?;
         let origin = ground.as_ref().map_or_else(Vector3::zeros, |g| g.origin);
         let trees = rocks.iter().map(|r| SphereTree::new(&r.spheres)).collect();
         let mut model = Model::new(settings, rocks, trees, origin);

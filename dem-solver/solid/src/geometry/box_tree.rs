@@ -5,6 +5,7 @@
 //! no pointers, 8 bytes per item, built by one sort. Boxes are kept in single precision, rounded
 //! outwards: they only leave out, and what is left is tested in full precision.
 
+use crate::row::{Plain, Row};
 use nalgebra::Vector3;
 
 /// Items in a lowest box, and boxes in a box.
@@ -16,12 +17,16 @@ const CODE_STEPS: f64 = 2_097_151.0;
 
 /// A box, rounded outwards to single precision.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
 pub struct Bounds {
     /// Lowest corner [m].
     pub lowest: [f32; 3],
     /// Highest corner [m].
     pub highest: [f32; 3],
 }
+
+// SAFETY: six numbers of one size.
+unsafe impl Plain for Bounds {}
 
 impl Bounds {
     /// Around nothing.
@@ -75,17 +80,36 @@ impl Bounds {
     }
 }
 
+/// Highest bits of a Morton code, by which items are sorted first: an item takes 4 bytes there, and 24 in a sort of all at once.
+const FIRST_BITS: u32 = 20;
+
 /// The order in which the items have to stand: their numbers by Morton code, then number.
 pub fn morton_order(count: usize, middle: impl Fn(usize) -> Vector3<f64>) -> Vec<u32> {
     let [lowest, highest] = super::bounds((0..count).map(&middle));
     let extent = (highest - lowest).max();
     let scale = if extent > 0.0 { CODE_STEPS / extent } else { 0.0 };
-    let code = |i: &u32| {
-        let at = (middle(*i as usize) - lowest) * scale;
-        (spread(at.x as u64) | spread(at.y as u64) << 1 | spread(at.z as u64) << 2, *i)
+    let code = |i: u32| {
+        let at = (middle(i as usize) - lowest) * scale;
+        spread(at.x as u64) | spread(at.y as u64) << 1 | spread(at.z as u64) << 2
     };
-    let mut order: Vec<u32> = (0..count as u32).collect();
-    order.sort_by_cached_key(code);
+    let all = 0..count as u32;
+    // Few items have few first bits, too: no more groups than items.
+    let bits = FIRST_BITS.min(usize::BITS - count.leading_zeros());
+    let group = |i: u32| (code(i) >> (63 - bits)) as usize;
+    let mut ends = vec![0_u32; (1 << bits) + 1];
+    all.clone().for_each(|i| ends[group(i) + 1] += 1);
+    (0..1 << bits).for_each(|at| ends[at + 1] += ends[at]);
+    let mut order = vec![0; count];
+    for i in all {
+        let next = &mut ends[group(i)];
+        order[*next as usize] = i;
+        *next += 1;
+    }
+    let mut start = 0;
+    for end in &ends[..1 << bits] {
+        order[start..*end as usize].sort_by_cached_key(|i| code(*i));
+        start = *end as usize;
+    }
     order
 }
 
@@ -102,9 +126,10 @@ fn spread(bits: u64) -> u64 {
 /// The tree. Items are numbered by their place in Morton order.
 #[derive(Debug, Clone, Default)]
 pub struct BoxTree {
-    count: usize,
+    /// Number of items.
+    pub count: usize,
     /// From the lowest level, of four items each, to the single box at the top.
-    levels: Vec<Vec<Bounds>>,
+    pub levels: Vec<Row<Bounds>>,
 }
 
 impl BoxTree {
@@ -114,10 +139,10 @@ impl BoxTree {
             let items = FOUR * i..count.min(FOUR * (i + 1));
             items.map(&bounds).fold(Bounds::EMPTY, |a, b| a.with(&b))
         };
-        let mut levels: Vec<Vec<Bounds>> = vec![(0..count.div_ceil(FOUR)).map(of).collect()];
+        let mut levels = vec![Row::own((0..count.div_ceil(FOUR)).map(of).collect())];
         while let Some(level) = levels.last().filter(|level| level.len() > 1) {
             let around = |four: &[Bounds]| four.iter().fold(Bounds::EMPTY, |a, b| a.with(b));
-            levels.push(level.chunks(FOUR).map(around).collect());
+            levels.push(Row::own(level.chunks(FOUR).map(around).collect()));
         }
         Self { count, levels }
     }
@@ -192,6 +217,25 @@ mod tests {
             tree.visit(|b| b.meets(&query), keep);
             let every: Vec<usize> = (0..count).filter(|i| items[*i].meets(&query)).collect();
             assert_eq!(found, every);
+        }
+    }
+
+    #[test]
+    fn items_stand_in_the_order_of_one_sort_of_all() {
+        let at = |i: usize, f: f64| ((i as f64 + 0.3) * f).sin();
+        // Many of one code among them.
+        let middle =
+            |i: usize| Vector3::new(9.0 * at(i / 3, 1.3), 3.0 * at(i / 3, 2.7), at(i / 3, 3.1).round());
+        for count in [0, 1, 2, 7, 1000, 30_000] {
+            let order = morton_order(count, middle);
+            let [low, high] = crate::geometry::bounds((0..count).map(middle));
+            let code = |i: &u32| {
+                let at = (middle(*i as usize) - low) * (CODE_STEPS / (high - low).max().max(1e-9));
+                spread(at.x as u64) | spread(at.y as u64) << 1 | spread(at.z as u64) << 2
+            };
+            let mut sorted: Vec<u32> = (0..count as u32).collect();
+            sorted.sort_by_key(code);
+            assert_eq!(order, sorted, "{count}");
         }
     }
 

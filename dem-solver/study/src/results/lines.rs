@@ -308,6 +308,16 @@ const EXCEEDED: [&str; 6] = [
     "share_of_all_high",
 ];
 
+/// Rows of many members, about, and how many of the rarest have one each in any case.
+const ROWS: usize = 10_000;
+const RAREST: usize = 1000;
+
+/// Of `count` members from the rarest on those that have a row, from 1.
+fn rows(count: usize) -> impl Iterator<Item = usize> {
+    let every = count.div_ceil(ROWS);
+    (1..=count).filter(move |n| *n <= RAREST || n % every == 0 || *n == count)
+}
+
 /// How often each value is reached or exceeded, of the members that pass and of all; with blocks a year also how often in a year.
 fn exceedance(path: &Path, passing: &Passing, releases: &Releases) -> io::Result<()> {
     let (largest, computed) = (&passing.largest, releases.computed());
@@ -320,7 +330,7 @@ fn exceedance(path: &Path, passing: &Passing, releases: &Releases) -> io::Result
     });
     table.write_record(EXCEEDED.map(String::from).into_iter().chain(names).chain(frequencies))?;
     let count = largest[0].len();
-    for reached in 1..=count {
+    for reached in rows(count) {
         let shares = [count as u64, computed].map(|all| {
             let of = of_share(reached as u64, all);
             [Some(reached as f64 / all as f64), of.low, of.high]
@@ -344,6 +354,8 @@ fn exceedance(path: &Path, passing: &Passing, releases: &Releases) -> io::Result
 const PANEL: i32 = 380;
 const HEIGHT: i32 = 400;
 const TITLE: i32 = 36;
+/// Steps of a curve that are drawn, each less than a sixth of a pixel high where there are more.
+const STEPS: usize = 2000;
 const CURVE: RGBColor = RGBColor(180, 40, 45);
 
 /// Exceedance of energy, passing height and speed, each share with its interval as a band.
@@ -370,10 +382,13 @@ fn curves(name: &str, largest: &[Vec<f64>; STATISTICS.len()], computed: u64) -> 
             let chart = plot(panel, [[least, 0.0], [most, 1.0]], &axes)?;
             let plot = chart.plotting_area();
             let count = values.len();
-            // A step down at each value, from where as many as `of` says reach it.
+            // A step down at each value, or at some of many, from where as many as `of` says reach it.
             let stairs = |of: &dyn Fn(u64) -> f64| -> Vec<(f64, f64)> {
-                let steps = values.iter().enumerate().flat_map(|(k, v)| {
-                    [count - k, count - k - 1].map(|reached| (v * scale, of(reached as u64)))
+                let mut before = count;
+                let drawn = (0..count).rev().step_by(count.div_ceil(STEPS)).rev();
+                let steps = drawn.flat_map(|k| {
+                    let left = count - k - 1;
+                    [std::mem::replace(&mut before, left), left].map(|n| (values[k] * scale, of(n as u64)))
                 });
                 std::iter::once((least, of(count as u64))).chain(steps).collect()
             };
@@ -400,4 +415,20 @@ fn curves(name: &str, largest: &[Vec<f64>; STATISTICS.len()], computed: u64) -> 
         }
         Ok(())
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn up_to_ten_thousand_members_have_a_row_each_and_of_more_the_rarest_do() {
+        for count in [0, 1, 999, ROWS] {
+            assert_eq!(rows(count).count(), count);
+        }
+        let of_many: Vec<usize> = rows(1_000_001).collect();
+        assert_eq!(of_many[..RAREST], (1..=RAREST).collect::<Vec<_>>());
+        assert_eq!(of_many[RAREST..RAREST + 2], [1010, 1111]);
+        assert!(of_many.len() < ROWS + RAREST && of_many.last() == Some(&1_000_001));
+    }
 }

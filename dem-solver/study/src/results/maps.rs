@@ -15,6 +15,7 @@ use interface_defs::diagnostic::{Diagnostic, code};
 use rustc_hash::FxHashMap;
 use serde_json::{Value, json};
 use std::io::{self, BufWriter, Cursor, Write};
+use std::ops::Range;
 use std::path::Path;
 use tiff::TiffResult;
 use tiff::encoder::colortype::Gray32Float;
@@ -39,6 +40,21 @@ const SHARES: [u32; 4] = [50, 90, 95, 99];
 fn note(share: u32) -> Option<String> {
     let few = 100 / (100 - share) + 1;
     (share >= 90).then(|| format!("where up to {few} rocks pass (see count): between the two largest"))
+}
+
+/// Values of cells that are in memory at once, 4 bytes each: where there are more, members are read again for other cells.
+const AT_ONCE: usize = 100_000_000;
+
+/// The cells in parts with at most so many values, where one cell alone has no more; `starts`: where the values of each begin, and all end.
+fn parts(starts: &[usize], most: usize) -> Vec<Range<usize>> {
+    let (mut parts, mut first) = (Vec::new(), 0);
+    while first + 1 < starts.len() {
+        let end = starts.partition_point(|start| *start <= starts[first] + most) - 1;
+        let end = end.max(first + 1);
+        parts.push(first..end);
+        first = end;
+    }
+    parts
 }
 
 /// Write all maps of a study.
@@ -101,34 +117,39 @@ pub fn write(base: &Base, grid: &Grid, system: &System, dir: &Path, all: All) ->
     // Where intervals end depends on the number of rocks alone.
     let mut ends: FxHashMap<usize, [Ends; SHARES.len()]> = FxHashMap::default();
     for (number, (name, title)) in VISITED.into_iter().enumerate() {
-        let mut values = vec![0.0_f32; starts[grid.cells()]];
-        let mut next = starts.clone();
-        all(&mut |record| {
-            if record.outcome.status == RunStatus::Failed {
-                return Ok(());
-            }
-            for visit in &record.track.visits {
-                let place = &mut next[visit.cell as usize];
-                values[*place] = visit.values[number];
-                *place += 1;
-            }
-            Ok(())
-        })?;
         // The quantile, and both ends of its interval.
         let mut maps = vec![[(); 3].map(|()| vec![f32::NAN; grid.cells()]); SHARES.len()];
         let mut sorted = Vec::new();
-        for cell in (0..grid.cells()).filter(|cell| count[*cell] > 0) {
-            sorted.clear();
-            sorted.extend(values[starts[cell]..starts[cell + 1]].iter().map(|v| f64::from(*v)));
-            sorted.sort_by(f64::total_cmp);
-            let ends = ends
-                .entry(sorted.len())
-                .or_insert_with_key(|count| SHARES.map(|share| Ends::of(*count, f64::from(share) / 100.0)));
-            for ((maps, share), ends) in maps.iter_mut().zip(SHARES).zip(ends) {
-                let of = ends.on(&sorted);
-                let all = [Some(quantile(&sorted, f64::from(share) / 100.0)), of.low, of.high];
-                for (map, value) in maps.iter_mut().zip(all) {
-                    map[cell] = value.map_or(f32::NAN, |value| value as f32);
+        for part in parts(&starts, AT_ONCE) {
+            let before = starts[part.start];
+            let mut values = vec![0.0_f32; starts[part.end] - before];
+            let mut next = starts[part.clone()].to_vec();
+            all(&mut |record| {
+                if record.outcome.status == RunStatus::Failed {
+                    return Ok(());
+                }
+                let visits = record.track.visits.iter().filter(|visit| part.contains(&(visit.cell as usize)));
+                for visit in visits {
+                    let place = &mut next[visit.cell as usize - part.start];
+                    values[*place - before] = visit.values[number];
+                    *place += 1;
+                }
+                Ok(())
+            })?;
+            for cell in part.filter(|cell| count[*cell] > 0) {
+                sorted.clear();
+                let own = starts[cell] - before..starts[cell + 1] - before;
+                sorted.extend(values[own].iter().map(|v| f64::from(*v)));
+                sorted.sort_by(f64::total_cmp);
+                let ends = ends.entry(sorted.len()).or_insert_with_key(|count| {
+                    SHARES.map(|share| Ends::of(*count, f64::from(share) / 100.0))
+                });
+                for ((maps, share), ends) in maps.iter_mut().zip(SHARES).zip(ends) {
+                    let of = ends.on(&sorted);
+                    let all = [Some(quantile(&sorted, f64::from(share) / 100.0)), of.low, of.high];
+                    for (map, value) in maps.iter_mut().zip(all) {
+                        map[cell] = value.map_or(f32::NAN, |value| value as f32);
+                    }
                 }
             }
         }
@@ -302,4 +323,19 @@ pub fn write_trajectories(base: &Base, system: &System, dir: &Path, all: All) ->
     })?;
     lines.end()?;
     ends.end()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Five cells with 3, 0, 2, 7 and 1 values.
+    #[test]
+    fn cells_are_cut_into_parts_that_fit() {
+        let starts = [0, 3, 3, 5, 12, 13];
+        assert_eq!(parts(&starts, 100).first(), Some(&(0..5)));
+        assert_eq!(parts(&starts, 5), [0..3, 3..4, 4..5]);
+        assert_eq!(parts(&starts, 1), [0..1, 1..2, 2..3, 3..4, 4..5]);
+        assert_eq!(parts(&[0], 5), []);
+    }
 }

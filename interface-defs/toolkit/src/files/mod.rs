@@ -20,6 +20,9 @@ use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
+mod map;
+pub use map::Map;
+
 #[cfg(test)]
 mod tests;
 
@@ -139,9 +142,17 @@ impl Dir {
     /// Write `bytes` to the file `name`. One that could not be written leaves the old one as it was. Any number of processes, of
     /// other machines too, may do so at the same time.
     pub fn write(&self, name: &OsStr, bytes: &[u8]) -> io::Result<()> {
+        self.write_parts(name, &[bytes])
+    }
+
+    /// [`Dir::write`] of several parts, one behind the other.
+    pub fn write_parts(&self, name: &OsStr, parts: &[&[u8]]) -> io::Result<()> {
         let beside = temporary(name);
         let begun = self.new_file(&beside, 0o666);
-        let written = begun.and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync()));
+        let all = |mut file: Stream| {
+            parts.iter().try_for_each(|part| file.write_all(part)).and_then(|()| file.sync())
+        };
+        let written = begun.and_then(all);
         let renamed = written.and_then(|()| self.rename(&beside, name));
         if renamed.is_err() {
             let _ = self.remove(&beside);
@@ -349,6 +360,8 @@ macro_rules! at_path {
 at_path! {
     /// [`Dir::write`] to `path`.
     write = write(bytes: &[u8]) -> ();
+    /// [`Dir::write_parts`] to `path`.
+    write_parts = write_parts(parts: &[&[u8]]) -> ();
     /// [`Dir::stream`] at `path`.
     create = stream() -> Stream;
     /// [`Dir::append`] to `path`.
