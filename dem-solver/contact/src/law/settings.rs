@@ -25,8 +25,8 @@ pub struct ContactSettings {
     /// Kind of ground whose values fill in what the table does not say: `bedrock`, `scree`, `meadow`, `soil`, `wetland` or
     /// `forest`, of `law = "ground"`. None is calibrated: docs/ground.md.
     pub preset: Option<String>,
-    /// Normal law: `hertz_rock` (force ~ overlap^1.5 of the rock as a whole: does not depend on the number of spheres; for
-    /// terrain), `hertz_mindlin` (the same of each sphere by its own radius), `linear` (force ~ overlap) or `ground` (terrain that
+    /// Normal law: `hertz_rock` (force ~ overlap^1.5 of the rock as a whole: does not depend on the number of
+    /// spheres), `hertz_mindlin` (the same of each sphere by its own radius), `linear` (force ~ overlap) or `ground` (terrain that
     /// gives way and remembers it; see docs/ground.md). Required without `preset`.
     pub law: LawName,
     /// Young's modulus of the rock [Pa]. `linear` takes it or `stiffness`.
