@@ -14,6 +14,8 @@ fn main() -> ExitCode {
             dem_solver::command::COMMAND,
             dem_solver::study::command::COMMAND,
             dem_solver::study::settings::COMMAND,
+            dem_solver::study::calibrate::command::COMMAND,
+            dem_solver::study::calibrate::SCHEMA,
             dem_solver::terrain::ground::COMMAND,
         ],
     )

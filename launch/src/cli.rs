@@ -12,7 +12,9 @@ use std::ffi::OsString;
 use std::io::{self, Write};
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
-use toolkit::arguments::{AnswerForm, ClusterArguments, EnsembleArguments, Input, Logging};
+use toolkit::arguments::{
+    AnswerForm, CalibrateArguments, ClusterArguments, EnsembleArguments, Input, Logging,
+};
 use toolkit::check::Format;
 use toolkit::exit::Exit;
 use toolkit::files::{self, Dir};
@@ -74,6 +76,14 @@ enum Command {
     /// of this machine; a study that was killed goes on with --resume and gives the same table. --members A..B is one task of
     /// many on other machines. --barrier SCENE --worst N runs the worst members again, coupled, against a barrier in its place.
     Ensemble(EnsembleArguments),
+    /// Parameters from falls that were observed: their ranges, what the data do not settle, and what they predict of others
+    ///
+    /// The file names a study, parameters with the ranges that are searched, and stops, speeds or heights that were observed. Many sets
+    /// of parameters are tried, each with as many falls as were observed; a calibration that was killed goes on with --resume, which also
+    /// compares the same falls with other observations. `calibration.md` and `calibration.json` of its directory have the results.
+    /// Exit codes: 0 done; 1 interrupted, or failed; 2 bad input, nothing was started; 3 a range is not to be trusted, or no set
+    /// reproduces what was observed.
+    Calibrate(CalibrateArguments),
     /// How far a run, a study or a test for approval is, by the files in its directory
     ///
     /// Exit codes: 0 done, or running; 1 failed, interrupted or killed; 2 nothing of these there; 3 done, but unreliable or not settled.
@@ -170,13 +180,16 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
         Command::Approve(arguments) => approve::approve(&arguments, json),
         Command::Ensemble(arguments) if arguments.barrier.is_some() => worst::worst(&arguments, json),
         Command::Ensemble(_) => become_program("dem-solver", "ensemble"),
+        Command::Calibrate(_) => become_program("dem-solver", "calibrate"),
         Command::Status { dir } => shown(status::status(&dir), Format::Text),
         Command::Verify { dir, answer } => shown(status::verify(&dir, answer.format), answer.format),
         Command::Cluster(_) => become_program("dem-solver", "cluster"),
         Command::Schema { study, reference } => {
             show(&match (study, reference) {
                 (true, _) => reference::json(&reference::study()?.study()),
-                (_, true) => reference::text(&reference::share()?, &reference::study()?),
+                (_, true) => {
+                    reference::text(&reference::share()?, &reference::study()?, &reference::calibration()?)
+                }
                 (_, false) => reference::json(&reference::share()?.document()),
             });
             Ok(Exit::Done)

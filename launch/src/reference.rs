@@ -33,6 +33,13 @@ All keys of a study, the file of `rockfall ensemble` ([ensemble.md](ensemble.md)
 
 ";
 
+const CALIBRATION: &str = "
+## Calibration
+
+All keys of a calibration, the file of `rockfall calibrate` ([calibrate.md](calibrate.md)). Paths are relative to it.
+
+";
+
 const CODES: &str = "
 ## Codes
 
@@ -47,16 +54,18 @@ absent has its reason in `warnings`.
 
 ";
 
-/// The whole page: of a scene, of a study, of the results.
-pub fn text(share: &Share, study: &Share) -> String {
+/// The whole page: of a scene, of a study, of a calibration, of the results.
+pub fn text(share: &Share, study: &Share, calibration: &Share) -> String {
     let mut page = Page { share, text: HEAD.into() };
     let known: Vec<&str> = KEYS.into_iter().filter(|key| share.properties.contains_key(*key)).collect();
     let _ = write!(page.text, "\n## Top level\n\n");
     page.document(&known, "end_time", 2);
-    let mut of_study = Page { share: study, text: STUDY.into() };
-    let known: Vec<&str> = study.properties.keys().map(String::as_str).collect();
-    of_study.document(&known, "scene", 3);
-    page.text += &of_study.text;
+    for (share, head, required) in [(study, STUDY, "scene"), (calibration, CALIBRATION, "study")] {
+        let mut own = Page { share, text: head.into() };
+        let known: Vec<&str> = share.properties.keys().map(String::as_str).collect();
+        own.document(&known, required, 3);
+        page.text += &own.text;
+    }
     page.results();
     page.text + CODES + &code::reference()
 }
@@ -339,6 +348,11 @@ pub fn share() -> Result<Share, Stop> {
 /// Ask the rocks' program, which computes studies, for the keys of one.
 pub fn study() -> Result<Share, Stop> {
     ask("dem-solver", "study-schema")
+}
+
+/// Ask it for the keys of a calibration.
+pub fn calibration() -> Result<Share, Stop> {
+    ask("dem-solver", "calibration-schema")
 }
 
 fn ask(program: &str, command: &str) -> Result<Share, Stop> {

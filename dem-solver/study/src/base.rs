@@ -71,6 +71,9 @@ pub struct Base {
     own: Option<String>,
     /// Drawn numbers of each release.
     pub samplers: Vec<Sampler>,
+    /// Of what varies the numbers that all members of a replicate share, which [`crate::calibrate`] chooses: which, and the value of each
+    /// replicate. Otherwise none.
+    pub shared: Vec<(usize, Vec<f64>)>,
     /// Areas of the releases that have one, local [m].
     pub areas: Vec<Option<Area>>,
     /// The cells of the maps, where there are any.
@@ -119,6 +122,7 @@ impl Base {
         study.counts().iter().for_each(|count| starts.push(starts[starts.len() - 1] + count));
         let base = Self {
             samplers: samplers(&study),
+            shared: Vec::new(),
             study,
             scene,
             document,

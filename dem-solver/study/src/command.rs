@@ -1,8 +1,9 @@
 //! `dem-solver ensemble`: a study from its file to its results.
 
 use super::base::Base;
+use super::calibrate::Calibration;
 use super::directory::{Directory, Index};
-use super::record::{Found, Journal, Record, taken};
+use super::record::{All, Found, Journal, Record, taken};
 use super::results::design::Reliability;
 use super::runner::Runner;
 use super::settings::{STUDY, StudySettings};
@@ -25,14 +26,14 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{Sender, channel};
 use std::time::{Duration, Instant};
-use toolkit::arguments::{EnsembleArguments, MemberRange};
+use toolkit::arguments::{Computation, EnsembleArguments, MemberRange};
 use toolkit::exit::Exit;
 use toolkit::owner::{Claim, Owner};
 use toolkit::program::Extra;
 use toolkit::progress::{Line, Reporter};
 use toolkit::scene::Scene;
 use toolkit::screen::{complain, show};
-use toolkit::summary::RunStatus;
+use toolkit::summary::{RunStatus, Summary};
 use toolkit::{files, manifest, run_dir};
 
 /// The subcommand.
@@ -88,15 +89,18 @@ impl Progress {
     }
 }
 
-struct Study<'a> {
+pub(super) struct Study<'a> {
     base: Base,
-    barrier: Option<&'a Barrier>,
     directory: Directory,
-    arguments: &'a EnsembleArguments,
-    until: Option<Until<'a>>,
+    computation: &'a Computation,
     threads: usize,
     /// How long reading and preparing has taken [s].
     load: f64,
+    /// A barrier, and how many of the worst members are chosen for it.
+    barrier: Option<(&'a Barrier, usize)>,
+    until: Option<Until<'a>>,
+    /// What its members are compared with.
+    calibration: Option<&'a Calibration>,
 }
 
 fn run(matches: &ArgMatches) -> Result<Exit, Diagnostic> {
@@ -111,16 +115,14 @@ fn run(matches: &ArgMatches) -> Result<Exit, Diagnostic> {
         return Ok(Exit::Done);
     }
     let (barrier, file) = Barrier::of(&arguments, &of_barrier, file)?;
-    let out = arguments.dir.of(&file);
-    let kept = [out.join(run_dir::CLUSTERS)];
+    let computation = &arguments.computation;
+    let directory = Directory::new(&computation.dir.of(&file));
+    let kept = [directory.path(run_dir::CLUSTERS)];
     let begun = Instant::now();
     // Of the tasks of a machine one prepares the terrain, and those that wait for it share its memory.
     let waits = arguments.members.is_some() && !kept[0].join(kept::NAME).exists();
     let turn = files::input(&arguments.study).ok().filter(|turn| waits && turn.lock().is_ok());
-    let base = gate::read(&file, !arguments.savings.no_shortcuts, &kept)?;
-    let available = std::thread::available_parallelism().map_or(1, usize::from);
-    let threads = arguments.threads.map_or(available, |n| n as usize);
-    let directory = Directory::new(&out);
+    let base = gate::read(&file, !computation.savings.no_shortcuts, &kept)?;
     let until = Until::of(&arguments, &base)?;
     if let Some(range) = &arguments.members
         && (range.first == 0 || range.last > base.members() || range.first > range.last)
@@ -129,8 +131,9 @@ fn run(matches: &ArgMatches) -> Result<Exit, Diagnostic> {
             format!("{}..{}: the members of this study are 1..{}", range.first, range.last, base.members());
         return Err(Diagnostic::in_file("--members", what));
     }
-    if !arguments.quiet {
-        base.warnings.iter().for_each(|warning| tracing::warn!("{}", base.scene.placed(warning.clone())));
+    let study = Study { until, ..Study::new(base, directory, computation) };
+    if !computation.quiet {
+        study.warn();
         barrier.iter().flat_map(Barrier::notices).for_each(|notice| tracing::info!("{notice}"));
     }
     interrupt::install();
@@ -140,10 +143,10 @@ fn run(matches: &ArgMatches) -> Result<Exit, Diagnostic> {
         watched.map_err(|e| Diagnostic::new(format!("the end of rockfall cannot be watched: {e}")))?;
     }
     let load = begun.elapsed().as_secs_f64();
-    let mut study =
-        Study { base, barrier: barrier.as_ref(), directory, arguments: &arguments, until, threads, load };
+    let worst = arguments.worst as usize;
+    let mut study = Study { barrier: barrier.as_ref().map(|barrier| (barrier, worst)), load, ..study };
     if let Some(number) = arguments.scene_of {
-        return study.one_scene(number);
+        return study.one_scene(number, arguments.output.as_deref());
     }
     match &arguments.members {
         Some(range) => {
@@ -156,22 +159,49 @@ fn run(matches: &ArgMatches) -> Result<Exit, Diagnostic> {
     }
 }
 
-impl Study<'_> {
-    /// Write the scene of one member, with the barrier where one is named.
-    fn one_scene(&self, number: u64) -> Result<Exit, Diagnostic> {
+impl<'a> Study<'a> {
+    /// A study whose results go to `directory`.
+    pub(super) fn new(base: Base, directory: Directory, computation: &'a Computation) -> Self {
+        let available = std::thread::available_parallelism().map_or(1, usize::from);
+        let threads = computation.threads.map_or(available, |n| n as usize);
+        Self {
+            base,
+            directory,
+            computation,
+            threads,
+            load: 0.0,
+            barrier: None,
+            until: None,
+            calibration: None,
+        }
+    }
+
+    /// The same, whose members are compared with what was observed.
+    pub(super) fn compared(self, calibration: &'a Calibration) -> Self {
+        Self { calibration: Some(calibration), ..self }
+    }
+
+    /// Say what the user should look at twice.
+    pub(super) fn warn(&self) {
+        let all = self.base.warnings.iter();
+        all.for_each(|warning| tracing::warn!("{}", self.base.scene.placed(warning.clone())));
+    }
+
+    /// Write the scene of one member to a file or on the screen, with the barrier where one is named.
+    fn one_scene(&self, number: u64, output: Option<&Path>) -> Result<Exit, Diagnostic> {
         let base = &self.base;
         if number > base.members() {
             let what = format!("{number}: the members of this study are 1..{}", base.members());
             return Err(Diagnostic::in_file("--scene-of", what));
         }
         let text = match self.barrier {
-            Some(barrier) => Comings::new(base, barrier).scene_of_one(number)?,
+            Some((barrier, _)) => Comings::new(base, barrier).scene_of_one(number)?,
             None => {
                 let member = base.member(number);
                 base.text(&member, "", &base.scene_of(&member)?)?
             }
         };
-        match &self.arguments.output {
+        match output {
             None => show(&text),
             Some(path) => files::write(path, text.as_bytes()).map_err(|e| {
                 Diagnostic::in_file(path.display().to_string(), format!("cannot be written: {e}"))
@@ -204,10 +234,10 @@ impl Study<'_> {
     }
 
     fn progress(&self, total: u64, before: u64) -> Progress {
-        let (reporter, begun) = (Reporter::new(self.arguments.progress), Instant::now());
-        let bar = !self.arguments.quiet && io::stderr().is_terminal();
+        let (reporter, begun) = (Reporter::new(self.computation.progress), Instant::now());
+        let bar = !self.computation.quiet && io::stderr().is_terminal();
         let every = match bar {
-            _ if self.arguments.quiet => Duration::MAX,
+            _ if self.computation.quiet => Duration::MAX,
             true => SHOWN,
             false => LINES,
         };
@@ -261,7 +291,7 @@ impl Study<'_> {
     ///
     /// `None`: it is complete, or a signal has ended the wait.
     fn claim(&self, done: &Path, part: &Path) -> Result<Option<(Journal, Vec<Found>)>, Diagnostic> {
-        let mut announced = self.arguments.quiet;
+        let mut announced = self.computation.quiet;
         while !done.exists() {
             match Journal::open(part, &self.base.fingerprint)? {
                 Some(ours) if !done.exists() => return Ok(Some(ours)),
@@ -280,8 +310,8 @@ impl Study<'_> {
     }
 
     /// All members that no file has yet, then the results of all.
-    fn whole(mut self, file: &Scene) -> Result<Exit, Diagnostic> {
-        let EnsembleArguments { force, resume, .. } = *self.arguments;
+    pub(super) fn whole(mut self, file: &Scene) -> Result<Exit, Diagnostic> {
+        let Computation { force, resume, .. } = *self.computation;
         if self.directory.has_begun() && !force && !resume {
             return Err(self
                 .directory
@@ -379,26 +409,64 @@ impl Study<'_> {
         computed: usize,
         seconds: f64,
     ) -> Result<Exit, Diagnostic> {
-        let mut numbers = Numbers::default();
         let mut all = |each: &mut dyn FnMut(&Record) -> io::Result<()>| self.each(index, each);
-        let mut comings = self.barrier.map(|barrier| Comings::new(&self.base, barrier));
+        let (mut summary, shown, comings) = match self.calibration {
+            Some(calibration) => match calibration.conclude(&self.base, owner.dir(), &mut all) {
+                Ok((summary, shown)) => (summary, shown, None),
+        cost("load_s", json!(self.load));
+                Err(why) => return failed(&why),
+            },
+            None => {
+                let (summary, comings) =
+                    self.results(owner, &mut all).map_err(|e| self.directory.fault(e))?;
+                (summary, String::new(), comings)
+            }
+        };
+        let mut cost = |name: &str, value: Value| drop(summary.cost.insert(name.into(), value));
+        cost("wall_s", json!(seconds));
+        cost("members_computed", json!(computed));
+        cost("threads", json!(self.threads));
+        if computed > 0 {
+            cost("members_per_second", json!(computed as f64 / seconds));
+        }
+        cost("peak_memory_bytes", json!(peak_memory()));
+        if let Err(what) = owner.write_summary(&mut summary) {
+            return failed(&Diagnostic::error(code::NOT_WRITTEN, what));
+        }
+        show(&shown);
+        if !self.computation.quiet {
+            show(&summary.table(owner.dir()));
+        }
+        if let (Some(comings), Some((_, worst))) = (comings, self.barrier) {
+            comings.write(&owner.dir().join(run_dir::BARRIER), worst)?;
+        }
+        manifest::seal(owner.dir());
+        // With a barrier more follows, and its command says it at its own end.
+        if summary.status != RunStatus::Done && self.barrier.is_none() {
+            summary.complain();
+        }
+        Ok(Exit::of(summary.status))
+    }
+
+    /// Write what follows from all members; the summary, and what they bring to the line of a barrier.
+    fn results(&self, owner: &Owner, all: All) -> io::Result<(Summary, Option<Comings<'_>>)> {
+        let mut numbers = Numbers::default();
+        let mut comings = self.barrier.map(|(barrier, _)| Comings::new(&self.base, barrier));
         all(&mut |record| {
             numbers.add(record.number, &record.outcome);
             comings.iter_mut().for_each(|comings| comings.add(record));
             Ok(())
-        })
-        .map_err(|e| self.directory.fault(e))?;
+        })?;
         let mut summary = numbers.summary(self.base.study.most_failed);
         let study = Reliability {
             is_unreliable: summary.status != RunStatus::Done,
             doubts: self.base.warnings.len(),
         };
-        self.directory.sweep().map_err(|e| self.directory.fault(e))?;
+        self.directory.sweep()?;
         // No task needs it any more.
         let prepared = self.directory.path(run_dir::CLUSTERS).join(kept::NAME);
-        files::remove(&prepared).map_err(|e| self.directory.fault(e))?;
-        let found =
-            results::write(&self.base, owner.dir(), &study, &mut all).map_err(|e| self.directory.fault(e))?;
+        files::remove(&prepared)?;
+        let found = results::write(&self.base, owner.dir(), &study, all)?;
         let of_lines = found.sentences.into_iter();
         let notes = of_lines.map(|sentence| Diagnostic::of(Severity::Note, code::OTHER, sentence));
         summary.warnings.splice(1..1, notes);
@@ -413,30 +481,7 @@ impl Study<'_> {
             }
             None => {}
         }
-        let mut cost = |name: &str, value: Value| drop(summary.cost.insert(name.into(), value));
-        cost("load_s", json!(self.load));
-        cost("wall_s", json!(seconds));
-        cost("members_computed", json!(computed));
-        cost("threads", json!(self.threads));
-        if computed > 0 {
-            cost("members_per_second", json!(computed as f64 / seconds));
-        }
-        cost("peak_memory_bytes", json!(peak_memory()));
-        if let Err(what) = owner.write_summary(&mut summary) {
-            return failed(&Diagnostic::error(code::NOT_WRITTEN, what));
-        }
-        if !self.arguments.quiet {
-            show(&summary.table(owner.dir()));
-        }
-        if let Some(comings) = comings {
-            comings.write(&owner.dir().join(run_dir::BARRIER), self.arguments.worst as usize)?;
-        }
-        manifest::seal(owner.dir());
-        // With a barrier more follows, and its command says it at its own end.
-        if summary.status != RunStatus::Done && self.barrier.is_none() {
-            summary.complain();
-        }
-        Ok(Exit::of(summary.status))
+        Ok((summary, comings))
     }
 }
 

@@ -20,6 +20,8 @@ use toolkit::scene::Scene;
 
 /// The study file as it was.
 pub const STUDY: &str = "study.toml";
+/// Of a calibration its results for programs, the same for people, and its file as it was.
+pub const CALIBRATION: [&str; 3] = ["calibration.json", "calibration.md", "calibration.toml"];
 /// What ends the name of a chunk that is complete.
 const DONE: &str = CHUNK_ENDS[0];
 
@@ -108,7 +110,7 @@ impl Directory {
 
     /// Remove what a study has written here, and no other file.
     pub fn clear(&self) -> io::Result<()> {
-        for name in [STUDY_RECORD, STUDY, SCENE, MEMBERS, SUMMARY, MANIFEST] {
+        for name in [STUDY_RECORD, STUDY, SCENE, MEMBERS, SUMMARY, MANIFEST].into_iter().chain(CALIBRATION) {
             files::remove(&self.path(name))?;
         }
         for (folder, ends) in [
@@ -207,9 +209,17 @@ pub fn record(base: &Base, file: &Scene) -> Result<Value, Diagnostic> {
         "shortcuts": base.shortcuts,
         "members": base.members(),
         "replicates": base.study.replicates,
+        "shared": shared(base),
         "inputs": inputs,
         "fingerprint": base.fingerprint,
     }))
+}
+
+/// Of a calibration what its falls depend on beside its files.
+fn shared(base: &Base) -> Option<Value> {
+    let of = |(at, values): &(usize, Vec<f64>)| json!([base.study.varied()[*at].name, values]);
+    let all = base.shared.iter().map(of).collect::<Vec<_>>();
+    (!all.is_empty()).then(|| json!([all, base.study.counts(), base.lines]))
 }
 
 fn absolute(path: &Path) -> PathBuf {
@@ -236,6 +246,9 @@ pub fn changes(before: &Value, now: &Value) -> String {
     let (old, new) = (sets(before), sets(now));
     all.extend(new.iter().filter(|set| !old.contains(set)).map(|set| format!("--set {set} is new")));
     all.extend(old.iter().filter(|set| !new.contains(set)).map(|set| format!("--set {set} is missing")));
+    if before["shared"] != now["shared"] {
+        all.push("parameters, sets, seed, the number of falls or lines are not as they were".into());
+    }
     let files = |of: &Value| of["inputs"].as_object().cloned().unwrap_or_default();
     let (old, new) = (files(before), files(now));
     for (path, hash) in &new {

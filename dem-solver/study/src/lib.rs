@@ -12,12 +12,14 @@
 //!   nothing; and what they were computed from
 //! - [`table`], [`summary`]: `members.csv`, `summary.json`; [`bounds`]: how far quantiles and shares may be off
 //! - [`track`]: what is kept of a member's trajectory, by the cells of [`grid`]; [`results`]: maps, lines, trajectories of all
+//! - [`calibrate`](mod@calibrate): `rockfall calibrate`: parameters from falls that were observed, by a study with many sets of them
 //! - [`worst`]: the members that are hardest on a barrier, each as a scene with it
 //! - [`command`](mod@command): `dem-solver ensemble`, which `rockfall ensemble` starts: many members on all cores, handed on in order;
 //!   [`until`]: how many replicates of them
 
 pub mod base;
 pub mod bounds;
+pub mod calibrate;
 pub mod capacity;
 pub mod command;
 pub mod design;

@@ -114,9 +114,12 @@ impl Base {
             (Form::Points, _) => self.local(&corners[(within % corners.len() as u64) as usize]),
             _ => self.local(&plan::along(corners, draw(0))),
         };
-        let values: Vec<toml::Value> = (self.study.variables[release].iter().enumerate())
+        let mut values: Vec<toml::Value> = (self.study.variables[release].iter().enumerate())
             .map(|(at, variable)| variable.distribution.value(draw(DRAWN + at)))
             .collect();
+        for (at, of_replicates) in &self.shared {
+            values[*at] = toml::Value::Float(of_replicates[replicate as usize]);
+        }
         let shape = self.study.varied().iter().position(|v| v.quantity == Quantity::Shape);
         Member {
             number,

@@ -1,6 +1,7 @@
 //! Studies: every member is the run of its own scene, whatever was computed before it, on how many threads, in which chunks,
 //! and after which kill.
 
+mod calibrate;
 mod doubts;
 mod drawn;
 mod frequency;

@@ -231,6 +231,32 @@ impl FromStr for Accuracy {
     }
 }
 
+/// Of what computes the members of a study: on how many threads, and where the results go.
+#[derive(Debug, Clone, Args)]
+pub struct Computation {
+    /// Threads [default: as many as there are cores]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), help_heading = "Computation")]
+    pub threads: Option<u32>,
+    /// Whether savings are used.
+    #[command(flatten)]
+    pub savings: Savings,
+    /// Where they go.
+    #[command(flatten)]
+    pub dir: ResultDir,
+    /// Begin anew in a directory that holds a study
+    #[arg(long, conflicts_with = "resume", help_heading = "Results")]
+    pub force: bool,
+    /// Go on with a study that was interrupted or killed
+    #[arg(long, help_heading = "Results")]
+    pub resume: bool,
+    /// Print nothing but errors
+    #[arg(long, help_heading = "Results")]
+    pub quiet: bool,
+    /// Print progress on stdout, five times a second
+    #[arg(long, value_enum, value_name = "FORM", help_heading = "Results")]
+    pub progress: Option<Form>,
+}
+
 /// Of `ensemble`: which study, which part of it, and where its results go.
 #[derive(Debug, Clone, Args)]
 pub struct EnsembleArguments {
@@ -242,7 +268,7 @@ pub struct EnsembleArguments {
     #[arg(long = "set", value_name = "KEY=VALUE", allow_hyphen_values = true)]
     pub sets: Vec<String>,
     /// Compute these members alone, both included, as one task of many; a call without --members collects the results
-    #[arg(long, value_name = "A..B", help_heading = "Computation")]
+    #[arg(long, value_name = "A..B", conflicts_with_all = ["force", "resume"], help_heading = "Computation")]
     pub members: Option<MemberRange>,
     /// Print the members of the study in N equal parts, as --members takes them, one in a line; compute nothing
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..), conflicts_with_all = ["members", "force", "resume"], help_heading = "Computation")]
@@ -275,27 +301,26 @@ pub struct EnsembleArguments {
     /// Where the barrier stands, from the program that builds it (JSON)
     #[arg(long, value_name = "JSON", hide = true)]
     pub site: Option<String>,
-    /// Threads [default: as many as there are cores]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), help_heading = "Computation")]
-    pub threads: Option<u32>,
-    /// Whether savings are used.
+    /// How it is computed, and where the results go.
     #[command(flatten)]
-    pub savings: Savings,
-    /// Where they go.
+    pub computation: Computation,
+}
+
+/// Of `calibrate`: what was observed, what is searched, and where the results go.
+#[derive(Debug, Clone, Args)]
+pub struct CalibrateArguments {
+    /// Calibration file (TOML): a study, parameters with the ranges that are searched, what was observed
+    #[arg(value_name = "FILE", value_parser = path())]
+    pub file: PathBuf,
+    /// Set a value of the file, as in --set sets=400
+    #[arg(long = "set", value_name = "KEY=VALUE", allow_hyphen_values = true)]
+    pub sets: Vec<String>,
+    /// How it is computed, and where the results go.
     #[command(flatten)]
-    pub dir: ResultDir,
-    /// Begin anew in a directory that holds a study
-    #[arg(long, conflicts_with_all = ["resume", "members"], help_heading = "Results")]
-    pub force: bool,
-    /// Go on with a study that was interrupted or killed
-    #[arg(long, conflicts_with = "members", help_heading = "Results")]
-    pub resume: bool,
-    /// Print nothing but errors
-    #[arg(long, help_heading = "Results")]
-    pub quiet: bool,
-    /// Print progress on stdout, five times a second
-    #[arg(long, value_enum, value_name = "FORM", help_heading = "Results")]
-    pub progress: Option<Form>,
+    pub computation: Computation,
+    /// How it answers.
+    #[command(flatten)]
+    pub answer: AnswerForm,
 }
 
 /// What a `--set` of the barrier's scene begins with.

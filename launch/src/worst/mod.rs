@@ -54,14 +54,14 @@ pub fn worst(arguments: &EnsembleArguments, json: bool) -> Result<Exit, Stop> {
         site: site(&scene, sets, &events)?,
         scene,
         events: &events,
-        quiet: arguments.quiet || json,
-        progress: Progress::new(arguments.quiet || json, false, false),
+        quiet: arguments.computation.quiet || json,
+        progress: Progress::new(arguments.computation.quiet || json, false, false),
     };
     if arguments.scene_of.is_some() || arguments.members.is_some() {
         return work.study();
     }
     let name = Scene::from_text(&arguments.study.display().to_string(), "")?;
-    let out = run_dir::location(arguments.dir.out.as_deref(), &name).join(BARRIER);
+    let out = run_dir::location(arguments.computation.dir.out.as_deref(), &name).join(BARRIER);
     if let Some(member) = arguments.run_worst {
         return work.one(&out, member);
     }
@@ -131,7 +131,7 @@ impl Work<'_> {
         let site = site.map_err(|e| Stop::failed(code::CONTRACT, e.to_string()))?;
         command.arg(format!("--site={site}"));
         command.args(self.arguments.sets.iter().map(|set| format!("--set={set}")));
-        if self.arguments.savings.no_shortcuts {
+        if self.arguments.computation.savings.no_shortcuts {
             command.arg("--no-shortcuts");
         }
         if self.quiet {
@@ -143,15 +143,16 @@ impl Work<'_> {
     /// The study, a part of it, or the scene of one member, by its program. A study that is there is gone on with.
     fn study(&self) -> Result<Exit, Stop> {
         let it = self.arguments;
+        let computation = &it.computation;
         let whole = it.scene_of.is_none() && it.members.is_none();
         let options = [
             it.scene_of.map(|number| format!("--scene-of={number}")),
             it.output.as_ref().map(|path| format!("--output={}", path.display())),
             it.members.as_ref().map(|members| format!("--members={members}")),
             whole.then(|| format!("--worst={}", it.worst)),
-            whole.then(|| if it.force { "--force" } else { "--resume" }.into()),
-            it.threads.map(|threads| format!("--threads={threads}")),
-            it.dir.out.as_ref().map(|dir| format!("--out={}", dir.display())),
+            whole.then(|| if computation.force { "--force" } else { "--resume" }.into()),
+            computation.threads.map(|threads| format!("--threads={threads}")),
+            computation.dir.out.as_ref().map(|dir| format!("--out={}", dir.display())),
         ];
         let mut command = self.command()?;
         command.args(options.into_iter().flatten());
@@ -228,7 +229,7 @@ impl Work<'_> {
         let mut cases: Vec<Case> = Vec::new();
         for entry in &chosen.chosen {
             let place = dir.join(entry["member"].to_string());
-            let found = if self.arguments.force { None } else { Case::finished(entry, &place)? };
+            let found = if self.arguments.computation.force { None } else { Case::finished(entry, &place)? };
             let case = found.map_or_else(|| self.run(entry, &place, [cases.len() + 1, all]), Ok);
             let kept =
                 || format!("; {} of {all} members are computed; the same command goes on", cases.len());
@@ -240,7 +241,7 @@ impl Work<'_> {
         owner.write_summary(&mut summary).map_err(|what| Stop::failed(code::NOT_WRITTEN, what))?;
         // With the study that it belongs to.
         manifest::seal(dir.parent().unwrap_or(dir));
-        if !self.arguments.quiet {
+        if !self.arguments.computation.quiet {
             toolkit::screen::show(&table::screen(&summary, &cases, dir));
         }
         match summary.status {
@@ -251,7 +252,7 @@ impl Work<'_> {
 
     fn run(&self, entry: &serde_json::Value, place: &Path, [number, all]: [usize; 2]) -> Result<Case, Stop> {
         let scene = place.with_extension("toml");
-        let shortcuts = !self.arguments.savings.no_shortcuts;
+        let shortcuts = !self.arguments.computation.savings.no_shortcuts;
         let task = Task { scene: &scene, sets: Vec::new(), dir: place, shortcuts, limit: f64::INFINITY };
         let of = format!("{number} of {all}: member {}", entry["member"]);
         let mut say = |seconds| self.progress.say(&format!("{of}: {}, after {seconds} s", far(place)));

@@ -290,9 +290,16 @@ impl TerrainPairs {
                 }
             }
             if kept > begin {
-                let least = |of: fn(&TerrainPair) -> f64| pairs[begin..kept].iter().map(of).fold(f64::INFINITY, f64::min);
+                let least = |of: fn(&TerrainPair) -> f64| {
+                    pairs[begin..kept].iter().map(of).fold(f64::INFINITY, f64::min)
+                };
                 let (gap, distance) = (least(|p| p.gap), least(|p| p.distance));
-                self.spheres.push(SpherePairs { sphere: number, ends: [begin as u32, kept as u32], gap, distance });
+                self.spheres.push(SpherePairs {
+                    sphere: number,
+                    ends: [begin as u32, kept as u32],
+                    gap,
+                    distance,
+                });
             }
             first = end;
         }
