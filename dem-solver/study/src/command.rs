@@ -413,7 +413,6 @@ impl<'a> Study<'a> {
         let (mut summary, shown, comings) = match self.calibration {
             Some(calibration) => match calibration.conclude(&self.base, owner.dir(), &mut all) {
                 Ok((summary, shown)) => (summary, shown, None),
-        cost("load_s", json!(self.load));
                 Err(why) => return failed(&why),
             },
             None => {
@@ -423,6 +422,7 @@ impl<'a> Study<'a> {
             }
         };
         let mut cost = |name: &str, value: Value| drop(summary.cost.insert(name.into(), value));
+        cost("load_s", json!(self.load));
         cost("wall_s", json!(seconds));
         cost("members_computed", json!(computed));
         cost("threads", json!(self.threads));
