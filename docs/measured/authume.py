@@ -1,7 +1,7 @@
 """Authume quarry: calibrate the ground on one half of the measured falls, predict the other.
 
     git clone https://github.com/richefeu/AuthumeQuarryRockfalls_Data-in-Brief
-    python docs/measured/authume.py --data AuthumeQuarryRockfalls_Data-in-Brief --work out/measured --points 10 4 0 --of 16 --members 1 1
+    python docs/measured/authume.py --data AuthumeQuarryRockfalls_Data-in-Brief --work out/measured --points 16 8 4 --members 1 2
 
 That repository states no licence: nothing of it is part of this project. Its y axis points up. The studies and the results go to
 `out/measured/authume`.
@@ -23,12 +23,14 @@ ZONES = (("Blue", 1), ("Gray", 0), ("Red", 0))
 
 # What is calibrated, and within which bounds: table of contact (0 vegetated, 1 hard) and key.
 RANGES = {
-    "0.friction": Range(0.1, 0.6),
-    "0.restitution": Range(0.1, 0.6),
-    "0.rolling_friction": Range(0.02, 0.3),
-    "1.friction": Range(0.1, 0.6),
-    "1.restitution": Range(0.1, 0.6),
-    "1.rolling_friction": Range(0.02, 0.3),
+    f"{zone}.{key}": it
+    for zone in (0, 1)
+    for key, it in (
+        ("friction", Range(0.1, 0.8)),
+        ("restitution", Range(0.1, 0.6)),
+        ("rolling_friction", Range(0.05, 0.5)),
+        ("rolling_friction_impact", Range(0.0, 1.5)),
+    )
 }
 
 SCENE = """# A block of the Authume quarry, of the shape {shape}.
