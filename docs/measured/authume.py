@@ -1,7 +1,7 @@
 """Authume quarry: calibrate the ground on one half of the measured falls, predict the other.
 
     git clone https://github.com/richefeu/AuthumeQuarryRockfalls_Data-in-Brief
-    python docs/measured/authume.py --data AuthumeQuarryRockfalls_Data-in-Brief --work out/measured --points 16 8 4 --members 1 2
+    python docs/measured/authume.py --data AuthumeQuarryRockfalls_Data-in-Brief --work out/measured --points 16 8 4 --members 1 3 --again 6 3
 
 That repository states no licence: nothing of it is part of this project. Its y axis points up. The studies and the results go to
 `out/measured/authume`.
@@ -205,8 +205,8 @@ class Site:
             found[profile], bad = self.seen(profile, ends), bad + failed
         return found, bad, left
 
-    def cost(self, values):
-        found, bad, left = self.computed("a", values, self.given.members[0])
+    def cost(self, values, each=None):
+        found, bad, left = self.computed("a", values, each or self.given.members[0])
         costs = {p: falls.distance(self.measured(p, "a")["run_out"], found[p]["run_out"]) for p in PROFILES}
         shown = {p: falls.quantiles(found[p]["run_out"]) for p in PROFILES}
         return {"cost": float(np.mean(list(costs.values()))), "costs": costs, "quantiles": shown, "bad": bad, "left": left}
@@ -216,12 +216,14 @@ def main():
     given = falls.arguments("a clone of AuthumeQuarryRockfalls_Data-in-Brief")
     site = Site(given)
     tried = falls.calibrate(RANGES, site.cost, given.points, site.work / "tried.json", of=given.of)
+    deciding = {p: falls.deciding(tried, given.points, lambda it: it["quantiles"][p][1]) for p in PROFILES}
+    tried = falls.confirm(tried, site.cost, given.again, site.work / "again.json")
     best = tried[0]["values"]
     result = {"site": "authume", "values": best, "fit": {}, "costs": [it["cost"] for it in tried], "calibrated": tried[0]}
     result["offset"] = {p: falls.quantiles(site.offset(p)) for p in PROFILES}
     result["measured_a"] = {p: falls.quantiles(site.measured(p, "a")["run_out"]) for p in PROFILES}
     result["noise_a"] = {p: falls.noise(site.measured(p, "a")["run_out"]) for p in PROFILES}
-    result["deciding"] = {p: falls.deciding(tried, given.points, lambda it: it["quantiles"][p][1]) for p in PROFILES}
+    result["deciding"] = deciding
     for case, values, scene in (("b", best, ""), ("preset", {}, "preset-")):
         found, bad, left = site.computed("b", values, given.members[1], f"final-{case}", scene)
         result["fit"][case] = {"bad": bad, "left": left}
