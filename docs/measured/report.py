@@ -135,10 +135,10 @@ def codes(axes, title, key, fit, quantity, legend="lower right"):
 
 def rockable(result):
     print("\n| quantity | place | falls: Rockable, ours | Rockable 10 / 50 / 90 % | ours | KS distance (p) | of the calibrated half |\n|---|---|---|---|---|---|---|")
-    for key in ("run_out", "speed_2", "speed_4", "speed", "energy", "height", "spin", "force", "line_speed"):
+    for key in ("run_out", "speed_2", "speed_4", "speed", "energy", "height", "spin", "force", "line_speed", "rim"):
         for profile in ("P1", "P2"):
             it, other = (result["fit"][half][profile][key] for half in "ba")
-            digits = 0 if key in ("force", "energy") else 1
+            digits = {"force": 0, "energy": 0, "rim": 2}.get(key, 1)
             print(
                 f"| {key} | {profile} | {len(it['measured'])}, {len(it['computed'])} | {numbers(it['measured_quantiles'], digits)} | "
                 f"{numbers(it['computed_quantiles'], digits)} | {it['ks']:.2f} ({it['ks_probability']:.1g}) | {other['ks']:.2f} |"

@@ -15,7 +15,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import falls
 import numpy as np
-from authume import PROFILES, Ground, upright
+from authume import PROFILES, Ground, surface, upright
 from falls import Range
 
 SHAPES = ("SP1A", "SP2A", "SP2B", "SP3A")
@@ -35,6 +35,7 @@ QUANTITIES = {
     "spin": "largest spin [rad/s]",
     "force": "largest force of contact, mean of 0.1 s [kN]",
     "line_speed": "speed at the line [m/s]",
+    "rim": "speed of the rim over that of the centre after 4 s, of rocks above 1 m/s: 1 where a ball rolls, 0 where a rock slides",
 }
 JUDGED = ("run_out", "line_speed")  # what the calibration looks at, beside the share that passes the line
 
@@ -132,6 +133,8 @@ class Site:
         self.ground.write(self.work / "terrain.obj", self.work / "zones.asc")
         self.heights = Heights(self.ground)
         self.theirs = self.read()
+        volume = lambda path: abs(np.linalg.det(surface(path)).sum()) / 6
+        self.radius = {shape: np.cbrt(0.75 / np.pi * volume(given.data / f"Geometries/STL/{shape}.stl")) for shape in SHAPES}
         drops = lambda p: np.array([run["place"][0] for key, run in self.theirs.items() if key[0] == p])
         self.middle = {p: drops(p).mean(axis=0) for p in PROFILES}
         for shape in SHAPES:
@@ -172,8 +175,11 @@ class Site:
         for name, value in sets.items():
             command += ["--set", f"{name}={falls.text(value)}"]
         done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
-        if done.returncode != 0:
-            return None
+        return self.rows(table) if done.returncode == 0 else None
+
+    @staticmethod
+    def rows(table):
+        """A run of ours, of its history."""
         with open(table, newline="") as file:
             rows = list(csv.DictReader(file))
         of = lambda *names: np.array([[float(row[f"rock_{name}"]) for name in names] for row in rows])
@@ -209,6 +215,7 @@ class Site:
             "spin": np.linalg.norm(run["spin"], axis=1).max(),
             "force": 1e-3 * self.mass[key[1]] * force[touched - 1 :].max(),
             "line_speed": speed[at] if far[at] >= LINE[key[0]] else np.nan,
+            "rim": np.linalg.norm(run["spin"][40]) * self.radius[key[1]] / speed[40] if speed[40] > 1.0 else np.nan,
             "stopped": float(speed[-1] < MOVING),
             "first": touched * STEP,
         }
