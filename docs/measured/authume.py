@@ -1,7 +1,7 @@
 """Authume quarry: calibrate the ground on one half of the measured falls, predict the other.
 
     git clone https://github.com/richefeu/AuthumeQuarryRockfalls_Data-in-Brief
-    python docs/measured/authume.py --data AuthumeQuarryRockfalls_Data-in-Brief --work out/measured --points 10 4 0 --of 16 --members 1 1
+    python docs/measured/authume.py --data AuthumeQuarryRockfalls_Data-in-Brief --work out/measured --points 16 8 4 --members 1 3 --again 6 3
 
 That repository states no licence: nothing of it is part of this project. Its y axis points up. The studies and the results go to
 `out/measured/authume`.
@@ -23,12 +23,14 @@ ZONES = (("Blue", 1), ("Gray", 0), ("Red", 0))
 
 # What is calibrated, and within which bounds: table of contact (0 vegetated, 1 hard) and key.
 RANGES = {
-    "0.friction": Range(0.1, 0.6),
-    "0.restitution": Range(0.1, 0.6),
-    "0.rolling_friction": Range(0.02, 0.3),
-    "1.friction": Range(0.1, 0.6),
-    "1.restitution": Range(0.1, 0.6),
-    "1.rolling_friction": Range(0.02, 0.3),
+    f"{zone}.{key}": it
+    for zone in (0, 1)
+    for key, it in (
+        ("friction", Range(0.1, 0.8)),
+        ("restitution", Range(0.1, 0.6)),
+        ("rolling_friction", Range(0.05, 0.5)),
+        ("rolling_friction_impact", Range(0.0, 1.5)),
+    )
 }
 
 SCENE = """# A block of the Authume quarry, of the shape {shape}.
@@ -203,8 +205,8 @@ class Site:
             found[profile], bad = self.seen(profile, ends), bad + failed
         return found, bad, left
 
-    def cost(self, values):
-        found, bad, left = self.computed("a", values, self.given.members[0])
+    def cost(self, values, each=None):
+        found, bad, left = self.computed("a", values, each or self.given.members[0])
         costs = {p: falls.distance(self.measured(p, "a")["run_out"], found[p]["run_out"]) for p in PROFILES}
         shown = {p: falls.quantiles(found[p]["run_out"]) for p in PROFILES}
         return {"cost": float(np.mean(list(costs.values()))), "costs": costs, "quantiles": shown, "bad": bad, "left": left}
@@ -214,12 +216,14 @@ def main():
     given = falls.arguments("a clone of AuthumeQuarryRockfalls_Data-in-Brief")
     site = Site(given)
     tried = falls.calibrate(RANGES, site.cost, given.points, site.work / "tried.json", of=given.of)
+    deciding = {p: falls.deciding(tried, given.points, lambda it: it["quantiles"][p][1]) for p in PROFILES}
+    tried = falls.confirm(tried, site.cost, given.again, site.work / "again.json")
     best = tried[0]["values"]
     result = {"site": "authume", "values": best, "fit": {}, "costs": [it["cost"] for it in tried], "calibrated": tried[0]}
     result["offset"] = {p: falls.quantiles(site.offset(p)) for p in PROFILES}
     result["measured_a"] = {p: falls.quantiles(site.measured(p, "a")["run_out"]) for p in PROFILES}
     result["noise_a"] = {p: falls.noise(site.measured(p, "a")["run_out"]) for p in PROFILES}
-    result["deciding"] = {p: falls.deciding(tried, given.points, lambda it: it["quantiles"][p][1]) for p in PROFILES}
+    result["deciding"] = deciding
     for case, values, scene in (("b", best, ""), ("preset", {}, "preset-")):
         found, bad, left = site.computed("b", values, given.members[1], f"final-{case}", scene)
         result["fit"][case] = {"bad": bad, "left": left}

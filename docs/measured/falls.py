@@ -29,6 +29,7 @@ def arguments(data_help):
     parser.add_argument("--points", type=int, nargs=3, default=[40, 20, 12], help="of the calibration: in the whole range, closer, close")
     parser.add_argument("--of", type=int, help="draw the points in the whole range as for so many, and take the first of them")
     parser.add_argument("--members", type=int, nargs=2, default=[2, 8], help="for each start in the calibration, and in what is reported")
+    parser.add_argument("--again", type=int, nargs=2, default=[0, 1], help="compute so many of the best points again, with so many members for each start")
     found = parser.parse_args()
     found.work.mkdir(parents=True, exist_ok=True)
     return found
@@ -176,6 +177,21 @@ def calibrate(ranges, cost, points, log, seed=3, of=None):
             tried[-1]["number"] = len(tried)
             write(log, tried if len(tried) > len(known) else list(known.values()))
     return sorted(tried, key=lambda it: it["cost"])
+
+
+def confirm(tried, cost, again, log):
+    """The best points computed again with more members, the best of these first: the best of many small samples is so by chance as well.
+
+    `cost` takes values and members for each start.
+    """
+    count, each = again
+    known = json.loads(log.read_text()) if log.exists() else []
+    found = []
+    for it in tried[:count]:
+        same = [one for one in known if one["values"] == it["values"]]
+        found.append(same[0] if same else it | {"first_cost": it["cost"]} | cost(it["values"], each))
+        write(log, found if len(found) > len(known) else known)
+    return sorted(found, key=lambda it: it["cost"]) + tried[count:]
 
 
 def rank(sample):

@@ -1,7 +1,7 @@
 """Tschamut 2014: calibrate the ground on one half of the measured falls, predict the other.
 
     git clone https://github.com/ofuhrer/rust_rockfall
-    python docs/measured/tschamut.py --data rust_rockfall --work out/measured
+    python docs/measured/tschamut.py --data rust_rockfall --work out/measured --points 16 8 8 --members 1 2 --again 5 3
 
 That repository derived its files (data/processed/tschamut2014) from Volkwein and Gerber (2018), Repetitive trajectory testing in
 Tschamut 2014, EnviDat, doi:10.16904/envidat.34, Open Database License. They are not part of this project. The studies and the
@@ -25,7 +25,8 @@ RANGES = {
     "restitution": Range(0.1, 0.7),
     "ground_modulus": Range(3e6, 1e8, proportional=True),
     "scarring_drag": Range(0.0, 3.0),
-    "rolling_friction": Range(0.02, 0.25),
+    "rolling_friction": Range(0.02, 0.5),
+    "rolling_friction_impact": Range(0.0, 1.0),
 }
 PRESET = {"friction_max": 2.0, "friction_growth": 1.5, "friction_relaxation": 125.0}  # is kept
 
@@ -139,8 +140,8 @@ class Site:
             found[block], bad = run_out(starts, stops), bad + failed
         return found, bad
 
-    def cost(self, values):
-        found, bad = self.computed("a", values, self.given.members[0])
+    def cost(self, values, each=None):
+        found, bad = self.computed("a", values, each or self.given.members[0])
         mixed = np.concatenate(list(found.values()))
         return {"cost": falls.distance(self.measured("a"), mixed), "quantiles": falls.quantiles(mixed), "bad": bad}
 
@@ -149,9 +150,10 @@ def main():
     given = falls.arguments("a clone of rust_rockfall")
     site = Site(given)
     tried = falls.calibrate(RANGES, site.cost, given.points, site.work / "tried.json")
+    deciding = falls.deciding(tried, given.points, lambda it: it["quantiles"][1])
+    tried = falls.confirm(tried, site.cost, given.again, site.work / "again.json")
     best = tried[0]["values"]
-    result = {"site": "tschamut", "values": best | PRESET, "fit": {}, "runs": len(site.runs)}
-    result["deciding"] = falls.deciding(tried, given.points, lambda it: it["quantiles"][1])
+    result = {"site": "tschamut", "values": best | PRESET, "fit": {}, "runs": len(site.runs), "deciding": deciding, "calibrated": tried[0]}
     for half in "ab":
         found, bad = site.computed(half, best, given.members[1], "final")
         whole = falls.compare(site.measured(half), np.concatenate(list(found.values())))
