@@ -124,7 +124,7 @@ fn of_study(dir: &Path, members: u64, running: Option<String>) -> (String, Exit)
             text += "  all members are there: rockfall ensemble without --members collects them\n";
         }
         None => {
-            text += "  no process of this machine is collecting: rockfall ensemble ... --resume goes on\n";
+            text += "  no process of this machine is collecting: the same command with --resume goes on\n";
             // Tasks on other machines are not seen from here; who has begun to collect is.
             if dir.join(CHUNKS).join(JOURNAL).exists() {
                 return (text, Exit::Failed);

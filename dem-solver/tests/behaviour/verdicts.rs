@@ -318,7 +318,7 @@ fn a_ball_that_touches_a_wire_and_gets_behind_the_net_went_through() {
     assert!(touched < lost && (touched - end.value("time_of_impact")).abs() < 5.1e-5);
     for name in ["max_travel", "max_deflection"] {
         assert!(end.find(name).is_none());
-        assert!(end.warnings.iter().any(|w| w.contains(name) && w.contains("went through it")));
+        assert!(end.warnings.iter().any(|w| w.contains(name) && w.contains("went through the net")));
     }
 }
 
