@@ -457,7 +457,9 @@ impl<'a> Study<'a> {
             comings.iter_mut().for_each(|comings| comings.add(record));
             Ok(())
         })?;
+        let deep = numbers.too_deep(&self.base.limits);
         let mut summary = numbers.summary(self.base.study.most_failed);
+        summary.warnings.extend(deep);
         let study = Reliability {
             is_unreliable: summary.status != RunStatus::Done,
             doubts: self.base.warnings.len(),

@@ -4,6 +4,7 @@ use super::bounds::{of_quantile, quantile};
 use super::record::{How, Outcome, QUANTITIES};
 use interface_defs::diagnostic::{Diagnostic, Severity, code};
 use interface_defs::message::{Interval, Measure, Worse};
+use toolkit::limits::{Limits, NOTICED, TOO_SOFT};
 use toolkit::numbers::percent;
 use toolkit::summary::{RunStatus, Summary};
 
@@ -86,6 +87,22 @@ impl Numbers {
             let ended = outcome.how == How::Rest || !quantity.at_rest;
             (if ended { &mut values.known } else { &mut values.at_least }).push(value);
         }
+    }
+
+    /// That members overlapped deeper than is noticed, where the scene has no bound of its own that would make them unreliable.
+    pub fn too_deep(&self, limits: &Limits) -> Option<Diagnostic> {
+        let at = QUANTITIES.iter().position(|quantity| quantity.name == "max_penetration")?;
+        let values = &self.values[at].known;
+        let deep = values.iter().filter(|value| **value > NOTICED).count();
+        let most = values.iter().copied().fold(0.0, f64::max);
+        (deep > 0 && limits.penetration.is_none()).then(|| {
+            let what = format!(
+                "{deep} of {} members overlapped by more than {NOTICED} radii, the deepest by {most:.3}: there the contact law does not \
+                 hold; they count in all shares and quantiles, and with limits.penetration = {NOTICED} each would be unreliable",
+                self.members
+            );
+            Diagnostic::warning(code::TRUST, what).try_instead(TOO_SOFT)
+        })
     }
 
     /// The summary; with more than the share `most_failed` of members that failed or are unreliable it is unreliable itself.
@@ -225,6 +242,21 @@ mod tests {
         let path = RunOut::default();
         outcome.end(&Ended { time: 0.0, run_out, path: &path, penetration: 0.0, energy_error: 0.0 });
         outcome
+    }
+
+    #[test]
+    fn members_that_overlap_too_deep_are_counted_where_the_scene_has_no_bound() {
+        let mut numbers = Numbers::default();
+        for penetration in [0.1, 0.573, 0.52, 0.5] {
+            let mut outcome = ended(How::Rest, 10.0);
+            let path = RunOut::default();
+            outcome.end(&Ended { time: 0.0, run_out: 10.0, path: &path, penetration, energy_error: 0.0 });
+            numbers.add(1, &outcome);
+        }
+        let said = numbers.too_deep(&Limits::default()).expect("two are").to_string();
+        assert!(said.contains("2 of 4 members") && said.contains("the deepest by 0.573"), "{said}");
+        let bound = Limits { penetration: Some(1.0), ..Limits::default() };
+        assert_eq!(numbers.too_deep(&bound).map(|it| it.to_string()), None);
     }
 
     fn sentences(summary: &Summary) -> String {

@@ -136,9 +136,9 @@ pub fn of_release(
         None => Ok(found),
         Some(Variable { name, key, .. }) => {
             let what = format!(
-                "what varies at a release is in [vary] too, for all others, and not its shape: `{name}`"
+                "`{name}` varies at this release alone: a [vary] of the study must have it too, for other releases (shapes cannot vary at a release)"
             );
-            study.refuse(key, what, format!("add {name} to [vary]: a number is possible there"))
+            study.refuse(key, what, format!("add {name} to [vary]; a fixed number will do"))
         }
     }
 }

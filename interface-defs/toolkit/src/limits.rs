@@ -55,7 +55,7 @@ const FATAL: f64 = 10.0;
 const DEEPEST: f64 = 2.0;
 
 /// Penetration and residual above which a run is done with a warning, where they have no bound.
-const NOTICED: f64 = 0.5;
+pub const NOTICED: f64 = 0.5;
 
 /// Energy error above which a run is done with a warning.
 const NOTICE: f64 = 0.01;
@@ -239,7 +239,7 @@ const SHORTEN: &str = "beyond it nobody vouches for the reaction or the deflecti
      coupling.time_window, or set coupling.scheme = \"strong\"";
 
 /// What to try against too deep an overlap.
-const TOO_SOFT: &str = "the contact is too soft for this speed; raise contact.young (or stiffness, ground_modulus), or cluster.smallest_radius; prints in soft ground (law = \"ground\") may be that deep: limits.penetration = 1.0";
+pub const TOO_SOFT: &str = "the contact is too soft for this speed; raise contact.young (or stiffness, ground_modulus), or cluster.smallest_radius; prints in soft ground (law = \"ground\") may be that deep: limits.penetration = 1.0";
 
 /// Name of the measure to which [`Limits::energy_error`] applies.
 pub const ENERGY_ERROR: &str = "energy_error";

@@ -114,10 +114,10 @@ fn what_was_left_out_is_rejected_where_the_model_is_wrong() {
     let outside = |shift: f64| {
         let all = cases(&model(0.0), 3, 100, 1);
         let all = all.iter().map(|case| {
-            let moved = case.samples[0]
+            let mut moved = case.samples[0]
                 .iter()
                 .map(|own| own[..4].iter().map(|it| it + shift).chain([own[4]]).collect());
-            let samples = vec![moved.last(), case.samples[1].clone()];
+            let samples = vec![moved.next_back(), case.samples[1].clone()];
             table.answer(&Case { samples, ..Case::default() }).expect("enough cases").outside
         });
         all.filter(|outside| *outside).count()
