@@ -184,7 +184,7 @@ fn rates_of_some_releases_alone_are_refused_and_so_is_a_design_of_unequal_member
             "blocks_per_year = 0: it must lie above 0",
         ),
         (format!("{SOURCES}{design}"), "those of `cliff` stand for more blocks a year than those of `face`"),
-        (SOURCES.replace("volume = 0.1\n", ""), "in [vary] too, for all others"),
+        (SOURCES.replace("volume = 0.1\n", ""), "`volume` varies at this release alone"),
         (SOURCES.replace("speed = 12.0", "speed = -12.0"), "a speed has no sign"),
         (
             SOURCES.replace("speed = 12.0\n", "speed = 12.0\norientation = \"uniform\"\n"),
