@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Spheres down twelve benches, by `rockfall ensemble` and by an event model of the same law, written for this comparison.
 
-usage: benches.py --bin target/release --work DIR [--rocks 200] [--friction 0.1] [--seed 7]
+usage: benches.py --bin target/release --work DIR [--rocks 200] [--friction 0.1] [--seed 7] [--young 1e13]
 
 The event model knows no contact in time: a sphere flies in parabolas, an impact is an impulse, and lasting contact is a series of impulses
 without restitution. What an impact does along the surface is a function of slip over normal speed alone, since the law of Hertz with friction
@@ -40,7 +40,7 @@ def profile():
     return np.array(corners)
 
 
-def write(work, corners, rocks, friction, seed):
+def write(work, corners, rocks, friction, seed, young):
     half = 20.0
     with open(work / "benches.obj", "w") as out:
         for x, z in corners.tolist():
@@ -59,7 +59,7 @@ shape = {{ type = "sphere", radius = {RADIUS} }}
 file = "benches.obj"
 [[contact]]
 law = "hertz_rock"
-young = 1e11
+young = {young!r}
 poisson = 0.25
 restitution = {RESTITUTION}
 friction = {FRICTION}
@@ -249,10 +249,11 @@ def main():
     options.add_argument("--rocks", type=int, default=200)
     options.add_argument("--friction", type=float, default=0.1)
     options.add_argument("--seed", type=int, default=7)
+    options.add_argument("--young", type=float, default=1e13)
     o = options.parse_args()
     o.work.mkdir(parents=True, exist_ok=True)
     corners = profile()
-    write(o.work, corners, o.rocks, o.friction, o.seed)
+    write(o.work, corners, o.rocks, o.friction, o.seed, o.young)
     found, first, rows = ours(o.work, o.bin)
     for key, parts in (("line_speed", ("speed_m_per_s",)), ("line_energy", ("kinetic_energy_J",)),
                        ("line_height", ("passing_height_m",))):
