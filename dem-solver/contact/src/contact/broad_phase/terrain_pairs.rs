@@ -42,7 +42,7 @@ pub struct TerrainPair {
 
 /// The pairs of one sphere.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct SpherePairs {
+pub struct PairsOfSphere {
     /// Number of the sphere in its rock.
     pub sphere: u32,
     /// Its first pair and the one after its last.
@@ -69,7 +69,7 @@ pub struct TerrainPairs {
     /// Pairs that may touch, by sphere, then triangle.
     pub pairs: Vec<TerrainPair>,
     /// The same, sphere by sphere; of a rock that touches as a whole.
-    pub spheres: Vec<SpherePairs>,
+    pub spheres: Vec<PairsOfSphere>,
     searched: Option<(Vector3<f64>, UnitQuaternion<f64>)>,
     skin: f64,
     /// How deep inside the terrain a centre is looked for [m]; 0: only what touches from outside is listed.
@@ -212,7 +212,7 @@ impl TerrainPairs {
     }
 
     /// The pairs of a sphere.
-    pub fn pairs_of(&self, sphere: &SpherePairs) -> &[TerrainPair] {
+    pub fn pairs_of(&self, sphere: &PairsOfSphere) -> &[TerrainPair] {
         &self.pairs[sphere.ends[0] as usize..sphere.ends[1] as usize]
     }
 
@@ -294,7 +294,7 @@ impl TerrainPairs {
                     pairs[begin..kept].iter().map(of).fold(f64::INFINITY, f64::min)
                 };
                 let (gap, distance) = (least(|p| p.gap), least(|p| p.distance));
-                self.spheres.push(SpherePairs {
+                self.spheres.push(PairsOfSphere {
                     sphere: number,
                     ends: [begin as u32, kept as u32],
                     gap,

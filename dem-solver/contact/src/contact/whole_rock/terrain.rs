@@ -11,7 +11,7 @@
 //! Source of the inside: Baerentzen and Aanaes (2005), IEEE Trans. Vis. Comput. Graph. 11, 243.
 
 use crate::contact::broad_phase::cell_grid::Plane;
-use crate::contact::broad_phase::terrain_pairs::{SpherePairs, TerrainPairs};
+use crate::contact::broad_phase::terrain_pairs::{PairsOfSphere, TerrainPairs};
 use crate::contact::history::SurfaceHistory;
 use crate::contact::narrow_phase::Touch;
 use crate::contact::pipeline::{Site, Sums};
@@ -345,7 +345,7 @@ impl<'a> Seat<'a> {
 fn look(
     ground: &Terrain,
     around: &TerrainPairs,
-    own: &SpherePairs,
+    own: &PairsOfSphere,
     place: &Vector3<f64>,
 ) -> Option<(Vector3<f64>, f64, u32)> {
     let pairs = around.pairs_of(own);
