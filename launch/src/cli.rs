@@ -2,7 +2,7 @@
 
 use crate::plan::own_program;
 use crate::stop::Stop;
-use crate::{approve, estimate, reference, run, status, trade, worst};
+use crate::{approve, estimate, reference, replay, run, status, trade, worst};
 use clap::{CommandFactory, Parser, Subcommand};
 use clap_mangen::Man;
 use interface_defs::diagnostic::{Diagnostic, code};
@@ -84,6 +84,12 @@ enum Command {
     /// Exit codes: 0 done; 1 interrupted, or failed; 2 bad input, nothing was started; 3 a range is not to be trusted, or no set
     /// reproduces what was observed.
     Calibrate(CalibrateArguments),
+    /// Ask one solver again what a recording says that it was asked, and compare its answers; nothing else need run
+    ///
+    /// `rockfall run SCENE --record FILE` makes the recording. Fields and gauges of every answer are compared with those recorded;
+    /// the first answer that differs by more than --tolerance is named, with its window and both numbers. Exit codes: 0 no answer
+    /// differs by more; 1 one does, or the solver failed; 2 bad input.
+    Replay(replay::Arguments),
     /// How far a run, a study or a test for approval is, by the files in its directory
     ///
     /// Exit codes: 0 done, or running; 1 failed, interrupted or killed; 2 nothing of these there; 3 done, but unreliable or not settled.
@@ -181,6 +187,7 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
         Command::Ensemble(arguments) if arguments.barrier.is_some() => worst::worst(&arguments, json),
         Command::Ensemble(_) => become_program("dem-solver", "ensemble"),
         Command::Calibrate(_) => become_program("dem-solver", "calibrate"),
+        Command::Replay(arguments) => replay::replay(&arguments),
         Command::Status { dir } => shown(status::status(&dir), Format::Text),
         Command::Verify { dir, answer } => shown(status::verify(&dir, answer.format), answer.format),
         Command::Cluster(_) => become_program("dem-solver", "cluster"),
