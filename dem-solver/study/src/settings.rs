@@ -7,7 +7,7 @@ use super::vary::{Vary, of_release, variables};
 use dem_solid::geometry::plan;
 use interface_defs::diagnostic::Diagnostic;
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::path::PathBuf;
 use toolkit::coordinates::{Coordinates, Form};
@@ -64,7 +64,7 @@ pub fn of_falls(mut study: toml::Table) -> toml::Table {
 pub const MOST_OF_SOBOL: u64 = 1 << 16;
 
 /// How the members of a study are spread over what varies.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Sampling {
     /// Independent of each other.
