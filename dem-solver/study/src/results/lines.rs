@@ -34,7 +34,13 @@ struct Statistic {
 /// All of them. A new one takes a line here.
 const STATISTICS: [Statistic; 4] = [
     statistic("energy", "J", |it| it.energy, Some(("kinetic energy, rotation included [kJ]", 1e-3))),
-    statistic("height", "m", |it| it.height, Some(("height of the lowest point [m]", 1.0))),
+    // Below 0 a rock is pressed into soft ground, and passes at its level.
+    statistic(
+        "height",
+        "m",
+        |it| if it.height < 0.0 { 0.0 } else { it.height },
+        Some(("height of the lowest point [m]", 1.0)),
+    ),
     statistic("centre_height", "m", |it| it.centre, None),
     statistic("speed", "m/s", |it| it.speed, Some(("speed [m/s]", 1.0))),
 ];
