@@ -2,8 +2,6 @@
 //! behind the line is what it does without a barrier, and is left out where what is behind barriers is counted.
 
 use super::design::NUMBERS;
-use super::settings::ScreenLine;
-use super::track::Crossing;
 use interface_defs::diagnostic::Diagnostic;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -43,17 +41,6 @@ pub fn fate(barrier: Option<Capacity>, first: Option<[f64; 2]>) -> usize {
         (Some([energy, _]), Some(of)) if energy > of.energy => 1,
         _ => 0,
     }
-}
-
-/// For each line when its barrier stops a member with these crossings [s]; infinite where it does not.
-pub fn stops(lines: &[ScreenLine], crossings: &[Crossing]) -> Vec<f64> {
-    let of = |(number, line): (usize, &ScreenLine)| {
-        let first =
-            crossings.iter().find(|it| usize::from(it.line) == number).filter(|_| line.barrier.is_some());
-        let stopped = first.filter(|it| fate(line.barrier, Some([it.energy, it.centre])) == 0);
-        stopped.map_or(f64::INFINITY, |it| it.time)
-    };
-    lines.iter().enumerate().map(of).collect()
 }
 
 impl Capacity {

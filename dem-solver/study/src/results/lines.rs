@@ -4,7 +4,7 @@ use super::design::{self, Checked, Passing as Rocks, Reliability};
 use super::frequency::{PERIODS, Source, of_period, reaching, value_of};
 use crate::base::Base;
 use crate::bounds::{Part, of_frequency, of_quantile, of_share, quantile};
-use crate::capacity::{COUNTED, FATES, fate, stops};
+use crate::capacity::{COUNTED, FATES, fate};
 use crate::record::All;
 use crate::settings::{BEHIND, ScreenLine, StudySettings};
 use crate::summary::{SHARES, quantile_of};
@@ -106,6 +106,17 @@ fn views(study: &StudySettings) -> Vec<View<'_>> {
         }
     }
     all
+}
+
+/// For each line when its barrier stops a member with these crossings [s]; infinite where it does not.
+fn stops(lines: &[ScreenLine], crossings: &[Crossing]) -> Vec<f64> {
+    let of = |(number, line): (usize, &ScreenLine)| {
+        let first =
+            crossings.iter().find(|it| usize::from(it.line) == number).filter(|_| line.barrier.is_some());
+        let stopped = first.filter(|it| fate(line.barrier, Some([it.energy, it.centre])) == 0);
+        stopped.map_or(f64::INFINITY, |it| it.time)
+    };
+    lines.iter().enumerate().map(of).collect()
 }
 
 /// What passes one line.
