@@ -2,7 +2,7 @@
 
 use crate::plan::own_program;
 use crate::stop::Stop;
-use crate::{approve, estimate, reference, replay, run, status, trade, worst};
+use crate::{approve, children, estimate, prepared, reference, replay, run, status, trade, worst};
 use clap::{CommandFactory, Parser, Subcommand};
 use clap_mangen::Man;
 use interface_defs::diagnostic::{Diagnostic, code};
@@ -39,7 +39,9 @@ struct Cli {
 enum Command {
     /// Run a scene: start the processes that it requires, watch them, write the results
     Run(run::Arguments),
-    /// Check a scene: processes, critical time steps [s], windows, cost, warnings; start nothing
+    /// Check a scene: processes, critical time steps [s], windows, cost, warnings; or a study: members, lines, cost, warnings
+    ///
+    /// Nothing is started and nothing written; for the cost a fall over terrain is tried for a second, of a study some members.
     Check {
         #[command(flatten)]
         input: Input,
@@ -178,6 +180,9 @@ fn scene_as_command(first: Option<OsString>) -> Option<String> {
 fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
     match command {
         Command::Run(arguments) => run::run(&arguments, json),
+        Command::Check { input, resolved: None, answer } if prepared::is_study(&input.scene) => {
+            check_study(&input, answer.format)
+        }
         Command::Check { input, resolved, answer } => {
             let checked = estimate::check(&input, resolved.as_deref(), answer.format);
             shown(checked.map(|text| (text, Exit::Done)), answer.format)
@@ -248,9 +253,19 @@ fn print_manual(dir: Option<&Path>) -> Result<Exit, Stop> {
 
 /// Become a program of this project beside this one: signals reach it, and it ends with its own code.
 fn become_program(program: &str, command: &str) -> Result<Exit, Stop> {
+    become_with(program, std::env::args_os().skip(1).skip_while(|argument| argument != command))
+}
+
+/// The check of a study is its own program's.
+fn check_study(input: &Input, format: Format) -> Result<Exit, Stop> {
+    let form = if format == Format::Json { "--format=json" } else { "--format=text" };
+    let flags = ["--dry-run", form].map(OsString::from);
+    become_with("dem-solver", std::iter::once("ensemble".into()).chain(flags).chain(children::scene(input)))
+}
+
+fn become_with(program: &str, arguments: impl Iterator<Item = OsString>) -> Result<Exit, Stop> {
     // It returns only where the program cannot be started.
-    let own = std::env::args_os().skip(1).skip_while(|argument| argument != command);
-    let e = std::process::Command::new(own_program(program)?).args(own).exec();
+    let e = std::process::Command::new(own_program(program)?).args(arguments).exec();
     Err(Stop::input(code::PROCESS, format!("{program} cannot be started: {e}")))
 }
 
