@@ -2,10 +2,11 @@
 
 use crate::solver::Solver;
 use iceoryx2::prelude::ZeroCopySend;
+use serde::{Deserialize, Serialize};
 
 /// What the coupler asks for. Sent before the payload of each request.
 #[repr(C)]
-#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, ZeroCopySend)]
 #[type_name("rockfall.RequestHeader.v2")]
 pub struct RequestHeader {
     /// Number of the run (hash of its id).
@@ -35,7 +36,7 @@ pub struct RequestHeader {
 
 /// The answer's echo of the request, and how it went.
 #[repr(C)]
-#[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, ZeroCopySend)]
 #[type_name("rockfall.AnswerHeader.v2")]
 pub struct AnswerHeader {
     /// As in the request.

@@ -2,7 +2,7 @@
 
 use crate::plan::own_program;
 use crate::stop::Stop;
-use crate::{approve, children, estimate, prepared, reference, replay, run, status, trade, worst};
+use crate::{approve, bridge, children, estimate, prepared, reference, replay, run, status, trade, worst};
 use clap::{CommandFactory, Parser, Subcommand};
 use clap_mangen::Man;
 use interface_defs::diagnostic::{Diagnostic, code};
@@ -92,6 +92,14 @@ enum Command {
     /// the first answer that differs by more than --tolerance is named, with its window and both numbers. Exit codes: 0 no answer
     /// differs by more; 1 one does, or the solver failed; 2 bad input.
     Replay(replay::Arguments),
+    /// A solver in another language, container or on another machine: what crosses goes over TCP
+    ///
+    /// Beside the run `--listen` stands in for the solver, as a scene says: `[processes] fem = "rockfall bridge --listen 127.0.0.1:4711"`.
+    /// On the other side `rockfall bridge --connect HOST:4711 -- COMMAND` starts the solver and passes everything on; a program
+    /// may also speak TCP itself (interface-defs/PROTOCOL.md, section 7). The text of the scene goes with it; files that it
+    /// names must lie there, too, at the same paths. Nothing is encrypted: between machines use a tunnel (`ssh -L`, WireGuard).
+    /// Exit codes: 0 the run is done; 1 it failed, or one side was lost; 2 bad input, nothing was started.
+    Bridge(bridge::Arguments),
     /// How far a run, a study or a test for approval is, by the files in its directory
     ///
     /// Exit codes: 0 done, or running; 1 failed, interrupted or killed; 2 nothing of these there; 3 done, but unreliable or not settled.
@@ -193,6 +201,7 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
         Command::Ensemble(_) => become_program("dem-solver", "ensemble"),
         Command::Calibrate(_) => become_program("dem-solver", "calibrate"),
         Command::Replay(arguments) => replay::replay(&arguments),
+        Command::Bridge(arguments) => bridge::bridge(&arguments),
         Command::Status { dir } => shown(status::status(&dir), Format::Text),
         Command::Verify { dir, answer } => shown(status::verify(&dir, answer.format), answer.format),
         Command::Cluster(_) => become_program("dem-solver", "cluster"),

@@ -22,12 +22,14 @@
 //! - [`approve`](mod@approve): `rockfall approve`: a kit under the launches of an approval test, each criterion judged
 //! - [`worst`](mod@worst): `rockfall ensemble --barrier`: the members of a study that are hardest on a barrier, coupled with it
 //! - [`replay`](mod@replay): `rockfall replay`: one solver alone against a recording of a run
+//! - [`bridge`](mod@bridge): `rockfall bridge`: a solver that is elsewhere, over TCP
 //! - [`reference`](mod@reference): schema and reference of what a scene may hold, put together from all programs
 //!
 //! A new command is a variant of `Command` in [`cli`]; options that other programs have too stand in
 //! `toolkit::arguments`.
 
 mod approve;
+mod bridge;
 mod children;
 mod choice;
 mod cli;

@@ -9,13 +9,16 @@
 //!
 //! Files: [`run_id`] (its name), [`domain`] (one run's own place, liveness, cleaning), `home` (the private directory of a
 //! user's runs), `memory` (what a run has in shared memory), [`wait`] (how to wait, and for how long), [`channel`] (the
-//! services), [`control`] (frames), [`remote`] (the coupler's side), [`serve`] (the solver's side), [`interrupt`] (Ctrl-C).
+//! services), [`control`] (frames), [`remote`] (the coupler's side), [`serve`] (the solver's side), [`interrupt`] (Ctrl-C), [`link`]
+//! and [`bridge`] (the same over TCP, to a solver that is elsewhere).
 
+pub mod bridge;
 pub mod channel;
 pub mod control;
 pub mod domain;
 mod home;
 pub mod interrupt;
+pub mod link;
 mod memory;
 pub mod remote;
 pub mod run_id;

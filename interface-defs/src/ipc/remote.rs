@@ -46,6 +46,8 @@ pub struct HostOptions {
     pub supervisor: Option<u32>,
 }
 
+type OnTick = Box<dyn FnMut() -> Result<(), Failure>>;
+
 /// The run's owner: creates the channels of every solver before the first wait.
 pub struct Host {
     shared: Rc<Shared>,
@@ -57,6 +59,8 @@ struct Shared {
     heartbeats: Vec<Notifier>,
     /// Solvers that have joined, and must live from then on.
     joined: RefCell<Vec<String>>,
+    /// What else is looked after while an answer is waited for.
+    look: RefCell<OnTick>,
     domain: Domain,
     // Dropped last: ports, then node, then the run's lock.
     _node: Node,
@@ -81,6 +85,7 @@ impl Host {
             listener,
             heartbeats,
             joined: RefCell::default(),
+            look: RefCell::new(Box::new(|| Ok(()))),
             domain,
             _node: node,
             ownership,
@@ -90,6 +95,11 @@ impl Host {
         let remotes = made.collect::<Result<_, _>>()?;
         shared.domain.allocate()?;
         Ok((Self { shared }, remotes))
+    }
+
+    /// While an answer is waited for `look` is asked some ten times a second; its failure ends the wait.
+    pub fn on_tick(&self, look: impl FnMut() -> Result<(), Failure> + 'static) {
+        *self.shared.look.borrow_mut() = Box::new(look);
     }
 
     /// End the run in shared memory: nothing of it is left. Call after the solvers have ended.
@@ -220,6 +230,7 @@ impl Remote {
         for notifier in &self.shared.heartbeats {
             let _ = notifier.notify_with_custom_event_id(EventId::new(HEARTBEAT));
         }
+        (self.shared.look.borrow_mut())()?;
         let joined = self.shared.joined.borrow();
         match joined.iter().find(|name| **name != self.name && !self.shared.domain.is_alive(name)) {
             Some(solver) => {

@@ -86,7 +86,7 @@ pub fn refuse(fault: &Fault, connection: &Connection) -> Result<(), Failure> {
     join(connection, |session| session.refuse(fault))
 }
 
-fn join(
+pub(super) fn join(
     connection: &Connection,
     work: impl FnOnce(&mut Session) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
@@ -165,16 +165,16 @@ fn wait_for_coupler(connection: &Connection) -> Result<Domain, Failure> {
     }
 }
 
-enum Work {
+pub(super) enum Work {
     Message(ToSolver),
     Window(FieldRequest),
 }
 
-struct Session<'a> {
+pub(super) struct Session<'a> {
     connection: &'a Connection,
     domain: &'a Domain,
-    control: RefCell<Listener>,
-    bell: Bell,
+    pub control: RefCell<Listener>,
+    pub bell: Bell,
     channels: &'a Channels,
     field: Option<FieldServer>,
     exchange: Exchange,
@@ -187,7 +187,7 @@ struct Session<'a> {
 impl Session<'_> {
     fn run(&mut self, solver: &mut dyn Solver) -> Result<(), Failure> {
         loop {
-            match self.wait()? {
+            match self.wait(|| Ok(()))? {
                 Work::Window(request) => self.window(solver, &request)?,
                 Work::Message(ToSolver::Connect) => self.send(&FromSolver::Hello(solver.hello()))?,
                 Work::Message(ToSolver::Prepare(plan)) => self.prepare(solver, &plan)?,
@@ -222,15 +222,15 @@ impl Session<'_> {
 
     fn refuse(&mut self, fault: &Fault) -> Result<(), Failure> {
         loop {
-            if let Work::Message(_) = self.wait()? {
+            if let Work::Message(_) = self.wait(|| Ok(()))? {
                 self.send(&FromSolver::Fault(fault.clone()))?;
                 return self.linger();
             }
         }
     }
 
-    /// Wait for a message or a window. Windows are looked for first: they are the many.
-    fn wait(&self) -> Result<Work, Failure> {
+    /// Wait for a message or a window. Windows are looked for first: they are the many. A failure of `on_tick` ends the wait.
+    pub fn wait(&self, on_tick: impl FnMut() -> Result<(), Failure>) -> Result<Work, Failure> {
         let during = || "while waiting for its next request".to_string();
         let patience = Patience {
             domain: self.domain,
@@ -250,7 +250,7 @@ impl Session<'_> {
             let message = self.control.borrow_mut().poll(&|| self.bell.ring())?;
             Ok(message.map(Work::Message))
         };
-        patience.until(&self.bell.listener, poll, || Ok(()))
+        patience.until(&self.bell.listener, poll, on_tick)
     }
 
     /// What was asked for, as `message` of it, or why it could not be done.
@@ -262,7 +262,7 @@ impl Session<'_> {
         self.send(&asked.map_or_else(FromSolver::Fault, message))
     }
 
-    fn send(&self, message: &FromSolver) -> Result<(), Failure> {
+    pub fn send(&self, message: &FromSolver) -> Result<(), Failure> {
         self.control.borrow_mut().send(message, false, &|| self.bell.ring())
     }
 
@@ -303,7 +303,7 @@ impl Session<'_> {
     }
 
     /// Create the channel of windows.
-    fn offer(&mut self, plan: &Plan, ready: &Ready) -> Result<(), Failure> {
+    pub fn offer(&mut self, plan: &Plan, ready: &Ready) -> Result<(), Failure> {
         // An answer may list all nodes, and that of a selection pairs: growth is allowed for.
         let longest = payload_lengths(plan, ready).1 + ready.mesh.node_count();
         check_space(2 * 8 * longest as u64)?;
@@ -351,7 +351,7 @@ impl Session<'_> {
     }
 
     /// The last message must not die with this process: stay until the coupler has fetched it.
-    fn linger(&self) -> Result<(), Failure> {
+    pub fn linger(&self) -> Result<(), Failure> {
         let until = Instant::now() + Duration::from_secs(1);
         while !self.control.borrow().is_sent() && Instant::now() < until {
             self.control.borrow_mut().poll(&|| self.bell.ring())?;
