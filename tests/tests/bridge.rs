@@ -54,10 +54,10 @@ fn oscillator() -> String {
     example("oscillator").display().to_string()
 }
 
-/// Wall time of an exchange, for the reader of the test's output.
+/// Wall time of the windows, for the reader of the test's output.
 fn show_time(what: &str, ended: &Ended) {
     let cost = &ended.summary()["cost"];
-    let (wall, exchanges) = (cost["wall_s"].as_f64(), cost["exchanges"].as_f64());
+    let (wall, exchanges) = (cost["loop_s"].as_f64(), cost["exchanges"].as_f64());
     if let (Some(wall), Some(exchanges)) = (wall, exchanges) {
         println!("{what}: {wall:.3} s, {exchanges} exchanges, {:.1} us each", 1e6 * wall / exchanges);
     }
@@ -240,11 +240,11 @@ fn only_who_knows_the_token_is_the_solver() {
 
 #[test]
 fn an_address_that_other_machines_reach_takes_a_token() {
-    let bench = Bench::new();
     for (address, due) in [
         ("0.0.0.0:4711", "other machines reach this address, and there is no token"),
         ("127.0.0.1", "write an address of this machine and a port"),
     ] {
+        let bench = Bench::new();
         let ended = bench.run(&sphere(&bench, &format!("rockfall bridge --listen {address}")), "out", &[]);
         assert_eq!(ended.code, Some(2), "{}", ended.stderr);
         assert!(ended.stderr.contains(due), "{}", ended.stderr);
@@ -328,6 +328,22 @@ fn whoever_stands_still_in_a_run_is_missed() {
     fails(&run, "nothing was heard of the other side");
     let (run, _) = struck("solver", Signal::STOP);
     fails(&run, "no answer from fem");
+}
+
+/// The other solver prepares for longer than anybody waits for an answer, and reports progress.
+#[test]
+fn a_solver_that_is_asked_nothing_for_long_stays() {
+    let (bench, at) = (Bench::new(), port());
+    let scene = bench.scene(&format!(
+        "end_time = 0.02\n[coupling]\nscheme = \"weak\"\ntime_window = 1e-3\n[processes]\ntimeout = 3\n\
+         dem = \"{}\"\nfem = \"{} {} 6 0 0\"\n",
+        listen(at),
+        example("sleeper").display(),
+        bench.path("mark").display()
+    ));
+    let far = connect(&bench, at, &[], &example("weight").display().to_string());
+    let (ended, far) = (bench.done(&scene, "out", &[]), wait(far, bench.path("")));
+    assert_eq!((ended.rows(), far.code), (20, Some(0)), "{}", far.stderr);
 }
 
 #[test]

@@ -301,7 +301,7 @@ pub fn lead(
     let link = Rc::new(RefCell::new(link));
     let tended = Rc::clone(&link);
     host.on_tick(move || tended.borrow_mut().tend().and_then(|()| look()));
-    let ended = follow(&mut remotes[0], &link);
+    let ended = follow(&host, &mut remotes[0], &link);
     if let Err(failure) = &ended {
         link.borrow_mut().end(&failure.to_string());
         remotes[0].abort(&failure.to_string());
@@ -313,10 +313,14 @@ pub fn lead(
 }
 
 /// Ask the solver what comes, and send back what it answers.
-fn follow(remote: &mut Remote, link: &RefCell<Link>) -> Result<(), Failure> {
+fn follow(host: &Host, remote: &mut Remote, link: &RefCell<Link>) -> Result<(), Failure> {
     let mut is_prepared = false;
+    let mut look = || {
+        host.beat();
+        interrupted()
+    };
     loop {
-        let received = link.borrow_mut().receive(&mut interrupted)?;
+        let received = link.borrow_mut().receive(&mut look)?;
         match received {
             (Kind::Message, bytes) => {
                 let message = decode(&bytes).map_err(|e| unreadable(&link.borrow(), &e))?;

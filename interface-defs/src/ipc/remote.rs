@@ -97,6 +97,11 @@ impl Host {
         Ok((Self { shared }, remotes))
     }
 
+    /// Give every solver a sign of life: to be called now and then while none of them is asked anything.
+    pub fn beat(&self) {
+        self.shared.beat();
+    }
+
     /// While an answer is waited for `look` is asked some ten times a second; its failure ends the wait.
     pub fn on_tick(&self, look: impl FnMut() -> Result<(), Failure> + 'static) {
         *self.shared.look.borrow_mut() = Box::new(look);
@@ -110,6 +115,14 @@ impl Host {
         let Shared { domain, ownership, .. } =
             Rc::into_inner(self.shared).expect("every remote is dropped before the run is closed");
         domain.remove(ownership);
+    }
+}
+
+impl Shared {
+    fn beat(&self) {
+        for notifier in &self.heartbeats {
+            let _ = notifier.notify_with_custom_event_id(EventId::new(HEARTBEAT));
+        }
     }
 }
 
@@ -227,9 +240,7 @@ impl Remote {
 
     /// Give every solver a sign of life, and see that the others still live.
     fn tick(&self) -> Result<(), Failure> {
-        for notifier in &self.shared.heartbeats {
-            let _ = notifier.notify_with_custom_event_id(EventId::new(HEARTBEAT));
-        }
+        self.shared.beat();
         (self.shared.look.borrow_mut())()?;
         let joined = self.shared.joined.borrow();
         match joined.iter().find(|name| **name != self.name && !self.shared.domain.is_alive(name)) {
