@@ -1,8 +1,9 @@
 ! A solver for rockfall in Fortran: the names of rockfall_solver.h, where shapes and units stand. Compile this file with your own.
 !
 ! Arrays of fields are (components, items, samples): c_f_pointer(takes(1), force, [3, nodes]). Nodes count from 0 in line_nodes and
-! face_nodes. Texts end with c_null_char. A function returns RF_OK, or another number after rf_explain; `stop` ends the program,
-! and the run with it, without a reason.
+! face_nodes. Texts end with c_null_char; rf_text makes one that stays. A function returns RF_OK, or another number after
+! rf_explain; `stop` ends the program, and the run with it, without a reason. rf_window of C is rf_time_window here: Fortran takes
+! RF_WINDOW for the same name.
 module rockfall_solver
   use, intrinsic :: iso_c_binding
   implicit none
@@ -43,10 +44,10 @@ module rockfall_solver
      integer(c_size_t) :: gauge_count
   end type rf_ready
 
-  type, bind(c) :: rf_window_of_time
+  type, bind(c) :: rf_time_window
      integer(c_int64_t) :: number, iteration
      real(c_double) :: start, length
-  end type rf_window_of_time
+  end type rf_time_window
 
   type, bind(c) :: rf_solver
      type(c_ptr) :: program = c_null_ptr, data = c_null_ptr
@@ -89,4 +90,19 @@ module rockfall_solver
        real(c_double), value :: otherwise
      end function rf_number
   end interface
+
+contains
+
+  ! A text for a field, a gauge or the program; it stays until the program ends.
+  type(c_ptr) function rf_text(text)
+    character(len=*), intent(in) :: text
+    character(kind=c_char), pointer :: kept(:)
+    integer :: i
+    allocate (kept(len(text) + 1))
+    do i = 1, len(text)
+       kept(i) = text(i:i)
+    end do
+    kept(len(text) + 1) = c_null_char
+    rf_text = c_loc(kept(1))
+  end function rf_text
 end module rockfall_solver

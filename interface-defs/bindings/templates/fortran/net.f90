@@ -6,7 +6,7 @@ module net_of_springs
   use rockfall_solver
   implicit none
 
-  integer, parameter :: SIDE = 7, NODES = SIDE * SIDE, CENTRE = NODES / 2 + 1, SPRINGS = 2 * SIDE * (SIDE - 1)
+  integer, parameter :: SIDE = 7, NODES = SIDE * SIDE, CENTRE = (NODES + 1) / 2, SPRINGS = 2 * SIDE * (SIDE - 1)
   real(c_double), parameter :: SPACING = 0.5d0    ! [m]
   real(c_double), parameter :: REST = 0.49d0      ! length of a spring without force [m]
   real(c_double), parameter :: MASS = 1d0         ! of a node [kg]
@@ -23,13 +23,6 @@ module net_of_springs
   real(c_double), target :: x(3, NODES) = 0, masses(NODES), radius(SPRINGS) = 0.01d0
   integer(c_int32_t), target :: spring(2, SPRINGS)  ! nodes from 0
 
-  character(kind=c_char, len=14), target :: title = "net (Fortran)" // c_null_char
-  character(kind=c_char, len=6), target :: force = "force" // c_null_char
-  character(kind=c_char, len=13), target :: displacement = "displacement" // c_null_char
-  character(kind=c_char, len=9), target :: velocity = "velocity" // c_null_char
-  character(kind=c_char, len=10), target :: centre_uz = "centre_uz" // c_null_char
-  character(kind=c_char, len=11), target :: reaction_z = "reaction_z" // c_null_char
-  character(kind=c_char, len=2), target :: metre = "m" // c_null_char, newton = "N" // c_null_char
   type(rf_field), target :: takes_of(1), gives_of(2)
   type(rf_gauge), target :: gauges_of(2)
 
@@ -56,8 +49,8 @@ contains
        end if
     end do
     masses = merge(ieee_value(MASS, ieee_positive_inf), MASS, held)
-    gauges_of(1) = rf_gauge(c_loc(centre_uz), c_loc(metre), RF_NO_ROLE, 1)
-    gauges_of(2) = rf_gauge(c_loc(reaction_z), c_loc(newton), RF_NO_ROLE, 1)
+    gauges_of(1) = rf_gauge(rf_text("centre_uz"), rf_text("m"), RF_NO_ROLE, 1)
+    gauges_of(2) = rf_gauge(rf_text("reaction_z"), rf_text("N"), RF_NO_ROLE, 1)
     ready%mesh = rf_mesh(NODES, c_loc(x), SPRINGS, c_loc(spring), c_loc(radius), 0, c_null_ptr, c_loc(masses))
     ready%gauges = c_loc(gauges_of)
     ready%gauge_count = 2
@@ -66,7 +59,7 @@ contains
 
   integer(c_int) function solve(data, window, takes, gives, gauges) bind(c)
     type(c_ptr), value :: data
-    type(rf_window_of_time), intent(in) :: window
+    type(rf_time_window), intent(in) :: window
     type(c_ptr), intent(in) :: takes(1), gives(2)
     real(c_double), intent(inout) :: gauges(3, 2)
     real(c_double), pointer :: load(:, :), u(:, :), v(:, :)
@@ -138,10 +131,10 @@ program net
   use net_of_springs
   implicit none
   type(rf_solver) :: solver
-  takes_of(1) = rf_field(c_loc(force), 3, RF_NODE, RF_MEANS, 1)
-  gives_of(1) = rf_field(c_loc(displacement), 3, RF_NODE, RF_AT_ENDS, 1)
-  gives_of(2) = rf_field(c_loc(velocity), 3, RF_NODE, RF_AT_ENDS, 1)
-  solver%program = c_loc(title)
+  takes_of(1) = rf_field(rf_text("force"), 3, RF_NODE, RF_MEANS, 1)
+  gives_of(1) = rf_field(rf_text("displacement"), 3, RF_NODE, RF_AT_ENDS, 1)
+  gives_of(2) = rf_field(rf_text("velocity"), 3, RF_NODE, RF_AT_ENDS, 1)
+  solver%program = rf_text("net (Fortran)")
   solver%largest_window = 1d-3
   solver%takes = c_loc(takes_of)
   solver%take_count = 1
