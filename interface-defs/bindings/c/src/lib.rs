@@ -3,7 +3,7 @@
 //! `include/rockfall_solver.h` is made from this file by a test, and holds its documentation. Nothing unwinds into the caller: a
 //! panic of a function, or its error, becomes a fault with its text, which ends the run.
 
-use common::{Side, as_planned};
+use common::{Report, Side, as_planned, pointer_to};
 use interface_defs::solver::OnProgress;
 use interface_defs::{
     Fault, FaultKind, FieldSpec, Gauge, Hello, InterfaceMesh, Measure, Place, Plan, Progress, Ready, Role,
@@ -208,16 +208,15 @@ pub struct RfSolver {
         unsafe extern "C-unwind" fn(data: *mut c_void, bytes: *mut *const u8, length: *mut usize) -> c_int,
     >,
     /// Before `prepare`, which then gives the same answers as at t = 0 but leaves the solver in this state.
-    pub resume: Option<
-        unsafe extern "C-unwind" fn(data: *mut c_void, bytes: *const u8, length: usize) -> c_int,
-    >,
+    pub resume:
+        Option<unsafe extern "C-unwind" fn(data: *mut c_void, bytes: *const u8, length: usize) -> c_int>,
 }
 
 thread_local! {
     static REASON: RefCell<Option<String>> = const { RefCell::new(None) };
     static MEASURES: RefCell<Vec<Measure>> = const { RefCell::new(Vec::new()) };
     static BAD_KEY: RefCell<Option<String>> = const { RefCell::new(None) };
-    static PROGRESS: Cell<Option<*mut dyn FnMut(Progress) -> Result<(), Fault>>> = const { Cell::new(None) };
+    static PROGRESS: Cell<Option<Report>> = const { Cell::new(None) };
 }
 
 static SCENE: LazyLock<Result<toml::Table, String>> = LazyLock::new(|| common::scene(&arguments()));
@@ -298,10 +297,12 @@ pub unsafe extern "C" fn rf_measure(name: *const c_char, value: f64, unit: *cons
 pub unsafe extern "C" fn rf_number(key: *const c_char, otherwise: f64) -> f64 {
     // SAFETY: as of this function.
     let key = unsafe { text(key) }.unwrap_or_default();
-    number(&key).unwrap_or_else(|what| {
-        BAD_KEY.set(Some(what));
-        None
-    }).unwrap_or(otherwise)
+    number(&key)
+        .unwrap_or_else(|what| {
+            BAD_KEY.set(Some(what));
+            None
+        })
+        .unwrap_or(otherwise)
 }
 
 fn number(key: &str) -> Result<Option<f64>, String> {
@@ -348,7 +349,8 @@ fn call(name: &str, function: impl FnOnce() -> c_int) -> Result<(), Fault> {
         Ok(_) => (FaultKind::Broken, code::OTHER),
         Err(panic) => return Err(Fault::broken(format!("{name}: {}", said(panic.as_ref())))),
     };
-    let reason = REASON.take().unwrap_or(format!("{name} failed without a reason: it may say one by rf_explain"));
+    let reason =
+        REASON.take().unwrap_or(format!("{name} failed without a reason: it may say one by rf_explain"));
     Err(Fault::new(kind.0, interface_defs::Diagnostic::error(kind.1, reason)))
 }
 
@@ -389,7 +391,14 @@ unsafe fn spec(field: &RfField) -> Result<FieldSpec, Fault> {
             "field {name}: {components} components and {samples} samples; each is at least 1"
         )));
     }
-    Ok(FieldSpec { name, components: field.components, place, sampling, samples: field.samples, interface: 0 })
+    Ok(FieldSpec {
+        name,
+        components: field.components,
+        place,
+        sampling,
+        samples: field.samples,
+        interface: 0,
+    })
 }
 
 /// # Safety
@@ -466,9 +475,11 @@ impl Adapter<'_> {
             let specs = |from, count, what| -> Result<Vec<FieldSpec>, Fault> {
                 list(from, count, what)?.iter().map(|field| spec(field)).collect()
             };
-            for (name, is_there) in
-                [("prepare", c.prepare.is_some()), ("solve", c.solve.is_some()), ("commit", c.commit.is_some())]
-            {
+            for (name, is_there) in [
+                ("prepare", c.prepare.is_some()),
+                ("solve", c.solve.is_some()),
+                ("commit", c.commit.is_some()),
+            ] {
                 if !is_there {
                     return Err(Fault::broken(format!("the solver has no function {name}")));
                 }
@@ -540,17 +551,11 @@ impl Solver for Adapter<'_> {
             gauges: null(),
             gauge_count: 0,
         };
-        let report: *mut (dyn FnMut(Progress) -> Result<(), Fault> + '_) = progress;
-        // SAFETY: the lifetime is forgotten for the call below alone: the pointer is removed behind it.
-        PROGRESS.set(Some(unsafe {
-            std::mem::transmute::<
-                *mut (dyn FnMut(Progress) -> Result<(), Fault> + '_),
-                *mut (dyn FnMut(Progress) -> Result<(), Fault> + 'static),
-            >(report)
-        }));
+        PROGRESS.set(Some(pointer_to(progress)));
         // SAFETY: a function of the caller of `rf_serve`, with what it is to get.
-        let prepared =
-            call("prepare", || c.prepare.map_or(RF_BROKEN, |f| unsafe { f(c.data, &raw const asked, &raw mut ready) }));
+        let prepared = call("prepare", || {
+            c.prepare.map_or(RF_BROKEN, |f| unsafe { f(c.data, &raw const asked, &raw mut ready) })
+        });
         PROGRESS.set(None);
         prepared?;
         // SAFETY: what `prepare` has filled in.
@@ -587,7 +592,9 @@ impl Solver for Adapter<'_> {
         };
         let (takes, gives) = (self.take_at.as_ptr(), self.give_at.as_ptr());
         // SAFETY: a function of the caller of `rf_serve`, with what it is to get.
-        call("solve", || c.solve.map_or(RF_BROKEN, |f| unsafe { f(c.data, &raw const window, takes, gives, gauges) }))
+        call("solve", || {
+            c.solve.map_or(RF_BROKEN, |f| unsafe { f(c.data, &raw const window, takes, gives, gauges) })
+        })
     }
 
     fn commit(&mut self) -> Result<(), Fault> {
@@ -597,14 +604,18 @@ impl Solver for Adapter<'_> {
 
     fn is_at_rest(&self) -> bool {
         // SAFETY: as above.
-        self.c.at_rest.is_some_and(|f| catch_unwind(AssertUnwindSafe(|| unsafe { f(self.c.data) } == 1)).unwrap_or(false))
+        self.c.at_rest.is_some_and(|f| {
+            catch_unwind(AssertUnwindSafe(|| unsafe { f(self.c.data) } == 1)).unwrap_or(false)
+        })
     }
 
     fn save(&mut self) -> Result<Vec<u8>, Fault> {
         let (mut bytes, mut length) = (null(), 0);
         // SAFETY: as above.
         unsafe {
-            call("save", || self.c.save.map_or(RF_BROKEN, |f| f(self.c.data, &raw mut bytes, &raw mut length)))?;
+            call("save", || {
+                self.c.save.map_or(RF_BROKEN, |f| f(self.c.data, &raw mut bytes, &raw mut length))
+            })?;
             Ok(list(bytes, length, "bytes")?.to_vec())
         }
     }

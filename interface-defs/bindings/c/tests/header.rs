@@ -14,5 +14,8 @@ fn the_header_is_current() {
         std::fs::write(&path, &made).expect("written");
     }
     let kept = std::fs::read_to_string(&path).expect("the header");
-    assert!(kept == made, "include/rockfall_solver.h is not what src/lib.rs gives: run this test with ROCKFALL_BLESS=1");
+    assert!(
+        kept == made,
+        "include/rockfall_solver.h is not what src/lib.rs gives: run this test with ROCKFALL_BLESS=1"
+    );
 }

@@ -1,7 +1,8 @@
 //! What the bindings share: a run from the command line to the exit code, the scene, and where declared fields lie.
 
 use interface_defs::ipc::{Connection, interrupt, serve};
-use interface_defs::{Fault, FieldSpec, InterfaceMesh, Layout, Plan, Ready, Solver};
+use interface_defs::solver::OnProgress;
+use interface_defs::{Fault, FieldSpec, InterfaceMesh, Layout, Plan, Progress, Ready, Solver};
 use std::ffi::OsString;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -46,6 +47,16 @@ pub fn scene(args: &[OsString]) -> Result<toml::Table, String> {
     text.parse().map_err(|e| format!("{}: {e}", path.display()))
 }
 
+/// What takes progress, by a pointer that a foreign function can hold.
+pub type Report = *mut dyn FnMut(Progress) -> Result<(), Fault>;
+
+/// A pointer to `progress`, whose lifetime the compiler forgets. It must not be used once `prepare` has returned, nor by two at once.
+pub fn pointer_to(progress: OnProgress) -> Report {
+    let report: *mut (dyn FnMut(Progress) -> Result<(), Fault> + '_) = progress;
+    // SAFETY: a pointer alone is not used; both types differ in their lifetime.
+    unsafe { std::mem::transmute(report) }
+}
+
 /// One side of the exchange: for each declared field its place in the payload and the number of its samples, where the plan has it.
 #[derive(Debug, Default)]
 pub struct Side {
@@ -88,7 +99,11 @@ mod tests {
     #[test]
     fn declared_fields_are_found_in_the_plan_in_any_order_or_not_at_all() {
         let field = |name, sampling| FieldSpec::nodal(name, 3, sampling);
-        let declared = [field("force", Sampling::Means), field("force", Sampling::AtEnds), field("reach", Sampling::Once)];
+        let declared = [
+            field("force", Sampling::Means),
+            field("force", Sampling::AtEnds),
+            field("reach", Sampling::Once),
+        ];
         let mut planned = [field("reach", Sampling::Once), field("force", Sampling::AtEnds)];
         planned[1].samples = 2;
         let mesh = InterfaceMesh { coordinates: vec![0.0; 6], ..Default::default() };
@@ -100,7 +115,10 @@ mod tests {
     #[test]
     fn the_scene_stands_behind_serve() {
         let args = |words: &[&str]| words.iter().map(OsString::from).collect::<Vec<_>>();
-        assert_eq!(scene_path(&args(&["net", "--fine", "serve", "a.toml", "--run", "x"])), Some("a.toml".into()));
+        assert_eq!(
+            scene_path(&args(&["net", "--fine", "serve", "a.toml", "--run", "x"])),
+            Some("a.toml".into())
+        );
         assert_eq!(scene(&args(&["net"])), Ok(toml::Table::new()));
         assert!(scene(&args(&["net", "serve", "/no/such.toml"])).unwrap_err().contains("/no/such.toml"));
     }

@@ -2,7 +2,7 @@
 //!
 //! What a user sees is in `rockfall/solver.py`; its class `Adapter` is called from here.
 
-use common::Side;
+use common::{Side, pointer_to};
 use interface_defs::solver::OnProgress;
 use interface_defs::{
     Fault, FieldSpec, Gauge, Hello, InterfaceMesh, Measure, Place, Plan, Progress, Ready, Role, Sampling,
@@ -166,7 +166,7 @@ fn mesh_bytes<'py>(py: Python<'py>, mesh: &InterfaceMesh) -> PyResult<Bound<'py,
 
 /// Sends progress while `prepare` runs, and nothing behind it.
 #[pyclass(unsendable)]
-struct Report(Option<*mut dyn FnMut(Progress) -> Result<(), Fault>>);
+struct Report(Option<common::Report>);
 
 #[pymethods]
 impl Report {
@@ -221,8 +221,9 @@ struct PySolver {
 impl PySolver {
     fn new(py: Python<'_>, adapter: Py<PyAny>) -> Result<Self, Fault> {
         let read = || -> PyResult<Hello> {
-            let hello: PyHello = adapter.call_method0(py, "hello")?.extract(py).map_err(PyErr::from)?;
-            let specs = |fields: Vec<PyField>| fields.into_iter().map(FieldSpec::try_from).collect::<PyResult<_>>();
+            let hello: PyHello = adapter.call_method0(py, "hello")?.extract(py)?;
+            let specs =
+                |fields: Vec<PyField>| fields.into_iter().map(FieldSpec::try_from).collect::<PyResult<_>>();
             Ok(Hello {
                 program: hello.program,
                 capabilities: hello.goes_on.then(|| capability::CHECKPOINT.to_owned()).into_iter().collect(),
@@ -246,7 +247,7 @@ impl PySolver {
 /// What an exception means for the run: `Adapter.explain` says it.
 fn fault(py: Python<'_>, adapter: &Py<PyAny>, error: PyErr) -> Fault {
     let explained = adapter.call_method1(py, "explain", (error.value(py),));
-    let explained = explained.and_then(|it| it.extract::<(String, String)>(py).map_err(PyErr::from));
+    let explained = explained.and_then(|it| it.extract::<(String, String)>(py));
     match explained {
         Ok((kind, what)) if kind == "input" => Fault::input(what),
         Ok((kind, what)) if kind == "window" => Fault::window(what),
@@ -261,14 +262,7 @@ impl Solver for PySolver {
     }
 
     fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Fault> {
-        let report: *mut (dyn FnMut(Progress) -> Result<(), Fault> + '_) = progress;
-        // SAFETY: the lifetime is forgotten for the call below alone: the pointer is removed behind it.
-        let report = unsafe {
-            std::mem::transmute::<
-                *mut (dyn FnMut(Progress) -> Result<(), Fault> + '_),
-                *mut (dyn FnMut(Progress) -> Result<(), Fault> + 'static),
-            >(report)
-        };
+        let report = pointer_to(progress);
         let made = self.call(|adapter| {
             let py = adapter.py();
             let report = Bound::new(py, Report(Some(report)))?;
@@ -284,7 +278,10 @@ impl Solver for PySolver {
         ready.mesh.check().map_err(Fault::broken)?;
         (self.takes, self.gives) = Side::both(&self.hello.takes, &self.hello.gives, plan, &ready);
         let places = |side: &Side| -> Vec<_> {
-            side.fields.iter().map(|place| place.as_ref().map(|(r, samples)| (r.start, r.end, *samples))).collect()
+            side.fields
+                .iter()
+                .map(|place| place.as_ref().map(|(r, samples)| (r.start, r.end, *samples)))
+                .collect()
         };
         let (takes, gives, gauges) = (places(&self.takes), places(&self.gives), self.gives.gauges.start);
         ready.initial = vec![0.0; self.gives.gauges.end];

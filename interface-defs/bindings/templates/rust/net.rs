@@ -90,7 +90,8 @@ impl Solver for Net {
         let steps = window.steps(STEP);
         let h = window.length / steps as f64;
         let (load, _) = input.as_chunks::<3>();
-        let (mut uz, mut reaction) = ([0.0, f64::INFINITY, -f64::INFINITY], [0.0, f64::INFINITY, -f64::INFINITY]);
+        let (mut uz, mut reaction) =
+            ([0.0, f64::INFINITY, -f64::INFINITY], [0.0, f64::INFINITY, -f64::INFINITY]);
         for _ in 0..steps {
             for n in 0..NODES {
                 for k in 0..3 {
@@ -111,7 +112,8 @@ impl Solver for Net {
                 }
             }
             uz = [u[CENTRE][2], uz[1].min(u[CENTRE][2]), uz[2].max(u[CENTRE][2])];
-            reaction = [reaction[0] + support / steps as f64, reaction[1].min(support), reaction[2].max(support)];
+            reaction =
+                [reaction[0] + support / steps as f64, reaction[1].min(support), reaction[2].max(support)];
         }
         self.trial = State { u, v };
         let numbers = u.iter().chain(&v).flatten().chain(&uz).chain(&reaction);
