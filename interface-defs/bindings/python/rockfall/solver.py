@@ -6,11 +6,13 @@ window's end. They are views of shared memory, valid in the call that gets them:
 
 from __future__ import annotations
 
+import gc
 import math
 import pickle
 import signal
 import sys
 import traceback
+import weakref
 from dataclasses import dataclass, field
 from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
 
@@ -270,16 +272,32 @@ class Adapter:
     def start(self, takes: Sequence[Any], gives: Sequence[Any], gauges: int, output: memoryview) -> None:
         self.taken, self.given = _Side.of(self.solver.takes, takes), _Side.of(self.solver.gives, gives)
         self.gauges = gauges
-        self.solver.start(self.initial, *self.answer(output))
+        lent = [np.frombuffer(output)]
+        self.solver.start(self.initial, *self.answer(lent[0]))
+        self.take_back(lent)
 
-    def answer(self, output: memoryview) -> Tuple[Arrays, Array]:
-        numbers = np.frombuffer(output)
+    def answer(self, numbers: Array) -> Tuple[Arrays, Array]:
         return self.given.views(numbers), numbers[self.gauges : self.gauges + 3 * self.gauge_count].reshape(-1, 3)
 
     def solve(self, window: Tuple[int, int, float, float], takes: memoryview, gives: memoryview) -> None:
-        answer = self.answer(gives)
-        taken = self.taken.views(np.frombuffer(takes))
-        self.trial = self.solver.solve(self.state, Window(*window), taken, *answer)
+        lent = [np.frombuffer(takes), np.frombuffer(gives)]
+        self.trial = self.solver.solve(
+            self.state, Window(*window), self.taken.views(lent[0]), *self.answer(lent[1])
+        )
+        self.take_back(lent)
+
+    @staticmethod
+    def take_back(lent: List[Array]) -> None:
+        """Arrays that the solver has kept would look into memory that the next window uses for something else."""
+        left = [weakref.ref(array) for array in lent]
+        lent.clear()
+        if any(array() is not None for array in left):
+            # What only a circle of references holds goes with the circle.
+            gc.collect()
+            if any(array() is not None for array in left):
+                raise Fault(
+                    "the solver has kept an array of the exchange, which is valid in the call alone: keep a copy, numpy.array(it)"
+                )
 
     def commit(self) -> None:
         self.state = self.trial

@@ -8,7 +8,7 @@ use interface_defs::{
     Fault, FieldSpec, Gauge, Hello, InterfaceMesh, Measure, Place, Plan, Progress, Ready, Role, Sampling,
     Solver, Statistics, Window, capability,
 };
-use pyo3::exceptions::{PyBufferError, PyRuntimeError, PyValueError};
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::ffi;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList, PyTuple};
@@ -182,32 +182,13 @@ impl Report {
 const READ: c_int = 0x100;
 const WRITE: c_int = 0x200;
 
-/// A view of memory that must be given back before its memory goes.
+/// A view of memory. `Adapter` sees to it that no array on it outlives the call that it is for.
 ///
 /// # Safety
-/// `bytes` bytes are at `start` until [`give_back`].
+/// `bytes` bytes are at `start` in that call.
 unsafe fn view(py: Python<'_>, start: *mut c_char, bytes: usize, flags: c_int) -> PyResult<Bound<'_, PyAny>> {
     // SAFETY: as of this function; an empty list's pointer is not null.
     unsafe { Bound::from_owned_ptr_or_err(py, ffi::PyMemoryView_FromMemory(start, bytes as isize, flags)) }
-}
-
-/// End a view. Arrays that the solver has kept would look into memory that the next window uses for something else.
-fn give_back(view: &Bound<'_, PyAny>) -> Result<(), Fault> {
-    let py = view.py();
-    let release = || view.call_method0("release");
-    let in_use = |error: &PyErr| error.is_instance_of::<PyBufferError>(py);
-    let released = match release() {
-        // What only a circle of references holds goes with the circle.
-        Err(error) if in_use(&error) => {
-            py.import("gc").and_then(|gc| gc.call_method0("collect")).and_then(|_| release())
-        }
-        other => other,
-    };
-    released.map(drop).map_err(|_| {
-        Fault::broken(
-            "solve has kept an array of the exchange, which is valid in this call alone: keep a copy, numpy.array(it)",
-        )
-    })
 }
 
 /// A solver in Python as one in Rust.
@@ -246,13 +227,14 @@ impl PySolver {
 
 /// What an exception means for the run: `Adapter.explain` says it.
 fn fault(py: Python<'_>, adapter: &Py<PyAny>, error: PyErr) -> Fault {
-    let explained = adapter.call_method1(py, "explain", (error.value(py),));
+    let said = error.to_string();
+    let explained = adapter.call_method1(py, "explain", (error.into_value(py),));
     let explained = explained.and_then(|it| it.extract::<(String, String)>(py));
     match explained {
         Ok((kind, what)) if kind == "input" => Fault::input(what),
         Ok((kind, what)) if kind == "window" => Fault::window(what),
         Ok((_, what)) => Fault::broken(what),
-        Err(_) => Fault::broken(error.to_string()),
+        Err(_) => Fault::broken(said),
     }
 }
 
@@ -286,18 +268,18 @@ impl Solver for PySolver {
         let (takes, gives, gauges) = (places(&self.takes), places(&self.gives), self.gives.gauges.start);
         ready.initial = vec![0.0; self.gives.gauges.end];
         let (start, bytes) = (ready.initial.as_mut_ptr(), size_of_val(ready.initial.as_slice()));
-        Python::attach(|py| {
+        let started = Python::attach(|py| {
             let failed = |error| fault(py, &self.adapter, error);
-            // SAFETY: the numbers stay where they are until the view is given back, or for ever.
+            // SAFETY: the numbers stay where they are in this call.
             let output = unsafe { view(py, start.cast(), bytes, WRITE) }.map_err(failed)?;
-            let done = self.adapter.call_method1(py, "start", (takes, gives, gauges, &output));
-            let done = done.map(drop).map_err(failed);
-            let given = give_back(&output);
-            if given.is_err() {
-                std::mem::forget(std::mem::take(&mut ready.initial));
-            }
-            done.and(given)
-        })?;
+            let done = self.adapter.call_method1(py, "start", (takes, gives, gauges, output));
+            done.map(drop).map_err(failed)
+        });
+        if started.is_err() {
+            // An array on them may have been kept.
+            std::mem::forget(std::mem::take(&mut ready.initial));
+        }
+        started?;
         Ok(ready)
     }
 
@@ -307,16 +289,13 @@ impl Solver for PySolver {
         let asked = (window.number, window.iteration, window.start, window.length);
         Python::attach(|py| {
             let failed = |error| fault(py, &self.adapter, error);
-            // SAFETY: input and output stay where they are until the views are given back; the first is for reading.
+            // SAFETY: input and output stay where they are in this call; the first is for reading.
             let (input, output) = unsafe {
                 let input = view(py, from, read, READ).map_err(failed)?;
                 (input, view(py, to, written, WRITE).map_err(failed)?)
             };
-            let solved = self.adapter.call_method1(py, "solve", (asked, &input, &output));
-            // The exception goes first: its traceback holds the solver's arrays.
-            let solved = solved.map(drop).map_err(failed);
-            let given = give_back(&input).and(give_back(&output));
-            solved.and(given)
+            let solved = self.adapter.call_method1(py, "solve", (asked, input, output));
+            solved.map(drop).map_err(failed)
         })
     }
 
