@@ -35,12 +35,13 @@ class Results:
     @cached_property
     def summary(self) -> Dict[str, Any]:
         """summary.json"""
-        return json.loads((self.path / "summary.json").read_text(encoding="utf-8"))
+        summary: Dict[str, Any] = json.loads((self.path / "summary.json").read_text(encoding="utf-8"))
+        return summary
 
     @property
     def status(self) -> str:
         """`done`, or `unreliable`: computed to the end, but a bound of trust was passed."""
-        return self.summary["status"]
+        return str(self.summary["status"])
 
     @property
     def measures(self) -> Dict[str, float]:

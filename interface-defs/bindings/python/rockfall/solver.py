@@ -256,13 +256,13 @@ class Adapter:
             if mesh is None:
                 raise Fault("a structure has a mesh: Ready(mesh=...)")
             return None, list(ready.gauges)
-        lines = _bytes(own.lines, "<u4", 2, "lines")
+        line_bytes = _bytes(own.lines, "<u4", 2, "lines")
         radius = np.asarray(own.line_radius, "<f8")
         if radius.ndim == 0:
-            radius = np.full(len(lines) // 8, radius)
+            radius = np.full(len(line_bytes) // 8, radius)
         parts = (
             _bytes(own.coordinates, "<f8", 3, "coordinates"),
-            lines,
+            line_bytes,
             _bytes(own.faces, "<u4", 3, "faces"),
             radius.tobytes(),
             _bytes(own.masses, "<f8", 1, "masses"),
