@@ -227,6 +227,15 @@ class Runs(unittest.TestCase):
         self.assertIn("rockfall run SCENE", ended.stderr)
 
 
+    def test_the_solver_of_the_readme_runs(self):
+        readme = Path(__file__).resolve().parents[1] / "README.md"
+        code = readme.read_text().split("```python\n")[1].split("```")[0]
+        scene = self.scene()
+        (self.dir / "solver.py").write_text(f"#!{sys.executable}\n{code}")
+        results = rockfall.run(scene, out=self.dir / "out")
+        self.assertLess(results.measures["mass_uz_min"], 0.0)
+
+
 class Programs(unittest.TestCase):
     def test_bad_input_is_the_message_of_the_program(self):
         with tempfile.TemporaryDirectory() as temporary:
