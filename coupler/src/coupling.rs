@@ -1,6 +1,7 @@
 //! The Gauss-Seidel loop: contact solver, then structure, until both agree; window after window.
 
 use crate::convergence::{Field, Measure, Residual, Tolerance, Trend};
+use crate::derived::{Crossed, Derived};
 use crate::energy::{Balance, Both};
 use crate::guard;
 use crate::handshake::{Agreement, agree, refuse};
@@ -37,6 +38,8 @@ pub struct Coupling<'a> {
     /// The state from which the run goes on, if it does not begin.
     pub resume: Option<KeptRun>,
     gauges: Gauges,
+    /// What follows from what crosses.
+    pub derived: Derived,
     /// The committed window that the observer does not know yet.
     unreported: Option<Accepted>,
 }
@@ -105,6 +108,7 @@ impl<'a> Coupling<'a> {
             limits: Limits::default(),
             resume: None,
             gauges: Gauges::default(),
+            derived: Derived::default(),
             unreported: None,
         }
     }
@@ -116,6 +120,7 @@ impl<'a> Coupling<'a> {
         self.has_balance = agreement.dem.account.complete && agreement.fem.account.complete;
         let accounts = (&agreement.dem.account, &agreement.fem.account);
         self.balance = Balance::new(Both { dem: accounts.0.start, fem: accounts.1.start });
+        self.derived = Derived::new(&agreement.fem.masses, self.settings.gravity);
         observer
             .prepared(&agreement.dem, &agreement.fem, &agreement.warnings)
             .map_err(CouplingError::output)?;
@@ -458,7 +463,12 @@ impl<'a> Coupling<'a> {
         self.counts.unconverged += u64::from(!converged);
         self.counts.most_iterations = self.counts.most_iterations.max(iterations);
         self.counts.largest_residual = self.counts.largest_residual.max(residual.displacement);
-        self.balance.book((span.start, span.end()), self.gauges.energies, interface.work());
+        let energies = self.gauges.energies;
+        self.balance.book((span.start, span.end()), energies, interface.work());
+        if let Some(force) = interface.force() {
+            let kinetic = self.has_balance.then_some(energies.dem.kinetic);
+            self.derived.book(Crossed { span, force, motion: interface.answered(), kinetic });
+        }
         self.unreported = Some(accepted);
     }
 
@@ -567,6 +577,7 @@ impl<'a> Coupling<'a> {
             counts: self.counts,
             balance: self.balance.clone(),
             gauges: self.gauges.clone(),
+            derived: self.derived.clone(),
             interface: agreement.interface.kept(),
             motion: agreement.motion.clone(),
             patch: agreement.patch.as_ref().map(Patch::kept),
@@ -593,6 +604,7 @@ impl<'a> Coupling<'a> {
         interface.go_on(kept.interface);
         *motion = kept.motion;
         (self.counts, self.balance, self.gauges) = (kept.counts, kept.balance, kept.gauges);
+        self.derived = kept.derived;
         if let Some(memory) = self.settings.acceleration.memory() {
             *memory = unpack(&kept.acceleration).map_err(of_checkpoint)?;
         }
@@ -607,6 +619,7 @@ struct KeptLoop {
     counts: Counts,
     balance: Balance,
     gauges: Gauges,
+    derived: Derived,
     interface: KeptInterface,
     motion: guard::Motion,
     patch: Option<KeptPatch>,

@@ -12,14 +12,16 @@
 //!   meshes), [`mapping`] (the matrix between them), [`patch`] (the nodes that cross), `seat` (asks one solver), [`convergence`] (residual and tolerances),
 //!   [`acceleration`] (residual to next iterate)
 //! - seen from outside: `observer`
-//! - after it: [`energy`] (balance and work at the interface), [`records`] (result files) with `rows` (which windows
+//! - after it: `derived` (results that no solver reports), [`energy`] (balance and work at the interface), [`records`] (result files) with `rows` (which windows
 //!   become rows), [`trust`] (what speaks against a run)
+//! - instead of it: [`replay`] (one solver is asked what a recording says)
 //!
 //! A new acceleration or mapping is one file and two lines in the `mod.rs` of its folder.
 
 pub mod acceleration;
 pub mod convergence;
 pub mod coupling;
+mod derived;
 pub mod energy;
 pub mod guard;
 pub mod handshake;
@@ -32,6 +34,7 @@ pub mod program;
 pub mod records;
 pub mod reference;
 mod registry;
+pub mod replay;
 mod rows;
 pub mod schedule;
 mod seat;
