@@ -21,7 +21,7 @@ const EXAMINED: [&str; 8] = [
 /// The examination's window, as a part of the scene's, and at most [s]: so short that springs and dampers have no part in what a force does.
 const PART: f64 = 1e-2;
 const LONGEST: f64 = 1e-6;
-/// Force per mass, in each direction [m/s2].
+/// Force per mass, in each direction [m/s2]; in a window more, if it is no more than what moves the structure anyway.
 const PUSH: f64 = 100.0;
 /// Largest deviation of a response from what mass, force and length make it.
 const LOOSE: f64 = 0.1;
@@ -43,6 +43,8 @@ struct Structure<'s, 'e, 'a> {
     /// Committed displacement and velocity, in the mesh's order.
     committed: (&'s [f64], &'s [f64]),
     length: f64,
+    /// Force per mass [m/s2].
+    push: f64,
 }
 
 /// Where displacement and velocity at the end of a window lie in an answer.
@@ -64,8 +66,10 @@ pub(crate) fn examine_structure(
 ) -> Result<(), Failure> {
     let Some(repeats) = asked.repeats(&EXAMINED) else { return Ok(()) };
     let length = (PART * asked.span.length).min(LONGEST);
-    let mut it = Structure { asked, mesh, committed, length };
+    let mut it = Structure { asked, mesh, committed, length, push: PUSH };
     let Some(rest) = it.solve(length, &|_| 0.0)? else { return Ok(()) };
+    let faster = it.v(&rest).iter().zip(committed.1).fold(0.0, |most: f64, (v, v0)| most.max((v - v0).abs()));
+    it.push = it.push.max(faster / length);
     let Some(pushed) = it.solve(length, &|_| 1.0)? else { return Ok(()) };
     let Some(half) = it.solve(0.5 * length, &|_| 1.0)? else { return Ok(()) };
     let Some(half_rest) = it.solve(0.5 * length, &|_| 0.0)? else { return Ok(()) };
@@ -74,6 +78,14 @@ pub(crate) fn examine_structure(
     it.asked.check_repetition([&rest, &pushed, &again], repeats)?;
     it.check_start(&rest)?;
     it.check_held(&rest, &pushed)?;
+    let fastest = it.v(&rest).iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+    if repeats * fastest > 0.1 * LOOSE * it.push() {
+        let why = "what a short force does is less than what repeated windows differ by";
+        for clause in [clause::SAMPLES, clause::LENGTH, clause::MASSES, clause::FORCE] {
+            it.asked.note(clause, Outcome::NotExamined, why);
+        }
+        return Ok(());
+    }
     it.check_response([&rest, &pushed, &half_rest, &half, &mixed])
 }
 
@@ -127,7 +139,7 @@ impl Structure<'_, '_, '_> {
 
     /// Velocity that the push makes [m/s].
     fn push(&self) -> f64 {
-        PUSH * self.length
+        self.push * self.length
     }
 
     /// Force on a component of a node [N].
@@ -138,7 +150,7 @@ impl Structure<'_, '_, '_> {
             _ => self.mesh.masses.iter().filter(finite).fold(0.0, |a: f64, b| a.max(*b)),
         };
         let mass = if mass > 0.0 { mass } else { 1.0 };
-        mass * PUSH
+        mass * self.push
     }
 
     /// Solve a window of `length` [s] under the push, at each number of the mesh so many times.
@@ -411,6 +423,7 @@ impl Structure<'_, '_, '_> {
     /// start is in both. `None`: such windows cannot be solved.
     fn long_shares(&mut self, numbers: &[(usize, f64)]) -> Result<Option<Vec<f64>>, Failure> {
         let window = self.asked.span.length;
+        self.push = PUSH;
         let (mut before, mut shares) = (None, Vec::new());
         for length in std::iter::once(1.0).chain(SOME).map(|times| times * window) {
             let too_long = length > self.asked.side.hello.largest_window;
