@@ -171,7 +171,7 @@ impl<'a> Coupling<'a> {
             self.lengthen(&mut schedule, agreement);
             let Some(span) = schedule.next() else { break };
             self.span = Some(span);
-            if self.examination.is_due(span, span.end() >= self.end_time) {
+            if self.examination.is_due(span.end() >= self.end_time) {
                 self.examine(agreement)?;
             }
             let may_halve = self.settings.on_no_convergence == OnNoConvergence::Halve && schedule.can_halve();

@@ -5,7 +5,7 @@ use crate::guard::{self, Asked, Contact, Finding, Outcome};
 use crate::handshake::Agreement;
 use crate::schedule::Span;
 use crate::seat::Seat;
-use interface_defs::{Failure, Sampling, name};
+use interface_defs::{Failure, Sampling, clause, name};
 
 /// After so many times as many windows with a touch solvers are examined again: in a run, and where that is its purpose.
 const AGAIN: [u64; 2] = [4, 2];
@@ -17,9 +17,9 @@ pub struct Examination {
     pub of: Option<String>,
     /// What was found.
     pub findings: Vec<Finding>,
-    /// Windows with a touch; the window examined last.
+    /// Windows with a touch: so far, and when it was examined last.
     touched: u64,
-    last: Option<u64>,
+    examined: u64,
 }
 
 impl Examination {
@@ -28,11 +28,11 @@ impl Examination {
         self.touched += u64::from(touches);
     }
 
-    /// Whether it is time, before the window `span`, the last one of the run or not.
-    pub fn is_due(&self, span: Span, is_last: bool) -> bool {
+    /// Whether it is time, before a window, the last one of the run or not.
+    pub fn is_due(&self, is_last: bool) -> bool {
         let times = AGAIN[usize::from(self.of.is_some())];
-        let again = self.touched > 0 && times.pow(self.touched.ilog(times)) == self.touched;
-        (again || is_last) && self.last.is_none_or(|last| is_last || last < span.number)
+        let again = self.touched > self.examined && times.pow(self.touched.ilog(times)) == self.touched;
+        again || is_last
     }
 
     /// Examine both solvers in the committed state from which `span` begins, a window of the scene's length; `gauges` are those of the last
@@ -45,7 +45,7 @@ impl Examination {
         gauges: [&[f64]; 2],
     ) -> Result<(), Failure> {
         let _span = interface_defs::profile!("examine", window = span.number);
-        self.last = Some(span.number);
+        self.examined = self.touched;
         let Agreement { interface, bodies, meshes, dem: dem_side, fem: fem_side, patch, .. } = agreement;
         // Who moves nodes itself, of which a few are selected, is watched by its balance.
         if patch.as_ref().is_some_and(|patch| !patch.is_open()) {
@@ -68,6 +68,15 @@ impl Examination {
                 interface.write_motion(to, 1, 0.0);
             });
             self.take(ended)?;
+        }
+        if self.of.as_deref() == Some(dem.participant.name()) && patch.is_some() {
+            let why = "it moves nodes of the net itself; try --set coupling.yielding_net=false";
+            for clause in
+                [clause::COMMITTED, clause::REPEATS, clause::LENGTH, clause::FORCE, clause::REACTION]
+            {
+                let (outcome, what) = (Outcome::NotExamined, why.to_owned());
+                self.findings.push(Finding { clause, outcome, what });
+            }
         }
         if self.of.is_none() {
             self.findings.clear();

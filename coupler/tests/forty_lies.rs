@@ -190,10 +190,8 @@ impl<S: Solver> Liar<S> {
             Range => output[gauges..]
                 .chunks_exact_mut(3)
                 .for_each(|gauge| (gauge[1], gauge[2]) = (gauge[0] + 1.0, gauge[0] + 2.0)),
-            Frozen => {
-                if self.before.len() == output.len() {
-                    output[gauges..].copy_from_slice(&self.before[gauges..]);
-                }
+            Frozen if self.before.len() == output.len() => {
+                output[gauges..].copy_from_slice(&self.before[gauges..]);
             }
             _ => {}
         }
