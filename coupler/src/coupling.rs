@@ -1,6 +1,7 @@
 //! The Gauss-Seidel loop: contact solver, then structure, until both agree; window after window.
 
 use crate::convergence::{Field, Measure, Residual, Tolerance, Trend};
+use crate::derived::{Crossed, Derived};
 use crate::energy::{Balance, Both};
 use crate::examination::Examination;
 use crate::guard;
@@ -44,6 +45,8 @@ pub struct Coupling<'a> {
     committed: Gauges,
     /// The window under way.
     span: Option<Span>,
+    /// What follows from what crosses.
+    pub derived: Derived,
     /// The committed window that the observer does not know yet.
     unreported: Option<Accepted>,
 }
@@ -115,6 +118,7 @@ impl<'a> Coupling<'a> {
             gauges: Gauges::default(),
             committed: Gauges::default(),
             span: None,
+            derived: Derived::default(),
             unreported: None,
         }
     }
@@ -126,6 +130,7 @@ impl<'a> Coupling<'a> {
         self.has_balance = agreement.dem.account.complete && agreement.fem.account.complete;
         let accounts = (&agreement.dem.account, &agreement.fem.account);
         self.balance = Balance::new(Both { dem: accounts.0.start, fem: accounts.1.start });
+        self.derived = Derived::new(&agreement.fem.masses, self.settings.gravity);
         observer
             .prepared(&agreement.dem, &agreement.fem, &agreement.warnings)
             .map_err(CouplingError::output)?;
@@ -529,7 +534,12 @@ impl<'a> Coupling<'a> {
         self.counts.largest_residual = self.counts.largest_residual.max(residual.displacement);
         self.committed.dem.clone_from(&self.gauges.dem);
         self.committed.fem.clone_from(&self.gauges.fem);
-        self.balance.book((span.start, span.end()), self.gauges.energies, interface.work());
+        let energies = self.gauges.energies;
+        self.balance.book((span.start, span.end()), energies, interface.work());
+        if let Some(force) = interface.force() {
+            let kinetic = self.has_balance.then_some(energies.dem.kinetic);
+            self.derived.book(Crossed { span, force, motion: interface.answered(), kinetic });
+        }
         self.unreported = Some(accepted);
     }
 
@@ -638,6 +648,7 @@ impl<'a> Coupling<'a> {
             counts: self.counts,
             balance: self.balance.clone(),
             gauges: self.gauges.clone(),
+            derived: self.derived.clone(),
             interface: agreement.interface.kept(),
             motion: agreement.motion.clone(),
             bodies: agreement.bodies.clone(),
@@ -666,6 +677,7 @@ impl<'a> Coupling<'a> {
         (*motion, *bodies) = (kept.motion, kept.bodies);
         (self.counts, self.balance, self.gauges) = (kept.counts, kept.balance, kept.gauges);
         self.committed = self.gauges.clone();
+        self.derived = kept.derived;
         if let Some(memory) = self.settings.acceleration.memory() {
             *memory = unpack(&kept.acceleration).map_err(of_checkpoint)?;
         }
@@ -680,6 +692,7 @@ struct KeptLoop {
     counts: Counts,
     balance: Balance,
     gauges: Gauges,
+    derived: Derived,
     interface: KeptInterface,
     motion: guard::Motion,
     bodies: guard::Bodies,

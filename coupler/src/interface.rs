@@ -426,6 +426,11 @@ impl Interface {
         Answered { start: (&self.state.u, &self.state.v), u, v }
     }
 
+    /// The mean force of the window at hand over each part [N]; `None` while only a part of the nodes crosses.
+    pub fn force(&self) -> Option<&[Vec<f64>]> {
+        (!self.selected && !self.places.dem_force.is_empty()).then_some(&self.state.force[..])
+    }
+
     /// Work of the mean force in this window [J]: on the structure, and on the mesh that the contact
     /// solver saw. They differ by mean force times residual.
     pub fn work(&self) -> Work {

@@ -13,8 +13,9 @@
 //!   [`acceleration`] (residual to next iterate)
 //! - whether solvers keep the contract: [`guard`] (what is looked at), [`examination`] (when), [`conform`] (one program, clause by clause)
 //! - seen from outside: `observer`
-//! - after it: [`energy`] (balance and work at the interface), [`records`] (result files) with `rows` (which windows
+//! - after it: `derived` (results that no solver reports), [`energy`] (balance and work at the interface), [`records`] (result files) with `rows` (which windows
 //!   become rows), [`trust`] (what speaks against a run)
+//! - instead of it: [`replay`] (one solver is asked what a recording says)
 //!
 //! A new acceleration or mapping is one file and two lines in the `mod.rs` of its folder.
 
@@ -22,6 +23,7 @@ pub mod acceleration;
 pub mod conform;
 pub mod convergence;
 pub mod coupling;
+mod derived;
 pub mod energy;
 pub mod examination;
 pub mod guard;
@@ -35,6 +37,7 @@ pub mod program;
 pub mod records;
 pub mod reference;
 mod registry;
+pub mod replay;
 mod rows;
 pub mod schedule;
 mod seat;

@@ -4,13 +4,15 @@ use crate::conform::{Load, conform, text};
 use crate::coupling::{Coupling, CouplingError};
 use crate::guard::Outcome;
 use crate::records::{Clock, Records, describe, describe_cost};
+use crate::replay;
 use crate::schedule::Schedule;
 use crate::settings::{self, CouplingSettings, Scheme};
 use clap::{Parser, Subcommand};
 use interface_defs::{
-    Diagnostic, Failure, Progress,
+    Diagnostic, Failure, Participant, Progress, code,
     ipc::{self, Wait, interrupt, remote::Host, remote::HostOptions, remote::Remote},
 };
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 use toolkit::arguments::{AnswerForm, Input, Leader, Logging, Membership};
@@ -25,6 +27,7 @@ use toolkit::processes::Processes;
 use toolkit::program::{Savings, claim_results, guarded};
 use toolkit::progress::{Line, Reporter};
 use toolkit::provenance;
+use toolkit::recording::{self, Recorded};
 use toolkit::scene::Scene;
 use toolkit::screen::{complain, show};
 use toolkit::summary::{RunStatus, Summary};
@@ -55,6 +58,9 @@ enum Command {
     },
     /// Lead a run that examines one of its solvers: which clauses of the interface contract it keeps
     Conform(ConformArguments),
+    /// Ask one solver again what a recording says that it was asked, and compare its answers: the end of `rockfall replay`
+    #[command(hide = true)]
+    Replay(ReplayArguments),
     /// Print the JSON schema of the table that it reads: its share of `rockfall schema`
     #[command(hide = true)]
     Schema,
@@ -70,6 +76,28 @@ struct RunArguments {
     savings: Savings,
     #[command(flatten)]
     membership: Membership,
+    /// Write everything that crosses to this file, for `rockfall replay`; no checkpoints are kept then
+    #[arg(long, value_name = "FILE", help_heading = "Results", conflicts_with = "resume")]
+    record: Option<PathBuf>,
+}
+
+#[derive(clap::Args)]
+struct ReplayArguments {
+    /// Recording of a run
+    file: PathBuf,
+    /// Part of the solver in the run: dem or fem
+    #[arg(long = "as", value_name = "NAME")]
+    solver: String,
+    /// Largest difference, as a share of the largest number of a field so far; 0: equal to the byte
+    #[arg(long, default_value_t = 0.0, value_name = "SHARE")]
+    tolerance: f64,
+    /// Seconds that an answer may take
+    #[arg(long, default_value_t = 60.0, value_name = "S")]
+    timeout: f64,
+    #[command(flatten)]
+    membership: Membership,
+    #[command(flatten)]
+    answer: AnswerForm,
 }
 
 #[derive(clap::Args)]
@@ -99,6 +127,7 @@ pub fn main() -> ExitCode {
         match &cli.command {
             Command::Run(arguments) => return run(arguments),
             Command::Conform(arguments) => return examine(arguments),
+            Command::Replay(arguments) => return replay(arguments),
             Command::Schema => show(&(crate::reference::share().to_json() + "\n")),
             Command::Check { input, answer } => check(&input.load()?)?.print(answer.format),
         }
@@ -116,6 +145,7 @@ struct Prepared {
     owner: Owner,
     subject: Subject,
     resume: Option<Checkpoint>,
+    recording: Option<recording::Writer>,
 }
 
 impl Prepared {
@@ -123,7 +153,7 @@ impl Prepared {
         let scene = arguments.input.load()?;
         let mut settings = CouplingSettings::of(&scene)?;
         let processes = Processes::of(&scene)?;
-        let output = Output::of(&scene)?;
+        let mut output = Output::of(&scene)?;
         if arguments.savings.no_shortcuts {
             (settings.flight_window, settings.ends_at_rest) = (0.0, false);
         }
@@ -134,7 +164,15 @@ impl Prepared {
         let (owner, resume) = claim_results(&scene, &arguments.leader.results, claim)?;
         owner.write_record("coupler", "coupler")?;
         let subject = Subject::of(&scene)?;
-        Ok(Self { settings, processes, output, limits, end_time, owner, subject, resume })
+        let record = |path: &PathBuf| {
+            let unwritable = |e| Diagnostic::error(code::FILE, format!("--record {}: {e}", path.display()));
+            recording::Writer::create(path, scene.text()).map_err(unwritable)
+        };
+        let recording = arguments.record.as_ref().map(record).transpose()?;
+        if recording.is_some() {
+            output.checkpoint = 0.0;
+        }
+        Ok(Self { settings, processes, output, limits, end_time, owner, subject, resume, recording })
     }
 }
 
@@ -215,6 +253,42 @@ fn examine(arguments: &ConformArguments) -> Result<Exit, Diagnostic> {
     Ok(if broken { Exit::Failed } else { Exit::Done })
 }
 
+fn replay(arguments: &ReplayArguments) -> Result<Exit, Diagnostic> {
+    let mut recording = recording::Reader::open(&arguments.file)?;
+    let known = SOLVERS.contains(&arguments.solver.as_str());
+    if !known || !(arguments.tolerance >= 0.0 && arguments.timeout > 0.0) {
+        let what = "--as is dem or fem, --tolerance 0 or above, --timeout above 0";
+        return Err(Diagnostic::error(code::ARGUMENT, what));
+    }
+    interrupt::install();
+    let options = HostOptions {
+        run: arguments.membership.run.clone(),
+        timeout: Duration::from_secs_f64(arguments.timeout),
+        wait: Wait::default(),
+        supervisor: arguments.membership.supervised.supervisor,
+    };
+    let created = ipc::clean().and_then(|_| Host::create(options, &[&arguments.solver]));
+    let (host, mut remotes) = created.map_err(|failure| Diagnostic::from(&failure))?;
+    let outcome = replay::replay(&mut remotes[0], &mut recording, arguments.tolerance);
+    if let Err(failure) = &outcome {
+        remotes[0].abort(&failure.to_string());
+    }
+    remotes[0].wait_gone();
+    drop(remotes);
+    host.close();
+    match outcome {
+        Ok(report) => {
+            let json = || serde_json::to_string_pretty(&report).expect("plain data") + "\n";
+            show(&if arguments.answer.format == Format::Json { json() } else { report.to_text() });
+            Ok(if report.first.is_none() && !report.cut { Exit::Done } else { Exit::Failed })
+        }
+        Err(failure) => {
+            complain(&Diagnostic::from(&failure));
+            Ok(if failure.is_input() { Exit::BadInput } else { Exit::Failed })
+        }
+    }
+}
+
 /// The loop from the first agreement to the last window, and the summary of it, whatever has come. Solvers that cannot end in
 /// order are given the reason.
 fn couple(
@@ -230,6 +304,15 @@ fn couple(
     let checkpoints = Store::new(dir, prepared.subject.clone(), prepared.output.checkpoint, from);
     let kept = records.keep_in(checkpoints, from);
     let [dem, fem] = &mut *remotes else { unreachable!("as many as names") };
+    let mut recorded;
+    let (dem, fem): (&mut dyn Participant, &mut dyn Participant) = match &prepared.recording {
+        None => (dem, fem),
+        Some(file) => {
+            recorded = [Recorded::new(dem, file), Recorded::new(fem, file)];
+            let [dem, fem] = &mut recorded;
+            (dem, fem)
+        }
+    };
     let mut coupling = Coupling::new(prepared.settings.clone(), end_time, dem, fem);
     coupling.limits = prepared.limits;
     let mut reporter = Reporter::new(form);
@@ -254,6 +337,10 @@ fn couple(
             Ok(both) => statistics = Some(both),
             Err(failure) => outcome = outcome.and(Err(failure.into())),
         }
+    }
+    if let Some(Err(e)) = prepared.recording.as_ref().map(recording::Writer::flush) {
+        let why = Diagnostic::error(code::NOT_WRITTEN, format!("--record: it cannot be written: {e}"));
+        outcome = outcome.and(Err(CouplingError::output(why)));
     }
     let status = match &outcome {
         Ok(()) => RunStatus::Done,

@@ -254,6 +254,7 @@ pub fn describe(
             for (program, statistics) in records.programs.iter().zip([dem, fem]) {
                 take(summary, program, statistics);
             }
+            take(summary, "coupler", &coupling.derived.fill([dem, fem]));
             name_absent(summary, &records.programs, [dem, fem]);
         }
         None => {

@@ -4,6 +4,7 @@ use crate::acceleration::AnyAcceleration;
 use crate::convergence::{Field, Measure, Tolerance};
 use crate::mapping::AnyMapper;
 use interface_defs::diagnostic::{Code, Diagnostic, code};
+use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toolkit::numbers::short;
@@ -106,6 +107,9 @@ pub struct CouplingSettings {
     /// Fingerprint of the scene that was read, compared with those of the solvers; `None`: it is not compared.
     #[serde(skip)]
     pub scene: Option<String>,
+    /// Gravity of the scene [m/s2].
+    #[serde(skip)]
+    pub gravity: Vector3<f64>,
 }
 
 impl Default for CouplingSettings {
@@ -133,6 +137,7 @@ impl Default for CouplingSettings {
             acceleration: AnyAcceleration::default(),
             mapping: None,
             scene: None,
+            gravity: Vector3::zeros(),
         }
     }
 }
@@ -205,7 +210,8 @@ impl CouplingSettings {
                 return Err(scene.invalid("coupling", what).coded(code::MISSING_KEY).try_instead(cure));
             }
         }
-        let coupling = Self::open(scene)?;
+        let mut coupling = Self::open(scene)?;
+        coupling.gravity = scene.gravity()?.into();
         if is_open(&coupling.time_window) {
             return Err(scene.invalid("coupling.time_window", "time_window must be positive, it is nan"));
         }

@@ -18,6 +18,8 @@ pub struct Side {
     pub account: Account,
     /// Its answer at t = 0.
     pub initial: Vec<f64>,
+    /// Masses of the nodes of its mesh [kg]; empty if it has given none.
+    pub masses: Vec<f64>,
     /// What it has said of itself.
     pub hello: Hello,
 }
@@ -29,7 +31,8 @@ impl Side {
         let layout = Layout::new(&plan.gives, &ready.mesh, ready.gauges.len());
         let request = Layout::new(&plan.takes, &ready.mesh, 0);
         let account = Account::new(&ready.gauges, &layout, &ready.initial);
-        Self { program, gauges: ready.gauges, request, layout, account, initial: ready.initial, hello }
+        let Ready { gauges, initial, mesh, .. } = ready;
+        Self { program, gauges, request, layout, account, initial, masses: mesh.masses, hello }
     }
 
     /// Lay its payloads out for other items.

@@ -43,9 +43,9 @@ pub const PROGRAM: Program = Program {
         true => Ok(Box::new(granular::GranularSolver::new(scene, options)?)),
         false => Ok(Box::new(DemSolver::new(scene, options)?.guarded())),
     },
-    check: |scene, net| match granular::are_alone(scene) {
+    check: |scene, net, trial| match granular::are_alone(scene) {
         true => granular::check::check(scene),
-        false => check::check_with(scene, net),
+        false => check::check_with(scene, net, trial),
     },
     schema: reference::share,
 };

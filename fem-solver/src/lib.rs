@@ -46,6 +46,6 @@ pub const PROGRAM: Program = Program {
     role: "fem",
     about: "Structural solver: nets, ropes, brakes, posts and membranes at large displacements",
     build: |scene, options| Ok(Box::new(FemSolver::new(scene, options)?)),
-    check: |scene, _| solver::check::check(scene),
+    check: |scene, _, _| solver::check::check(scene),
     schema: solver::reference::share,
 };

@@ -114,6 +114,8 @@ pub mod code {
         YIELD = "yield";
         /// Something of the structure came so close to its strength that small differences decide whether it tears.
         NEAR_RUPTURE = "near-rupture";
+        /// A landing is expected to overlap deeper than a contact law holds; what a run has measured takes its place.
+        DEPTH_EXPECTED = "depth-expected";
         /// A measure that is absent, and why.
         ABSENT_MEASURE = "absent-measure";
         /// A bound of `[limits]` was passed, or nearly.

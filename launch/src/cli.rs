@@ -2,7 +2,7 @@
 
 use crate::plan::own_program;
 use crate::stop::Stop;
-use crate::{approve, conform, estimate, reference, run, status, trade, worst};
+use crate::{approve, children, conform, estimate, prepared, reference, replay, run, status, trade, worst};
 use clap::{CommandFactory, Parser, Subcommand};
 use clap_mangen::Man;
 use interface_defs::diagnostic::{Diagnostic, code};
@@ -39,7 +39,9 @@ struct Cli {
 enum Command {
     /// Run a scene: start the processes that it requires, watch them, write the results
     Run(run::Arguments),
-    /// Check a scene: processes, critical time steps [s], windows, cost, warnings; start nothing
+    /// Check a scene: processes, critical time steps [s], windows, cost, warnings; or a study: members, lines, cost, warnings
+    ///
+    /// Nothing is started and nothing written; for the cost a fall over terrain is tried for a second, of a study some members.
     Check {
         #[command(flatten)]
         input: Input,
@@ -93,6 +95,12 @@ enum Command {
     /// Exit codes: 0 done; 1 interrupted, or failed; 2 bad input, nothing was started; 3 a range is not to be trusted, or no set
     /// reproduces what was observed.
     Calibrate(CalibrateArguments),
+    /// Ask one solver again what a recording says that it was asked, and compare its answers; nothing else need run
+    ///
+    /// `rockfall run SCENE --record FILE` makes the recording. Fields and gauges of every answer are compared with those recorded;
+    /// the first answer that differs by more than --tolerance is named, with its window and both numbers. Exit codes: 0 no answer
+    /// differs by more; 1 one does, or the solver failed; 2 bad input.
+    Replay(replay::Arguments),
     /// How far a run, a study or a test for approval is, by the files in its directory
     ///
     /// Exit codes: 0 done, or running; 1 failed, interrupted or killed; 2 nothing of these there; 3 done, but unreliable or not settled.
@@ -181,6 +189,9 @@ fn scene_as_command(first: Option<OsString>) -> Option<String> {
 fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
     match command {
         Command::Run(arguments) => run::run(&arguments, json),
+        Command::Check { input, resolved: None, answer } if prepared::is_study(&input.scene) => {
+            check_study(&input, answer.format)
+        }
         Command::Check { input, resolved, answer } => {
             let checked = estimate::check(&input, resolved.as_deref(), answer.format);
             shown(checked.map(|text| (text, Exit::Done)), answer.format)
@@ -191,6 +202,7 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
         Command::Ensemble(arguments) if arguments.barrier.is_some() => worst::worst(&arguments, json),
         Command::Ensemble(_) => become_program("dem-solver", "ensemble"),
         Command::Calibrate(_) => become_program("dem-solver", "calibrate"),
+        Command::Replay(arguments) => replay::replay(&arguments),
         Command::Status { dir } => shown(status::status(&dir), Format::Text),
         Command::Verify { dir, answer } => shown(status::verify(&dir, answer.format), answer.format),
         Command::Cluster(_) => become_program("dem-solver", "cluster"),
@@ -251,9 +263,19 @@ fn print_manual(dir: Option<&Path>) -> Result<Exit, Stop> {
 
 /// Become a program of this project beside this one: signals reach it, and it ends with its own code.
 fn become_program(program: &str, command: &str) -> Result<Exit, Stop> {
+    become_with(program, std::env::args_os().skip(1).skip_while(|argument| argument != command))
+}
+
+/// The check of a study is its own program's.
+fn check_study(input: &Input, format: Format) -> Result<Exit, Stop> {
+    let form = if format == Format::Json { "--format=json" } else { "--format=text" };
+    let flags = ["--dry-run", form].map(OsString::from);
+    become_with("dem-solver", std::iter::once("ensemble".into()).chain(flags).chain(children::scene(input)))
+}
+
+fn become_with(program: &str, arguments: impl Iterator<Item = OsString>) -> Result<Exit, Stop> {
     // It returns only where the program cannot be started.
-    let own = std::env::args_os().skip(1).skip_while(|argument| argument != command);
-    let e = std::process::Command::new(own_program(program)?).args(own).exec();
+    let e = std::process::Command::new(own_program(program)?).args(arguments).exec();
     Err(Stop::input(code::PROCESS, format!("{program} cannot be started: {e}")))
 }
 

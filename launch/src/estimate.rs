@@ -12,11 +12,13 @@ use std::fmt::Write;
 use std::path::Path;
 use toolkit::arguments::Input;
 use toolkit::check::Format;
-use toolkit::numbers::short;
+use toolkit::numbers::{short, three};
 
 /// How much longer a run may take than its steps and exchanges alone on a free machine: a barrier under 1 000 kJ took five times as long, with
 /// iterations, contact, ropes with friction, and other work on the machine.
 const SLOWER: f64 = 5.0;
+/// How long a fall over terrain is tried [s].
+const TRIAL: f64 = 1.0;
 /// A cost beyond this is worth a question: a day [s].
 const LONG: f64 = 86_400.0;
 /// Nobody waits so long for a run: ten years [s].
@@ -24,7 +26,7 @@ const FOR_EVER: f64 = 10.0 * 365.0 * 86_400.0;
 
 /// The answer to `rockfall check`. The scene with every default and every choice filled in goes to `resolved`.
 pub fn check(input: &Input, resolved: Option<&Path>, format: Format) -> Result<String, Stop> {
-    let prepared = Prepared::of(input, |_| None, &Events::watch()?)?;
+    let prepared = Prepared::tried(input, |_| None, &Events::watch()?, Some(TRIAL))?;
     if let Some(file) = resolved {
         let mut table = prepared.resolved()?;
         // It is made again by whoever runs the scene.
@@ -129,8 +131,21 @@ impl Numbers {
             // One solver alone: its steps over the whole time.
             for side in [&self.net, &self.contact] {
                 if let (Some(steps), Some(seconds)) = (side.steps(self.end_time), side.seconds) {
-                    line("steps", short(steps));
-                    line("expected cost", format!("up to {} s of wall time", short(steps * seconds)));
+                    let cost = three(side.run.unwrap_or(steps * seconds));
+                    let [tried, ends] = [side.tried, side.ends].map(|time| time.map(short));
+                    line("steps", format!("up to {}", short(steps)));
+                    line(
+                        "expected cost",
+                        match (tried, ends) {
+                            (_, Some(ends)) => {
+                                format!("{cost} s of wall time, as tried: the run ends at {ends} s")
+                            }
+                            (Some(tried), _) => format!(
+                                "up to {cost} s of wall time, as tried as far as {tried} s; less if all come to rest"
+                            ),
+                            _ => format!("up to {cost} s of wall time"),
+                        },
+                    );
                 }
             }
             return text;
@@ -149,7 +164,12 @@ impl Numbers {
             unknown.map_or("".into(), |of| format!(" and the steps of the {of}, which are not known"));
         let cost = self.expected_cost().unwrap_or(f64::NAN);
         let most = short(SLOWER * cost);
-        line("expected cost", format!("{} to {most} s of wall time{per}{without}", short(cost)));
+        if self.falls {
+            let what = "the less the longer no rock is near the net or all is over, which ends the windows";
+            line("expected cost", format!("up to {most} s of wall time{without}, {what}"));
+        } else {
+            line("expected cost", format!("{} to {most} s of wall time{per}{without}", short(cost)));
+        }
         text
     }
 
@@ -157,7 +177,8 @@ impl Numbers {
     pub fn expected_cost(&self) -> Option<f64> {
         let of = |side: &Side, length: f64| Some(side.steps(length)? * side.seconds.unwrap_or(0.0));
         let Some((windows, length)) = self.windows.zip(self.window) else {
-            return [&self.net, &self.contact].into_iter().find_map(|side| of(side, self.end_time));
+            let sides = [&self.net, &self.contact].into_iter();
+            return sides.flat_map(|side| side.run.or_else(|| of(side, self.end_time))).next();
         };
         // One request and one answer with each of the two solvers, and their steps.
         let mut pass = 2.0 * self.seconds_per_exchange.unwrap_or(0.0);
@@ -266,7 +287,7 @@ mod tests {
         );
         let alone = report(&[("time_step_s", 1e-3), ("seconds_per_step", 1e-6)]);
         let text = Numbers::of(&[(Part::Dem, alone)], 1.0).cost();
-        assert!(text.contains(" 1000\n") && text.contains("up to 0.001 s"), "{text}");
+        assert!(text.contains(" up to 1000\n") && text.contains("up to 0.001 s"), "{text}");
     }
 
     #[test]

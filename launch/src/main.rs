@@ -22,6 +22,7 @@
 //! - [`trade`](mod@trade): `rockfall trade`: accuracy against cost, by many runs
 //! - [`approve`](mod@approve): `rockfall approve`: a kit under the launches of an approval test, each criterion judged
 //! - [`worst`](mod@worst): `rockfall ensemble --barrier`: the members of a study that are hardest on a barrier, coupled with it
+//! - [`replay`](mod@replay): `rockfall replay`: one solver alone against a recording of a run
 //! - [`reference`](mod@reference): schema and reference of what a scene may hold, put together from all programs
 //!
 //! A new command is a variant of `Command` in [`cli`]; options that other programs have too stand in
@@ -41,6 +42,7 @@ mod progress;
 mod record;
 mod reference;
 mod refine;
+mod replay;
 mod run;
 mod stability;
 mod status;

@@ -35,6 +35,8 @@ pub struct Numbers {
     pub samples: u32,
     /// Whether the coupling is weak.
     pub weak: bool,
+    /// Whether rocks fall over terrain, far from the structure at first.
+    pub falls: bool,
     /// Whether the structure is in statics.
     pub is_static: bool,
     /// Whether the structure offers what a contact solver needs to advance the net itself.
@@ -54,6 +56,11 @@ pub struct Side {
     pub longest: Option<f64>,
     /// Seconds of a step.
     pub seconds: Option<f64>,
+    /// Wall time of the whole run, from a trial of it [s].
+    pub run: Option<f64>,
+    /// Time up to which it was tried, and when the run ends, if that was reached [s].
+    pub tried: Option<f64>,
+    pub ends: Option<f64>,
 }
 
 impl Side {
@@ -87,6 +94,9 @@ impl Reports<'_> {
             step: self.number(part, "time_step_s"),
             longest: self.number(part, "longest_step_s"),
             seconds: self.number(part, "seconds_per_step"),
+            run: self.number(part, "run_s"),
+            tried: self.number(part, "tried_s"),
+            ends: self.number(part, "ends_s"),
         }
     }
 
@@ -187,6 +197,7 @@ impl Numbers {
                 .or_else(|| Some(steps(end_time, window?) as f64)),
             seconds_per_exchange: reports.number(Part::Coupler, "seconds_per_exchange"),
             samples: reports.integer("samples").unwrap_or(1),
+            falls: reports.number(Part::Dem, "triangles").is_some(),
             weak: reports.value(Part::Coupler, "coupling", "scheme").and_then(Value::as_str) == Some("weak"),
             is_static: reports.value(Part::Fem, "fem", "integrator").and_then(Value::as_str)
                 == Some("static"),

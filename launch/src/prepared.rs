@@ -43,9 +43,19 @@ impl Prepared {
         home: impl FnOnce(&Scene) -> Option<PathBuf>,
         events: &Events,
     ) -> Result<Self, Stop> {
+        Self::tried(input, home, events, None)
+    }
+
+    /// The same; where that tells its cost, the run is tried for so long [s].
+    pub fn tried(
+        input: &Input,
+        home: impl FnOnce(&Scene) -> Option<PathBuf>,
+        events: &Events,
+        trial: Option<f64>,
+    ) -> Result<Self, Stop> {
         let (scene, plan) = load(input)?;
         let ground = Ground::of(&scene, &plan, input, home(&scene).as_deref(), events)?;
-        let mut reports = validate(&plan, ground.input(), events)?;
+        let mut reports = validate(&plan, ground.input(), events, trial)?;
         let chosen = choice::complete(&scene, &plan, &mut reports)?;
         let numbers = Numbers::of(&reports, scene.end_time()?);
         Ok(Self { scene, plan, ground, reports, chosen, numbers })
@@ -103,13 +113,22 @@ fn load(input: &Input) -> Result<(Scene, Plan), Stop> {
     Ok((scene, plan))
 }
 
+/// The tables of a file that has any.
+fn tables(path: &Path) -> Option<toml::Table> {
+    String::from_utf8(files::read_input(path, files::TEXT).ok()?).ok()?.parse().ok()
+}
+
+/// Whether it is a study, not a scene.
+pub fn is_study(path: &Path) -> bool {
+    tables(path).is_some_and(|table| OF_STUDY.iter().all(|key| table.contains_key(*key)))
+}
+
 /// What is said of a study or a kit where a scene is asked for; `None`: it is neither.
 pub fn study(path: &Path) -> Option<Stop> {
-    let text = String::from_utf8(files::read_input(path, files::TEXT).ok()?).ok()?;
-    let table: toml::Table = text.parse().ok()?;
+    let table = tables(path)?;
     let name = path.display();
     let says = match () {
-        () if OF_STUDY.iter().all(|key| table.contains_key(*key)) => {
+        () if is_study(path) => {
             format!("{name}: this is a study, not a scene; write rockfall ensemble {name}")
         }
         () if table.contains_key("kit") => format!(
@@ -137,7 +156,12 @@ fn for_study(scene: &Scene, stop: Stop) -> Stop {
 /// Ask every own program of `plan` what it makes of the scene, all at once; but the rocks' after the structure's, which
 /// says where the net is. The programs that the scene names are not asked. What is wrong is reported once, however many
 /// programs find it. A signal ends them all.
-fn validate(plan: &Plan, input: &Input, events: &Events) -> Result<Vec<(Part, CheckReport)>, Stop> {
+fn validate(
+    plan: &Plan,
+    input: &Input,
+    events: &Events,
+    trial: Option<f64>,
+) -> Result<Vec<(Part, CheckReport)>, Stop> {
     let own = || plan.members.iter().filter(|member| !member.foreign);
     let has_net = own().any(|member| member.part == Part::Fem);
     let (later, now): (Vec<_>, Vec<_>) = own().partition(|member| has_net && member.part == Part::Dem);
@@ -145,7 +169,8 @@ fn validate(plan: &Plan, input: &Input, events: &Events) -> Result<Vec<(Part, Ch
     let mut faults: Vec<Stop> = Vec::new();
     for members in [now, later] {
         let net = reports.iter().find_map(|(_, report): &(Part, CheckReport)| report.interface.as_ref());
-        let jobs = members.iter().map(|member| question(member, input, net)).collect::<Result<_, _>>()?;
+        let jobs =
+            members.iter().map(|member| question(member, input, net, trial)).collect::<Result<_, _>>()?;
         // They have nothing to lose.
         let mut outcome = children::watch(jobs, Rules::default(), events)?;
         if outcome.interrupted {
@@ -173,9 +198,16 @@ fn validate(plan: &Plan, input: &Input, events: &Events) -> Result<Vec<(Part, Ch
 }
 
 /// The check of one program; the `net` goes to it over its stdin.
-fn question(member: &Member, input: &Input, net: Option<&InterfaceMesh>) -> Result<Job, Stop> {
+fn question(
+    member: &Member,
+    input: &Input,
+    net: Option<&InterfaceMesh>,
+    trial: Option<f64>,
+) -> Result<Job, Stop> {
     let mut command = Command::new(&member.program);
     command.args(&member.arguments).arg("check").args(children::scene(input)).arg("--format=json");
+    let trial = trial.filter(|_| member.part == Part::Dem);
+    command.args(trial.map(|seconds| format!("--try={seconds}")));
     let Some(net) = net.filter(|_| member.part == Part::Dem) else { return Ok(Job::of(command)) };
     command.arg("--interface=-");
     let input = serde_json::to_vec(net).map_err(|e| Stop::failed(code::CONTRACT, e.to_string()))?;

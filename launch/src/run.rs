@@ -14,7 +14,7 @@ use interface_defs::ipc::{self, Wait};
 use std::ffi::OsString;
 use std::fmt::Write;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use toolkit::arguments::{Input, Profiling, Results};
 use toolkit::exit::Exit;
@@ -48,6 +48,9 @@ pub struct Arguments {
     /// Run the scene once more with half the windows and steps, into DIR/refined, and state by how much each measure may be off
     #[arg(long, help_heading = "Results")]
     pub refine: bool,
+    /// Write everything that crosses between the programs of a coupled run to this file, for `rockfall replay`
+    #[arg(long, value_name = "FILE", help_heading = "Results", conflicts_with = "resume")]
+    pub record: Option<PathBuf>,
 }
 
 /// Validate, start, watch; the summary on the screen at the end.
@@ -65,6 +68,9 @@ pub fn run(request: &Arguments, json: bool) -> Result<Exit, Stop> {
     let mut resolved = prepared.resolved()?;
     let Prepared { scene, plan, ground, reports, numbers, .. } = prepared;
     let limits = Limits::of(&scene)?;
+    if request.record.is_some() && !plan.is_coupled() {
+        return Err(Stop::input(code::ARGUMENT, "--record: nothing crosses in a run of one program"));
+    }
     let out = home(&scene);
     clean(&plan)?;
     if events.interrupted() {
@@ -276,13 +282,18 @@ fn summary(owner: &Owner, status: RunStatus, stop: Option<&Stop>) -> Summary {
     summary
 }
 
-/// The same with what was warned of before the start, each once: with its place, which the solvers do not know.
+/// The same with what was warned of before the start, each once: with its place, which the solvers do not know. What was expected
+/// and is measured by now is left out.
 fn with_warnings(mut summary: Summary, before: &[Diagnostic], out: &Path) -> Summary {
+    let is_known = summary.measures.iter().any(|measure| measure.name.contains("max_penetration"));
+    let is_over = |w: &Diagnostic| is_known && w.code == code::DEPTH_EXPECTED;
     let placed =
         |w: &Diagnostic| before.iter().any(|b| b != w && Diagnostic { place: None, ..b.clone() } == *w);
-    summary.warnings.retain(|w| !placed(w));
-    let missing: Vec<_> = before.iter().filter(|w| !summary.warnings.contains(w)).cloned().collect();
-    if missing.is_empty() {
+    let all = summary.warnings.len();
+    summary.warnings.retain(|w| !placed(w) && !is_over(w));
+    let missing = before.iter().filter(|w| !summary.warnings.contains(w) && !is_over(w));
+    let missing: Vec<_> = missing.cloned().collect();
+    if missing.is_empty() && summary.warnings.len() == all {
         return summary;
     }
     summary.warnings.splice(0..0, missing);
@@ -334,6 +345,9 @@ fn words(
     }
     if leads && goes_on {
         words.push("--resume".into());
+    }
+    if let Some(file) = request.record.as_ref().filter(|_| leads) {
+        words.extend(["--record".into(), children::path(file).into()]);
     }
     words
 }

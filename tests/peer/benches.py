@@ -22,6 +22,7 @@ G, RADIUS, DENSITY = 9.81, 0.5, 2500.0
 RESTITUTION, FRICTION, HOP = 0.4, 0.6, 0.01
 POISSON = 0.25
 BENCHES, BERM, FACE, TILT, FACE_TILT, RUN_OUT = 12, 8.0, 6.0, 8.0, 45.0, 700.0
+REST_SPEED, REST_TIME = 0.01, 0.5  # of the fastest point, and for how long
 LINE = 90.0  # where they are counted, on the seventh berm
 END = 100.0
 
@@ -57,6 +58,8 @@ density = {DENSITY}
 shape = {{ type = "sphere", radius = {RADIUS} }}
 [terrain]
 file = "benches.obj"
+rest_speed = {REST_SPEED}
+rest_time = {REST_TIME}
 [[contact]]
 law = "hertz_rock"
 young = {young!r}
@@ -207,8 +210,8 @@ def event_model(corners, x, speed, friction, step=2e-4):
         passed = (before[:, 0] < LINE) & (p[i, 0] >= LINE) & np.isnan(crossed["line_speed"][i])
         for key, value in (("line_speed", size), ("line_energy", energy), ("line_height", height)):
             crossed[key][i[passed]] = value[passed]
-        slow_since[i] = np.where(size < 0.02, np.minimum(slow_since[i], now), np.inf)
-        done = (now - slow_since[i] > 0.3) | (p[i, 0] > corners[-1, 0])
+        slow_since[i] = np.where(size + np.abs(w[i]) * RADIUS < REST_SPEED, np.minimum(slow_since[i], now), np.inf)
+        done = (now - slow_since[i] > REST_TIME) | (p[i, 0] > corners[-1, 0])
         left = p[i, 0] > corners[-1, 0]
         out["time"][i[done]] = now
         out["run_out"][i[done]] = np.where(left[done], np.inf, p[i[done], 0] - x[i[done]])

@@ -4,6 +4,7 @@ use crate::gate::lengths::height;
 use crate::model::Model;
 use crate::net_contact;
 use crate::solver::DemSolver;
+use crate::trial::Trial;
 use dem_contact::rock::Rock;
 use dem_contact::settings::{
     BoxSettings, ContactSettings, DemSettings, RockSettings, Settings, Shape, SpheresSettings,
@@ -13,7 +14,9 @@ use dem_terrain::Terrain;
 use interface_defs::InterfaceMesh;
 use interface_defs::diagnostic::{Diagnostic, code};
 use serde::Serialize;
+use std::time::Duration;
 use toolkit::check::CheckReport;
+use toolkit::output::Output;
 use toolkit::program::Options;
 use toolkit::scene::Scene;
 
@@ -23,6 +26,8 @@ const SECONDS_PER_STEP: f64 = 2e-6;
 const NEIGHBOURS: f64 = 6.0;
 /// Seconds per touching pair and step, likewise.
 const SECONDS_PER_PAIR: f64 = 5e-8;
+/// Seconds that the tables and the picture of a fall over terrain take, likewise.
+const SECONDS_OF_RESULTS: f64 = 0.3;
 
 #[derive(Serialize)]
 struct ResolvedTables<'a> {
@@ -42,12 +47,17 @@ struct ResolvedTables<'a> {
 
 /// Build everything of the scene but the net, and say what it is.
 pub fn check(scene: &Scene) -> Result<CheckReport, Diagnostic> {
-    check_with(scene, None)
+    check_with(scene, None, None)
 }
 
-/// The same with the `net` that the structure offers: rocks that start in it are refused.
-pub fn check_with(scene: &Scene, net: Option<&InterfaceMesh>) -> Result<CheckReport, Diagnostic> {
-    let solver = DemSolver::new(scene, &Options { out: None, shortcuts: true })?;
+/// The same with the `net` that the structure offers: rocks that start in it are refused. A fall over terrain alone is tried for so
+/// long: how much of it is flight, and when it ends, no count of steps tells.
+pub fn check_with(
+    scene: &Scene,
+    net: Option<&InterfaceMesh>,
+    trial: Option<Duration>,
+) -> Result<CheckReport, Diagnostic> {
+    let mut solver = DemSolver::new(scene, &Options { out: None, shortcuts: true })?;
     let fem = scene.read::<toml::Table>("processes")?.is_some_and(|p| p.contains_key("fem"));
     if (fem || scene.has("structure")) && solver.model().laws.is_none() {
         return Err(scene
@@ -97,6 +107,15 @@ pub fn check_with(scene: &Scene, net: Option<&InterfaceMesh>) -> Result<CheckRep
     let dem = &model.settings.dem;
     let dem = if model.settings.contacts.is_empty() { dem.clone() } else { dem.filled_in() };
     report.resolved = resolved(&model.settings, dem);
+    if let Some(limit) = trial.filter(|_| model.ground.is_some() && !fem && !scene.has("structure")) {
+        let ends = [scene.end_time()?, Output::of(scene)?.interval];
+        // What a run says of such a fault it says with more words.
+        if let Ok(trial) = Trial::new(&mut solver, ends, limit) {
+            let numbers = [("tried_s", trial.reached), ("run_s", SECONDS_OF_RESULTS + trial.cost(ends[0]))];
+            report.numbers.extend(numbers.map(|(name, value)| (name.to_owned(), value)));
+            report.numbers.extend(trial.ended.then(|| ("ends_s".to_owned(), trial.reached)));
+        }
+    }
     Ok(report)
 }
 

@@ -1,5 +1,5 @@
 //! `[line.barrier]`: what a barrier on a line stops, judged by how members cross the line. No member is stopped in its fall: what it does
-//! behind the line is what it does without a barrier.
+//! behind the line is what it does without a barrier, and is left out where what is behind barriers is counted.
 
 use super::design::NUMBERS;
 use interface_defs::diagnostic::Diagnostic;

@@ -3,6 +3,7 @@
 use super::base::Base;
 use super::calibrate::Calibration;
 use super::directory::{Directory, Index};
+use super::preview::Preview;
 use super::record::{All, Found, Journal, Record, taken};
 use super::results::design::Reliability;
 use super::runner::Runner;
@@ -27,6 +28,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{Sender, channel};
 use std::time::{Duration, Instant};
 use toolkit::arguments::{Computation, EnsembleArguments, MemberRange};
+use toolkit::check::Format;
 use toolkit::exit::Exit;
 use toolkit::owner::{Claim, Owner};
 use toolkit::program::Extra;
@@ -106,15 +108,24 @@ pub(super) struct Study<'a> {
 fn run(matches: &ArgMatches) -> Result<Exit, Diagnostic> {
     let arguments =
         EnsembleArguments::from_arg_matches(matches).map_err(|e| Diagnostic::new(e.to_string()))?;
+    let ended = ensemble(&arguments);
+    if let (Format::Json, Err(e)) = (arguments.format, &ended) {
+        show(&format!("{}\n", json!({ "errors": [e] })));
+    }
+    ended
+}
+
+fn ensemble(arguments: &EnsembleArguments) -> Result<Exit, Diagnostic> {
     let (sets, of_barrier) = arguments.sets()?;
-    let file = Scene::load_as(&STUDY, &arguments.study, &sets)?;
+    let file = Scene::load_as(&STUDY, &arguments.study, &sets)
+        .map_err(|e| of_scene(&sets).or_else(|| no_study(&arguments.study, STUDY.name)).unwrap_or(e))?;
     if let Some(count) = arguments.chunks {
         let members = StudySettings::of(&file)?.members();
         let parts = MemberRange::parts(members, count);
         show(&parts.iter().map(|part| format!("{part}\n")).collect::<String>());
         return Ok(Exit::Done);
     }
-    let (barrier, file) = Barrier::of(&arguments, &of_barrier, file)?;
+    let (barrier, file) = Barrier::of(arguments, &of_barrier, file)?;
     let computation = &arguments.computation;
     let directory = Directory::new(&computation.dir.of(&file));
     let kept = [directory.path(run_dir::CLUSTERS)];
@@ -123,7 +134,7 @@ fn run(matches: &ArgMatches) -> Result<Exit, Diagnostic> {
     let waits = arguments.members.is_some() && !kept[0].join(kept::NAME).exists();
     let turn = files::input(&arguments.study).ok().filter(|turn| waits && turn.lock().is_ok());
     let base = gate::read(&file, !computation.savings.no_shortcuts, &kept)?;
-    let until = Until::of(&arguments, &base)?;
+    let until = Until::of(arguments, &base)?;
     if let Some(range) = &arguments.members
         && (range.first == 0 || range.last > base.members() || range.first > range.last)
     {
@@ -132,6 +143,14 @@ fn run(matches: &ArgMatches) -> Result<Exit, Diagnostic> {
         return Err(Diagnostic::in_file("--members", what));
     }
     let study = Study { until, ..Study::new(base, directory, computation) };
+    if arguments.dry_run {
+        let preview = Preview::new(&study.base, &file, study.threads)?;
+        show(&match arguments.format {
+            Format::Text => preview.text(),
+            Format::Json => format!("{}\n", preview.json()),
+        });
+        return Ok(Exit::Done);
+    }
     if !computation.quiet {
         study.warn();
         barrier.iter().flat_map(Barrier::notices).for_each(|notice| tracing::info!("{notice}"));
@@ -157,6 +176,44 @@ fn run(matches: &ArgMatches) -> Result<Exit, Diagnostic> {
         }
         None => study.whole(&file),
     }
+}
+
+/// What is said of a scene where a study, or a calibration, is asked for; `None`: it is something else.
+pub(super) fn no_study(path: &Path, asked: &str) -> Option<Diagnostic> {
+    let table: toml::Table =
+        String::from_utf8(files::read_input(path, files::TEXT).ok()?).ok()?.parse().ok()?;
+    let has = |key: &str| table.contains_key(key);
+    let (is, cure) = match () {
+        () if has("scene") && has("release") => ("a study", "rockfall ensemble computes it"),
+        () if has("study") => ("a calibration", "rockfall calibrate computes it"),
+        () if has("end_time") => (
+            "a scene",
+            "rockfall run computes it; a study names it, scene = \"FILE\", and says in [[release]] where rocks start",
+        ),
+        () => return None,
+    };
+    if is.ends_with(asked) {
+        return None;
+    }
+    let what = format!("this is {is}, and a {asked} is asked for here");
+    Some(Diagnostic::in_file(path.display().to_string(), what).coded(code::ARGUMENT).try_instead(cure))
+}
+
+/// Tables and keys of a scene that a study varies.
+const OF_SCENE: [&str; 7] = ["rock", "terrain", "contact", "dem", "limits", "gravity", "end_time"];
+
+/// What is said of a `--set` of a key of the scene, which a study has in `[vary]`.
+fn of_scene(sets: &[String]) -> Option<Diagnostic> {
+    sets.iter().find_map(|set| {
+        let key = set.strip_prefix("scene.").unwrap_or(set);
+        let first = key.split(['.', '=']).next()?;
+        if !OF_SCENE.contains(&first) {
+            return None;
+        }
+        let what = "this is a key of the scene, not of the study";
+        let cure = format!("--set vary.{key} is it for all members of the study");
+        Some(Diagnostic::in_file(format!("--set {set}"), what).coded(code::ARGUMENT).try_instead(cure))
+    })
 }
 
 impl<'a> Study<'a> {

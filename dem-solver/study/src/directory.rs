@@ -25,6 +25,11 @@ pub const CALIBRATION: [&str; 3] = ["calibration.json", "calibration.md", "calib
 /// What ends the name of a chunk that is complete.
 const DONE: &str = CHUNK_ENDS[0];
 
+/// A folder of a study, and how its files end.
+type Files = (&'static str, &'static [&'static str]);
+/// What follows from all members.
+const RESULTS: [Files; 2] = [(results::MAPS, &["tif", "svg", "geojson"]), (results::LINES, &["csv", "svg"])];
+
 /// The directory of a study.
 pub struct Directory {
     dir: PathBuf,
@@ -74,17 +79,20 @@ impl Directory {
         self.main().exists() || self.path(SUMMARY).exists()
     }
 
-    /// With how many members this study has begun here, if it has; another one is refused. Nothing is changed.
-    pub fn holds(&self, base: &Base, file: &Scene) -> Result<Option<u64>, Diagnostic> {
+    /// Whether this study has begun here, if it has, with as many members and the same arguments of --set; another one is refused.
+    /// Nothing is changed.
+    pub fn holds(&self, base: &Base, file: &Scene) -> Result<Option<bool>, Diagnostic> {
         if !self.path(STUDY_RECORD).exists() {
             return Ok(None);
         }
         let known: Value = files::read_json(&self.path(STUDY_RECORD)).unwrap_or_default();
         if known["fingerprint"].as_str() == Some(&base.fingerprint) {
-            return Ok(known["members"].as_u64());
+            let has_sets = known["sets"] == json!(file.sets().collect::<Vec<_>>());
+            return Ok(Some(has_sets && known["members"] == base.members()));
         }
         let changes = changes(&known, &record(base, file)?);
-        let cure = "choose another with --out, or begin anew with --force; `replicates` alone may be raised to add members";
+        let cure = "choose another with --out, or begin anew with --force; with the same falls `replicates` may be raised, and barriers, \
+                    designs, names and blocks_per_year changed";
         Err(self.fault(format!("this directory holds another study: {changes}")).try_instead(cure))
     }
 
@@ -93,13 +101,17 @@ impl Directory {
         let unwritable = |e: io::Error| self.fault(format!("no results can be written here: {e}"));
         let known = self.holds(base, file)?;
         Dir::create(&self.dir.join(CHUNKS)).map_err(unwritable)?;
-        // With more replicates it is the same study, and its record another one.
-        let is_as_it_was = known == Some(base.members())
+        // With more replicates or another barrier it is the same study, and its record another one.
+        let is_as_it_was = known == Some(true)
             && files::read(&self.path(STUDY), files::TEXT).is_ok_and(|text| text == file.text().as_bytes());
         if is_as_it_was {
             return base.keep_clusters(&self.path(CLUSTERS)).map_err(unwritable);
         }
         let record = record(base, file)?;
+        if known.is_some() {
+            // Results that do not come again, such as those of a line with another name.
+            self.clear_folders(&RESULTS).map_err(unwritable)?;
+        }
         // Tasks begin at the same time.
         files::write(&self.path(STUDY), file.text().as_bytes())
             .and_then(|()| files::write(&self.path(SCENE), base.scene.text().as_bytes()))
@@ -113,12 +125,16 @@ impl Directory {
         for name in [STUDY_RECORD, STUDY, SCENE, MEMBERS, SUMMARY, MANIFEST].into_iter().chain(CALIBRATION) {
             files::remove(&self.path(name))?;
         }
-        for (folder, ends) in [
-            (CHUNKS, &[CHUNK_ENDS[0], CHUNK_ENDS[1], "journal"][..]),
+        self.clear_folders(&[
+            (CHUNKS, &[CHUNK_ENDS[0], CHUNK_ENDS[1], "journal"]),
             (CLUSTERS, &["xyzr", "kept"]),
-            (results::MAPS, &["tif", "svg", "geojson"]),
-            (results::LINES, &["csv", "svg"]),
-        ] {
+        ])?;
+        self.clear_folders(&RESULTS)
+    }
+
+    /// Remove files with these extensions.
+    fn clear_folders(&self, folders: &[Files]) -> io::Result<()> {
+        for (folder, ends) in folders {
             let Ok(dir) = Dir::open(&self.dir.join(folder)) else { continue };
             for (name, _) in dir.entries()? {
                 if Path::new(&name).extension().is_some_and(|e| ends.iter().any(|end| e == *end)) {
@@ -201,8 +217,11 @@ pub fn record(base: &Base, file: &Scene) -> Result<Value, Diagnostic> {
             inputs.insert(absolute(path).display().to_string(), hash(text.as_bytes()).into());
         }
     }
+    let maps = base.study.maps.as_ref().map(|maps| json!([maps.cell, maps.trajectories]));
+    let lines: Vec<_> = base.study.lines.iter().map(|line| line.points.to_vec()).collect();
     Ok(json!({
         "version": env!("CARGO_PKG_VERSION"),
+        "followed": hash(json!([maps, lines]).to_string().as_bytes()),
         "study": file.path().display().to_string(),
         "scene": base.scene.path().display().to_string(),
         "sets": file.sets().collect::<Vec<_>>(),
@@ -248,6 +267,13 @@ pub fn changes(before: &Value, now: &Value) -> String {
     all.extend(old.iter().filter(|set| !new.contains(set)).map(|set| format!("--set {set} is missing")));
     if before["shared"] != now["shared"] {
         all.push("parameters, sets, seed, the number of falls or lines are not as they were".into());
+    }
+    if before["followed"].is_string() && before["followed"] != now["followed"] {
+        all.push(
+            "points of lines, or cells or trajectories of maps, are not as they were (of a fall is kept what it did there, not where else it \
+             was)"
+                .into(),
+        );
     }
     let files = |of: &Value| of["inputs"].as_object().cloned().unwrap_or_default();
     let (old, new) = (files(before), files(now));

@@ -16,8 +16,8 @@ use nalgebra::Vector3;
 use std::collections::BTreeSet;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::PathBuf;
-use toolkit::numbers::four;
-use toolkit::ranges::refused;
+use toolkit::numbers::{four, percent};
+use toolkit::ranges::{Gate, refused};
 use toolkit::scene::Scene;
 
 /// Largest mass [kg] of rocks that were likelier meant in tonnes.
@@ -60,6 +60,9 @@ fn check(base: &Base, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
         }
         said.extend(of_line(base, at, file));
     }
+    said.extend(of_heights(base, file)?);
+    said.extend(of_cells(base, file)?);
+    said.extend(of_whole_metres(base));
     said.extend(of_system(base, file)?);
     said.extend(of_rates(base, file));
     Ok(said)
@@ -242,6 +245,77 @@ fn of_line(base: &Base, at: usize, file: &Scene) -> Option<Diagnostic> {
             "{lost} m of {all} m of the line `{name}` lie beyond the terrain or over holes in it: what passes there is not counted"
         );
         warning(file, &format!("line.{at}.points"), what).coded(code::PLACE)
+    })
+}
+
+/// Height of a start above the ground.
+const HEIGHT: Gate = Gate {
+    key: "height",
+    unit: "m",
+    possible: [0.0, 1000.0],
+    usual: [0.0, 50.0],
+    says: ["is below the ground", "above the ground is a start in free fall from there"],
+    hint: "it counts from where the rock would touch the ground, not from sea level",
+    ..Gate::ANY
+};
+
+/// Releases far above the ground.
+fn of_heights(base: &Base, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
+    let (study, mut said) = (&base.study, Vec::new());
+    for (at, release) in study.releases.iter().enumerate() {
+        HEIGHT.pass(file, &format!("release.{at}"), release.height, &mut said)?;
+    }
+    for variable in study.variables.iter().flatten().filter(|v| v.quantity == Quantity::Height) {
+        let table = variable.key.strip_suffix(".height").unwrap_or("vary");
+        for value in variable.distribution.range().into_iter().flatten() {
+            HEIGHT.pass(file, table, value, &mut said)?;
+        }
+    }
+    let mut said: Vec<Diagnostic> = said.into_iter().map(|found| file.placed(found)).collect();
+    said.dedup();
+    Ok(said)
+}
+
+/// Fewest cells along the longer side of the terrain of which nothing is said.
+const CELLS: f64 = 10.0;
+
+/// Cells that are so large that maps show nothing.
+fn of_cells(base: &Base, file: &Scene) -> Result<Option<Diagnostic>, Diagnostic> {
+    let Some(cell) = base.study.maps.as_ref().and_then(|maps| maps.cell) else { return Ok(None) };
+    let size = base.ground.highest - base.ground.lowest;
+    let (x, y) = (four(size.x), four(size.y));
+    let what = format!("cells of {} m, and the terrain is {x} m x {y} m large", four(cell));
+    let cure = "leave cell out for some 300 along the longer side";
+    if cell >= size.x.max(size.y) {
+        return file.refuse("maps.cell", format!("{what}: it would be one"), cure);
+    }
+    Ok((size.x.max(size.y) < CELLS * cell).then(|| warning(file, "maps.cell", what).try_instead(cure)))
+}
+
+/// Nodes of a terrain, and share of its triangles that are level and that are not, from which on whole metres are steps.
+const STEPS: (usize, f64) = (1000, 0.1);
+
+/// A terrain whose heights were rounded to metres: steps that it does not have.
+fn of_whole_metres(base: &Base) -> Option<Diagnostic> {
+    let ground = &base.ground;
+    let is_whole = |z: f64| (z + ground.origin.z - (z + ground.origin.z).round()).abs() < 1e-6;
+    if ground.nodes.len() < STEPS.0 || !ground.nodes.iter().all(|node| is_whole(node.z)) {
+        return None;
+    }
+    let all = ground.triangles.len();
+    let is_level = |t: &usize| {
+        let [a, b, c] = ground.corners(*t as u32);
+        a.z == b.z && b.z == c.z
+    };
+    let level = (0..all).filter(is_level).count() as f64 / all as f64;
+    (STEPS.1..1.0 - STEPS.1).contains(&level).then(|| {
+        let what = format!(
+            "all {} heights of the terrain are whole metres, and {} of its triangles are level: it has steps that the ground has not",
+            ground.nodes.len(),
+            percent(level)
+        );
+        let cure = "take a terrain whose heights have decimals";
+        base.scene.placed(Diagnostic::warning(code::UNUSUAL_VALUE, what).about("terrain.file").try_instead(cure))
     })
 }
 

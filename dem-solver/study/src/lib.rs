@@ -10,6 +10,7 @@
 //! - [`runner`]: one member from start to end
 //! - [`record`], [`directory`]: what is kept of each, the quantities of its fall a line of one table, so that a killed process loses
 //!   nothing; and what they were computed from
+//! - [`preview`]: what it would compute, and at what cost
 //! - [`table`], [`summary`]: `members.csv`, `summary.json`; [`bounds`]: how far quantiles and shares may be off
 //! - [`track`]: what is kept of a member's trajectory, by the cells of [`grid`]; [`results`]: maps, lines, trajectories of all
 //! - [`calibrate`](mod@calibrate): `rockfall calibrate`: parameters from falls that were observed, by a study with many sets of them
@@ -29,6 +30,7 @@ pub mod gate;
 pub mod grid;
 pub mod member;
 pub mod place;
+pub mod preview;
 pub mod record;
 pub mod results;
 pub mod runner;

@@ -6,7 +6,7 @@
 
 use super::base::Base;
 use super::grid::Grid;
-use super::settings::REPLICATES;
+use super::settings::of_falls;
 use super::track::Track;
 use dem_rocks::model::Model;
 use dem_rocks::model::runout::RunOut;
@@ -25,12 +25,10 @@ use toolkit::provenance::{self, Reader};
 use toolkit::scene::Scene;
 use toolkit::summary::RunStatus;
 
-/// A hash of all that a member depends on: study, scene, terrain, spheres, program. Replicates are added without changing any.
+/// A hash of all that a member's record depends on: study, scene, terrain, spheres, program. What is judged afterwards is not in it.
 pub fn fingerprint(base: &Base, file: &Scene) -> Result<String, Diagnostic> {
     let mut bytes = format!("{} {} ", env!("CARGO_PKG_VERSION"), base.shortcuts).into_bytes();
-    let mut study = file.document()?;
-    study.remove(REPLICATES);
-    bytes.extend(format!("{study} {} ", base.scene.fingerprint()).into_bytes());
+    bytes.extend(format!("{} {} ", of_falls(file.document()?), base.scene.fingerprint()).into_bytes());
     let mut take = |n: f64| bytes.extend(n.to_bits().to_le_bytes());
     // They may be in files.
     let releases = base.study.releases.iter().map(|release| release.place().corners);

@@ -7,7 +7,7 @@ use super::vary::{Vary, of_release, variables};
 use dem_solid::geometry::plan;
 use interface_defs::diagnostic::Diagnostic;
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::path::PathBuf;
 use toolkit::coordinates::{Coordinates, Form};
@@ -37,11 +37,34 @@ pub static STUDY: Kind = Kind {
 /// The key that adds members to a study without making it another one.
 pub const REPLICATES: &str = "replicates";
 
+/// Keys that no record of a fall depends on: replicates are added without changing any, and the others are judged afterwards.
+const AFTERWARDS: [&str; 3] = [REPLICATES, "title", "most_failed"];
+/// The same inside of tables.
+const AFTERWARDS_IN: [(&str, &[&str]); 3] = [
+    ("release", &["name", "blocks_per_year"]),
+    ("line", &["name", "design", "barrier"]),
+    ("maps", &["epsg"]),
+];
+
+/// What is left of a study without all that no record of a fall depends on.
+pub fn of_falls(mut study: toml::Table) -> toml::Table {
+    study.retain(|key, _| !AFTERWARDS.contains(&key));
+    for (name, keys) in AFTERWARDS_IN {
+        let tables = match study.get_mut(name) {
+            Some(toml::Value::Array(all)) => all.iter_mut().filter_map(toml::Value::as_table_mut).collect(),
+            Some(toml::Value::Table(one)) => vec![one],
+            _ => vec![],
+        };
+        tables.into_iter().for_each(|table| table.retain(|key, _| !keys.contains(&key)));
+    }
+    study
+}
+
 /// Most members of a release that a Sobol sequence has: indices of 16 bits.
 pub const MOST_OF_SOBOL: u64 = 1 << 16;
 
 /// How the members of a study are spread over what varies.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Sampling {
     /// Independent of each other.
@@ -155,7 +178,7 @@ pub struct ScreenLine {
     /// What a barrier there must be able to do.
     pub design: Option<Design>,
     /// What a barrier there stops, by the first crossing of each member, in shares and, with `blocks_per_year`, in blocks a year. Members
-    /// are not stopped in the fall itself.
+    /// are not stopped in the fall itself; other lines have their measures twice, without and with the barriers before them.
     pub barrier: Option<Capacity>,
 }
 
@@ -183,6 +206,9 @@ pub struct StudySettings {
     /// Share of members that may fail or be unreliable in a study that is done.
     pub most_failed: f64,
 }
+
+/// What ends the names of results of a line that count what barriers on other lines leave.
+pub const BEHIND: &str = "_with_barriers";
 
 /// Largest number of members.
 const MOST: u64 = 10_000_000;
@@ -371,6 +397,10 @@ fn lines(study: &Scene) -> Result<Vec<ScreenLine>, Diagnostic> {
             return study.refuse(&key, "a line without length", cure);
         }
         let name = line.name.clone();
+        if name.ends_with(BEHIND) {
+            let what = format!("`{name}`: names with `{BEHIND}` are those of results behind barriers");
+            return Err(study.invalid(&format!("line.{at}.name"), what));
+        }
         if lines[..at].iter().any(|other| other.name == name) {
             return Err(study.invalid(&format!("line.{at}.name"), format!("two lines are named `{name}`")));
         }

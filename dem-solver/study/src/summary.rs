@@ -22,6 +22,9 @@ pub fn quantiles() -> impl Iterator<Item = String> {
     all.flat_map(|quantity| SHARES.map(|share| quantile_of(quantity.name, share)))
 }
 
+/// What the screen shows before all else.
+const FIRST: [&str; 3] = ["run_out_q50", "run_out_q95", "run_out_largest"];
+
 /// From which share of a quantile on it is said how far it may lie below what is reported.
 const WIDE: f64 = 0.01;
 
@@ -115,7 +118,9 @@ impl Numbers {
         );
         summary.warnings.push(Diagnostic::of(Severity::Note, code::OTHER, counts));
         let mut report = |name: String, value: f64, unit: &str, worse: Worse, interval: Option<Interval>| {
-            let measure = Measure::new(name, value, unit).ranked(Measure::ORDINARY, worse);
+            let rank =
+                FIRST.iter().position(|first| *first == name).map_or(Measure::ORDINARY, |at| 1 + at as u16);
+            let measure = Measure::new(name, value, unit).ranked(rank, worse);
             summary.measures.push(Measure { interval, ..measure });
         };
         for (name, count, worse) in [

@@ -236,7 +236,7 @@ fn a_rock_that_starts_in_the_net_is_refused_by_check_and_run_in_the_same_words()
     };
     let of = |text: &str, mesh: interface_defs::InterfaceMesh| {
         let scene = Scene::from_text("test.toml", text).expect("a scene");
-        let checked = check_with(&scene, Some(&mesh)).map(|_| ()).map_err(|e| e.to_string());
+        let checked = check_with(&scene, Some(&mesh), None).map(|_| ()).map_err(|e| e.to_string());
         let mut solver =
             DemSolver::new(&scene, &Options::default()).unwrap_or_else(|e| panic!("{e}")).guarded();
         let plan = Plan { end_time: 1.0, window: 1e-3, partner_mesh: Some(mesh), ..Plan::default() };
@@ -301,7 +301,7 @@ fn a_rock_that_does_not_reach_the_net_is_warned_of_with_the_distance() {
     let of = |z: f64, more: &str, head: &str| {
         let text = format!("{head}{}{CONTACT}", cube(64, &format!("position = [0.0, 0.0, {z:?}]\n{more}")));
         let scene = Scene::from_text("test.toml", &text).expect("a scene");
-        sentences(&check_with(&scene, Some(&fixed_plane(1.0, 1))).unwrap_or_else(|e| panic!("{e}")))
+        sentences(&check_with(&scene, Some(&fixed_plane(1.0, 1)), None).unwrap_or_else(|e| panic!("{e}")))
     };
     assert_eq!(of(2.0, "", HEAD), Vec::<String>::new());
     assert_eq!(of(2.0, "velocity = [0.0, 0.0, -50.0]", HEAD), Vec::<String>::new(), "fast");
@@ -368,7 +368,7 @@ fn of_several_rocks_each_that_misses_the_net_is_warned_of() {
     let of = |stone: String| {
         let text = format!("{HEAD}{}{stone}{CONTACT}", cube(64, "position = [0.0, 0.0, 2.0]\n"));
         let scene = Scene::from_text("test.toml", &text).expect("a scene");
-        sentences(&check_with(&scene, Some(&fixed_plane(1.0, 1))).unwrap_or_else(|e| panic!("{e}")))
+        sentences(&check_with(&scene, Some(&fixed_plane(1.0, 1)), None).unwrap_or_else(|e| panic!("{e}")))
     };
     assert_eq!(of(stone(0.7, "")), Vec::<String>::new());
     let beside = of(stone(9.0, ""));
@@ -393,7 +393,7 @@ fn a_net_that_no_rock_of_a_terrain_can_get_to_and_one_without_a_law_are_named() 
         let mut net = net(4, 1.0, 0.0);
         net.coordinates.chunks_exact_mut(3).for_each(|p| (0..3).for_each(|a| p[a] += by[a]));
         let scene = Scene::from_text(&name, &text).expect("a scene");
-        check_with(&scene, Some(&net)).map(|r| sentences(&r)).map_err(|e| e.to_string())
+        check_with(&scene, Some(&net), None).map(|r| sentences(&r)).map_err(|e| e.to_string())
     };
     assert_eq!(of(CONTACT, [0.0, 0.0, 0.2]), Ok(vec![]));
     let beside = of(CONTACT, [500.0, 0.0, 0.2]).expect("a warning");

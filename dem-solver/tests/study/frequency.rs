@@ -171,6 +171,91 @@ fn shares_at_a_barrier_add_up_to_one() {
     assert!(said.contains("a member of `cliff` stands for more blocks a year than one of `face`"), "{said}");
 }
 
+/// Behind the barrier of another line counts what goes through or over it: of the closed form the share that is stronger or higher. A line
+/// before it, and the line of the barrier itself, lose nothing. With another capacity the same falls are judged again.
+#[test]
+fn lines_behind_a_barrier_have_what_passes_it_from_the_same_falls() {
+    let line = |name: &str, x: f64| {
+        format!("[[line]]\nname = \"{name}\"\npoints = [[{x}, 1200030.0], [{x}, 1200010.0]]\n")
+    };
+    let study = format!("{SOURCES}{}{}", line("before", 2_600_013.0), line("behind", 2_600_020.25));
+    let place = sources(&study);
+    let of = |name: &str| summary(&place)["measures"][name].clone();
+    let value = |name: &str| of(name)["value"].as_f64().unwrap_or_else(|| panic!("{name}"));
+    let journal = || std::fs::read(place.path("out/chunks/main.journal")).expect("a journal");
+    let falls = journal();
+    for (turn, capacity) in [(0, BARRIER[0]), (1, 1.5e4), (2, 5e7)] {
+        if turn > 0 {
+            place.table("out", &["--resume", "--set", &format!("line.0.barrier.energy={capacity:e}")]);
+        }
+        assert!(journal() == falls, "the falls are those that were computed");
+        let crossings = |line: &str| {
+            rows(&std::fs::read_to_string(place.path(&format!("out/lines/{line}.csv"))).expect("a table"))
+        };
+        let pass = |row: &&HashMap<String, String>| {
+            number(row, "kinetic_energy_J") > capacity || number(row, "centre_height_m") > BARRIER[1]
+        };
+        let net = crossings("road");
+        let passing: Vec<&str> = net.iter().filter(pass).map(|row| row["member"].as_str()).collect();
+        assert!(passing.len() > 10 && passing.len() < net.len(), "{}", passing.len());
+        assert_eq!(value("behind_with_barriers_passing"), passing.len() as f64);
+        assert_eq!(value("behind_passing"), net.len() as f64);
+        let energies =
+            crossings("behind").into_iter().filter(|row| passing.contains(&row["member"].as_str()));
+        let most = energies.map(|row| number(&row, "kinetic_energy_J")).fold(0.0, f64::max);
+        assert_eq!(value("behind_with_barriers_energy_largest"), most);
+        for what in ["passing_share", "passing_frequency", "energy_q95"] {
+            assert_eq!(of(&format!("before_{what}")), of(&format!("before_with_barriers_{what}")));
+        }
+        for what in ["share", "frequency"] {
+            let both = ["behind_with_barriers_passing", "road_behind_barrier"]
+                .map(|name| of(&format!("{name}_{what}")));
+            assert!(["value", "interval"].iter().all(|part| both[0][part] == both[1][part]), "{both:?}");
+        }
+        assert!(of("road_with_barriers_passing").is_null(), "no other line has a barrier");
+        // What is not stopped by its strength passes over by its height alone, at fewer speeds and sizes.
+        let over_speed = root([10.0, 14.0], |speed| 20.0 + radius(0.1) - at_line(0.1, speed)[1] - BARRIER[1]);
+        let over_volume =
+            root([0.05, 2.0], |volume| 20.0 + radius(volume) - at_line(1.0, 12.0)[1] - BARRIER[1]);
+        let strong = reaching(capacity);
+        let due = frequency([strong[0].max(faster(over_speed)), strong[1].max(larger(over_volume))]);
+        let [low, high] =
+            [0, 1].map(|end| of("behind_with_barriers_passing_frequency")["interval"][end].as_f64());
+        println!(
+            "{capacity:e}: {} {low:?} {high:?}, exact {due}",
+            value("behind_with_barriers_passing_frequency")
+        );
+        assert!(low <= Some(due) && Some(due) <= high);
+        let lost = net.len() - passing.len();
+        let said = summary(&place)["warnings"].to_string();
+        assert!(said.contains(&format!("stop {lost} of the {} rocks that come here", net.len())), "{said}");
+    }
+    // As if it had been computed so, but for the file of the study and the arguments.
+    place.write("study.toml", &study.replace("energy = 2e4", "energy = 5e7"));
+    place.table("anew", &[]);
+    let lines = |out: &str| {
+        let all = std::fs::read_dir(place.path(out).join("lines")).expect("a folder");
+        let mut all: Vec<_> = all.map(|file| file.expect("a file").path()).collect();
+        all.sort();
+        all.iter()
+            .map(|path| (path.file_name().map(ToOwned::to_owned), std::fs::read(path).expect("read")))
+            .collect::<Vec<_>>()
+    };
+    assert!(lines("anew") == lines("out"));
+    // Without a barrier nothing lies behind one, and another name is another file.
+    let bare = study.split("[line.barrier]").next().expect("text").replace("\"road\"", "\"way\"");
+    place.write("study.toml", &(bare + &line("before", 2_600_013.0) + &line("behind", 2_600_020.25)));
+    place.table("out", &["--resume"]);
+    let names: Vec<_> = lines("out").into_iter().filter_map(|(name, _)| name).collect();
+    assert!(
+        names.len() == 9
+            && names.iter().all(
+                |name| name.to_string_lossy().contains("way") || !name.to_string_lossy().contains("road")
+            ),
+        "{names:?}"
+    );
+}
+
 #[test]
 fn rates_of_some_releases_alone_are_refused_and_so_is_a_design_of_unequal_members() {
     let design = "[line.design.onr_24810]\nenergy_quantile = 99.0\nheight_quantile = 90.0\nenergy_factor = 1.15\nheight_factor = 1.3\n";

@@ -49,7 +49,7 @@ fn a_replicate_can_be_a_task_and_another_count_is_another_study() {
     assert_eq!(place.table("out", &[&more[..], &["--resume"]].concat()), place.table("once", &more));
     let other = place.run("out", &["--resume", "--set", "release.0.count=34"]);
     let said = String::from_utf8_lossy(&other.stderr).into_owned();
-    assert!(other.status.code() == Some(2) && said.contains("`replicates` alone may be raised"), "{said}");
+    assert!(other.status.code() == Some(2) && said.contains("`replicates` may be raised"), "{said}");
     for (set, words) in [("replicates=0", "is the least"), ("replicates=1000000", "members: up to")] {
         let refused = place.run("no", &["--set", set]);
         let said = String::from_utf8_lossy(&refused.stderr).into_owned();

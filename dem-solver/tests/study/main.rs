@@ -8,6 +8,7 @@ mod frequency;
 mod growth;
 mod lines;
 mod members;
+mod preview;
 mod repeat;
 
 use dem_solver::random::SplitMix;

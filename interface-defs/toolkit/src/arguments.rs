@@ -279,11 +279,24 @@ pub struct EnsembleArguments {
     /// Most members that --until goes to [default: ten times those of the study]
     #[arg(long, value_name = "N", requires = "until", value_parser = clap::value_parser!(u64).range(1..), help_heading = "Computation")]
     pub at_most: Option<u64>,
+    /// Check the study, say what it would compute and what that costs, by some of its members; compute nothing: `rockfall check STUDY`
+    #[arg(long, conflicts_with_all = ["members", "chunks", "until", "force", "resume", "scene_of", "barrier"], help_heading = "Computation")]
+    pub dry_run: bool,
+    /// Form of the answer to --dry-run
+    #[arg(
+        long,
+        value_enum,
+        default_value_t,
+        value_name = "FORM",
+        requires = "dry_run",
+        help_heading = "Computation"
+    )]
+    pub format: Format,
     /// Write the complete scene of one member, which `rockfall run` computes as the study does
     #[arg(long, value_name = "N", conflicts_with_all = ["members", "chunks"], value_parser = clap::value_parser!(u64).range(1..), help_heading = "One member")]
     pub scene_of: Option<u64>,
     /// File of that scene [default: it is printed]
-    #[arg(long, short, value_name = "FILE", requires = "scene_of", help_heading = "One member")]
+    #[arg(long, short, value_name = "FILE", requires = "scene_of", conflicts_with_all = ["members", "chunks", "run_worst", "list_worst"], help_heading = "One member")]
     pub output: Option<PathBuf>,
     /// Run the worst members again, coupled, against the barrier of this scene, which stands on a line; `rock` and `terrain` are
     /// the study's, `end_time` is how long is computed after a member has reached the line

@@ -86,7 +86,7 @@ impl Mismatch {
             What::UnknownField(name, _) if top.contains(&name.as_str()) => Some(format!(
                 "`{name}` belongs to the scene, not to `{key}`: it must come before the first [table]; or are these two scenes?"
             )),
-            What::UnknownField(name, known) | What::UnknownVariant(name, known) => suggestion(name, known),
+            What::UnknownField(name, known) | What::UnknownVariant(name, known) => of_reference(name, known),
             What::MissingField(name) => Some(format!(
                 "add `{name} = ...` to this table; docs/reference.md has its keys and their units"
             )),
@@ -170,16 +170,37 @@ fn as_table(name: &str, got: &Value, expected: &Expected) -> Option<String> {
     })
 }
 
+/// Names that are listed, where there are more the nearest [`NEAREST`] of them.
+const LISTED: usize = 15;
+const NEAREST: usize = 5;
+
 /// "did you mean ...", with all that is known.
 pub fn suggestion<S: AsRef<str>>(name: &str, known: &[S]) -> Option<String> {
     if known.is_empty() {
         return Some("nothing may follow here".into());
     }
-    let list = known.iter().map(|k| format!("`{}`", k.as_ref())).collect::<Vec<_>>().join(", ");
-    Some(match nearest(name, known) {
-        Some(near) => format!("did you mean `{near}`? known here: {list}"),
-        None => format!("known here: {list}"),
-    })
+    let all: Vec<&str> = known.iter().map(AsRef::as_ref).collect();
+    Some(offered(nearest(name, known), &all, ""))
+}
+
+/// The same of keys and words of the reference, of many the nearest.
+pub fn of_reference(name: &str, known: &[&str]) -> Option<String> {
+    if known.len() <= LISTED {
+        return suggestion(name, known);
+    }
+    // A name that has the other in it is nearer than its letters are.
+    let has = |k: &str| k.contains(name) || name.contains(k);
+    let mut listed = known.to_vec();
+    listed.sort_by_key(|k| (!has(k), strsim::damerau_levenshtein(name, k)));
+    listed.truncate(NEAREST);
+    let more = format!(" and {} more, in docs/reference.md", known.len() - NEAREST);
+    Some(offered(nearest(name, known), &listed, &more))
+}
+
+fn offered(near: Option<&str>, listed: &[&str], more: &str) -> String {
+    let meant = near.map_or(String::new(), |near| format!("did you mean `{near}`? "));
+    let list = listed.iter().map(|k| format!("`{k}`")).collect::<Vec<_>>().join(", ");
+    format!("{meant}known here: {list}{more}")
 }
 
 /// The known name that is nearest to `name`, if one is near: a third of its letters may differ.
@@ -208,6 +229,25 @@ pub(crate) fn values<'i>(node: &Spanned<DeValue<'i>>, visit: &mut impl FnMut(&Sp
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn of_many_names_the_nearest_are_listed() {
+        let many: Vec<String> = (0..20).map(|k| format!("key_{k}_of_many")).collect();
+        let known: Vec<&str> = many.iter().map(String::as_str).chain(["friction_max", "friction"]).collect();
+        let said = of_reference("frction", &known).unwrap_or_default();
+        assert!(
+            said.starts_with("did you mean `friction`? known here: `friction`, `friction_max`, `key_"),
+            "{said}"
+        );
+        assert!(
+            said.ends_with(" and 17 more, in docs/reference.md") && said.matches('`').count() == 12,
+            "{said}"
+        );
+        assert_eq!(
+            of_reference("a", &known[..2]).as_deref(),
+            Some("known here: `key_0_of_many`, `key_1_of_many`")
+        );
+    }
 
     #[test]
     fn the_nearest_name_is_offered_only_if_it_is_near() {

@@ -53,6 +53,7 @@ pub mod provenance;
 pub mod ranges;
 pub mod raster;
 pub mod recorder;
+pub mod recording;
 mod regular_file;
 pub mod run_dir;
 pub mod scene;

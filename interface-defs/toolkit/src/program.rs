@@ -37,8 +37,8 @@ use std::time::Duration;
 /// Makes the solver of a scene.
 pub type Build = fn(&Scene, &Options) -> Result<Box<dyn Solver>, Diagnostic>;
 
-/// Says what a solver would build of a scene.
-pub type Check = fn(&Scene, Option<&InterfaceMesh>) -> Result<CheckReport, Diagnostic>;
+/// Says what a solver would build of a scene; tries the run for so long where that tells its cost.
+pub type Check = fn(&Scene, Option<&InterfaceMesh>, Option<Duration>) -> Result<CheckReport, Diagnostic>;
 
 /// What a solver's program is made of.
 pub struct Program {
@@ -94,6 +94,9 @@ enum SolverCommand {
         /// Interface mesh of the structure (JSON, `interface` of its own check), `-`: from stdin
         #[arg(long, value_name = "FILE")]
         interface: Option<PathBuf>,
+        /// Wall time for which the run is tried, where that tells its cost [s]
+        #[arg(long = "try", value_name = "S", value_parser = seconds, hide = true)]
+        trial: Option<f64>,
     },
     /// Print the JSON schema of the tables that it reads: its share of `rockfall schema`
     #[command(hide = true)]
@@ -203,11 +206,12 @@ pub fn guarded(work: impl FnOnce() -> Result<Exit, Diagnostic>) -> ExitCode {
 
 fn execute(program: &Program, command: &SolverCommand) -> Result<Exit, Diagnostic> {
     match command {
-        SolverCommand::Check { input, answer, interface } => {
+        SolverCommand::Check { input, answer, interface, trial } => {
             let mesh = interface.as_deref().map(check::read_interface).transpose()?;
             let scene = input.load()?;
             Limits::of(&scene)?;
-            (program.check)(&scene, mesh.as_ref())?.print(answer.format);
+            let trial = trial.map(Duration::from_secs_f64);
+            (program.check)(&scene, mesh.as_ref(), trial)?.print(answer.format);
             Ok(Exit::Done)
         }
         SolverCommand::Schema => {

@@ -46,8 +46,17 @@ pub fn worst(arguments: &EnsembleArguments, json: bool) -> Result<Exit, Stop> {
         return Err(Stop::input(code::ARGUMENT, "--barrier is missing"));
     };
     let (_, sets) = arguments.sets()?;
-    let scene =
-        Scene::load(barrier, &sets).map_err(|e| prepared::study(barrier).unwrap_or_else(|| e.into()))?;
+    let scene = Scene::load(barrier, &sets).map_err(|e| match prepared::is_study(barrier) {
+        true => {
+            let what = format!(
+                "--barrier {}: this is a study, and the scene of a barrier is asked for here",
+                barrier.display()
+            );
+            Stop::input(code::ARGUMENT, what)
+                .hinted("a scene with [structure], docs/ensemble.md, From the line to the barrier")
+        }
+        false => prepared::study(barrier).unwrap_or_else(|| e.into()),
+    })?;
     let work = Work {
         arguments,
         barrier,

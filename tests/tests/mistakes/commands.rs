@@ -25,6 +25,13 @@ const COMMANDS: &[(&[&str], &[&str])] = &[
     (&["check", "scene.toml", "--set", "rock.3.mass=5"], &["`3` is no item of `rock`", "its number is 0"]),
     (&["ensemble", "study.toml", "--worst", "3"], &["--barrier <SCENE>", "Usage"]),
     (&["ensemble", "study.toml", "-o", "a.toml"], &["--scene-of <N>", "Usage"]),
+    (&["ensemble", "study.toml", "--members", "1..2", "-o", "a.toml"], &["cannot be used with", "Usage"]),
+    (&["ensemble", "scene.toml"], &["this is a scene, and a study is asked for here", "[[release]]"]),
+    (&["check", "falls.toml"], &["falls.toml", "fall.toml"]),
+    (
+        &["ensemble", "falls.toml", "--barrier", "falls.toml"],
+        &["this is a study, and the scene of a barrier is asked for here"],
+    ),
     (&["ensemble", "study.toml", "--barrier", "none.toml"], &["none.toml", "there is no such file"]),
     (
         &["ensemble", "study.toml", "--barrier", "scene.toml"],
@@ -48,6 +55,7 @@ fn a_command_line_that_no_one_can_mean_is_refused_and_changes_nothing() {
     write("boulder.stl", scenes::boulder(1.0, 0));
     write("open.stl", scenes::boulder(1.0, 2));
     write("results", "mine\n".into());
+    write("falls.toml", "scene = \"fall.toml\"\n[[release]]\npoints = [[0.0, 0.0]]\n".into());
     std::fs::create_dir(bench.path("held")).expect("made");
     write("held/summary.json", "{}".into());
     let listed = || {

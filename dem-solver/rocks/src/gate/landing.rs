@@ -41,7 +41,7 @@ fn of_rock(model: &Model, ground: &Terrain, at: usize) -> Option<Diagnostic> {
     let contact = &settings.contacts[law];
     let doubted = |what: String, cure: String| {
         let what = format!("rock `{}` lands on the terrain with up to {what}, above {LIMIT}", rock.name);
-        Some(Diagnostic::warning(code::TRUST, what).about(settings.table(at)).try_instead(cure))
+        Some(Diagnostic::warning(code::DEPTH_EXPECTED, what).about(settings.table(at)).try_instead(cure))
     };
     if let Some(whole) = &model.wholes[at] {
         let deepest = worst_whole(rock, whole, normal, energy);

@@ -258,7 +258,7 @@ impl RockIntegrator {
             let (end, last) = part.end();
             let every = steps_per_look(cut.h);
             let look = last.is_some_and(|s| s.is_multiple_of(every) || s == cut.steps);
-            terrain.stepped(model, rock, body, Passed { end, h, touching: load.touching > 0, look });
+            terrain.stepped(model, rock, &before, body, Passed { end, h, touching: load.touching > 0, look });
         }
         Ok(())
     }

@@ -4,7 +4,7 @@ use crate::guard::cause::Case;
 use crate::guard::{watch, watch_gap, watch_whole};
 use crate::integrator::sub_stepping::{self, SubSteps};
 use crate::model::critical::DEEP;
-use crate::model::runout::{LOOK, Passed, is_out, jump_height};
+use crate::model::runout::{LOOK, Passed, is_out};
 use crate::model::state::{Against, Body, State};
 use crate::model::{Model, Span};
 use crate::results::trajectory::Row;
@@ -217,15 +217,18 @@ impl TerrainStage {
         }
     }
 
-    /// Follow a rock's trajectory over a step that ends with the motion in `body`.
-    pub fn stepped(&mut self, model: &Model, rock: usize, body: &mut Body, passed: Passed) {
+    /// Follow a rock's trajectory over a step from the motion `before` to that in `body`.
+    pub fn stepped(&mut self, model: &Model, rock: usize, before: &Motion, body: &mut Body, passed: Passed) {
         let Passed { end, h, touching, look } = passed;
         let touched = body.path.contact_since.is_some();
         let outside = is_out(&self.ground, &model.settings.down(), &body.motion.position);
         let had_left = body.path.has_left();
+        if touching && !touched && !outside {
+            body.path.look(model, rock, before, end - h);
+        }
         body.path.step(model, rock, &body.motion, passed, outside);
         if look && !touching && !outside {
-            body.path.height(jump_height(model, rock, &body.motion), end);
+            body.path.look(model, rock, &body.motion, end);
         }
         let Some(rows) = self.rows.as_mut().filter(|_| rock < model.settings.named()) else { return };
         let shortest = model.steps.contact;
@@ -247,7 +250,7 @@ impl TerrainStage {
         let outside = is_out(&self.ground, &model.settings.down(), &body.motion.position);
         body.path.flew(&model.rocks[rock], &body.motion, end, outside);
         if look && !outside {
-            body.path.height(jump_height(model, rock, &body.motion), end);
+            body.path.look(model, rock, &body.motion, end);
         }
     }
 

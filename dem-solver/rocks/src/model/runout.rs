@@ -2,12 +2,13 @@
 //!
 //! An impact is a touch after a flight that lasted longer than the shortest contact. Jump height is that
 //! of the rock's lowest point above the ground under its centre, along gravity, evaluated twenty times in a
-//! second of flight (an apex between two of them is up to 3 mm higher). A rock has come to rest when its fastest point stayed slower than
-//! `rest_speed` for `rest_time` while it touched the ground; it is out when its centre has left the
-//! terrain sideways, or has fallen below all of it.
+//! second of flight and where the flight ends; a peak between two of these is searched where it may be the highest (it rises
+//! less than the rock moves in between, over ground of up to 60 degrees). A rock has come to rest when its
+//! fastest point stayed slower than `rest_speed` for `rest_time` while it touched the ground; it is out when its centre
+//! has left the terrain sideways, or has fallen below all of it.
 
 use crate::model::Model;
-use dem_contact::rock::{Motion, Rock};
+use dem_contact::rock::{Motion, Rock, rotation};
 use dem_contact::settings::Settings;
 use dem_terrain::Terrain;
 use interface_defs::verdict::Fate;
@@ -16,6 +17,8 @@ use serde::{Deserialize, Serialize};
 
 /// Time between two evaluations of the height of a flying rock [s].
 pub const LOOK: f64 = 0.05;
+/// Sections of the time between two evaluations in search of a peak: it is found to less than 1e-4 s.
+const SECTIONS: usize = 13;
 
 /// What is known of a rock's trajectory so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -34,6 +37,8 @@ pub struct RunOut {
     pub fastest: (f64, f64),
     /// Largest jump height, and when [m, s].
     pub highest: (f64, f64),
+    /// Jump height when it was evaluated last, and when [m, s].
+    pub looked: (f64, f64),
     /// Largest kinetic energy, and when [J, s].
     pub most_energy: (f64, f64),
     /// When the last row of it was written [s].
@@ -156,10 +161,39 @@ impl RunOut {
     }
 
     /// Take in the jump height at `time` [s].
-    pub fn height(&mut self, height: Option<f64>, time: f64) {
+    fn height(&mut self, height: Option<f64>, time: f64) {
         if let Some(height) = height.filter(|h| *h > self.highest.0 && !self.has_left()) {
             self.highest = (height, time);
         }
+    }
+
+    /// Take in the jump height of rock number `rock`, which has flown to the motion `now` at `time` [s], and any higher peak
+    /// since it was evaluated last.
+    pub fn look(&mut self, model: &Model, rock: usize, now: &Motion, time: f64) {
+        let Some(height) = jump_height(model, rock, now) else { return };
+        self.height(Some(height), time);
+        let (before, since) = if self.looked.1 > self.touched { self.looked } else { (0.0, self.touched) };
+        self.looked = (height, time);
+        let flight = time - since;
+        if before.max(height) + now.velocity.norm() * flight <= self.highest.0 {
+            return;
+        }
+        let at = |ago: f64| {
+            jump_height(model, rock, &flown_back(model, rock, now, ago)).unwrap_or(f64::NEG_INFINITY)
+        };
+        let middle = at(0.5 * flight);
+        // A peak lies below the line through an end and the middle.
+        if middle < before.max(height) || 2.0 * middle - before.min(height) <= self.highest.0 {
+            return;
+        }
+        let golden = 0.5 * (5f64.sqrt() - 1.0);
+        let (mut late, mut early) = (0.0, flight);
+        for _ in 0..SECTIONS {
+            let [later, earlier] = [early - golden * (early - late), late + golden * (early - late)];
+            if at(later) > at(earlier) { early = earlier } else { late = later }
+        }
+        let peak = 0.5 * (late + early);
+        self.height(Some(at(peak)), time - peak);
     }
 
     /// Whether the trajectory has ended by `time` [s].
@@ -175,6 +209,22 @@ impl RunOut {
             self.see(&model.rocks[rock], &end.motion(motion), end.time);
             self.ending = Some(end);
         }
+    }
+}
+
+/// Motion of a flying rock `ago` [s] before the motion `now`.
+fn flown_back(model: &Model, rock: usize, now: &Motion, ago: f64) -> Motion {
+    let gravity = model.settings.gravity;
+    Motion {
+        position: now.position - now.velocity * ago + gravity * (0.5 * ago * ago),
+        velocity: now.velocity - gravity * ago,
+        orientation: rotation::turn(
+            &now.orientation,
+            &now.angular_momentum,
+            &model.rocks[rock].inertia,
+            -ago,
+        ),
+        ..*now
     }
 }
 

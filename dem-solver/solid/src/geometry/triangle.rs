@@ -114,6 +114,7 @@ pub struct Nearest {
 }
 
 impl Default for Nearest {
+    #[inline]
     fn default() -> Self {
         Self {
             square: f64::INFINITY,

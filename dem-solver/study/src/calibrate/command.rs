@@ -1,7 +1,7 @@
 //! `dem-solver calibrate`: a calibration from its file to its results.
 
 use super::{CALIBRATION, Calibration};
-use crate::command::Study;
+use crate::command::{Study, no_study};
 use crate::directory::Directory;
 use clap::{ArgMatches, Args, FromArgMatches};
 use interface_defs::diagnostic::Diagnostic;
@@ -39,7 +39,8 @@ fn run(matches: &ArgMatches) -> Result<Exit, Diagnostic> {
 }
 
 fn calibrate(arguments: &CalibrateArguments, json: bool) -> Result<Exit, Diagnostic> {
-    let file = Scene::load_as(&CALIBRATION, &arguments.file, &arguments.sets)?;
+    let file = Scene::load_as(&CALIBRATION, &arguments.file, &arguments.sets)
+        .map_err(|e| no_study(&arguments.file, CALIBRATION.name).unwrap_or(e))?;
     let computation = &arguments.computation;
     let directory = Directory::new(&computation.dir.of(&file));
     let calibration = Calibration::of(file, json)?;

@@ -130,6 +130,10 @@ impl Calibration {
         let mut summary = numbers.summary(base.study.most_failed);
         summary.measures.clear();
         summary.warnings.truncate(1);
+        let (kept, sets) = (answer.kept.len(), self.places[0].len());
+        for counts in &mut summary.warnings {
+            counts.message = format!("in the {kept} of {sets} sets that count: {}", counts.message);
+        }
         let settled = answer.parameters.iter().filter(|it| it.verdict == Verdict::Settled).count() as f64;
         let settled = Measure::new("parameters_settled", settled, "1");
         summary.measures.push(settled.ranked(Measure::ORDINARY, Worse::Neither));
@@ -219,7 +223,7 @@ impl Calibration {
              to what was observed count.\n\n"
         );
         let head =
-            ["parameter", "prior range", "median", "90 % range", "share of prior", "coverage", "verdict"];
+            ["parameter", "prior range", "median", "90 % range", "range / prior", "coverage", "verdict"];
         let mut rows = vec![head.map(String::from).to_vec()];
         for (it, found) in self.parameters.iter().zip(&answer.parameters) {
             let Posterior { range, coverage, widened, verdict, .. } = found;

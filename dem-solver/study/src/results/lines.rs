@@ -6,7 +6,7 @@ use crate::base::Base;
 use crate::bounds::{Part, of_frequency, of_quantile, of_share, quantile};
 use crate::capacity::{COUNTED, FATES, fate};
 use crate::record::All;
-use crate::settings::ScreenLine;
+use crate::settings::{BEHIND, ScreenLine, StudySettings};
 use crate::summary::{SHARES, quantile_of};
 use crate::track::Crossing;
 use dem_rocks::results::map::sheet::{Axes, FINE, INK, LEFT, RIGHT, font, page, plot, px};
@@ -34,7 +34,13 @@ struct Statistic {
 /// All of them. A new one takes a line here.
 const STATISTICS: [Statistic; 4] = [
     statistic("energy", "J", |it| it.energy, Some(("kinetic energy, rotation included [kJ]", 1e-3))),
-    statistic("height", "m", |it| it.height, Some(("height of the lowest point [m]", 1.0))),
+    // Below 0 a rock is pressed into soft ground, and passes at its level.
+    statistic(
+        "height",
+        "m",
+        |it| if it.height < 0.0 { 0.0 } else { it.height },
+        Some(("height of the lowest point [m]", 1.0)),
+    ),
     statistic("centre_height", "m", |it| it.centre, None),
     statistic("speed", "m/s", |it| it.speed, Some(("speed [m/s]", 1.0))),
 ];
@@ -78,6 +84,41 @@ fn columns(base: &Base) -> Columns<'_, (u64, u64, Crossing)> {
         .numbers(["vx_m_per_s", "vy_m_per_s", "vz_m_per_s"], |(.., it)| Some(it.velocity))
 }
 
+/// A line as it is looked at: all that passes it, or what the barriers of other lines leave of that.
+struct View<'a> {
+    /// Its number.
+    number: usize,
+    line: &'a ScreenLine,
+    /// What its results are called.
+    name: String,
+    /// Whether a member that another line's barrier has stopped is counted no more.
+    behind: bool,
+}
+
+/// Every line without barriers, and, where another one has a barrier, with them.
+fn views(study: &StudySettings) -> Vec<View<'_>> {
+    let barriers = study.lines.iter().filter(|line| line.barrier.is_some()).count();
+    let (mut all, lines) = (Vec::new(), study.lines.iter().enumerate());
+    for (number, line) in lines {
+        all.push(View { number, line, name: line.name.clone(), behind: false });
+        if barriers > usize::from(line.barrier.is_some()) {
+            all.push(View { number, line, name: format!("{}{BEHIND}", line.name), behind: true });
+        }
+    }
+    all
+}
+
+/// For each line when its barrier stops a member with these crossings [s]; infinite where it does not.
+fn stops(lines: &[ScreenLine], crossings: &[Crossing]) -> Vec<f64> {
+    let of = |(number, line): (usize, &ScreenLine)| {
+        let first =
+            crossings.iter().find(|it| usize::from(it.line) == number).filter(|_| line.barrier.is_some());
+        let stopped = first.filter(|it| fate(line.barrier, Some([it.energy, it.centre])) == 0);
+        stopped.map_or(f64::INFINITY, |it| it.time)
+    };
+    lines.iter().enumerate().map(of).collect()
+}
+
 /// What passes one line.
 #[derive(Default)]
 struct Passing {
@@ -113,8 +154,8 @@ impl Releases {
 /// Called with every crossing: number of its line, of its member, of the crossing.
 type Each<'a> = &'a mut dyn FnMut(usize, &(u64, u64, Crossing)) -> io::Result<()>;
 
-/// What passes each line, and how many members were computed.
-fn gather(base: &Base, all: All, each: Each) -> io::Result<(Vec<Passing>, Releases)> {
+/// What passes the line of each view, and how many members were computed.
+fn gather(base: &Base, views: &[View], all: All, each: Each) -> io::Result<(Vec<Passing>, Releases)> {
     let (rates, count) = (base.study.rates(), base.study.releases.len());
     let rated = rates.as_ref().map_or(0, Vec::len);
     let of_line = || Passing {
@@ -122,7 +163,7 @@ fn gather(base: &Base, all: All, each: Each) -> io::Result<(Vec<Passing>, Releas
         fates: vec![[0; FATES]; count],
         ..Passing::default()
     };
-    let mut passing: Vec<Passing> = base.lines.iter().map(|_| of_line()).collect();
+    let mut passing: Vec<Passing> = views.iter().map(|_| of_line()).collect();
     let mut computed = vec![0_u64; count];
     all(&mut |record| {
         if record.outcome.status == RunStatus::Failed {
@@ -130,17 +171,23 @@ fn gather(base: &Base, all: All, each: Each) -> io::Result<(Vec<Passing>, Releas
         }
         let release = base.release_of(record.number);
         computed[release] += 1;
-        for (number, passing) in passing.iter_mut().enumerate() {
+        let stopped = stops(&base.study.lines, &record.track.crossings);
+        for (passing, &View { number, line, behind, .. }) in passing.iter_mut().zip(views) {
+            let others = stopped.iter().enumerate().filter(|(other, _)| behind && *other != number);
+            let until = others.fold(f64::INFINITY, |until, (_, time)| until.min(*time));
             let mut most: Option<[f64; STATISTICS.len()]> = None;
-            let own = record.track.crossings.iter().filter(|crossing| usize::from(crossing.line) == number);
-            for (count, crossing) in (1..).zip(own) {
-                each(number, &(record.number, count, *crossing))?;
+            let own = || {
+                let crossings = record.track.crossings.iter();
+                crossings.filter(move |it| usize::from(it.line) == number && it.time < until)
+            };
+            for (count, crossing) in (1..).zip(own()) {
+                if !behind {
+                    each(number, &(record.number, count, *crossing))?;
+                }
                 let most = most.get_or_insert([f64::NEG_INFINITY; STATISTICS.len()]);
                 most.iter_mut().zip(&STATISTICS).for_each(|(most, it)| *most = most.max((it.of)(crossing)));
             }
-            let first = record.track.crossings.iter().find(|it| usize::from(it.line) == number);
-            passing.fates[release]
-                [fate(base.study.lines[number].barrier, first.map(|c| [c.energy, c.centre]))] += 1;
+            passing.fates[release][fate(line.barrier, own().next().map(|c| [c.energy, c.centre]))] += 1;
             let Some(most) = most else { continue };
             passing.masses.push(record.outcome.mass);
             for all in std::iter::once(&mut passing.largest).chain(passing.of_release.get_mut(release)) {
@@ -171,10 +218,12 @@ impl Passing {
     }
 
     /// Its measures, and values of which return periods are absent.
-    fn measures(&self, line: &ScreenLine, releases: &Releases) -> (Vec<Measure>, Vec<String>) {
-        let (mut all, mut absent, name, computed) = (vec![], vec![], &line.name, releases.computed());
+    fn measures(&self, View { line, name, .. }: &View, releases: &Releases) -> (Vec<Measure>, Vec<String>) {
+        let (mut all, mut absent, computed) = (vec![], vec![], releases.computed());
         let mut report = |what: &str, value: f64, unit: &str, interval: Option<Interval>| {
             let rank = RANKS.iter().find(|(ranked, _)| *ranked == what).map_or(Measure::ORDINARY, |r| r.1);
+            // A frequency says the same and more.
+            let rank = if releases.rates.is_some() && unit == "1" { Measure::ORDINARY } else { rank };
             let measure = Measure::new(format!("{name}_{what}"), value, unit).ranked(rank, Worse::Larger);
             all.push(Measure { interval, ..measure });
         };
@@ -226,21 +275,22 @@ fn counted(line: &ScreenLine) -> impl Iterator<Item = (&'static str, &'static [u
 /// Names of all measures of lines that have an interval.
 pub fn bounded(base: &Base) -> impl Iterator<Item = String> {
     let is_rated = base.study.rates().is_some();
-    base.study.lines.iter().flat_map(move |line| {
+    views(&base.study).into_iter().flat_map(move |View { line, name, .. }| {
         let quantiles = STATISTICS.iter().flat_map(|it| SHARES.map(|share| quantile_of(it.name, share)));
         let of_periods = STATISTICS.iter().flat_map(|it| PERIODS.map(|years| value_of(it.name, years)));
         let frequencies = counted(line).map(|(what, _)| frequency_of(what));
         let rated = of_periods.chain(frequencies).filter(move |_| is_rated);
         let all = counted(line).map(|(what, _)| share_of(what)).chain(quantiles).chain(rated);
-        all.map(|what| format!("{}_{what}", line.name))
+        all.map(move |what| format!("{name}_{what}"))
     })
 }
 
 /// The measures of all lines; nothing is written.
 pub fn measures(base: &Base, all: All) -> io::Result<Vec<Measure>> {
-    let (passing, releases) = gather(base, all, &mut |_, _| Ok(()))?;
-    let lines = base.study.lines.iter().zip(&passing).filter(|_| releases.computed() > 0);
-    Ok(lines.flat_map(|(line, passing)| passing.measures(line, &releases).0).collect())
+    let views = views(&base.study);
+    let (passing, releases) = gather(base, &views, all, &mut |_, _| Ok(()))?;
+    let lines = views.iter().zip(&passing).filter(|_| releases.computed() > 0);
+    Ok(lines.flat_map(|(view, passing)| passing.measures(view, &releases).0).collect())
 }
 
 /// Write tables and curves of all lines; add their measures.
@@ -251,27 +301,41 @@ pub fn write(base: &Base, dir: &Path, all: All, study: &Reliability, found: &mut
         table.write_record(columns.names())?;
         tables.push(table);
     }
+    let views = views(&base.study);
     let (passing, releases) =
-        gather(base, all, &mut |line, row| Ok(tables[line].write_record(columns.row(row))?))?;
+        gather(base, &views, all, &mut |line, row| Ok(tables[line].write_record(columns.row(row))?))?;
     let computed = releases.computed();
     tables.iter_mut().try_for_each(|table| table.flush())?;
     if releases.rates.is_none() && base.study.rates().is_some() {
         let what = "frequencies absent: there is a release of which no member was computed";
         found.warnings.push(Diagnostic::warning(code::ABSENT_MEASURE, what));
     }
-    for (line, passing) in base.study.lines.iter().zip(passing) {
-        let name = &line.name;
+    let (mut before, mut rare) = (0, Vec::<(Vec<String>, String)>::new());
+    for (view, passing) in views.iter().zip(passing) {
+        let View { line, name, behind, .. } = view;
         let mut warn = |code, what: String| found.warnings.push(Diagnostic::warning(code, what));
         if computed == 0 {
             let what = format!("what passes the line `{name}` is not known: no member was computed");
             warn(code::ABSENT_MEASURE, what);
             continue;
         }
-        let (measures, absent) = passing.measures(line, &releases);
+        let (measures, absent) = passing.measures(view, &releases);
         found.measures.extend(measures);
-        if !absent.is_empty() {
-            let why = "rocks come less often, or it lies above the largest value that was found";
-            found.sentences.push(format!("absent at the line `{name}`: {}: {why}", absent.join(", ")));
+        match rare.iter_mut().find(|(known, _)| *known == absent) {
+            Some((_, names)) => names.push_str(&format!(", `{name}`")),
+            None => rare.push((absent, format!("`{name}`"))),
+        }
+        let count = passing.masses.len();
+        if *behind {
+            let (of, stopped) = (&line.name, before - count);
+            found.sentences.push(format!(
+                "line `{of}`: barriers on other lines stop {stopped} of the {before} rocks that come here before they do; {of}_... counts \
+                 all of them, {name}_... without those"
+            ));
+        }
+        before = count;
+        if count == 0 && *behind {
+            continue;
         }
         if passing.masses.is_empty() {
             let what = format!("quantiles at the line `{name}` absent: none of {computed} rocks passes it");
@@ -285,7 +349,7 @@ pub fn write(base: &Base, dir: &Path, all: All, study: &Reliability, found: &mut
             }
             continue;
         }
-        if let Some(design) = &line.design {
+        if let Some(design) = line.design.as_ref().filter(|_| !behind) {
             let [energy, _, height, speed, ..] = &passing.largest;
             let path = dir.join(format!("{name}_design.csv"));
             let rocks = Rocks { energy, height, speed, mass: &passing.masses };
@@ -294,6 +358,10 @@ pub fn write(base: &Base, dir: &Path, all: All, study: &Reliability, found: &mut
         exceedance(&dir.join(format!("{name}_exceedance.csv")), &passing, &releases)?;
         let svg = curves(name, &passing.largest, computed).map_err(io::Error::other)?;
         files::write(&dir.join(format!("{name}.svg")), svg.as_bytes())?;
+    }
+    for (absent, lines) in rare.into_iter().filter(|(absent, _)| !absent.is_empty()) {
+        let why = "rocks come less often, or it lies above the largest value that was found";
+        found.sentences.push(format!("absent at {lines}: {}: {why}", absent.join(", ")));
     }
     Ok(())
 }

@@ -23,6 +23,7 @@ use tiff::encoder::compression::DeflateLevel;
 use tiff::encoder::{Compression, TiffEncoder};
 use tiff::tags::Tag;
 use toolkit::files::{self, Stream};
+use toolkit::numbers;
 use toolkit::summary::RunStatus;
 
 /// The quantities of a visit, in its order: name of the file, and what the picture says.
@@ -280,6 +281,9 @@ fn rounded(value: f64) -> f64 {
     (value * 1e3).round() / 1e3
 }
 
+/// Significant digits of attributes.
+const DIGITS: usize = 6;
+
 fn properties(base: &Base, record: &Record) -> serde_json::Map<String, Value> {
     let it = &record.outcome;
     let mut all = serde_json::Map::new();
@@ -290,10 +294,12 @@ fn properties(base: &Base, record: &Record) -> serde_json::Map<String, Value> {
     put("release", json!(base.study.releases[base.release_of(record.number)].name));
     put("status", json!(it.status.word()));
     put("ending", json!(it.how.word()));
-    put("volume_m3", json!(it.volume));
-    put("mass_kg", json!(it.mass));
+    // All digits are in the table of members.
+    let short = |value: f64| json!(numbers::rounded(value, DIGITS));
+    put("volume_m3", short(it.volume));
+    put("mass_kg", short(it.mass));
     for (quantity, value) in QUANTITIES.iter().zip(it.values).filter(|(quantity, _)| quantity.mapped) {
-        put(&quantity.column(), json!(value));
+        put(&quantity.column(), short(value));
     }
     all
 }

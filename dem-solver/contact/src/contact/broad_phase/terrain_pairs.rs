@@ -246,9 +246,14 @@ impl TerrainPairs {
                     let seen = it.seen(&to_own, &now.position);
                     // The tree holds the spheres with their radii.
                     tree.near_face(&Slab::new(&seen), skin, deep, |sphere, k| {
+                        let (over, far) = (seen.over_plane(&sphere.centre), sphere.radius + skin);
+                        // The plane is no further away than the triangle.
+                        if over > far || over < -far.max(deep) {
+                            return;
+                        }
                         let distance = seen.closest(&sphere.centre).0.norm();
                         let gap = distance - sphere.radius;
-                        if gap <= skin || (distance <= deep && seen.over_plane(&sphere.centre) <= 0.0) {
+                        if gap <= skin || (distance <= deep && over <= 0.0) {
                             pairs.push(TerrainPair { sphere: k, triangle, face, gap, distance });
                         }
                     });

@@ -351,10 +351,11 @@ fn look(
     let pairs = around.pairs_of(own);
     let (mut nearest, mut triangle) = (Nearest::default(), pairs[0].triangle);
     // What was further than this when the pairs were searched cannot be the nearest by now.
-    let most = (own.distance + 2.0 * around.moved) * (1.0 + ROUNDING);
-    for pair in pairs.iter().filter(|pair| pair.distance <= most) {
-        if nearest.take(&around.faces[pair.face as usize], place) {
+    let mut most = (own.distance + 2.0 * around.moved) * (1.0 + ROUNDING);
+    for pair in pairs {
+        if pair.distance <= most && nearest.take(&around.faces[pair.face as usize], place) {
             triangle = pair.triangle;
+            most = most.min((nearest.square.sqrt() + around.moved) * (1.0 + ROUNDING));
         }
     }
     let distance = nearest.square.sqrt();

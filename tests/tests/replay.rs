@@ -1,0 +1,110 @@
+//! `rockfall run --record` and `rockfall replay`: one solver alone against what was recorded.
+
+use std::os::unix::fs::PermissionsExt;
+use std::path::PathBuf;
+use std::process::{Command, Output};
+use tests::{Bench, example, program};
+
+const SPHERE: &str = r#"
+end_time = 0.02
+gravity = [0.0, 0.0, -9.81]
+[[rock]]
+position = [0.0, 0.0, 0.105]
+velocity = [0.0, 0.0, -3.0]
+density = 2500.0
+shape = { type = "sphere", radius = 0.1 }
+[[contact]]
+law = "hertz_mindlin"
+young = 1e9
+poisson = 0.25
+restitution = 1.0
+[dem]
+time_step = 1e-5
+[coupling]
+scheme = "strong"
+time_window = 1e-5
+"#;
+
+/// A recording of a sphere on the example `oscillator`: 2 000 windows.
+fn recorded(bench: &Bench) -> PathBuf {
+    let scene =
+        bench.scene(&format!("{SPHERE}\n[processes]\nfem = \"{}\"\n", example("oscillator").display()));
+    let file = bench.path("crossed.recording");
+    bench.done(&scene, "out", &["--record", file.to_str().expect("text")]);
+    file
+}
+
+fn replay(file: &PathBuf, arguments: &[&str], command: &[PathBuf]) -> Output {
+    let mut replay = Command::new(program("rockfall"));
+    replay.arg("replay").arg(file).args(arguments).args(["--format", "json"]);
+    if !command.is_empty() {
+        replay.arg("--").args(command);
+    }
+    replay.output().expect("started")
+}
+
+fn report(output: &Output) -> serde_json::Value {
+    let text = String::from_utf8_lossy(&output.stdout);
+    serde_json::from_str(&text)
+        .unwrap_or_else(|e| panic!("{e}: {text}{}", String::from_utf8_lossy(&output.stderr)))
+}
+
+#[test]
+fn both_solvers_answer_a_recording_to_the_byte_and_another_one_is_found_at_its_first_difference() {
+    let bench = Bench::new();
+    let file = recorded(&bench);
+    for (role, command) in [("dem", vec![]), ("fem", vec![example("oscillator")])] {
+        let output = replay(&file, &["--role", role], &command);
+        let report = report(&output);
+        assert_eq!(output.status.code(), Some(0), "{report}");
+        let exchanges = report["exchanges"].as_u64().expect("a count");
+        assert!(exchanges > 2000, "{report}");
+        assert_eq!(report["equal"].as_u64(), Some(exchanges), "{report}");
+    }
+
+    // A contact solver that is a tenth too stiff.
+    let wrong = bench.path("wrong.sh");
+    let text = format!(
+        "#!/bin/sh\nsed 's/^young = .*/young = 1.1e9/' \"$2\" > \"$2.other\"\nother=$2.other\nshift 2\nexec {} serve \"$other\" \"$@\"\n",
+        program("dem-solver").display()
+    );
+    std::fs::write(&wrong, text).expect("written");
+    std::fs::set_permissions(&wrong, std::fs::Permissions::from_mode(0o755)).expect("set");
+    let output = replay(&file, &["--role", "dem", "--tolerance", "1e-6"], &[wrong]);
+    let report = report(&output);
+    assert_eq!(output.status.code(), Some(1), "{report}");
+    // It falls 5 mm at 3 m/s before it touches, which takes 1.66 ms.
+    let time = report["first"]["time"].as_f64().expect("a time");
+    assert!((1.6e-3..1.7e-3).contains(&time), "{report}");
+    assert!(report["first"]["what"].as_str().expect("words").contains("force"), "{report}");
+}
+
+#[test]
+fn the_table_of_a_recording_has_a_row_for_each_exchange_and_the_impulse_of_the_run() {
+    let bench = Bench::new();
+    let file = recorded(&bench);
+    let table = bench.path("crossed.csv");
+    let output = replay(&file, &["--table", table.to_str().expect("text")], &[]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = std::fs::read_to_string(&table).expect("the table");
+    let mut rows = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let head = rows.next().expect("a head");
+    let at = |name: &str| head.iter().position(|h| *h == name).expect(name);
+    let (solver, force, length) = (at("solver"), at("force_z_N"), at("length_s"));
+    let (window, mut last) = (at("window"), std::collections::BTreeMap::new());
+    for row in rows.filter(|row| row[solver] == "dem") {
+        let number = |at: usize| row[at].parse::<f64>().expect("a number");
+        // Of several iterations the last one counts.
+        last.insert(row[window].to_owned(), number(force) * number(length));
+    }
+    let impulse: f64 = last.values().sum();
+    let mass = 2500.0 * 4.0 / 3.0 * std::f64::consts::PI * 1e-3;
+    // It bounces off within the run: more than its momentum, less than twice that and its weight.
+    assert!((1.0..2.1).contains(&(-impulse / (3.0 * mass))), "{impulse} N s of {} kg m/s", 3.0 * mass);
+    let cut = std::fs::read(&file).expect("the recording");
+    std::fs::write(&file, &cut[..cut.len() / 2]).expect("cut");
+    let output = replay(&file, &["--role", "fem"], &[example("oscillator")]);
+    assert_eq!(output.status.code(), Some(1), "a recording that was cut off has no end");
+    std::fs::write(&file, b"something else").expect("written");
+    assert_eq!(replay(&file, &["--role", "fem"], &[]).status.code(), Some(2));
+}
