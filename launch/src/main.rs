@@ -17,6 +17,7 @@
 //!   exit code
 //! - [`estimate`]: `rockfall check`: the same without starting, with steps and cost
 //! - [`status`]: `rockfall status`: how far a run, a study or a test for approval is, by its files; `rockfall verify`: whether they are what was written
+//! - [`conform`](mod@conform): `rockfall conform`: one program against the contract, with a partner of ours
 //! - [`sweep`]: many runs, each kept
 //! - [`trade`](mod@trade): `rockfall trade`: accuracy against cost, by many runs
 //! - [`approve`](mod@approve): `rockfall approve`: a kit under the launches of an approval test, each criterion judged
@@ -33,6 +34,7 @@ mod bridge;
 mod children;
 mod choice;
 mod cli;
+mod conform;
 mod estimate;
 mod ground;
 mod numbers;

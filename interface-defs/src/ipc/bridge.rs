@@ -12,7 +12,7 @@ use super::{interrupt, transport};
 use crate::diagnostic::Diagnostic;
 use crate::header::{AnswerHeader, RequestHeader, Status};
 use crate::message::{
-    DecodeError, Fault, FaultKind, FromSolver, Statistics, ToSolver, decode, encode, pack, unpack,
+    DecodeError, Fault, FaultKind, FromSolver, Statistics, ToSolver, broken_at, decode, encode, pack, unpack,
 };
 use crate::participant::{Failure, Participant, Request};
 use std::cell::RefCell;
@@ -66,8 +66,9 @@ fn unexpected(link: &Link, got: Kind, due: &str) -> Failure {
     link.failure(format!("the other side sent a frame of kind {} in the place of {due}", got as u8))
 }
 
-fn unreadable(link: &Link, e: &DecodeError) -> Failure {
-    link.failure(format!("the other side {e}"))
+fn unreadable(link: &Link, e: &DecodeError, bytes: &[u8]) -> Failure {
+    let place = broken_at(bytes).map_or(String::new(), |place| format!("; {place}"));
+    link.failure(format!("the other side {e}{place}"))
 }
 
 fn send(link: &mut Link, message: &impl serde::Serialize) -> Result<(), Failure> {
@@ -147,7 +148,7 @@ fn ask(
     send(link, message)?;
     loop {
         match link.receive(look)? {
-            (Kind::Message, bytes) => match decode(&bytes).map_err(|e| unreadable(link, &e))? {
+            (Kind::Message, bytes) => match decode(&bytes).map_err(|e| unreadable(link, &e, &bytes))? {
                 said @ FromSolver::Progress(_) => progress(said)?,
                 answer => return Ok(answer),
             },
@@ -323,7 +324,8 @@ fn follow(host: &Host, remote: &mut Remote, link: &RefCell<Link>) -> Result<(), 
         let received = link.borrow_mut().receive(&mut look)?;
         match received {
             (Kind::Message, bytes) => {
-                let message = decode(&bytes).map_err(|e| unreadable(&link.borrow(), &e))?;
+                let message =
+                    decode(&bytes).map_err(|e| link.borrow().failure(format!("the other side {e}")))?;
                 let answer = match answer(remote, &message, link) {
                     Err(Failure::Fault { fault, .. }) => FromSolver::Fault(fault),
                     other => other?,
