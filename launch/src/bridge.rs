@@ -23,8 +23,8 @@ use toolkit::program::seconds;
 /// Shortest token [bytes]: a shorter one can be guessed.
 const SHORTEST_TOKEN: usize = 16;
 
-/// What the solver is given to end by itself, after a failure and at the end of a run.
-const GRACE: [Duration; 2] = [Duration::from_secs(2), Duration::from_secs(10)];
+/// What the solver is given to end by itself when the run is over.
+const GRACE: Duration = Duration::from_secs(2);
 
 /// What the command line asks for.
 #[derive(Debug, Args)]
@@ -107,9 +107,10 @@ fn listen(at: &str, token: &[u8], request: &Arguments) -> Result<Exit, Stop> {
         return Err(refuse(what.into(), cure));
     }
     let listener = TcpListener::bind(&addresses[..]).map_err(|e| refuse(e.to_string(), form))?;
-    let scene = input_file::read(scene.as_ref(), files::TEXT)?;
-    let shortcuts = !request.words.iter().any(|word| word == "--no-shortcuts");
-    ipc::bridge::listen(&listener, token, &connection, shortcuts, scene).map_err(stop)?;
+    listener.set_nonblocking(true).map_err(|e| refuse(e.to_string(), form))?;
+    let scene = String::from_utf8_lossy(&input_file::read(scene.as_ref(), files::TEXT)?).into_owned();
+    let no_shortcuts = request.words.iter().any(|word| word == "--no-shortcuts");
+    ipc::bridge::listen(&listener, token, &connection, (scene, no_shortcuts)).map_err(stop)?;
     Ok(Exit::Done)
 }
 
@@ -119,16 +120,16 @@ fn connect(to: &str, token: &[u8], request: &Arguments) -> Result<Exit, Stop> {
     let (mut link, invitation) = ipc::bridge::connect(to, token, timeout).map_err(unstarted)?;
     let unwritten = |e| Stop::failed(code::NOT_WRITTEN, format!("a directory for the solver: {e}"));
     let dir = tempfile::tempdir().map_err(unwritten)?;
-    let scene = Scratch::new(dir.path(), "toml", &invitation.scene).map_err(unwritten)?;
+    let scene = Scratch::new(dir.path(), "toml", invitation.scene.as_bytes()).map_err(unwritten)?;
     let out = request.out.as_deref().map_or(Ok(dir.path().into()), std::path::absolute).map_err(unwritten)?;
     Dir::create(&out).map_err(unwritten)?;
     let run = RunId::new();
     let mut command = Command::new(&request.words[0]);
     command.args(&request.words[1..]).arg("serve").arg(scene.path());
     command.args(["--run", run.as_str(), "--as", &invitation.name]).arg("--out").arg(&out);
-    command.args(["--timeout", &invitation.timeout.as_secs_f64().to_string()]);
+    command.args(["--timeout", &invitation.timeout.to_string()]);
     command.args(["--supervisor", &std::process::id().to_string()]);
-    if !invitation.shortcuts {
+    if invitation.no_shortcuts {
         command.arg("--no-shortcuts");
     }
     let started = command.process_group(0).stdin(Stdio::null()).spawn();
@@ -149,7 +150,7 @@ fn connect(to: &str, token: &[u8], request: &Arguments) -> Result<Exit, Stop> {
             ))),
             _ => Ok(()),
         });
-    let until = Instant::now() + GRACE[usize::from(ended.is_ok())];
+    let until = Instant::now() + GRACE;
     while Instant::now() < until && matches!(solver.borrow_mut().0.try_wait(), Ok(None)) {
         std::thread::sleep(Duration::from_millis(10));
     }

@@ -2,7 +2,7 @@
 //! the solver's place beside the coupler, the other one the coupler's place beside the solver.
 
 use super::channel::FieldRequest;
-use super::link::{Kind, Link, Look};
+use super::link::{self, Link, Look};
 use super::memory::check_space;
 use super::remote::{Host, HostOptions, Remote};
 use super::run_id::RunId;
@@ -12,9 +12,10 @@ use super::{interrupt, transport};
 use crate::diagnostic::Diagnostic;
 use crate::header::{AnswerHeader, RequestHeader, Status};
 use crate::message::{
-    DecodeError, Fault, FaultKind, FromSolver, Statistics, ToSolver, broken_at, decode, encode, pack, unpack,
+    Fault, FaultKind, FromSolver, Statistics, ToSolver, broken_at, decode, encode, pack, unpack,
 };
 use crate::participant::{Failure, Participant, Request};
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use std::cell::RefCell;
 use std::net::TcpListener;
 use std::rc::Rc;
@@ -26,57 +27,30 @@ const HEADER: usize = 64;
 /// Of the coupler's patience that of the bridge: its reason comes first.
 const SHARE: f64 = 0.9;
 
-/// What a solver that is elsewhere is told beside its scene.
-#[derive(Debug, Clone, PartialEq)]
+/// What a solver that is elsewhere is told: its frame holds these fields as section 3 of `PROTOCOL.md` writes them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Invitation {
-    /// Longest time for an answer.
-    pub timeout: Duration,
+    /// Longest time for an answer [s].
+    pub timeout: f64,
     /// Its name in the run: `dem` or `fem`.
     pub name: String,
-    /// Whether it may use its savings.
-    pub shortcuts: bool,
+    /// Whether it must do without its savings.
+    pub no_shortcuts: bool,
     /// Text of the scene.
-    pub scene: Vec<u8>,
-}
-
-impl Invitation {
-    fn to_bytes(&self) -> Vec<u8> {
-        let mut bytes = self.timeout.as_secs_f64().to_le_bytes().to_vec();
-        bytes.extend_from_slice(self.name.as_bytes());
-        bytes.push((!self.shortcuts).into());
-        bytes.extend_from_slice(&self.scene);
-        bytes
-    }
-
-    fn of(bytes: &[u8]) -> Option<Self> {
-        let (seconds, rest) = bytes.split_first_chunk()?;
-        let (name, rest) = rest.split_first_chunk::<3>()?;
-        let (flags, scene) = rest.split_first()?;
-        Some(Self {
-            timeout: Duration::try_from_secs_f64(f64::from_le_bytes(*seconds)).ok()?,
-            name: [b"dem", b"fem"].contains(&name).then(|| String::from_utf8_lossy(name).into_owned())?,
-            shortcuts: flags & 1 == 0,
-            scene: scene.to_vec(),
-        })
-    }
+    pub scene: String,
 }
 
 /// What came in the place of something else.
-fn unexpected(link: &Link, got: Kind, due: &str) -> Failure {
-    link.failure(format!("the other side sent a frame of kind {} in the place of {due}", got as u8))
+fn unexpected(link: &Link, kind: u8, due: &str) -> Failure {
+    link.failure(format!("the other side sent a frame of kind {kind} in the place of {due}"))
 }
 
-fn unreadable(link: &Link, e: &DecodeError, bytes: &[u8]) -> Failure {
-    let place = broken_at(bytes).map_or(String::new(), |place| format!("; {place}"));
-    link.failure(format!("the other side {e}{place}"))
-}
-
-fn send(link: &mut Link, message: &impl serde::Serialize) -> Result<(), Failure> {
-    link.send(Kind::Message, &encode(message), &[])
+fn send(link: &mut Link, message: &impl Serialize) -> Result<(), Failure> {
+    link.send(link::MESSAGE, &encode(message), &[])
 }
 
 /// A header, and the bytes of the numbers behind it.
-fn split<H: serde::de::DeserializeOwned>(bytes: &[u8]) -> Option<(H, &[[u8; 8]])> {
+fn split<H: DeserializeOwned>(bytes: &[u8]) -> Option<(H, &[[u8; 8]])> {
     let (header, numbers) = bytes.split_at_checked(HEADER)?;
     let (numbers, rest) = numbers.as_chunks();
     rest.is_empty().then_some((unpack(header).ok()?, numbers))
@@ -95,17 +69,19 @@ pub fn listen(
     listener: &TcpListener,
     token: &[u8],
     connection: &Connection,
-    shortcuts: bool,
-    scene: Vec<u8>,
+    (scene, no_shortcuts): (String, bool),
 ) -> Result<(), Failure> {
-    let (timeout, name) = (connection.timeout.mul_f64(SHARE), connection.name.clone());
-    match invite(listener, token, connection, Invitation { timeout, name, shortcuts, scene }) {
-        Ok((mut link, hello)) => serve::join(connection, |session| session.stand_in(&mut link, &hello)),
-        Err(failure) => {
-            let _ = serve::refuse(&fault(&failure), connection);
-            Err(failure)
-        }
-    }
+    let timeout = SHARE * connection.timeout.as_secs_f64();
+    let invited = invite(
+        listener,
+        token,
+        connection,
+        Invitation { timeout, name: connection.name.clone(), no_shortcuts, scene },
+    );
+    let (mut link, hello) = invited.inspect_err(|failure| {
+        let _ = serve::refuse(&fault(failure), connection);
+    })?;
+    serve::join(connection, |session| session.stand_in(&mut link, &hello))
 }
 
 /// Wait for the other side, and for who its solver is.
@@ -115,27 +91,22 @@ fn invite(
     connection: &Connection,
     invitation: Invitation,
 ) -> Result<(Link, FromSolver), Failure> {
-    let timeout = invitation.timeout;
+    let timeout = Duration::from_secs_f64(invitation.timeout);
     let until = Instant::now() + timeout;
     let mut look = || match connection.supervisor {
-        _ if interrupt::requested() => Err(Failure::Interrupted),
         Some(pid) if is_orphan(pid) => Err(launcher_lost("while the bridge waited".into())),
-        _ => Ok(()),
+        _ => interrupted(),
     };
     let mut link = Link::accept(listener, token, timeout, &mut look)?;
-    let late = format!("its solver has not said who it is in {:.1} s", timeout.as_secs_f64());
-    let late = link.failure(late);
+    let late = link.failure(format!("its solver has not said who it is in {:.1} s", invitation.timeout));
     let mut look = || if Instant::now() > until { Err(late.clone()) } else { look() };
-    let asked = link.send(Kind::Scene, &invitation.to_bytes(), &[]);
-    let answer = asked.and_then(|()| ask(&mut link, &ToSolver::Connect, &mut look, &mut |_| Ok(())));
-    let answer = answer.and_then(|answer| match answer {
-        FromSolver::Fault(fault) => Err(Failure::Fault { solver: connection.name.clone(), fault }),
-        hello => Ok(hello),
-    });
-    if let Err(failure) = &answer {
-        link.end(&failure.to_string());
-    }
-    Ok((link, answer?))
+    let asked = link.send(link::SCENE, &pack(&invitation), &[]);
+    let answer = match asked.and_then(|()| ask(&mut link, &ToSolver::Connect, &mut look, &mut |_| Ok(()))) {
+        Ok(FromSolver::Fault(fault)) => Err(Failure::Fault { solver: connection.name.clone(), fault }),
+        other => other,
+    };
+    let answer = answer.inspect_err(|failure| link.end(&failure.to_string()))?;
+    Ok((link, answer))
 }
 
 /// The message with which the other side answers; progress that comes before goes to `progress`.
@@ -148,7 +119,10 @@ fn ask(
     send(link, message)?;
     loop {
         match link.receive(look)? {
-            (Kind::Message, bytes) => match decode(&bytes).map_err(|e| unreadable(link, &e, &bytes))? {
+            (link::MESSAGE, bytes) => match decode(&bytes).map_err(|e| {
+                let place = broken_at(&bytes).map_or(String::new(), |place| format!("; {place}"));
+                link.failure(format!("the other side {e}{place}"))
+            })? {
                 said @ FromSolver::Progress(_) => progress(said)?,
                 answer => return Ok(answer),
             },
@@ -263,9 +237,9 @@ impl Session<'_> {
 
 /// Pass on a window, and wait for its answer.
 fn exchange(link: &mut Link, request: &FieldRequest) -> Result<Vec<u8>, Failure> {
-    link.send(Kind::Request, &pack(request.user_header()), request.payload())?;
+    link.send(link::REQUEST, &pack(request.user_header()), request.payload())?;
     match link.receive(&mut || Ok(()))? {
-        (Kind::Answer, answer) => Ok(answer),
+        (link::ANSWER, answer) => Ok(answer),
         (kind, _) => Err(unexpected(link, kind, "the answer to a window")),
     }
 }
@@ -275,11 +249,12 @@ pub fn connect(to: &str, token: &[u8], timeout: Duration) -> Result<(Link, Invit
     let mut look = interrupted;
     let mut link = Link::connect(to, token, timeout, &mut look)?;
     match link.receive(&mut look)? {
-        (Kind::Scene, bytes) => {
-            let invitation =
-                Invitation::of(&bytes).ok_or_else(|| link.failure("its scene cannot be read"))?;
-            link.timeout = invitation.timeout;
-            Ok((link, invitation))
+        (link::SCENE, bytes) => {
+            let read = unpack::<Invitation>(&bytes).map_err(|e| link.failure(e.to_string()))?;
+            let timeout = Duration::try_from_secs_f64(read.timeout);
+            link.timeout =
+                timeout.map_err(|e| link.failure(format!("a timeout of {} s: {e}", read.timeout)))?;
+            Ok((link, read))
         }
         (kind, _) => Err(unexpected(&link, kind, "a scene")),
     }
@@ -323,7 +298,7 @@ fn follow(host: &Host, remote: &mut Remote, link: &RefCell<Link>) -> Result<(), 
     loop {
         let received = link.borrow_mut().receive(&mut look)?;
         match received {
-            (Kind::Message, bytes) => {
+            (link::MESSAGE, bytes) => {
                 let message =
                     decode(&bytes).map_err(|e| link.borrow().failure(format!("the other side {e}")))?;
                 let answer = match answer(remote, &message, link) {
@@ -336,7 +311,7 @@ fn follow(host: &Host, remote: &mut Remote, link: &RefCell<Link>) -> Result<(), 
                     return Ok(());
                 }
             }
-            (Kind::Request, bytes) if is_prepared => {
+            (link::REQUEST, bytes) if is_prepared => {
                 let Some((header, numbers)) = split::<RequestHeader>(&bytes) else {
                     return Err(link.borrow().failure("the other side sent a request that is none"));
                 };
@@ -347,7 +322,7 @@ fn follow(host: &Host, remote: &mut Remote, link: &RefCell<Link>) -> Result<(), 
                 let status = remote.receive()?;
                 let listed = remote.listed() as u32;
                 let answer = AnswerHeader { listed, ..AnswerHeader::echo(&header, status) };
-                link.borrow_mut().send(Kind::Answer, &pack(&answer), remote.answer())?;
+                link.borrow_mut().send(link::ANSWER, &pack(&answer), remote.answer())?;
             }
             (kind, _) => return Err(unexpected(&link.borrow(), kind, "a message or a request")),
         }
@@ -358,17 +333,10 @@ fn answer(remote: &mut Remote, message: &ToSolver, link: &RefCell<Link>) -> Resu
     match message {
         ToSolver::Connect => remote.hello().map(FromSolver::Hello),
         ToSolver::Prepare(plan) => {
-            let mut lost = None;
             let mut progress = |said| {
-                let sent = send(&mut link.borrow_mut(), &FromSolver::Progress(said));
-                sent.map_err(|failure| {
-                    let fault = fault(&failure);
-                    lost = Some(failure);
-                    fault
-                })
+                send(&mut link.borrow_mut(), &FromSolver::Progress(said)).map_err(|failure| fault(&failure))
             };
-            let ready = remote.prepare(plan, &mut progress);
-            lost.map_or(ready, Err).map(FromSolver::Ready)
+            remote.prepare(plan, &mut progress).map(FromSolver::Ready)
         }
         ToSolver::Explain => remote.explain().map(FromSolver::Fault),
         ToSolver::Finish { commit } => remote.finish(*commit).map(FromSolver::Statistics),
@@ -397,16 +365,5 @@ mod tests {
         assert!(
             split::<RequestHeader>(&bytes[..70]).is_none() && split::<RequestHeader>(&bytes[..63]).is_none()
         );
-    }
-
-    #[test]
-    fn an_invitation_is_read_back_and_one_that_is_cut_is_none() {
-        let scene = b"end_time = 1\n".to_vec();
-        let sent =
-            Invitation { timeout: Duration::from_millis(1800), name: "fem".into(), shortcuts: false, scene };
-        let bytes = sent.to_bytes();
-        assert_eq!(Invitation::of(&bytes), Some(sent));
-        assert_eq!(Invitation::of(&bytes[..11]), None);
-        assert_eq!(Invitation::of(&[&[255; 8][..], b"fem\0"].concat()), None);
     }
 }

@@ -18,42 +18,29 @@ const HEAD: usize = 5;
 /// What a connection is given to say who it is.
 const GREETING: Duration = Duration::from_secs(5);
 /// Between two signs of life.
-const BEAT: Duration = Duration::from_secs(1);
+const PULSE: Duration = Duration::from_secs(1);
 /// Who has given a sign of life once is lost after this time without any.
 const SILENCE: Duration = Duration::from_secs(10);
 /// How often a wait looks after everything else.
 const TICK: Duration = Duration::from_millis(100);
 /// Bytes that are read at once; also what may lie unread before it is asked for.
-const CHUNK: usize = 1 << 16;
+const CHUNK: usize = 1 << 14;
 
 /// Asked some ten times a second in a wait; its failure ends it.
 pub type Look<'a> = &'a mut dyn FnMut() -> Result<(), Failure>;
 
-/// What a frame holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Kind {
-    /// It is over before its time: the reason, text.
-    End = 0,
-    /// What the solver is to read.
-    Scene = 1,
-    /// A control message.
-    Message = 2,
-    /// A request for a window: header and numbers.
-    Request = 3,
-    /// Its answer, likewise.
-    Answer = 4,
-    /// A sign of life, empty.
-    Beat = 5,
-}
-
-impl Kind {
-    fn of(number: u8) -> Option<Self> {
-        [Self::End, Self::Scene, Self::Message, Self::Request, Self::Answer, Self::Beat]
-            .into_iter()
-            .find(|kind| *kind as u8 == number)
-    }
-}
+/// What a frame holds: it is over before its time, and why.
+pub const END: u8 = 0;
+/// What the solver is to read.
+pub const SCENE: u8 = 1;
+/// A control message.
+pub const MESSAGE: u8 = 2;
+/// A request for a window: header and numbers.
+pub const REQUEST: u8 = 3;
+/// Its answer, likewise.
+pub const ANSWER: u8 = 4;
+/// A sign of life, empty.
+const BEAT: u8 = 5;
 
 /// One connection.
 pub struct Link {
@@ -62,9 +49,7 @@ pub struct Link {
     name: String,
     /// Longest time that a frame is waited for.
     pub timeout: Duration,
-    chunk: Box<[u8]>,
     incoming: Vec<u8>,
-    outgoing: Vec<u8>,
     /// When the other side was last heard, or asked for something.
     heard: Instant,
     spoke: Instant,
@@ -84,23 +69,13 @@ fn u32_at(bytes: &[u8], at: usize) -> u32 {
 
 impl Link {
     fn over(stream: TcpStream, name: String, timeout: Duration) -> Result<Self, Failure> {
-        let now = Instant::now();
         let set = stream
             .set_nonblocking(false)
             .and_then(|()| stream.set_nodelay(true))
             .and_then(|()| stream.set_read_timeout(Some(TICK)))
             .and_then(|()| stream.set_write_timeout(Some(timeout)));
-        let link = Self {
-            stream,
-            name,
-            timeout,
-            chunk: vec![0; CHUNK].into(),
-            incoming: Vec::new(),
-            outgoing: Vec::new(),
-            heard: now,
-            spoke: now,
-            beats: false,
-        };
+        let (heard, spoke) = (Instant::now(), Instant::now());
+        let link = Self { stream, name, timeout, incoming: Vec::new(), heard, spoke, beats: false };
         set.map_err(|e| link.failure(e))?;
         Ok(link)
     }
@@ -112,32 +87,25 @@ impl Link {
         timeout: Duration,
         look: Look,
     ) -> Result<Self, Failure> {
-        let at = listener.local_addr().map_or_else(|e| e.to_string(), |at| at.to_string());
-        let broken = |e: io::Error| Failure::Transport(format!("the bridge at {at}: cannot listen: {e}"));
-        listener.set_nonblocking(true).map_err(broken)?;
+        let name = listener.local_addr().map_or_else(|e| e.to_string(), |at| at.to_string());
         let (started, mut refused) = (Instant::now(), String::new());
         loop {
-            match listener.accept() {
-                Ok((stream, from)) => {
-                    let link = Self::over(stream, format!("the bridge at {at}"), timeout);
-                    match link.and_then(|mut link| link.check(token, look).map(|()| link)) {
-                        Ok(link) => return Ok(link),
-                        Err(failure @ Failure::Transport(_)) => {
-                            tracing::warn!("refused a connection from {from}: {failure}");
-                            refused = format!("; {from} was refused: {failure}");
-                        }
-                        Err(other) => return Err(other),
+            if let Ok((stream, from)) = listener.accept() {
+                let link = Self::over(stream, format!("the bridge at {name}"), timeout);
+                match link.and_then(|mut link| link.check(token, look).map(|()| link)) {
+                    Err(failure @ Failure::Transport(_)) => {
+                        tracing::warn!("refused a connection from {from}: {failure}");
+                        refused = format!("; {from} was refused: {failure}");
                     }
+                    other => return other,
                 }
-                Err(e) if e.kind() == ErrorKind::WouldBlock => std::thread::sleep(TICK / 10),
-                // The connection was gone before it was taken.
-                Err(e) if e.kind() == ErrorKind::ConnectionAborted || e.kind() == ErrorKind::Interrupted => {}
-                Err(e) => return Err(broken(e)),
+            } else {
+                std::thread::sleep(TICK / 10);
             }
             look()?;
             if started.elapsed() > timeout {
                 return Err(Failure::Transport(format!(
-                    "the bridge at {at}: nobody has connected in {:.1} s{refused}; start `rockfall bridge --connect {at} -- \
+                    "the bridge at {name}: nobody has connected in {:.1} s{refused}; start `rockfall bridge --connect {name} -- \
                      COMMAND` on the other side, or raise processes.timeout",
                     timeout.as_secs_f64()
                 )));
@@ -175,22 +143,16 @@ impl Link {
     /// Connect to a bridge that listens, again and again until it does.
     pub fn connect(to: &str, token: &[u8], timeout: Duration, look: Look) -> Result<Self, Failure> {
         let (name, started) = (format!("the bridge to {to}"), Instant::now());
-        let unresolved = |e| Failure::Transport(format!("{name}: no such address: {e}"));
-        let addresses: Vec<_> = to.to_socket_addrs().map_err(unresolved)?.collect();
+        let broken = |e: &io::Error| {
+            Failure::Transport(format!("{name}: no connection: {e}; does the run wait there?"))
+        };
+        let addresses: Vec<_> = to.to_socket_addrs().map_err(|e| broken(&e))?.collect();
         let stream = loop {
             let tried = addresses.iter().map(|address| TcpStream::connect_timeout(address, GREETING));
-            match tried.reduce(Result::or) {
-                Some(Ok(stream)) => break stream,
-                Some(Err(e)) if started.elapsed() > timeout => {
-                    let seconds = timeout.as_secs_f64();
-                    let cure =
-                        "does the run wait there, in `rockfall bridge --listen`, and is the port open?";
-                    return Err(Failure::Transport(format!(
-                        "{name}: no connection in {seconds:.1} s: {e}; {cure}"
-                    )));
-                }
-                Some(Err(_)) => std::thread::sleep(TICK),
-                None => return Err(Failure::Transport(format!("{name}: no such address"))),
+            match tried.reduce(Result::or).unwrap_or_else(|| Err(ErrorKind::AddrNotAvailable.into())) {
+                Ok(stream) => break stream,
+                Err(e) if started.elapsed() > timeout => return Err(broken(&e)),
+                Err(_) => std::thread::sleep(TICK),
             }
             look()?;
         };
@@ -222,43 +184,48 @@ impl Link {
     }
 
     /// Send a frame: `head`, then numbers.
-    pub fn send(&mut self, kind: Kind, head: &[u8], numbers: &[f64]) -> Result<(), Failure> {
+    pub fn send(&mut self, kind: u8, head: &[u8], numbers: &[f64]) -> Result<(), Failure> {
         let length = head.len() + 8 * numbers.len();
         if length > LONGEST {
             return Err(
                 self.failure(format!("a frame of {length} bytes is to be sent; {LONGEST} are allowed"))
             );
         }
-        let mut frame = std::mem::take(&mut self.outgoing);
-        frame.clear();
+        let mut frame = Vec::with_capacity(HEAD + length);
         frame.extend_from_slice(&(length as u32).to_le_bytes());
-        frame.push(kind as u8);
+        frame.push(kind);
         frame.extend_from_slice(head);
         frame.extend(numbers.iter().flat_map(|number| number.to_le_bytes()));
-        let written = self.write(&frame);
-        self.outgoing = frame;
-        if kind != Kind::Beat {
-            self.heard = self.spoke;
+        if kind != BEAT {
+            self.heard = Instant::now();
         }
-        written
+        self.write(&frame)
     }
 
     /// Say why it is over. Who is gone does not hear it.
     pub fn end(&mut self, why: &str) {
-        let _ = self.send(Kind::End, why.as_bytes(), &[]);
+        let _ = self.send(END, why.as_bytes(), &[]);
     }
 
     /// Read what has come, waiting for it as long as the stream does; whether there was something.
     fn read(&mut self) -> Result<bool, Failure> {
-        match self.stream.read(&mut self.chunk) {
-            Ok(0) => Err(self
-                .failure("the other side has closed the connection; look at what was printed there, it may have been killed")),
+        let mut chunk = [0; CHUNK];
+        match self.stream.read(&mut chunk) {
+            Ok(0) => {
+                let what = "the other side has closed the connection; look at what was printed there, it may have been killed";
+                Err(self.failure(what))
+            }
             Ok(count) => {
-                self.incoming.extend_from_slice(&self.chunk[..count]);
+                self.incoming.extend_from_slice(&chunk[..count]);
                 self.heard = Instant::now();
                 Ok(true)
             }
-            Err(e) if [ErrorKind::WouldBlock, ErrorKind::TimedOut, ErrorKind::Interrupted].contains(&e.kind()) => {
+            Err(e)
+                if matches!(
+                    e.kind(),
+                    ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted
+                ) =>
+            {
                 Ok(false)
             }
             Err(e) => Err(self.failure(format!("the connection was lost: {e}"))),
@@ -274,42 +241,36 @@ impl Link {
                 return Err(self.failure("the other side has connected and does not say who it is"));
             }
         }
-        let rest = self.incoming.split_off(count);
-        Ok(std::mem::replace(&mut self.incoming, rest))
+        Ok(self.incoming.drain(..count).collect())
     }
 
     /// Kind and length of the next frame that is no sign of life, as far as it is known.
-    fn next(&mut self) -> Result<Option<(Kind, usize)>, Failure> {
+    fn next(&mut self) -> Result<Option<(u8, usize)>, Failure> {
         while self.incoming.len() >= HEAD {
-            let (length, number) = (u32_at(&self.incoming, 0) as usize, self.incoming[4]);
-            let Some(kind) = Kind::of(number) else {
-                return Err(self.failure(format!("a frame of kind {number} came, which has no meaning")));
-            };
-            if length > LONGEST || (kind == Kind::Beat && length > 0) {
-                let most = if kind == Kind::Beat { 0 } else { LONGEST };
+            let (length, kind) = (u32_at(&self.incoming, 0) as usize, self.incoming[4]);
+            let most = if kind == BEAT { 0 } else { LONGEST };
+            if kind > BEAT {
+                return Err(self.failure(format!("a frame of kind {kind} came, which has no meaning")));
+            } else if length > most {
                 let what =
-                    format!("a frame of {length} bytes was announced; {most} are allowed of kind {number}");
+                    format!("a frame of {length} bytes was announced; {most} are allowed of kind {kind}");
                 return Err(self.failure(what));
+            } else if kind == END && self.incoming.len() >= HEAD + length {
+                let why = String::from_utf8_lossy(&self.incoming[HEAD..HEAD + length]);
+                return Err(self.failure(format!("the other side has ended: {why}")));
+            } else if kind != BEAT {
+                return Ok(Some((kind, length)));
             }
-            match kind {
-                Kind::Beat => {
-                    self.beats = true;
-                    self.incoming.drain(..HEAD);
-                }
-                Kind::End if self.incoming.len() >= HEAD + length => {
-                    let why = String::from_utf8_lossy(&self.incoming[HEAD..HEAD + length]).into_owned();
-                    return Err(self.failure(format!("the other side has ended: {why}")));
-                }
-                _ => return Ok(Some((kind, length))),
-            }
+            self.beats = true;
+            self.incoming.drain(..HEAD);
         }
         Ok(None)
     }
 
     /// Give a sign of life, and miss those of the other side. `due`: it owes an answer.
     fn keep(&mut self, due: bool) -> Result<(), Failure> {
-        if self.spoke.elapsed() > BEAT {
-            self.send(Kind::Beat, &[], &[])?;
+        if self.spoke.elapsed() > PULSE {
+            self.send(BEAT, &[], &[])?;
         }
         let limit = if self.beats { SILENCE.min(self.timeout) } else { self.timeout };
         let quiet = self.heard.elapsed();
@@ -324,15 +285,14 @@ impl Link {
     }
 
     /// Wait for a frame. `look` is asked some ten times a second, and its failure ends the wait.
-    pub fn receive(&mut self, look: Look) -> Result<(Kind, Vec<u8>), Failure> {
+    pub fn receive(&mut self, look: Look) -> Result<(u8, Vec<u8>), Failure> {
         loop {
             if let Some((kind, length)) = self.next()?
                 && self.incoming.len() >= HEAD + length
             {
                 let rest = self.incoming.split_off(HEAD + length);
-                let mut frame = std::mem::replace(&mut self.incoming, rest);
-                frame.drain(..HEAD);
-                return Ok((kind, frame));
+                let frame = std::mem::replace(&mut self.incoming, rest);
+                return Ok((kind, frame[HEAD..].to_vec()));
             }
             self.read()?;
             look()?;
