@@ -16,6 +16,7 @@
 //! - [`children`]: start programs, watch them, end them ([`progress`]), logs of bounded length; [`stop`]: why a command ends, with its
 //!   exit code
 //! - [`estimate`]: `rockfall check`: the same without starting, with steps and cost
+//! - [`export`](mod@export): `rockfall export`: the structure as a file of CalculiX, Kratos or Gmsh
 //! - [`status`]: `rockfall status`: how far a run, a study or a test for approval is, by its files; `rockfall verify`: whether they are what was written
 //! - [`sweep`]: many runs, each kept
 //! - [`trade`](mod@trade): `rockfall trade`: accuracy against cost, by many runs
@@ -32,6 +33,7 @@ mod children;
 mod choice;
 mod cli;
 mod estimate;
+mod export;
 mod ground;
 mod numbers;
 mod plan;
