@@ -101,7 +101,7 @@ impl Base {
         let mut base = Self { mesh, lines, cells, held, framed: true };
         if counts_nodes(table).is_none() {
             base.leave_out(table);
-            if table.mesh.is_some() {
+            if table.mesh.is_some() && table.renumber != Some(false) {
                 base.bring_neighbours_together();
             }
         }

@@ -4,12 +4,13 @@ use super::section::Section;
 use crate::config::Config;
 use crate::config::structure::{StructureConfig, Where};
 use crate::element::PartConfig;
+use crate::element::part::PartHead;
 use crate::integrator::start::Start;
 use crate::model::Model;
 use crate::model::base::Base;
 use crate::model::generator::Generated;
 use crate::read::Key;
-use crate::read::mesh::{Kind, Mesh};
+use crate::read::mesh::{ElementGroup, Kind, Mesh};
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::Vector3;
 use std::collections::HashMap;
@@ -64,8 +65,6 @@ pub struct Deck {
     pub element_sets: Vec<Set>,
     /// Supports.
     pub supports: Vec<Support>,
-    /// Constant loads: a set of nodes, force and moment on each [N, N m].
-    pub loads: Vec<(String, [f64; 6])>,
     /// Gravity [m/s2]; none where the structure has no weight.
     pub gravity: Option<Vector3<f64>>,
     /// What of the scene no format here can hold.
@@ -92,7 +91,8 @@ impl Deck {
     pub fn of(scene: &Scene, at_rest: bool) -> Result<(Self, Vec<Diagnostic>), Diagnostic> {
         let config = Config::of(scene)?;
         let model = Model::build(scene, &config)?;
-        let (Generated { mesh, held, .. }, numbers) = Base::whole(scene, &config.structure)?;
+        let (Generated { mut mesh, held, .. }, numbers) = Base::whole(scene, &config.structure)?;
+        add_listed(&mut mesh, &config.structure);
         let place: HashMap<u64, usize> = mesh.numbers.iter().copied().zip(0..).collect();
         let mut nodes: Vec<_> = mesh.numbers.iter().copied().zip(mesh.nodes.iter().copied()).collect();
         let mut warnings = model.warnings.clone();
@@ -114,9 +114,28 @@ impl Deck {
         making.elements();
         making.sets()?;
         making.held(&held)?;
-        making.forces()?;
+        making.rest();
         Ok((making.deck, warnings))
     }
+}
+
+/// Cells of parts and cables that the scene lists, as elements of its mesh.
+fn add_listed(mesh: &mut Mesh, table: &StructureConfig) {
+    for PartHead { name, cells, kinds, .. } in table.parts.iter().map(|part| part.head()) {
+        let kind = |nodes: usize| match nodes {
+            3 if kinds.contains(&Kind::Tri3) && !kinds.contains(&Kind::Row) => Kind::Tri3,
+            4 if kinds.contains(&Kind::Quad4) && !kinds.contains(&Kind::Row) => Kind::Quad4,
+            _ => Kind::Row,
+        };
+        let elements: Vec<u32> = cells.iter().map(|cell| mesh.push(kind(cell.len()), cell)).collect();
+        if !elements.is_empty() {
+            mesh.element_groups.push(ElementGroup { name: name.into(), elements });
+        }
+    }
+    for cable in &table.cables {
+        mesh.push(Kind::Row, &cable.nodes);
+    }
+    mesh.name_nodes();
 }
 
 impl Making<'_> {
@@ -151,52 +170,8 @@ impl Making<'_> {
             (group.name.clone(), own.collect())
         });
         self.deck.element_sets = sets.collect();
-        for (i, part) in parts.iter().enumerate().filter(|(_, part)| !part.head().cells.is_empty()) {
-            let mut own = Vec::new();
-            for cell in part.head().cells {
-                let kinds = part.head().kinds;
-                let kind = match cell.len() {
-                    3 if kinds.contains(&Kind::Tri3) && !kinds.contains(&Kind::Row) => Kind::Tri3,
-                    4 if kinds.contains(&Kind::Quad4) && !kinds.contains(&Kind::Row) => Kind::Quad4,
-                    _ => Kind::Row,
-                };
-                let nodes: Vec<u64> = cell.iter().map(|n| self.numbers[*n]).collect();
-                own.extend(self.push(Some(i), kind, &nodes, None));
-            }
-            self.deck.element_sets.push((part.head().name.into(), own));
-        }
-        self.listed_cables();
         self.deck.element_sets.retain(|(_, own)| !own.is_empty());
         self.name_sections();
-    }
-
-    /// Cables that the scene lists one by one: a section and a set for all that are alike.
-    fn listed_cables(&mut self) {
-        let listed = self.table().cables.clone();
-        let before = self.deck.sections.len();
-        for (entry, cable) in listed.iter().zip(&self.model.cables) {
-            let nodes = entry.nodes.map(|n| self.numbers[n]);
-            let alike = |section: &Section| section.is_of(&cable.of);
-            let number = self.deck.elements.len() as u64 + 1;
-            let section = match self.deck.sections[before..].iter().position(alike) {
-                Some(section) => before + section,
-                None => {
-                    let name = match self.deck.sections.len() - before {
-                        0 => REST.into(),
-                        other => format!("{REST}_{other}"),
-                    };
-                    self.deck.sections.push(Section::cable(name, &cable.of));
-                    self.deck.sections.len() - 1
-                }
-            };
-            self.deck.elements.push(DeckElement { number, kind: Kind::Line2, nodes: nodes.into(), section });
-        }
-        let own_length = listed.iter().filter(|entry| entry.length.is_some()).count();
-        if own_length > 0 {
-            self.deck.lost.push(format!(
-                "`length` of {own_length} cables: they are unstretched at the distance of their nodes"
-            ));
-        }
     }
 
     /// Append an element, of a row a line for each two of its nodes; their numbers.
@@ -207,9 +182,9 @@ impl Making<'_> {
             None => {
                 let made = match part {
                     Some(part) => Section::of(&self.table().parts[part], self.model, part, face),
-                    None => self.table().cable.as_ref().map(|of| Section::cable(REST.into(), of)),
+                    None => self.model.cables.first().map(|cable| Section::cable(REST.into(), &cable.of)),
                 };
-                // Of an empty structure nothing is built; its build has failed before.
+                // A structure without any is refused where it is built.
                 self.deck.sections.extend(made);
                 let section = self.deck.sections.len() - 1;
                 self.sections.insert((part, face), section);
@@ -260,7 +235,7 @@ impl Making<'_> {
         let listed = |nodes: &[usize]| nodes.iter().map(|n| self.numbers[*n]).collect::<Vec<_>>();
         sets.extend(table.groups.iter().map(|group| (group.name.clone(), listed(&group.nodes))));
         for (name, i, place) in table.places() {
-            let named = place.nodes.is_some() || place.at.is_some() && matches!(name, "supports" | "loads");
+            let named = place.nodes.is_some() || place.at.is_some() && name == "supports";
             let set = format!("{name}_{i}");
             if named && sets.iter().all(|(known, _)| *known != set) {
                 sets.push((set, listed(&self.nodes(name, i, place)?)));
@@ -330,24 +305,20 @@ impl Making<'_> {
         Ok(())
     }
 
-    /// Weight and loads; and what else acts and is not written.
-    fn forces(&mut self) -> Result<(), Diagnostic> {
+    /// Weight; and what else there is and is not written.
+    fn rest(&mut self) {
         let table = &self.config.structure;
         self.deck.gravity =
             Some(Vector3::from(self.config.gravity)).filter(|g| table.dead_load && g.norm() > 0.0);
-        for (i, load) in table.loads.iter().enumerate() {
-            let set = load.group.clone().unwrap_or_else(|| format!("loads_{i}"));
-            if load.history.is_empty() {
-                let ([x, y, z], [a, b, c]) = (load.force, load.moment);
-                self.deck.loads.push((set, [x, y, z, a, b, c]));
-            } else {
-                self.deck.lost.push(format!("the load on `{set}`, which has a history"));
-            }
-        }
+        let first = self.model.cables.first().map(|cable| &cable.of);
+        let own = table.cables.iter().zip(&self.model.cables);
+        let own = own.filter(|(entry, cable)| entry.length.is_some() || Some(&cable.of) != first);
         let others = [
             ("springs to the ground", table.springs.len()),
             ("dashpots to the ground", table.dampers.len()),
             ("point masses", table.masses.len()),
+            ("loads", table.loads.len()),
+            ("what cables state themselves, but the first", own.count()),
             ("pressures", table.pressures.len()),
             ("velocities at the start", table.velocities.len()),
             ("contact with the ground", usize::from(table.ground.is_some())),
@@ -363,6 +334,5 @@ impl Making<'_> {
         if self.deck.at_rest {
             self.deck.lost.push("forces at rest: prestress is that of the structure as modelled".into());
         }
-        Ok(())
     }
 }

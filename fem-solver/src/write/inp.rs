@@ -1,4 +1,4 @@
-//! Input files of Abaqus and CalculiX: a step of statics under weight and constant loads, from the structure as modelled.
+//! Input files of Abaqus and CalculiX: a step of statics under weight, from the structure as modelled.
 //!
 //! Prestress is that of a rise of the temperature by 1, with an expansion of `-S/E`: both programs take it, for each material its
 //! own. A beam is the rectangle of equal `E A` and `E I`. CalculiX reads 20 characters of a number, so none has an exponent.
@@ -142,11 +142,5 @@ fn step(text: &mut String, deck: &Deck) {
             let _ = writeln!(text, "{name}, GRAV, {size}, {}, {}, {}", along.x, along.y, along.z);
         }
     }
-    let loads = deck.loads.iter().flat_map(|(set, load)| (1..).zip(load).map(move |(dof, f)| (set, dof, *f)));
-    let loads: Vec<_> = loads.filter(|(.., force)| *force != 0.0).collect();
-    if !loads.is_empty() {
-        *text += "*CLOAD\n";
-    }
-    lines(text, loads.iter().map(|(set, dof, force)| format!("{set}, {dof}, {force}")));
     *text += "*NODE FILE\nU\n*END STEP\n";
 }

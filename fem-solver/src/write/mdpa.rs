@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 
 /// The format.
-pub const WRITER: Writer = Writer { format: Format::Mdpa, name, lost, write };
+pub const WRITER: Writer = Writer { format: Format::Mdpa, name, lost: |_| Vec::new(), write };
 
 /// Poisson's ratio of beams [1]: only their torsion knows it, which is stated as `G J`.
 const POISSON: f64 = 0.3;
@@ -20,11 +20,6 @@ fn name(name: &str) -> Option<String> {
         && !name.contains("//")
         && !name.contains("/*");
     fits.then(|| name.to_owned())
-}
-
-fn lost(deck: &Deck) -> Vec<String> {
-    let loads = deck.loads.iter().map(|(set, _)| format!("the load on `{set}`"));
-    loads.collect()
 }
 
 fn write(deck: &Deck, head: &[String]) -> String {

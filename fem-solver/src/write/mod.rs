@@ -65,7 +65,7 @@ pub fn write(deck: &Deck, path: &Path) -> Result<(String, Vec<String>), Diagnost
     let mut head = vec![
         format!("structure of a rockfall scene, {state}; m, kg, s, N"),
         format!(
-            "rockfall reads it with mesh = \"FILE\" in [structure], in place of generator, place, nodes and cells; {}",
+            "rockfall reads it with mesh = \"FILE\" in [structure], in place of generator, place, nodes and cells, and renumber = false for the same numbers to the last bit; {}",
             supported(deck)
         ),
     ];

@@ -67,11 +67,6 @@ impl Section {
         Self { name, young, density, form: Form::Truss { area, prestress, tension_only }, lost: Vec::new() }
     }
 
-    /// Whether it is that of cables with these properties.
-    pub fn is_of(&self, of: &CableConfig) -> bool {
-        *self == Self::cable(self.name.clone(), of)
-    }
-
     /// Of the faces, or else the lines, of part number `number`; `None` where it has no element.
     pub fn of(part: &PartConfig, model: &Model, number: usize, face: bool) -> Option<Self> {
         let own = &model.parts[number];
@@ -79,15 +74,11 @@ impl Section {
         let Some(element) = own.elements.first().map(|element| &model.elements[*element]) else {
             let cable = &model.cables[*own.cables.first()?];
             return Some(if face {
-                stand_in(name, model, &[cable.nodes[0]; 3], 0.0, "a closed polygon of cables")
+                stand_in(name, "closed polygons of cables")
             } else {
                 Self::cable(name, &cable.of)
             });
         };
-        let mut masses = [vec![0.0; element.nodes().len()], vec![0.0; element.nodes().len()]];
-        let [mass, inertia] = &mut masses;
-        element.lump(mass, inertia);
-        let mass: f64 = mass.iter().sum();
         let mut lost: Vec<String> = Vec::new();
         let breaks = |rupture: &Rupture| (*rupture != Rupture::NEVER).then(|| "where it breaks".to_owned());
         let section = match (part, element) {
@@ -116,7 +107,8 @@ impl Section {
                     lost.push("that it yields".into());
                 }
                 let young = bar.section.map_or(bar.law.modulus * bar.length / area, |_| bar.law.modulus);
-                let (prestress, tension_only) = (bar.law.prestress, bar.law.tension_only);
+                let prestress = bar.law.prestress / bar.section.map_or(area, |_| 1.0);
+                let tension_only = bar.law.tension_only;
                 let form = Form::Truss { area, prestress, tension_only };
                 Self { name, young, density: bar.mass / volume, form, lost: Vec::new() }
             }
@@ -140,23 +132,17 @@ impl Section {
                 };
                 Self { name, young, density: beam.line_mass / beam.area, form, lost: Vec::new() }
             }
-            _ => stand_in(name, model, element.nodes(), mass, part.head().plural),
+            _ => stand_in(name, part.head().plural),
         };
         Some(Self { lost: [section.lost, lost].concat(), ..section })
     }
 }
 
-/// A thin and soft membrane with the mass of what cannot be written.
-fn stand_in(name: String, model: &Model, nodes: &[usize], mass: f64, plural: &str) -> Section {
-    let at = |i: usize| model.nodes[nodes[i]] - model.nodes[nodes[0]];
-    let area: f64 = (1..nodes.len() - 1).map(|i| 0.5 * at(i).cross(&at(i + 1)).norm()).sum();
+/// A thin and soft membrane without mass for what cannot be written.
+fn stand_in(name: String, plural: &str) -> Section {
     let lost = vec![format!(
-        "the law of its {plural}: a membrane of {} mm and {} MPa{} stands for each, for its shape alone",
-        1e3 * SHEET,
-        1e-6 * SOFT,
-        if mass > 0.0 { " with its mass" } else { "" }
+        "the law and the mass of its {plural}: a soft membrane of 1 mm stands for the shape of each"
     )];
     let form = Form::Sheet { thickness: SHEET, poisson: 0.0, bends: false };
-    let density = if area > 0.0 { mass / (area * SHEET) } else { 0.0 };
-    Section { name, young: SOFT, density, form, lost }
+    Section { name, young: SOFT, density: 0.0, form, lost }
 }
