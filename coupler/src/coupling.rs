@@ -3,6 +3,7 @@
 use crate::convergence::{Field, Measure, Residual, Tolerance, Trend};
 use crate::derived::{Crossed, Derived};
 use crate::energy::{Balance, Both};
+use crate::examination::Examination;
 use crate::guard;
 use crate::handshake::{Agreement, agree, refuse};
 use crate::interface::{Interface, KeptInterface};
@@ -37,7 +38,13 @@ pub struct Coupling<'a> {
     pub limits: Limits,
     /// The state from which the run goes on, if it does not begin.
     pub resume: Option<KeptRun>,
+    /// What was examined of the solvers, and when.
+    pub examination: Examination,
     gauges: Gauges,
+    /// Those of the windows that were accepted last; empty before the first.
+    committed: Gauges,
+    /// The window under way.
+    span: Option<Span>,
     /// What follows from what crosses.
     pub derived: Derived,
     /// The committed window that the observer does not know yet.
@@ -107,7 +114,10 @@ impl<'a> Coupling<'a> {
             has_balance: false,
             limits: Limits::default(),
             resume: None,
+            examination: Examination::default(),
             gauges: Gauges::default(),
+            committed: Gauges::default(),
+            span: None,
             derived: Derived::default(),
             unreported: None,
         }
@@ -127,8 +137,14 @@ impl<'a> Coupling<'a> {
         let outcome = self.windows(&mut agreement, observer).map_err(|error| match error {
             // The signal has reached all: a solver at work on a window has given it up, or ended.
             CouplingError::Failed(_) if interrupt::requested() => Failure::Interrupted.into(),
-            error => error,
+            error => self.examined(error, &mut agreement),
         });
+        if outcome.is_ok() && self.examination.of.is_some() {
+            let (start, length) = (self.end_time, self.settings.time_window);
+            let gauges = self.committed_gauges(&agreement);
+            let (seats, span) = ((&mut self.dem, &mut self.fem), Span { number: 0, start, length, level: 0 });
+            self.examination.add_windows(seats, &mut agreement, span, [&gauges[0], &gauges[1]])?;
+        }
         // Whatever has come: what is committed is reported.
         let reported = self.report(observer);
         outcome.and(reported)
@@ -142,7 +158,13 @@ impl<'a> Coupling<'a> {
         let _span = interface_defs::profile!("loop");
         let mut schedule = match self.resume.take() {
             Some(kept) => self.go_on(&kept.coupling, agreement)?,
-            None => Schedule::new(self.settings.time_window, self.end_time, self.settings.shortest_window()),
+            None => {
+                let shortest = self.settings.shortest_window();
+                let schedule = Schedule::new(self.settings.time_window, self.end_time, shortest);
+                self.span = schedule.next();
+                self.examine(agreement)?;
+                schedule
+            }
         };
         while schedule.next().is_some() {
             let interrupted = interrupt::requested();
@@ -153,23 +175,32 @@ impl<'a> Coupling<'a> {
             kept?;
             self.lengthen(&mut schedule, agreement);
             let Some(span) = schedule.next() else { break };
+            self.span = Some(span);
+            if self.examination.is_due(span.end() >= self.end_time) {
+                self.examine(agreement)?;
+            }
             let may_halve = self.settings.on_no_convergence == OnNoConvergence::Halve && schedule.can_halve();
             match self.window(span, may_halve, agreement, observer)? {
                 Outcome::Accepted(accepted) => {
                     let structure = self.fem.participant.name();
                     agreement.motion.watch(structure, accepted.span, &agreement.interface.answered())?;
+                    let (contact, touches) = (self.dem.participant.name(), self.gauges.touches);
+                    agreement.bodies.watch(contact, accepted.span, &self.gauges.dem, touches)?;
+                    self.examination.accepted(touches);
                     self.book(accepted, &agreement.interface);
                     agreement.interface.commit();
                     if let Some(patch) = &mut agreement.patch {
                         patch.moved(self.gauges.travel, span.length);
                     }
                     schedule.accept();
+                    self.span = schedule.next().or(self.span);
                     // An energy error far beyond its bound ends the run at once.
                     if self.has_balance && self.balance.system.has_left(self.limits.fatal_energy_error()) {
                         let why = self.causes().diverged(span.end(), &self.limits);
                         return Err(CouplingError::Diverged(why.into()));
                     }
                     if self.settings.ends_at_rest && self.dem.rests && self.fem.rests {
+                        self.examine(agreement)?;
                         tracing::info!(
                             t = span.end(),
                             "ended: the rocks lie still, and so does the structure"
@@ -187,12 +218,50 @@ impl<'a> Coupling<'a> {
             }
         }
         agreement.motion.end(self.fem.participant.name())?;
+        agreement.bodies.end(self.dem.participant.name())?;
         guard::check_work(self.fem.participant.name(), &agreement.fem, &self.balance, true)?;
         // Who moves the net itself does other work on it than means over parts of a window do.
         if agreement.patch.is_none() {
             guard::check_work(self.dem.participant.name(), &agreement.dem, &self.balance, false)?;
         }
         Ok(())
+    }
+
+    /// Examine the solvers in their committed states, where the next window begins.
+    fn examine(&mut self, agreement: &mut Agreement) -> Result<(), Failure> {
+        let Some(span) = self.span else { return Ok(()) };
+        let length = self.settings.time_window.min(self.end_time - span.start);
+        let gauges = self.committed_gauges(agreement);
+        let (seats, span) = ((&mut self.dem, &mut self.fem), Span { length, ..span });
+        self.examination.examine(seats, agreement, span, [&gauges[0], &gauges[1]])
+    }
+
+    /// Gauges of both committed states.
+    fn committed_gauges(&self, agreement: &Agreement) -> [Vec<f64>; 2] {
+        let of = |gauges: &Vec<f64>, side: &Side| match gauges.is_empty() {
+            true => side.initial[side.layout.gauges()].to_vec(),
+            false => gauges.clone(),
+        };
+        [of(&self.committed.dem, &agreement.dem), of(&self.committed.fem, &agreement.fem)]
+    }
+
+    /// Before anything numerical is blamed the solvers are examined once more.
+    fn examined(&mut self, error: CouplingError, agreement: &mut Agreement) -> CouplingError {
+        let numerical = match &error {
+            CouplingError::NotConverged(_) | CouplingError::Diverged(_) => true,
+            CouplingError::Failed(failure) => matches!(failure, Failure::Fault { .. }) && !failure.is_input(),
+            CouplingError::Output(_) => false,
+        };
+        if !numerical || !self.is_idle() {
+            return error;
+        }
+        match self.examine(agreement) {
+            Err(Failure::Contract { solver, what, clause }) => {
+                let what = format!("{what}; without that it would be said that {error}");
+                Failure::Contract { solver, what, clause }.into()
+            }
+            _ => error,
+        }
     }
 
     /// While nothing is in reach, one window lasts as long as the contact solver says, up to the next row.
@@ -415,7 +484,7 @@ impl<'a> Coupling<'a> {
         // Files are written while the contact solver is at work.
         self.report(observer)?;
         match self.dem.receive(span, dem)? {
-            Answered::Done => {}
+            Answered::Done => self.dem.check_gauges(span, dem)?,
             Answered::Beyond => {
                 self.reselect(span, agreement)?;
                 return Ok(Answered::Beyond);
@@ -434,7 +503,7 @@ impl<'a> Coupling<'a> {
         gauges.touches = interface.touches(force);
         gauges.free_time = interface.free_time(force);
         match self.fem.receive(span, fem)? {
-            Answered::Done => {}
+            Answered::Done => self.fem.check_gauges(span, fem)?,
             failed @ Answered::Failed(_) => return Ok(failed),
             Answered::Beyond => return Err(no_selection(self.fem.participant.name())),
         }
@@ -463,6 +532,8 @@ impl<'a> Coupling<'a> {
         self.counts.unconverged += u64::from(!converged);
         self.counts.most_iterations = self.counts.most_iterations.max(iterations);
         self.counts.largest_residual = self.counts.largest_residual.max(residual.displacement);
+        self.committed.dem.clone_from(&self.gauges.dem);
+        self.committed.fem.clone_from(&self.gauges.fem);
         let energies = self.gauges.energies;
         self.balance.book((span.start, span.end()), energies, interface.work());
         if let Some(force) = interface.force() {
@@ -580,6 +651,7 @@ impl<'a> Coupling<'a> {
             derived: self.derived.clone(),
             interface: agreement.interface.kept(),
             motion: agreement.motion.clone(),
+            bodies: agreement.bodies.clone(),
             patch: agreement.patch.as_ref().map(Patch::kept),
             acceleration,
         };
@@ -591,7 +663,7 @@ impl<'a> Coupling<'a> {
     /// Go on from `kept`; both solvers have been prepared and stand where they stood then.
     fn go_on(&mut self, kept: &[u8], agreement: &mut Agreement) -> Result<Schedule, Failure> {
         let kept: KeptLoop = unpack(kept).map_err(of_checkpoint)?;
-        let Agreement { interface, dem, fem, patch, motion, .. } = agreement;
+        let Agreement { interface, dem, fem, patch, motion, bodies, .. } = agreement;
         if let (Some(patch), Some(of_patch)) = (patch, kept.patch) {
             patch.go_on(of_patch).map_err(|what| of_checkpoint(Fault::broken(what)))?;
             if !patch.is_open() {
@@ -602,8 +674,9 @@ impl<'a> Coupling<'a> {
             }
         }
         interface.go_on(kept.interface);
-        *motion = kept.motion;
+        (*motion, *bodies) = (kept.motion, kept.bodies);
         (self.counts, self.balance, self.gauges) = (kept.counts, kept.balance, kept.gauges);
+        self.committed = self.gauges.clone();
         self.derived = kept.derived;
         if let Some(memory) = self.settings.acceleration.memory() {
             *memory = unpack(&kept.acceleration).map_err(of_checkpoint)?;
@@ -622,6 +695,7 @@ struct KeptLoop {
     derived: Derived,
     interface: KeptInterface,
     motion: guard::Motion,
+    bodies: guard::Bodies,
     patch: Option<KeptPatch>,
     /// What the acceleration takes along.
     acceleration: Vec<u8>,

@@ -125,14 +125,15 @@ impl Balance {
     }
 
     /// Work booked on the structure, or that the contact solver's mesh gave; that which this solver says it received; and the
-    /// largest work of the run [J]. `None` where no work was booked.
+    /// largest of all in the run [J]. `None` where none was done.
     pub fn work_apart(&self, of_structure: bool) -> Option<(f64, f64, f64)> {
         let received = |now: Energies, start: Energies| now.received - start.received;
         let (booked, received) = match of_structure {
             true => (self.structure_work, received(self.now.fem, self.start.fem)),
             false => (-self.mesh_work, received(self.now.dem, self.start.dem)),
         };
-        (self.largest_work > 0.0).then_some((booked, received, self.largest_work))
+        let size = self.largest_work.max(received.abs());
+        (size > 0.0).then_some((booked, received, size))
     }
 
     /// Energy that came from nowhere by the committed time: in the contact solver's own steps, in the

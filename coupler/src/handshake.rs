@@ -10,8 +10,8 @@ use crate::rows::OWN_COLUMNS;
 use crate::settings::{CouplingSettings, Scheme};
 use crate::side::Side;
 use interface_defs::{
-    Code, Diagnostic, Failure, Fault, FaultKind, FieldSpec, Hello, OnProgress, Participant, Plan, Sampling,
-    capability, code, name,
+    Code, Diagnostic, Failure, Fault, FaultKind, FieldSpec, Hello, InterfaceMesh, OnProgress, Participant,
+    Plan, Sampling, capability, code, name,
 };
 use std::collections::HashMap;
 
@@ -19,8 +19,12 @@ use std::collections::HashMap;
 pub struct Agreement {
     /// The interface at t = 0.
     pub interface: Interface,
-    /// What is known of the structure's motion, to be checked.
+    /// What is known of the structure's motion, and of the contact solver's bodies, to be checked.
     pub motion: guard::Motion,
+    /// The bodies.
+    pub bodies: guard::Bodies,
+    /// Both meshes at t = 0.
+    pub meshes: [InterfaceMesh; 2],
     /// The contact solver.
     pub dem: Side,
     /// The structure's solver.
@@ -45,7 +49,7 @@ impl Agreement {
 }
 
 /// Agree with both solvers. The structure is prepared first: the contact solver works on its interface mesh. With `resume` both
-/// go on from states that they gave, and are not examined again.
+/// go on from states that they gave.
 pub fn agree(
     settings: &CouplingSettings,
     end_time: f64,
@@ -98,20 +102,19 @@ pub fn agree(
         warnings.extend(quality.warnings());
     }
 
+    let meshes = [dem_ready.mesh.clone(), structure_mesh.clone()];
     let dem_side = Side::new(dem.name(), dem_hello, &dem_plan, dem_ready);
     let fem_side = Side::new(fem.name(), fem_hello, &fem_plan, fem_ready);
     check_names(&dem_side, &fem_side)?;
-    if resume.is_none() {
-        guard::probe(fem, &fem_side, &structure_mesh, settings.time_window)?;
-    }
     let patch = (!fields.local.is_empty() && mapping.is_identity() && fields.common.is_empty())
-        .then(|| Patch::new(structure_mesh.clone(), settings.rings));
+        .then(|| Patch::new(structure_mesh, settings.rings));
     let last = |name| {
         let range = fem_side.layout.last(name, Sampling::AtEnds).expect("chosen for every structure");
         &fem_side.initial[range]
     };
     let (u, v) = (last(name::DISPLACEMENT), last(name::VELOCITY));
     let motion = guard::Motion::new(u, v, settings.time_window);
+    let bodies = guard::Bodies::new(&dem_side, settings.time_window);
     let sides = (&dem_side, &fem_side);
     let mut interface = Interface::new(mapping, sides, settings.samples as usize, (u, v));
     let unknown = fields.local.iter().chain(&fields.broken);
@@ -121,7 +124,7 @@ pub fn agree(
             refuse(of_key("measure", code::CONTRADICTION, format!("{}: {what}", dem_side.program)))
         })?;
     }
-    Ok(Agreement { interface, motion, dem: dem_side, fem: fem_side, patch, warnings })
+    Ok(Agreement { interface, motion, bodies, meshes, dem: dem_side, fem: fem_side, patch, warnings })
 }
 
 /// A column of the results belongs to one gauge of one program.

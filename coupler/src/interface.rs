@@ -415,6 +415,11 @@ impl Interface {
         }
     }
 
+    /// Committed displacement and velocity of the structure's nodes.
+    pub fn committed(&self) -> (&[f64], &[f64]) {
+        (&self.state.u, &self.state.v)
+    }
+
     /// The motion of the structure in the window at hand: committed, then as answered.
     pub fn answered(&self) -> Answered<'_> {
         let Motion { u, v } = &self.answer;

@@ -11,6 +11,7 @@
 //! - in a window: [`schedule`] (which window is next), [`interface`] (first iterate, motion and force on both
 //!   meshes), [`mapping`] (the matrix between them), [`patch`] (the nodes that cross), `seat` (asks one solver), [`convergence`] (residual and tolerances),
 //!   [`acceleration`] (residual to next iterate)
+//! - whether solvers keep the contract: [`guard`] (what is looked at), [`examination`] (when), [`conform`] (one program, clause by clause)
 //! - seen from outside: `observer`
 //! - after it: `derived` (results that no solver reports), [`energy`] (balance and work at the interface), [`records`] (result files) with `rows` (which windows
 //!   become rows), [`trust`] (what speaks against a run)
@@ -19,10 +20,12 @@
 //! A new acceleration or mapping is one file and two lines in the `mod.rs` of its folder.
 
 pub mod acceleration;
+pub mod conform;
 pub mod convergence;
 pub mod coupling;
 mod derived;
 pub mod energy;
+pub mod examination;
 pub mod guard;
 pub mod handshake;
 pub mod interface;

@@ -1,6 +1,8 @@
 //! The program `coupler`: run, check.
 
+use crate::conform::{Load, conform, text};
 use crate::coupling::{Coupling, CouplingError};
+use crate::guard::Outcome;
 use crate::records::{Clock, Records, describe, describe_cost};
 use crate::replay;
 use crate::schedule::Schedule;
@@ -54,6 +56,8 @@ enum Command {
         #[command(flatten)]
         answer: AnswerForm,
     },
+    /// Lead a run that examines one of its solvers: which clauses of the interface contract it keeps
+    Conform(ConformArguments),
     /// Ask one solver again what a recording says that it was asked, and compare its answers: the end of `rockfall replay`
     #[command(hide = true)]
     Replay(ReplayArguments),
@@ -96,6 +100,22 @@ struct ReplayArguments {
     answer: AnswerForm,
 }
 
+#[derive(clap::Args)]
+struct ConformArguments {
+    #[command(flatten)]
+    input: Input,
+    /// Solver that is examined
+    #[arg(long, value_parser = SOLVERS)]
+    role: String,
+    /// Press on the structure in the place of a contact solver
+    #[arg(long)]
+    alone: bool,
+    #[command(flatten)]
+    answer: AnswerForm,
+    #[command(flatten)]
+    membership: Membership,
+}
+
 /// The whole program.
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
@@ -106,6 +126,7 @@ pub fn main() -> ExitCode {
         log::init(cli.logging.log_format, hints, (profile, "coupler"))?;
         match &cli.command {
             Command::Run(arguments) => return run(arguments),
+            Command::Conform(arguments) => return examine(arguments),
             Command::Replay(arguments) => return replay(arguments),
             Command::Schema => show(&(crate::reference::share().to_json() + "\n")),
             Command::Check { input, answer } => check(&input.load()?)?.print(answer.format),
@@ -183,6 +204,53 @@ fn run(arguments: &RunArguments) -> Result<Exit, Diagnostic> {
         Err(CouplingError::Failed(failure)) if failure.is_input() => Exit::BadInput,
         _ => exit,
     })
+}
+
+/// Lead a run that examines a solver, and print what was found.
+fn examine(arguments: &ConformArguments) -> Result<Exit, Diagnostic> {
+    let scene = arguments.input.load()?;
+    let settings = CouplingSettings::of(&scene)?;
+    let processes = Processes::of(&scene)?;
+    interrupt::install();
+    let Membership { run, supervised } = &arguments.membership;
+    let options = HostOptions {
+        run: run.clone(),
+        timeout: Duration::from_secs_f64(processes.timeout),
+        wait: processes.wait,
+        supervisor: supervised.supervisor,
+    };
+    let names = if arguments.alone { &SOLVERS[1..] } else { &SOLVERS };
+    let failed = |failure: Failure| Diagnostic::from(&failure);
+    let (host, mut remotes) = Host::create(options, names).map_err(failed)?;
+    let end_time = scene.end_time()?;
+    let judged = match &mut remotes[..] {
+        [dem, fem] => conform(&arguments.role, (settings, end_time), (dem, fem)),
+        [fem] => conform(&arguments.role, (settings, end_time), (&mut Load::default(), fem)),
+        _ => unreachable!("as many as names"),
+    };
+    remotes.iter_mut().for_each(|remote| remote.abort("the examination is over"));
+    remotes.iter().for_each(Remote::wait_gone);
+    drop(remotes);
+    host.close();
+    let judged = match judged {
+        Ok(judged) => judged,
+        Err(error) => {
+            complain(&Diagnostic::from(&error));
+            let is_input = matches!(&error, CouplingError::Failed(failure) if failure.is_input());
+            return Ok(if is_input { Exit::BadInput } else { Exit::Failed });
+        }
+    };
+    let broken = judged.iter().any(|judged| judged.outcome == Outcome::Broken);
+    show(&match arguments.answer.format {
+        Format::Text => text(&judged),
+        Format::Json => {
+            format!(
+                "{}\n",
+                serde_json::json!({ "role": arguments.role, "conforms": !broken, "clauses": judged })
+            )
+        }
+    });
+    Ok(if broken { Exit::Failed } else { Exit::Done })
 }
 
 fn replay(arguments: &ReplayArguments) -> Result<Exit, Diagnostic> {

@@ -236,6 +236,9 @@ impl Replay<'_> {
 
     /// Compare the numbers `new` of a field with `old`; true if they are equal to the byte.
     fn compare(&mut self, exchange: &Exchange, name: &str, new: &[f64], old: &[f64]) -> bool {
+        if old.is_empty() {
+            return true;
+        }
         let known = self.report.fields.iter().position(|f| f.name == name);
         let at = known.unwrap_or_else(|| {
             self.report.fields.push(Compared { name: name.into(), ..Compared::default() });

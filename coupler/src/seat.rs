@@ -3,7 +3,7 @@
 use crate::schedule::Span;
 use crate::side::Side;
 use interface_defs::{
-    Command, Failure, FaultKind, Fill, Participant, Request, RequestHeader, Statistics, Status,
+    Command, Failure, FaultKind, Fill, Participant, Request, RequestHeader, Statistics, Status, clause,
 };
 
 /// How a participant answered.
@@ -92,6 +92,31 @@ impl<'a> Seat<'a> {
         self.participant.send(Request { header, sends: ask.sends, expects: ask.expects }, fill)
     }
 
+    /// Ask for a window of `length` [s] from the committed state that does not count: what it answers, or why it does not.
+    pub fn try_window(
+        &mut self,
+        (span, iteration): (Span, u32),
+        side: &Side,
+        fill: Fill,
+    ) -> Result<Result<Vec<f64>, String>, Failure> {
+        let rests = self.rests;
+        self.send((span, iteration), Ask::solve(side, 0), fill)?;
+        let answered = self.receive(span, side);
+        self.rests = rests;
+        match answered {
+            Ok(Answered::Done) => {
+                self.check_gauges(span, side)?;
+                Ok(Ok(self.participant.answer().to_vec()))
+            }
+            Ok(Answered::Failed(why)) => Ok(Err(why)),
+            Ok(Answered::Beyond) => Ok(Err("it must see nodes that are not selected".into())),
+            Err(Failure::Fault { fault, .. }) if fault.kind != FaultKind::Interrupted => {
+                Ok(Err(fault.to_string()))
+            }
+            Err(failure) => Err(failure),
+        }
+    }
+
     /// Wait for its answer, all numbers finite.
     pub fn receive(&mut self, span: Span, side: &Side) -> Result<Answered, Failure> {
         let status = self.participant.receive()?;
@@ -122,7 +147,14 @@ impl<'a> Seat<'a> {
             (None, None) => format!("number {index}"),
         };
         let what = format!("window {} at t = {} s: {what} is {}", span.number, span.start, payload[index]);
-        Err(Failure::contract(self.participant.name(), what))
+        Err(Failure::breach(self.participant.name(), clause::NUMBERS, what))
+    }
+
+    /// See that the gauges of its answer for a window are in their ranges.
+    pub fn check_gauges(&self, span: Span, side: &Side) -> Result<(), Failure> {
+        let Some(what) = side.out_of_range(self.participant.answer()) else { return Ok(()) };
+        let what = format!("window {} at t = {} s: {what}", span.number, span.start);
+        Err(Failure::breach(self.participant.name(), clause::NUMBERS, what))
     }
 }
 

@@ -41,6 +41,20 @@ impl Side {
         self.layout.resize(items);
     }
 
+    /// The first gauge of an answer whose value is not between its smallest and its largest, with the three; means may be.
+    pub fn out_of_range(&self, answer: &[f64]) -> Option<String> {
+        let numbers = answer[self.layout.gauges()].as_chunks::<3>().0;
+        let outside = |(gauge, [value, smallest, largest]): &(&Gauge, &[f64; 3])| {
+            let rounding = 1e-9 * smallest.abs().max(largest.abs());
+            !gauge.is_mean() && (*value < smallest - rounding || *value > largest + rounding)
+        };
+        let (gauge, [value, smallest, largest]) = self.gauges.iter().zip(numbers).find(outside)?;
+        let Gauge { name, unit, .. } = gauge;
+        Some(format!(
+            "gauge \"{name}\" is {value} {unit} at the window's end, and between {smallest} and {largest} {unit} in it"
+        ))
+    }
+
     /// Names of the columns of its gauges.
     pub fn columns(&self) -> impl Iterator<Item = String> {
         self.gauges.iter().map(gauge_column)

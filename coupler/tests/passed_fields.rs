@@ -1,6 +1,5 @@
 //! Fields that the coupler does not know: what both solvers name alike is passed on, at the right time.
 
-#[expect(dead_code, reason = "other tests use the rest")]
 mod common;
 
 use common::{Load, Node, Sphere};

@@ -40,7 +40,7 @@ fn hello(lie: &str) -> Hello {
 }
 
 fn ready(lie: &str) -> Ready {
-    let mesh = InterfaceMesh { coordinates: vec![0.0; 3], masses: vec![1.0], ..Default::default() };
+    let mesh = InterfaceMesh { coordinates: vec![0.0; 3], masses: vec![f64::INFINITY], ..Default::default() };
     let more_meshes = if lie == "two-meshes" { vec![mesh.clone()] } else { vec![] };
     let gauges = vec![Gauge::new("truth", "1")];
     Ready { mesh, gauges, initial: vec![0.0; 9], more_meshes, ..Ready::default() }

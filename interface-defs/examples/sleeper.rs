@@ -41,7 +41,8 @@ impl Solver for Sleeper {
                 ..Default::default()
             })?;
         }
-        let mesh = InterfaceMesh { coordinates: vec![0.0; 3], masses: vec![1.0], ..Default::default() };
+        let mesh =
+            InterfaceMesh { coordinates: vec![0.0; 3], masses: vec![f64::INFINITY], ..Default::default() };
         Ok(Ready { mesh, initial: vec![0.0; 6], ..Default::default() })
     }
     fn solve(&mut self, window: &Window, _: &[f64], output: &mut [f64]) -> Result<(), Fault> {

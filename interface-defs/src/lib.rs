@@ -16,7 +16,7 @@
 //! - [`mesh`]: the interface mesh, on which a contact solver works
 //! - [`selection`]: the nodes that are sent, where not all of them are
 //! - [`solver`]: the trait of a solver
-//! - [`participant`]: the trait at the coupler's side
+//! - [`participant`]: the trait at the coupler's side, [`clause`]: what it may say is broken
 //! - [`exchange`]: what a request asks of a solver, the same for every transport
 //! - [`ipc`]: the same over iceoryx2, in processes of their own
 //!
@@ -34,6 +34,7 @@ macro_rules! profile {
     };
 }
 
+pub mod clause;
 pub mod diagnostic;
 pub mod exchange;
 pub mod field;

@@ -503,6 +503,44 @@ pub fn decode<M: DeserializeOwned>(bytes: &[u8]) -> Result<M, DecodeError> {
     }
 }
 
+/// Of a message of a solver that cannot be read: which one it is, in which of its fields, and from which byte on.
+pub fn broken_at(bytes: &[u8]) -> Option<String> {
+    let variant = u32::from_le_bytes(bytes.get(1..5)?.try_into().ok()?);
+    let (mut at, all) = (5, bytes.len());
+    macro_rules! walk {
+        ($message:ident { $($field:ident: $kind:ty),+ }) => {{
+            // A field that is forgotten here does not compile.
+            let _ = |$message { $($field),+ }: $message| { $(let _: $kind = $field;)+ };
+            $(match length_of::<$kind>(&bytes[at..]) {
+                Some(length) => at += length,
+                None => {
+                    let (message, field) = (stringify!($message), stringify!($field));
+                    return Some(format!("it is a {message}, whose field \"{field}\" does not fit from byte {at} of {all} on"));
+                }
+            })+
+            stringify!($message)
+        }};
+    }
+    let message = match variant {
+        0 => walk!(Hello {
+            program: String, capabilities: Vec<String>, scene: String, repeats: Option<f64>, takes: Vec<FieldSpec>,
+            gives: Vec<FieldSpec>, largest_window: f64, options: NamedValues
+        }),
+        2 => walk!(Ready {
+            mesh: InterfaceMesh, gauges: Vec<Gauge>, initial: Vec<f64>, warnings: Vec<Diagnostic>, more_meshes: Vec<InterfaceMesh>,
+            options: NamedValues
+        }),
+        _ => return Some(format!("it is message {variant} in {all} bytes")),
+    };
+    Some(format!("it is a {message} that ends at byte {at} of {all}"))
+}
+
+/// Bytes of such a value at the beginning of `bytes`.
+fn length_of<T: DeserializeOwned>(bytes: &[u8]) -> Option<usize> {
+    let config = bincode::config::standard().with_fixed_int_encoding().with_limit::<MIDDLE>();
+    bincode::serde::decode_from_slice::<T, _>(bytes, config).ok().map(|(_, read)| read)
+}
+
 /// [`pack`] behind what `bytes` hold.
 pub fn append<T: Serialize>(value: &T, bytes: &mut Vec<u8>) {
     let config = bincode::config::standard().with_fixed_int_encoding();

@@ -2,7 +2,7 @@
 
 use crate::diagnostic::{Diagnostic, Place as Written, code};
 use crate::field::{FieldSpec, Place, Sampling};
-use crate::header::{AnswerHeader, RequestHeader};
+use crate::header::{AnswerHeader, RequestHeader, Status};
 use crate::ipc::channel::ControlHeader;
 use crate::mesh::{Group, InterfaceMesh};
 use crate::message::*;
@@ -45,9 +45,41 @@ impl Bytes {
     }
 }
 
-fn golden<M: Serialize + DeserializeOwned + PartialEq + std::fmt::Debug>(message: M, bytes: Bytes) {
-    assert_eq!(encode(&message), bytes.0, "{message:?}");
-    assert_eq!(decode::<M>(&bytes.0).unwrap(), message);
+/// Golden bytes as a file, for implementers in other languages.
+struct Golden {
+    file: &'static str,
+    lines: Vec<String>,
+}
+
+impl Golden {
+    fn new(file: &'static str) -> Self {
+        Self { file, lines: Vec::new() }
+    }
+
+    fn message<M>(&mut self, message: M, bytes: Bytes)
+    where
+        M: Serialize + DeserializeOwned + PartialEq + std::fmt::Debug,
+    {
+        assert_eq!(encode(&message), bytes.0, "{message:?}");
+        assert_eq!(decode::<M>(&bytes.0).unwrap(), message);
+        self.line(&serde_json::to_string(&message).unwrap(), &bytes.0);
+    }
+
+    fn line(&mut self, value: &str, bytes: &[u8]) {
+        let hex: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+        self.lines.push(format!("{{\"value\": {value}, \"bytes\": \"{hex}\"}}"));
+    }
+
+    /// The file is what it must be. With ROCKFALL_BLESS set it is written.
+    fn finish(self) {
+        let text = format!("[\n{}\n]\n", self.lines.join(",\n"));
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("bindings/golden").join(self.file);
+        if std::env::var_os("ROCKFALL_BLESS").is_some() {
+            std::fs::write(&path, &text).unwrap();
+        }
+        let kept = std::fs::read_to_string(&path).unwrap_or_default();
+        assert!(kept == text, "{}: run this test with ROCKFALL_BLESS=1", path.display());
+    }
 }
 
 fn force() -> FieldSpec {
@@ -145,7 +177,8 @@ fn verdict_bytes(bytes: Bytes) -> Bytes {
 
 #[test]
 fn messages_to_a_solver_are_these_bytes() {
-    golden(ToSolver::Connect, Bytes::message(0));
+    let mut golden = Golden::new("to_solver.json");
+    golden.message(ToSolver::Connect, Bytes::message(0));
     assert_eq!(encode(&ToSolver::Connect), [3, 0, 0, 0, 0]);
     let plan = Plan {
         end_time: 1.5,
@@ -157,16 +190,18 @@ fn messages_to_a_solver_are_these_bytes() {
         options: option(),
     };
     let bytes = force_bytes(Bytes::message(1).f64(1.5).f64(1e-3).u64(1)).u64(0).byte(1);
-    golden(ToSolver::Prepare(plan), option_bytes(mesh_bytes(mesh_bytes(bytes).u64(1))));
-    golden(ToSolver::Explain, Bytes::message(2));
-    golden(ToSolver::Finish { commit: true }, Bytes::message(3).byte(1));
-    golden(ToSolver::Abort { reason: "fem was lost".into() }, Bytes::message(4).text("fem was lost"));
-    golden(ToSolver::Save { commit: true }, Bytes::message(5).byte(1));
-    golden(ToSolver::Resume { state: vec![7, 9] }, Bytes::message(6).u64(2).byte(7).byte(9));
+    golden.message(ToSolver::Prepare(plan), option_bytes(mesh_bytes(mesh_bytes(bytes).u64(1))));
+    golden.message(ToSolver::Explain, Bytes::message(2));
+    golden.message(ToSolver::Finish { commit: true }, Bytes::message(3).byte(1));
+    golden.message(ToSolver::Abort { reason: "fem was lost".into() }, Bytes::message(4).text("fem was lost"));
+    golden.message(ToSolver::Save { commit: true }, Bytes::message(5).byte(1));
+    golden.message(ToSolver::Resume { state: vec![7, 9] }, Bytes::message(6).u64(2).byte(7).byte(9));
+    golden.finish();
 }
 
 #[test]
 fn messages_from_a_solver_are_these_bytes() {
+    let mut golden = Golden::new("from_solver.json");
     let hello = Hello {
         program: "p 1".into(),
         capabilities: vec!["selects".into()],
@@ -178,11 +213,14 @@ fn messages_from_a_solver_are_these_bytes() {
         options: option(),
     };
     let bytes = Bytes::message(0).text("p 1").u64(1).text("selects").text("fnv1a64:0").byte(1).f64(1e-13);
-    golden(FromSolver::Hello(hello), option_bytes(force_bytes(bytes.u64(0).u64(1)).f64(0.25)));
+    golden.message(FromSolver::Hello(hello), option_bytes(force_bytes(bytes.u64(0).u64(1)).f64(0.25)));
     let bytes = Bytes::message(0).u64(0).u64(0).u64(0).byte(0).u64(0).u64(0).f64(f64::INFINITY).u64(0);
-    golden(FromSolver::Hello(Hello::default()), bytes);
+    golden.message(FromSolver::Hello(Hello::default()), bytes);
     let progress = Progress { what: "form finding".into(), done: 0.5, options: option() };
-    golden(FromSolver::Progress(progress), option_bytes(Bytes::message(1).text("form finding").f64(0.5)));
+    golden.message(
+        FromSolver::Progress(progress),
+        option_bytes(Bytes::message(1).text("form finding").f64(0.5)),
+    );
     let gauge = Gauge { name: "sag".into(), unit: "m".into(), role: Role::Stored, extremes: true };
     let ready = Ready {
         mesh: mesh(),
@@ -194,9 +232,9 @@ fn messages_from_a_solver_are_these_bytes() {
     };
     let bytes = mesh_bytes(Bytes::message(2)).u64(1).text("sag").text("m").u32(3).byte(1);
     let bytes = mesh_bytes(diagnostic_bytes(bytes.u64(1).f64(0.5).u64(1)).u64(1));
-    golden(FromSolver::Ready(ready), option_bytes(bytes));
+    golden.message(FromSolver::Ready(ready), option_bytes(bytes));
     let fault = Fault::new(FaultKind::Window, diagnostic());
-    golden(FromSolver::Fault(fault), diagnostic_bytes(Bytes::message(3).u32(1)).u64(0));
+    golden.message(FromSolver::Fault(fault), diagnostic_bytes(Bytes::message(3).u32(1)).u64(0));
     let measure = |time: Option<f64>| Measure::new("peak", 2.0, "N").at(time);
     let of_post = measure(None).of_member(Some("post 3".into())).ranked(60, Worse::Smaller);
     let statistics = Statistics {
@@ -217,9 +255,10 @@ fn messages_from_a_solver_are_these_bytes() {
     let bytes = verdict_bytes(bytes.u16(60).u32(1).text("").u64(1));
     let bytes = part_use_bytes(torn_bytes(bytes.byte(1).u64(1)).byte(1).u64(1));
     let bytes = bytes.u64(1).text("steps").u64(7).u64(0);
-    golden(FromSolver::Statistics(statistics), option_bytes(bytes.f64(1.0).f64(2.0).u64(3)));
-    golden(FromSolver::Saved { state: vec![7, 9] }, Bytes::message(5).u64(2).byte(7).byte(9));
-    golden(FromSolver::Resumed, Bytes::message(6));
+    golden.message(FromSolver::Statistics(statistics), option_bytes(bytes.f64(1.0).f64(2.0).u64(3)));
+    golden.message(FromSolver::Saved { state: vec![7, 9] }, Bytes::message(5).u64(2).byte(7).byte(9));
+    golden.message(FromSolver::Resumed, Bytes::message(6));
+    golden.finish();
 }
 
 #[test]
@@ -251,6 +290,45 @@ fn headers_have_the_layout_of_the_page() {
     assert_eq!((offset_of!(AnswerHeader, status), offset_of!(AnswerHeader, length)), (28, 40));
     assert_eq!((offset_of!(RequestHeader, selection), offset_of!(RequestHeader, listed)), (48, 52));
     assert_eq!((offset_of!(RequestHeader, nodes), offset_of!(AnswerHeader, listed)), (56, 52));
+}
+
+#[test]
+fn headers_are_these_bytes() {
+    /// The bytes of a header without padding.
+    fn of<T>(header: &T) -> &[u8] {
+        // SAFETY: plain data without padding, as the test above says of each.
+        unsafe { std::slice::from_raw_parts(std::ptr::from_ref(header).cast(), size_of::<T>()) }
+    }
+    let mut golden = Golden::new("headers.json");
+    let mut header = |name: &str, fields: &str, own: &[u8], bytes: Bytes| {
+        assert_eq!(own, bytes.0, "{name}");
+        golden.line(&format!("{{\"{name}\": {{{fields}}}}}"), own);
+    };
+    let control = ControlHeader { run: 7, part: 2, parts: 3, more: 1, reserved: 0 };
+    let bytes = Bytes::default().u64(7).u32(2).u32(3).u32(1).u32(0);
+    let fields = r#""run": 7, "part": 2, "parts": 3, "more": 1, "reserved": 0"#;
+    header("ControlHeader", fields, of(&control), bytes);
+    let request = RequestHeader {
+        run: 7,
+        sequence: 8,
+        window: 9,
+        iteration: 4,
+        command: 2,
+        start: 0.5,
+        length: 0.25,
+        selection: 1,
+        listed: 5,
+        nodes: 3,
+        reserved: 0,
+    };
+    let bytes = Bytes::default().u64(7).u64(8).u64(9).u32(4).u32(2).f64(0.5).f64(0.25);
+    let fields = r#""run": 7, "sequence": 8, "window": 9, "iteration": 4, "command": 2, "start": 0.5, "length": 0.25, "selection": 1, "listed": 5, "nodes": 3, "reserved": 0"#;
+    header("RequestHeader", fields, of(&request), bytes.u32(1).u32(5).u32(3).u32(0));
+    let answer = AnswerHeader { listed: 6, ..AnswerHeader::echo(&request, Status::Beyond) };
+    let bytes = Bytes::default().u64(7).u64(8).u64(9).u32(4).u32(3).f64(0.5).f64(0.25);
+    let fields = r#""run": 7, "sequence": 8, "window": 9, "iteration": 4, "status": 3, "start": 0.5, "length": 0.25, "selection": 1, "listed": 6, "reserved": [0, 0]"#;
+    header("AnswerHeader", fields, of(&answer), bytes.u32(1).u32(6).u32(0).u32(0));
+    golden.finish();
 }
 
 #[test]

@@ -50,6 +50,8 @@ pub enum Failure {
         solver: String,
         /// What, with the numbers of both sides.
         what: String,
+        /// Number of the clause of `PROTOCOL.md`, where it is about one.
+        clause: Option<&'static str>,
     },
     /// The user has interrupted the run.
     Interrupted,
@@ -62,7 +64,12 @@ pub enum Failure {
 impl Failure {
     /// `solver` breaks the contract: `what`, with the numbers of both sides.
     pub fn contract(solver: &str, what: impl Into<String>) -> Self {
-        Self::Contract { solver: solver.into(), what: what.into() }
+        Self::Contract { solver: solver.into(), what: what.into(), clause: None }
+    }
+
+    /// The same of a clause of `PROTOCOL.md`.
+    pub fn breach(solver: &str, clause: &'static str, what: impl Into<String>) -> Self {
+        Self::Contract { solver: solver.into(), what: what.into(), clause: Some(clause) }
     }
 
     /// True where the failure is the user's input: exit code 2.
@@ -108,9 +115,12 @@ impl fmt::Display for Failure {
             Self::Absent { who, waited, deadline } => write!(
                 f,
                 "no answer from {who} at the start of the run: waited {waited:.1} s of {deadline:.1} s, and it has not \
-                 joined; was it started, with the id of this run? if it needs longer, raise processes.timeout"
+                 joined; was it started, with the id of this run, and does it use iceoryx2 0.10? if it needs longer, raise processes.timeout"
             ),
-            Self::Contract { solver, what } => write!(f, "{solver} breaks the interface contract: {what}"),
+            Self::Contract { solver, what, clause } => {
+                write!(f, "{solver} breaks the interface contract: {what}")?;
+                clause.map_or(Ok(()), |clause| write!(f, " (PROTOCOL.md, clause {clause})"))
+            }
             Self::Interrupted => f.write_str("interrupted"),
             Self::Aborted(reason) => write!(f, "the coupler has ended the run: {reason}"),
             Self::Transport(what) => f.write_str(what),

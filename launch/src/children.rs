@@ -90,6 +90,8 @@ impl Job {
 pub struct Rules<'a> {
     /// Whether the end of one ends all.
     pub together: bool,
+    /// Whether one that has ended well leaves the others no more time than one that has failed: nobody has results to write.
+    pub hurry: bool,
     /// What the first of them, which leads, is given to end in order after a signal; `None`: all are killed.
     pub grace: Option<Duration>,
     /// They are ended after this time.
@@ -400,7 +402,8 @@ impl Watch<'_> {
         let (name, forced, errors) = (one.name.clone(), self.pressure > Pressure::Others, one.errors.read());
         self.outcome.ends.push(End { index, name, status, forced, stdout, stderr, errors });
         if self.rules.together {
-            self.within(if index > 0 && status.success() { GRACE_AFTER_SUCCESS } else { GRACE });
+            let patient = index > 0 && status.success() && !self.rules.hurry;
+            self.within(if patient { GRACE_AFTER_SUCCESS } else { GRACE });
         }
     }
 

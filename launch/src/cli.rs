@@ -2,7 +2,9 @@
 
 use crate::plan::own_program;
 use crate::stop::Stop;
-use crate::{approve, children, estimate, export, prepared, reference, replay, run, status, trade, worst};
+use crate::{
+    approve, children, conform, estimate, export, prepared, reference, replay, run, status, trade, worst,
+};
 use clap::{CommandFactory, Parser, Subcommand};
 use clap_mangen::Man;
 use interface_defs::diagnostic::{Diagnostic, code};
@@ -51,6 +53,15 @@ enum Command {
         #[command(flatten)]
         answer: AnswerForm,
     },
+    /// Examine a solver of your own: whether it keeps the interface contract, clause by clause of PROTOCOL.md
+    ///
+    /// rockfall conform --role fem -- ./my-solver --option 3
+    ///
+    /// It is started with a partner of this project and asked for windows: again, shorter, longer, under forces, on a mesh that is moved. Of each
+    /// clause it says kept, broken with the numbers of both sides, or not examined and why.
+    /// Exit codes: 0 no clause is broken; 1 one is, or it was lost or interrupted; 2 bad input.
+    #[command(verbatim_doc_comment)]
+    Conform(conform::Arguments),
     /// Measure what accuracy costs: run a scene over its knobs, print the cheapest settings for 10, 3, 1 and 0.1 %
     ///
     /// Runs are made one at a time, and kept: the same command goes on where it was left. The page `trade.md` of its directory
@@ -192,6 +203,7 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
             let checked = estimate::check(&input, resolved.as_deref(), answer.format);
             shown(checked.map(|text| (text, Exit::Done)), answer.format)
         }
+        Command::Conform(arguments) => conform::conform(&arguments),
         Command::Trade(arguments) => trade::trade(&arguments, json),
         Command::Approve(arguments) => approve::approve(&arguments, json),
         Command::Ensemble(arguments) if arguments.barrier.is_some() => worst::worst(&arguments, json),

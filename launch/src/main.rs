@@ -18,6 +18,7 @@
 //! - [`estimate`]: `rockfall check`: the same without starting, with steps and cost
 //! - [`export`](mod@export): `rockfall export`: the structure as a file of CalculiX, Kratos or Gmsh
 //! - [`status`]: `rockfall status`: how far a run, a study or a test for approval is, by its files; `rockfall verify`: whether they are what was written
+//! - [`conform`](mod@conform): `rockfall conform`: one program against the contract, with a partner of ours
 //! - [`sweep`]: many runs, each kept
 //! - [`trade`](mod@trade): `rockfall trade`: accuracy against cost, by many runs
 //! - [`approve`](mod@approve): `rockfall approve`: a kit under the launches of an approval test, each criterion judged
@@ -32,6 +33,7 @@ mod approve;
 mod children;
 mod choice;
 mod cli;
+mod conform;
 mod estimate;
 mod export;
 mod ground;

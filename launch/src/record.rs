@@ -54,7 +54,7 @@ pub fn resolved(scene: &Scene, plan: &Plan, reports: &[(Part, CheckReport)]) -> 
 }
 
 /// A command line that splits into `words` again.
-fn quoted(words: impl Iterator<Item = String>) -> String {
+pub fn quoted(words: impl Iterator<Item = String>) -> String {
     let plain = |w: &str| !w.is_empty() && !w.contains(|c: char| c.is_whitespace() || c == '"' || c == '\'');
     words
         .map(|w| match w.contains('\'') {

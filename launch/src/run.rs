@@ -421,7 +421,7 @@ fn lost(end: &End, log: &Path) -> Stop {
 }
 
 /// The last lines of a log.
-fn quote(log: &Path, name: &str) -> String {
+pub fn quote(log: &Path, name: &str) -> String {
     let path = children::log_file(log, name);
     let text = String::from_utf8_lossy(&files::read(&path, files::TEXT).unwrap_or_default()).into_owned();
     let lines: Vec<&str> = text.lines().collect();

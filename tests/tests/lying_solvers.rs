@@ -68,7 +68,11 @@ fn a_number_that_is_not_finite_is_named_with_field_node_and_window() {
 #[test]
 fn another_protocol_and_garbage_are_told_apart() {
     refused("protocol", 1, &["fem", "speaks protocol 0, this program speaks protocol 3"]);
-    refused("garbage", 1, &["fem", "cannot be read"]);
+    refused(
+        "garbage",
+        1,
+        &["fem", "cannot be read", "it is a Hello, whose field \"", "does not fit from byte"],
+    );
 }
 
 #[test]

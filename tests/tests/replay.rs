@@ -58,7 +58,7 @@ fn both_solvers_answer_a_recording_to_the_byte_and_another_one_is_found_at_its_f
         let report = report(&output);
         assert_eq!(output.status.code(), Some(0), "{report}");
         let exchanges = report["exchanges"].as_u64().expect("a count");
-        assert!(exchanges > 2000, "{report}");
+        assert!(exchanges >= 2000, "{report}");
         assert_eq!(report["equal"].as_u64(), Some(exchanges), "{report}");
     }
 

@@ -1,46 +1,49 @@
 //! Guards against a solver that does other things than it says: who, what with its numbers, and which clause of `PROTOCOL.md`.
 
+mod asked;
+mod bodies;
+mod contact;
 mod motion;
-mod probe;
+mod structure;
 
+pub(crate) use asked::Asked;
+pub use bodies::Bodies;
+pub(crate) use contact::{Contact, examine_contact, hold_still};
 pub use motion::{Answered, Motion};
-pub use probe::probe;
+pub(crate) use structure::{add_windows, examine_structure};
 
 use crate::energy::Balance;
 use crate::side::Side;
 use interface_defs::{Failure, FieldSpec, Layout, Ready, Sampling, name};
 
-/// Clauses of `PROTOCOL.md` by number.
-pub mod clause {
-    /// The scene that was read.
-    pub const SCENE: &str = "5.1";
-    /// The interface mesh.
-    pub const MESH: &str = "5.2";
-    /// Samples of a window.
-    pub const SAMPLES: &str = "5.3";
-    /// The answer at t = 0.
-    pub const INITIAL: &str = "5.4";
-    /// Every solve starts from the committed state.
-    pub const COMMITTED: &str = "5.5";
-    /// A commit is done.
-    pub const COMMIT: &str = "5.6";
-    /// The length of a window.
-    pub const LENGTH: &str = "5.7";
-    /// How well windows are repeated.
-    pub const REPEATS: &str = "5.8";
-    /// Velocity and displacement.
-    pub const VELOCITY: &str = "5.9";
-    /// Nodes of infinite mass.
-    pub const HELD: &str = "5.10";
-    /// Masses of nodes.
-    pub const MASSES: &str = "5.11";
-    /// Force that is taken, and its work.
-    pub const FORCE: &str = "5.12";
-}
+pub use interface_defs::clause;
 
 /// A solver breaks a clause.
-pub fn breach(solver: &str, clause: &str, what: impl AsRef<str>) -> Failure {
-    Failure::contract(solver, format!("{} (PROTOCOL.md, clause {clause})", what.as_ref()))
+pub fn breach(solver: &str, clause: &'static str, what: impl Into<String>) -> Failure {
+    Failure::breach(solver, clause, what)
+}
+
+/// What an examination says of one clause.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Outcome {
+    /// It could not be examined.
+    NotExamined,
+    /// It is kept.
+    Kept,
+    /// It is broken.
+    Broken,
+}
+
+/// What was found about one clause.
+#[derive(Debug, Clone)]
+pub struct Finding {
+    /// Its number.
+    pub clause: &'static str,
+    /// What was found.
+    pub outcome: Outcome,
+    /// The numbers, or why it could not be examined.
+    pub what: String,
 }
 
 /// The answer at t = 0 must be as long as the fields on its mesh and its gauges make it. The layout has room for several interface
@@ -117,11 +120,7 @@ mod tests {
     #[test]
     fn every_clause_that_is_named_is_in_the_page() {
         let page = include_str!("../../../interface-defs/PROTOCOL.md");
-        use clause::*;
-        let all = [
-            SCENE, MESH, SAMPLES, INITIAL, COMMITTED, COMMIT, LENGTH, REPEATS, VELOCITY, HELD, MASSES, FORCE,
-        ];
-        for number in all {
+        for (number, _) in clause::ALL {
             let heads = page.lines().filter(|line| line.starts_with(&format!("**{number} "))).count();
             assert_eq!(heads, 1, "clause {number}");
         }

@@ -30,6 +30,8 @@ struct Sums {
     integral: f64,
     product: f64,
     numbers: f64,
+    /// What the last bits of displacements amount to.
+    rounding: f64,
 }
 
 /// Largest defect over bend that is believed of a run, of root mean squares: a single swing has more where its period is that of
@@ -69,7 +71,11 @@ impl Sums {
             sums.iter_mut().zip(terms).for_each(|(sum, term)| sum[0] += term);
         }
         let [defect, bend, path, integral, product] = sums.map(|sum| sum.iter().sum::<f64>());
-        *self = self.plus(Self { defect, bend, path, integral, product, numbers: u0.len() as f64 });
+        let numbers = u0.len() as f64;
+        // Places of bodies are coordinates, which may be large.
+        let size = u0.iter().fold(0.0, |most: f64, u| most.max(u.abs()));
+        let rounding = numbers * (4.0 * f64::EPSILON * size).powi(2);
+        *self = self.plus(Self { defect, bend, path, integral, product, numbers, rounding });
     }
 
     fn of(h: f64, motion: &Answered) -> Self {
@@ -90,19 +96,21 @@ impl Sums {
             integral: self.integral + other.integral,
             product: self.product + other.product,
             numbers: self.numbers + other.numbers,
+            rounding: self.rounding + other.rounding,
         }
     }
 
     /// Whether distances and velocities can be those of one motion, with so many times its bend as defect.
     fn is_a_motion(&self, times: f64) -> bool {
-        let least = ROUNDING * ROUNDING * self.path.max(self.integral) + NOTHING * NOTHING * self.numbers;
+        let nothing = NOTHING * NOTHING * self.numbers + self.rounding;
+        let least = ROUNDING * ROUNDING * self.path.max(self.integral) + nothing;
         self.defect <= times * times * self.bend + least
     }
 
     fn numbers(&self) -> String {
         let [gone, integral, defect] = [self.path, self.integral, self.defect].map(f64::sqrt);
         format!(
-            "nodes go {gone:.3e} m, velocities make it {integral:.3e} m, and the two are {defect:.3e} m apart (roots of sums of \
+            "its motion goes {gone:.3e} m, velocities make it {integral:.3e} m, and the two are {defect:.3e} m apart (roots of sums of \
              squares)"
         )
     }
@@ -122,7 +130,7 @@ fn terms(h: f64, [u0, v0, u1, v1]: [f64; 4]) -> [f64; 5] {
     [defect * defect, bend * bend, gone * gone, integral * integral, gone * integral]
 }
 
-/// Watches the motion that a structure answers with.
+/// Watches the motion that a solver answers with: of the structure's nodes, or of the bodies of a contact solver.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Motion {
     initial: (Vec<f64>, Vec<f64>),
@@ -144,7 +152,7 @@ impl Motion {
         Self { initial: (u.to_vec(), v.to_vec()), window, ..Self::default() }
     }
 
-    /// The window `span` of the structure `solver` is to be accepted with this motion.
+    /// The window `span` of `solver` is to be accepted with this motion.
     pub fn watch(&mut self, solver: &str, span: Span, motion: &Answered) -> Result<(), Failure> {
         if self.passes_over(span) {
             self.seen += 1;

@@ -1,8 +1,15 @@
-//! Spring-mass solvers of a few lines: a node on a spring (the structure), a sphere behind a contact
-//! spring (the contact solver), both moving along x.
+//! Solvers for tests. Spring-mass solvers of a few lines: a node on a spring (the structure), a sphere behind a contact spring (the contact
+//! solver), both moving along x; in `honest` a net and a ball with all gauges.
+
+#![allow(dead_code, reason = "each test uses some of it")]
+
+pub mod honest;
 
 use interface_defs::solver::OnProgress;
 use interface_defs::*;
+
+/// Fingerprint of the scene.
+pub const SCENE: &str = "fnv1a64:1";
 
 /// How the node takes its load.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -7,7 +7,8 @@
 
 use super::channel::{ControlClient, ControlHeader, ControlRequest, ControlServer};
 use super::transport;
-use crate::message::{FromSolver, ToSolver, decode, encode};
+use crate::clause;
+use crate::message::{DecodeError, FromSolver, ToSolver, broken_at, decode, encode};
 use crate::participant::Failure;
 
 /// Longest frame [bytes].
@@ -63,7 +64,11 @@ impl Caller {
             header = next;
             bytes.extend_from_slice(&more_bytes);
         }
-        let message = decode(&bytes).map_err(|e| Failure::contract(&self.solver, e.to_string()))?;
+        let message = decode(&bytes).map_err(|e| {
+            let clause = if matches!(e, DecodeError::Protocol(_)) { clause::VERSION } else { clause::JOINS };
+            let place = broken_at(&bytes).map_or(String::new(), |place| format!("; {place}"));
+            Failure::breach(&self.solver, clause, format!("{e}{place}"))
+        })?;
         Ok((message, header.more == 1))
     }
 

@@ -10,6 +10,7 @@ use super::memory::check_space;
 use super::run_id::RunId;
 use super::wait::{self, Patience, Wait};
 use super::{interrupt, transport};
+use crate::clause;
 use crate::header::{RequestHeader, Status};
 use crate::message::{Fault, FromSolver, Hello, Plan, Ready, Statistics, ToSolver};
 use crate::participant::{Failure, Fill, Participant, Request, payload_lengths};
@@ -238,7 +239,7 @@ impl Remote {
     fn unexpected(&self, asked: &ToSolver, got: &FromSolver) -> Failure {
         let (asked, got) = (format!("{asked:?}"), format!("{got:?}"));
         let [asked, got] = [&asked, &got].map(|text| text.split([' ', '(']).next().unwrap_or_default());
-        Failure::contract(&self.name, format!("answered {asked} with {got}"))
+        Failure::breach(&self.name, clause::JOINS, format!("answered {asked} with {got}"))
     }
 
     /// Send it the reason why the run ends before its time. It is given a moment to hear it, no more.
@@ -313,7 +314,7 @@ impl Participant for Remote {
     fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Failure> {
         let message = ToSolver::Prepare(plan.clone());
         let ready = ask!(self, message, "while preparing", progress, FromSolver::Ready(ready) => ready);
-        let breaks = |what| Failure::contract(&self.name, format!("its interface mesh: {what}"));
+        let breaks = |what| Failure::breach(&self.name, clause::MESH, format!("its interface mesh: {what}"));
         ready.mesh.check().map_err(breaks)?;
         // Double the payload: iceoryx2 keeps one more chunk than is on loan.
         let longest = payload_lengths(plan, &ready).0 + ready.mesh.node_count();
@@ -375,7 +376,7 @@ impl Participant for Remote {
         self.waited += self.sent_at.elapsed().as_secs_f64();
         let header = *response.user_header();
         if let Some(what) = header.mismatch(&asked) {
-            return Err(Failure::contract(&self.name, what));
+            return Err(Failure::breach(&self.name, clause::HEADER, what));
         }
         let status = Status::from_number(header.status).expect("compared with the request");
         let got = response.payload().len();
@@ -383,7 +384,11 @@ impl Participant for Remote {
         let expected = expects.map_or(got, |fields| fields + listed);
         if matches!(status, Status::Done | Status::Rest) && (got != expected || got < listed) {
             let what = format!("its answer has {got} numbers, its fields and gauges make {expected}");
-            return Err(Failure::contract(&self.name, format!("window {}: {what}", asked.window)));
+            return Err(Failure::breach(
+                &self.name,
+                clause::NUMBERS,
+                format!("window {}: {what}", asked.window),
+            ));
         }
         self.response = Some(response);
         Ok(status)

@@ -4,7 +4,7 @@
 //! Source: handbook 1.1 to 1.3, 1.8, 1.9.
 
 use crate::law::Law;
-use crate::law::block::{Block, WIDTH};
+use crate::law::block::{Block, WIDTH, WORTH};
 use crate::law::contact_point::{ContactPoint, History, Response};
 use crate::law::resistance::RollingLoad;
 use nalgebra::{Matrix3, Vector3};
@@ -131,44 +131,82 @@ pub fn forces<P: Partner>(
     rows: &mut Rows,
     h: f64,
 ) -> Sums {
+    let mut sums = Sums::default();
+    // Columns for one or two contacts cost more than they save.
+    if contacts.len() < WORTH {
+        let mut few = [None; WORTH - 1];
+        for (number, contact) in contacts.iter().enumerate() {
+            few[number] = Some(state(partner, number, contact, rock, laws));
+        }
+        for (contact, (of, site, point, history)) in contacts.iter().zip(few.iter().flatten()) {
+            let law = &laws[*of as usize];
+            take(partner, contact, site, law, &law.respond(point, history, h), &mut sums);
+        }
+        return sums;
+    }
     rows.used = 0;
     for (number, contact) in contacts.iter().enumerate() {
-        let of = partner.law(contact);
-        let law = &laws[of as usize];
-        let site = partner.site(contact);
-        let velocity = if law.needs_rates() {
-            rock.velocity + rock.spin.cross(&site.arm) - partner.velocity(contact, &site)
-        } else {
-            Vector3::zeros()
-        };
-        let history = if law.remembers() { partner.history(number, contact) } else { History::default() };
-        let point = ContactPoint {
-            normal: site.normal,
-            overlap: site.overlap,
-            radius: site.radius,
-            velocity,
-            spin: rock.relative_spin,
-            inertia: rock.inertia,
-            dashpot: partner.dashpot(contact, law),
-            jump: if history.overlap > 0.0 { partner.jump(contact) } else { Vector3::zeros() },
-        };
+        let (of, _, point, history) = state(partner, number, contact, rock, laws);
         rows.push(&point, &history, of, laws);
     }
     rows.compute(laws, h);
-    let mut sums = Sums::default();
     for (contact, response) in contacts.iter().zip(rows.responses()) {
         let site = partner.site(contact);
         let law = &laws[partner.law(contact) as usize];
-        if law.remembers() {
-            partner.keep(contact, &site, response.history(site.overlap));
-        }
-        let force = sums.add(&response, &site);
-        if let Some(resistance) = &law.resistance {
-            sums.rolling.add(resistance, site.normal * -force.dot(&site.normal));
-        }
-        partner.react(contact, &site, &force, &response.moment);
+        take(partner, contact, &site, law, &response, &mut sums);
     }
     sums
+}
+
+/// What the law of contact number `number` responds to.
+#[inline(always)]
+fn state<P: Partner>(
+    partner: &mut P,
+    number: usize,
+    contact: &P::Contact,
+    rock: &Mover,
+    laws: &[Law],
+) -> (u16, Site, ContactPoint, History) {
+    let of = partner.law(contact);
+    let law = &laws[of as usize];
+    let site = partner.site(contact);
+    let velocity = if law.needs_rates() {
+        rock.velocity + rock.spin.cross(&site.arm) - partner.velocity(contact, &site)
+    } else {
+        Vector3::zeros()
+    };
+    let history = if law.remembers() { partner.history(number, contact) } else { History::default() };
+    let point = ContactPoint {
+        normal: site.normal,
+        overlap: site.overlap,
+        radius: site.radius,
+        velocity,
+        spin: rock.relative_spin,
+        inertia: rock.inertia,
+        dashpot: partner.dashpot(contact, law),
+        jump: if history.overlap > 0.0 { partner.jump(contact) } else { Vector3::zeros() },
+    };
+    (of, site, point, history)
+}
+
+/// Add the response of a contact, to both sides.
+#[inline(always)]
+fn take<P: Partner>(
+    partner: &mut P,
+    contact: &P::Contact,
+    site: &Site,
+    law: &Law,
+    response: &Response,
+    sums: &mut Sums,
+) {
+    if law.remembers() {
+        partner.keep(contact, site, response.history(site.overlap));
+    }
+    let force = sums.add(response, site);
+    if let Some(resistance) = &law.resistance {
+        sums.rolling.add(resistance, site.normal * -force.dot(&site.normal));
+    }
+    partner.react(contact, site, &force, &response.moment);
 }
 
 /// Sums over the contacts of a rock with one partner.

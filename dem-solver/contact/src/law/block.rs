@@ -20,7 +20,7 @@ pub const WIDTH: usize = 8;
 type Column = [f64; WIDTH];
 
 /// Fewest contacts of a block for which all of it is computed at once.
-const WORTH: usize = 3;
+pub const WORTH: usize = 3;
 
 /// What goes in.
 #[derive(Debug, Clone, Default)]
