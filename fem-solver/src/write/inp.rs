@@ -5,7 +5,7 @@
 
 use super::deck::Deck;
 use super::section::{Form, Section};
-use super::{Writer, lines, numbers};
+use super::writer::{Writer, lines, numbers};
 use crate::read::Format;
 use crate::read::mesh::Kind;
 use std::fmt::Write;

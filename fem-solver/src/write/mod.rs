@@ -3,8 +3,9 @@
 //! - [`deck`]: what is written, whatever the format: nodes, elements, sets, sections, supports
 //! - [`section`]: what other programs can hold of a part, and what not
 //! - [`inp`]: Abaqus and CalculiX
-//! - [`mdpa`]: Kratos
-//! - [`msh`]: Gmsh
+//! - [`mdpa`]: meshes of Kratos
+//! - [`msh`]: meshes of Gmsh
+//! - [`writer`]: what a format is, and lines of its text
 //!
 //! A format is one file here, and its line in [`FORMATS`]. What it cannot hold stands at the head of the file.
 
@@ -13,24 +14,14 @@ pub mod inp;
 pub mod mdpa;
 pub mod msh;
 pub mod section;
+pub mod writer;
 
 use crate::read::{Format, known};
 use deck::Deck;
 use interface_defs::diagnostic::{Diagnostic, code};
 use std::collections::HashMap;
 use std::path::Path;
-
-/// A format that is written.
-pub struct Writer {
-    /// Which one it is.
-    format: Format,
-    /// By what it knows a set of this name; `None`: it can have no such name.
-    name: fn(&str) -> Option<String>,
-    /// What of the deck it cannot hold.
-    lost: fn(&Deck) -> Vec<String>,
-    /// The text of the file, with these remarks at its head.
-    write: fn(&Deck, &[String]) -> String,
-}
+use writer::Writer;
 
 /// Each format.
 const FORMATS: [Writer; 3] = [inp::WRITER, mdpa::WRITER, msh::WRITER];
@@ -77,17 +68,4 @@ pub fn write(deck: &Deck, path: &Path) -> Result<(String, Vec<String>), Diagnost
 fn supported(deck: &Deck) -> String {
     let sets: Vec<String> = deck.supports.iter().map(|support| format!("`{}`", support.set)).collect();
     if sets.is_empty() { "nothing is held".into() } else { format!("held are {}", sets.join(", ")) }
-}
-
-/// Append lines.
-fn lines(text: &mut String, rows: impl Iterator<Item = String>) {
-    for row in rows {
-        *text += &row;
-        text.push('\n');
-    }
-}
-
-/// A list of numbers, `most` to a line, with `between`.
-fn numbers(text: &mut String, of: &[u64], most: usize, between: &str) {
-    lines(text, of.chunks(most).map(|row| row.iter().map(u64::to_string).collect::<Vec<_>>().join(between)));
 }

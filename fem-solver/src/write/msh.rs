@@ -1,7 +1,7 @@
 //! Meshes of Gmsh, version 2.2: names of sets as physical groups, sets of nodes as groups of points; nothing of what they are made.
 
 use super::deck::{Deck, DeckElement, Set};
-use super::{Writer, lines};
+use super::writer::{Writer, lines};
 use crate::read::Format;
 use crate::read::mesh::Kind;
 use std::collections::{BTreeMap, HashMap};
