@@ -17,6 +17,7 @@
 //! - [`equilibrium`]: Newton's iteration, arc length, form finding
 //! - [`results`]: reactions, gauges, energies, fields
 //! - [`integrator`]: steps in time, the critical one, the state at t = 0, one window
+//! - [`write`]: the structure as a file of another program
 //! - [`solver`]: the contract's two ends, `check` and `serve`
 //!
 //! Units are SI throughout. Vectors over all degrees of freedom are component-major: the x of all nodes, then y, then z, then
@@ -35,6 +36,7 @@ pub mod read;
 pub mod results;
 pub mod solver;
 pub mod state;
+pub mod write;
 
 pub use solver::FemSolver;
 

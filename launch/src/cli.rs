@@ -3,7 +3,8 @@
 use crate::plan::own_program;
 use crate::stop::Stop;
 use crate::{
-    approve, bridge, children, conform, estimate, prepared, reference, replay, run, status, trade, worst,
+    approve, bridge, children, conform, estimate, export, prepared, reference, replay, run, status, trade,
+    worst,
 };
 use clap::{CommandFactory, Parser, Subcommand};
 use clap_mangen::Man;
@@ -15,7 +16,7 @@ use std::io::{self, Write};
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use toolkit::arguments::{
-    AnswerForm, CalibrateArguments, ClusterArguments, EnsembleArguments, Input, Logging,
+    AnswerForm, CalibrateArguments, ClusterArguments, EnsembleArguments, ExportArguments, Input, Logging,
 };
 use toolkit::check::Format;
 use toolkit::exit::Exit;
@@ -97,6 +98,11 @@ enum Command {
     /// Exit codes: 0 done; 1 interrupted, or failed; 2 bad input, nothing was started; 3 a range is not to be trusted, or no set
     /// reproduces what was observed.
     Calibrate(CalibrateArguments),
+    /// Write the structure of a scene for CalculiX or Abaqus (.inp), Kratos (.mdpa) or Gmsh (.msh), as its mesh is read again
+    ///
+    /// With parts and groups as sets, and where the format has them materials, prestress, supports and weight. What it cannot hold
+    /// is listed, on the screen and at the head of the file.
+    Export(ExportArguments),
     /// Ask one solver again what a recording says that it was asked, and compare its answers; nothing else need run
     ///
     /// `rockfall run SCENE --record FILE` makes the recording. Fields and gauges of every answer are compared with those recorded;
@@ -212,6 +218,7 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
         Command::Ensemble(arguments) if arguments.barrier.is_some() => worst::worst(&arguments, json),
         Command::Ensemble(_) => become_program("dem-solver", "ensemble"),
         Command::Calibrate(_) => become_program("dem-solver", "calibrate"),
+        Command::Export(arguments) => export::export(&arguments),
         Command::Replay(arguments) => replay::replay(&arguments),
         Command::Bridge(arguments) => bridge::bridge(&arguments),
         Command::Status { dir } => shown(status::status(&dir), Format::Text),

@@ -16,6 +16,7 @@
 //! - [`children`]: start programs, watch them, end them ([`progress`]), logs of bounded length; [`stop`]: why a command ends, with its
 //!   exit code
 //! - [`estimate`]: `rockfall check`: the same without starting, with steps and cost
+//! - [`export`](mod@export): `rockfall export`: the structure as a file of CalculiX, Kratos or Gmsh
 //! - [`status`]: `rockfall status`: how far a run, a study or a test for approval is, by its files; `rockfall verify`: whether they are what was written
 //! - [`conform`](mod@conform): `rockfall conform`: one program against the contract, with a partner of ours
 //! - [`sweep`]: many runs, each kept
@@ -36,6 +37,7 @@ mod choice;
 mod cli;
 mod conform;
 mod estimate;
+mod export;
 mod ground;
 mod numbers;
 mod plan;

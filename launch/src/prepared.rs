@@ -107,7 +107,7 @@ const OF_STUDY: [&str; 2] = ["scene", "release"];
 const OF_BARRIER: [&str; 3] = ["contact", "dem", "coupling"];
 
 /// A scene, and not another file that belongs to this program, with who takes part in it.
-fn load(input: &Input) -> Result<(Scene, Plan), Stop> {
+pub fn load(input: &Input) -> Result<(Scene, Plan), Stop> {
     let scene = input.load().map_err(|e| study(&input.scene).unwrap_or_else(|| e.into()))?;
     let plan = Plan::of(&scene).map_err(|e| for_study(&scene, e.into()))?;
     Ok((scene, plan))

@@ -16,6 +16,9 @@ pub struct StructureConfig {
     /// become; lines in no part become cables. All else in the scene binds to the names of its groups.
     /// The path is relative to the scene file.
     pub mesh: Option<PathBuf>,
+    /// Whether nodes of a mesh file are numbered anew inside, neighbours close to each other, where that halves their distances:
+    /// steps are faster then, and results differ in their last digits from those in the order of the file. Default true.
+    pub renumber: Option<bool>,
     /// A generated structure, instead of `nodes` and `cables`.
     pub generator: Option<Generator>,
     /// Where a structure in axes of its own stands. Default: where its coordinates say.

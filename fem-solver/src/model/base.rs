@@ -41,29 +41,30 @@ impl Base {
     }
 
     fn in_own_axes(scene: &Scene, table: &StructureConfig) -> Result<Self, Diagnostic> {
-        let generated = match (&table.mesh, &table.generator) {
-            (Some(_), Some(_)) => {
-                let hint = "keep either `mesh` or `generator`";
-                return refuse(scene, "structure.mesh", "state either a mesh file or a generator", hint);
-            }
-            (Some(path), None) => {
-                let path = named(scene, "structure.mesh", "mesh file", path)?;
-                if let Some(key) = counts_nodes(table) {
-                    let hint = "name the nodes in the mesh and write group = \"name\", or at = [x, y, z]";
-                    return refuse(scene, &key, "a mesh file is bound by names, not by node numbers", hint);
-                }
-                Generated { mesh: read(&path)?, held: Vec::new(), parts: Vec::new() }
-            }
-            (None, Some(generator)) => generate(scene, generator)?,
-            (None, None) => return Self::listed(scene, table),
-        };
-        if !table.nodes.is_empty() || !table.cables.is_empty() {
-            let key = if table.nodes.is_empty() { "structure.cables" } else { "structure.nodes" };
-            let of =
-                if table.mesh.is_some() { "the structure of a mesh file" } else { "a generated structure" };
-            return Err(scene.invalid(key, format!("{of} takes no further nodes or cables")));
+        match given(scene, table)? {
+            Some(generated) => Self::bound(scene, table, generated),
+            None => Self::listed(scene, table),
         }
-        Self::bound(scene, table, generated)
+    }
+
+    /// The mesh of a scene's file or generator as a whole, in its place, its nodes numbered as in the file or from 1; and the number
+    /// of each node of the model in its order. Of a scene that lists its nodes these alone.
+    pub fn whole(scene: &Scene, table: &StructureConfig) -> Result<(Generated, Vec<u64>), Diagnostic> {
+        let nothing = || Generated { mesh: Mesh::default(), held: Vec::new(), parts: Vec::new() };
+        let given = given(scene, table)?;
+        let (listed, mut given) = (given.is_none(), given.unwrap_or_else(nothing));
+        if listed {
+            given.mesh.nodes = Self::listed(scene, table)?.mesh.nodes;
+        }
+        if given.mesh.numbers.is_empty() {
+            given.mesh.numbers = (1..=given.mesh.nodes.len() as u64).collect();
+        }
+        let numbers = match listed {
+            true => given.mesh.numbers.clone(),
+            false => Self::bound(scene, table, given.clone())?.mesh.numbers,
+        };
+        put(scene, table, &mut given.mesh.nodes)?;
+        Ok((given, numbers))
     }
 
     fn listed(scene: &Scene, table: &StructureConfig) -> Result<Self, Diagnostic> {
@@ -100,7 +101,7 @@ impl Base {
         let mut base = Self { mesh, lines, cells, held, framed: true };
         if counts_nodes(table).is_none() {
             base.leave_out(table);
-            if table.mesh.is_some() {
+            if table.mesh.is_some() && table.renumber != Some(false) {
                 base.bring_neighbours_together();
             }
         }
@@ -162,6 +163,32 @@ impl Base {
     }
 }
 
+/// The mesh of a scene's file or generator in axes of its own; `None` where the scene lists its nodes.
+fn given(scene: &Scene, table: &StructureConfig) -> Result<Option<Generated>, Diagnostic> {
+    let generated = match (&table.mesh, &table.generator) {
+        (Some(_), Some(_)) => {
+            let hint = "keep either `mesh` or `generator`";
+            return refuse(scene, "structure.mesh", "state either a mesh file or a generator", hint);
+        }
+        (Some(path), None) => {
+            let path = named(scene, "structure.mesh", "mesh file", path)?;
+            if let Some(key) = counts_nodes(table) {
+                let hint = "name the nodes in the mesh and write group = \"name\", or at = [x, y, z]";
+                return refuse(scene, &key, "a mesh file is bound by names, not by node numbers", hint);
+            }
+            Generated { mesh: read(&path)?, held: Vec::new(), parts: Vec::new() }
+        }
+        (None, Some(generator)) => generate(scene, generator)?,
+        (None, None) => return Ok(None),
+    };
+    if !table.nodes.is_empty() || !table.cables.is_empty() {
+        let key = if table.nodes.is_empty() { "structure.cables" } else { "structure.nodes" };
+        let of = if table.mesh.is_some() { "the structure of a mesh file" } else { "a generated structure" };
+        return Err(scene.invalid(key, format!("{of} takes no further nodes or cables")));
+    }
+    Ok(Some(generated))
+}
+
 /// The key of the first entry that counts nodes instead of naming them, if there is one.
 fn counts_nodes(table: &StructureConfig) -> Option<String> {
     let place = table.places().find(|(.., place)| place.nodes.is_some());
@@ -196,6 +223,8 @@ impl Binding<'_> {
                     );
                     return refuse(scene, &key, what, "leave out `cells`, or choose another name");
                 }
+                // Nothing is made of it: its nodes do.
+                (None, true) if part.head().kinds.is_empty() && has_nodes(mesh, name) => continue,
                 (None, true) => {
                     let names: Vec<_> = mesh.element_groups.iter().map(|g| g.name.as_str()).collect();
                     let none = "the mesh has no groups of elements: name them in the program that made it";
@@ -277,6 +306,11 @@ impl Binding<'_> {
         }
         Ok(Some(nodes))
     }
+}
+
+/// Whether a group of nodes has that name.
+fn has_nodes(mesh: &Mesh, name: &str) -> bool {
+    mesh.node_groups.iter().any(|group| group.name == name)
 }
 
 /// An element in words, with its groups.

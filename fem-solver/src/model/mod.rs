@@ -6,7 +6,7 @@
 //! At the interface they are node-major.
 
 pub mod applied;
-mod base;
+pub(crate) mod base;
 mod boundary;
 mod build;
 pub mod contact;

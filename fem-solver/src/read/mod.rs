@@ -61,7 +61,7 @@ impl Format {
 }
 
 /// The formats in words.
-fn known() -> String {
+pub(crate) fn known() -> String {
     let words = FORMATS.map(|(_, extension, programs, _)| format!(".{extension} ({programs})"));
     let (last, others) = words.split_last().expect("there are formats");
     format!("{} and {last}", others.join(", "))

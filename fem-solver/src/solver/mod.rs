@@ -1,6 +1,7 @@
 //! The structure as a [`Solver`]: the contract's verbs, and nothing else.
 
 pub mod check;
+pub mod export;
 pub mod reference;
 pub mod site;
 

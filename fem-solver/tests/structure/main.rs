@@ -9,6 +9,7 @@ mod curves;
 mod dynamics;
 mod elastica;
 mod elements;
+mod exports;
 mod extremes;
 mod fields;
 mod forms;

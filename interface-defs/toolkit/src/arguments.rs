@@ -173,6 +173,20 @@ pub struct ClusterArguments {
     pub vtu: Option<PathBuf>,
 }
 
+/// Of `export`: the structure of which scene, and into which file.
+#[derive(Debug, Clone, Args)]
+pub struct ExportArguments {
+    /// The scene.
+    #[command(flatten)]
+    pub input: Input,
+    /// File to write: .inp (CalculiX, Abaqus), .mdpa (Kratos) or .msh (Gmsh)
+    #[arg(long, value_name = "FILE", value_parser = path())]
+    pub to: PathBuf,
+    /// Nodes where they come to rest at t = 0, in place of the structure as modelled
+    #[arg(long)]
+    pub at_rest: bool,
+}
+
 /// Numbers of members, from `first` to `last`, both included.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MemberRange {
