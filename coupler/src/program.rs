@@ -256,7 +256,8 @@ fn examine(arguments: &ConformArguments) -> Result<Exit, Diagnostic> {
 fn replay(arguments: &ReplayArguments) -> Result<Exit, Diagnostic> {
     let mut recording = recording::Reader::open(&arguments.file)?;
     let known = SOLVERS.contains(&arguments.solver.as_str());
-    if !known || !(arguments.tolerance >= 0.0 && arguments.timeout > 0.0) {
+    let good = known && arguments.tolerance >= 0.0 && arguments.timeout > 0.0;
+    if !good {
         let what = "--as is dem or fem, --tolerance 0 or above, --timeout above 0";
         return Err(Diagnostic::error(code::ARGUMENT, what));
     }
