@@ -177,6 +177,8 @@ impl<'a> Coupling<'a> {
             let Some(span) = schedule.next() else { break };
             self.span = Some(span);
             if self.examination.is_due(span.end() >= self.end_time) {
+                // What is examined is no longer the window that was accepted.
+                self.report(observer)?;
                 self.examine(agreement)?;
             }
             let may_halve = self.settings.on_no_convergence == OnNoConvergence::Halve && schedule.can_halve();
@@ -200,6 +202,7 @@ impl<'a> Coupling<'a> {
                         return Err(CouplingError::Diverged(why.into()));
                     }
                     if self.settings.ends_at_rest && self.dem.rests && self.fem.rests {
+                        self.report(observer)?;
                         self.examine(agreement)?;
                         tracing::info!(
                             t = span.end(),
