@@ -166,7 +166,7 @@ mod tests {
             let field = |value: f64| vec![0.0, 0.0, value, 0.0, 0.0, 0.0];
             let (u, w) = (vec![field(z(end))], vec![field(v(end))]);
             let (u0, v0) = (field(z(start)), field(v(start)));
-            let force = vec![field(if k < 20 || k > 120 { 0.0 } else { -300.0 })];
+            let force = vec![field(if (20..=120).contains(&k) { -300.0 } else { 0.0 })];
             let motion = Answered { start: (&u0, &v0), u: &u, v: &w };
             let span = Span { number: 1, start, length: h, level: 0 };
             derived.book(Crossed { span, force: &force, motion, kinetic: Some(50.0 - f64::from(k)) });
