@@ -7,7 +7,7 @@
 //! - [`msh`]: meshes of Gmsh
 //! - [`writer`]: what a format is, and lines of its text
 //!
-//! A format is one file here, and its line in [`FORMATS`]. What it cannot hold stands at the head of the file.
+//! A format is one file here, and its line in `FORMATS`. What it cannot hold stands at the head of the file.
 
 pub mod deck;
 pub mod inp;

@@ -1,6 +1,6 @@
 //! A recording: all that the coupler and both solvers have said to each other in a run, in its order, in one file.
 //!
-//! The line [`TITLE`], then entries: the length of each as 8 bytes (little-endian) and the entry as [`pack`] writes it. The first one
+//! The line `rockfall recording 1`, then entries: the length of each as 8 bytes (little-endian) and the entry as [`pack`] writes it. The first one
 //! is the scene. A file that ends within an entry was cut off; what stands before that is good.
 
 use crate::files::{self, Stream};
