@@ -2,7 +2,7 @@
 //! of the contact, and the energies of both as their gauges say.
 //!
 //! The direction of the impact is that of the contact's force in the first window that has one. The net is deepest where no node has
-//! gone further that way while there is contact: whatever pushes it has no speed along that direction then. The mean reaction follows from
+//! gone further in it while there is contact: whatever pushes it has no speed along that direction then. The mean reaction follows from
 //! the momentum `p` of the nodes with a mass, `R = dp/dt - F - m g`.
 
 use crate::guard::Answered;

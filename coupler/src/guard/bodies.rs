@@ -34,7 +34,7 @@ pub(super) struct Single {
     pub velocity: [f64; 3],
     /// Acceleration while nothing touches it [m/s2].
     pub flight: [f64; 3],
-    /// Whether it tells its spin.
+    /// Whether it gives its spin.
     pub tells_spin: bool,
 }
 
@@ -105,7 +105,7 @@ impl Bodies {
         read(&self.spin, gauges)
     }
 
-    /// The only body, if it flew without spin until it touched the net and tells its energy; its mass follows from that.
+    /// The only body, if it flew without spin until it touched the net and gives its energy; its mass follows from that.
     pub(super) fn single(&self, gauges: &[f64]) -> Option<Single> {
         let [place, velocity] = self.read(gauges).map(|numbers| numbers.try_into().ok());
         let (place, velocity): ([f64; 3], [f64; 3]) = (place?, velocity?);
