@@ -12,7 +12,7 @@ use std::ops::Range;
 /// What is looked at.
 const EXAMINED: [&str; 5] =
     [clause::COMMITTED, clause::REPEATS, clause::LENGTH, clause::FORCE, clause::REACTION];
-/// Largest deviation of a body's way from what its velocities make it, beside a bend of its motion.
+/// Largest deviation of a body's path from what its velocities make it, beside a bend of its motion.
 const MOST_APART: f64 = 0.02;
 /// A way below this share of that leads from another place.
 const STUCK: f64 = 0.1;
@@ -114,7 +114,7 @@ pub(crate) fn hold_still(side: &Side, payload: &mut [f64]) {
     samples(side, name::VELOCITY).into_iter().for_each(|place| payload[place].fill(0.0));
 }
 
-/// The bodies' way is the integral of their velocity over the window, and half of a window is not the whole.
+/// The bodies' path is the integral of their velocity over the window, and half of a window is not the whole.
 fn check_clock(asked: &mut Asked, bodies: &Bodies, first: &[f64], half: &[f64]) -> Result<(), Failure> {
     if bodies.is_empty() {
         asked.note(
