@@ -234,9 +234,11 @@ impl<'a> Coupling<'a> {
     fn examine(&mut self, agreement: &mut Agreement) -> Result<(), Failure> {
         let Some(span) = self.span else { return Ok(()) };
         let length = self.settings.time_window.min(self.end_time - span.start);
-        let gauges = self.committed_gauges(agreement);
-        let (seats, span) = ((&mut self.dem, &mut self.fem), Span { length, ..span });
-        self.examination.examine(seats, agreement, span, [&gauges[0], &gauges[1]])
+        toolkit::alloc::uncounted(|| {
+            let gauges = self.committed_gauges(agreement);
+            let (seats, span) = ((&mut self.dem, &mut self.fem), Span { length, ..span });
+            self.examination.examine(seats, agreement, span, [&gauges[0], &gauges[1]])
+        })
     }
 
     /// Gauges of both committed states.

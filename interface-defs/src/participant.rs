@@ -115,7 +115,8 @@ impl fmt::Display for Failure {
             Self::Absent { who, waited, deadline } => write!(
                 f,
                 "no answer from {who} at the start of the run: waited {waited:.1} s of {deadline:.1} s, and it has not \
-                 joined; was it started, with the id of this run, and does it use iceoryx2 0.10? if it needs longer, raise processes.timeout"
+                 joined; was it started, with the id of this run, and does it use iceoryx2 0.10? in a container, does it share /tmp (or \
+                 $XDG_RUNTIME_DIR) and the user id? if it needs longer, raise processes.timeout"
             ),
             Self::Contract { solver, what, clause } => {
                 write!(f, "{solver} breaks the interface contract: {what}")?;

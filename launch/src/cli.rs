@@ -3,8 +3,8 @@
 use crate::plan::own_program;
 use crate::stop::Stop;
 use crate::{
-    approve, bridge, children, conform, estimate, export, prepared, reference, replay, run, status, trade,
-    worst,
+    approve, bridge, children, conform, estimate, export, new, prepared, reference, replay, run, status,
+    trade, worst,
 };
 use clap::{CommandFactory, Parser, Subcommand};
 use clap_mangen::Man;
@@ -40,6 +40,13 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Make a directory with scenes that run: a site from terrain and release area, a drop test, a net, a solver of your own
+    ///
+    /// rockfall new site --terrain dtm.tif --release cliff.geojson --line road.geojson
+    ///
+    /// What is missing is asked for on a terminal. Nothing that is there is overwritten.
+    #[command(verbatim_doc_comment)]
+    New(new::Arguments),
     /// Run a scene: start the processes that it requires, watch them, write the results
     Run(run::Arguments),
     /// Check a scene: processes, critical time steps [s], windows, cost, warnings; or a study: members, lines, cost, warnings
@@ -204,6 +211,7 @@ fn scene_as_command(first: Option<OsString>) -> Option<String> {
 
 fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
     match command {
+        Command::New(arguments) => new::new(&arguments),
         Command::Run(arguments) => run::run(&arguments, json),
         Command::Check { input, resolved: None, answer } if prepared::is_study(&input.scene) => {
             check_study(&input, answer.format)

@@ -70,7 +70,7 @@ pub fn conform(request: &Arguments) -> Result<Exit, Stop> {
         // In a scene a path counts from the directory of the scene.
         words[0] = children_path(&words[0])?;
     }
-    let line = toml::Value::from(record::quoted(words.into_iter()));
+    let line = toml::Value::from(crate::shell::join(words));
     let mut sets = request.sets.clone();
     sets.push(format!("processes.{}={line}", part.name()));
     let prepared = Prepared::of(&Input { scene, sets }, |_| None, &events)?;

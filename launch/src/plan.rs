@@ -143,36 +143,12 @@ fn member(part: Part, processes: &Processes, scene: &Scene) -> Result<Member, Di
                     key out for this project's own program";
         scene.invalid(&format!("processes.{}", part.name()), what).try_instead(cure)
     };
-    let mut words = split(line).map_err(refuse)?.into_iter();
+    let mut words = crate::shell::split(line).map_err(refuse)?.into_iter();
     let name = words.next().unwrap_or_default();
     let base = scene.path().parent().unwrap_or(Path::new(""));
     // Absolute, so that the command line in the record can be run from anywhere.
     let program = find(&name, base).and_then(|path| std::path::absolute(path).map_err(|e| e.to_string()));
     Ok(Member { part, program: program.map_err(refuse)?, arguments: words.collect(), foreign: true })
-}
-
-/// A command line as a scene writes it, split at blanks; `'...'` and `"..."` keep what they enclose together.
-pub fn split(text: &str) -> Result<Vec<String>, String> {
-    let mut words = Vec::new();
-    let mut word: Option<String> = None;
-    let mut quote: Option<char> = None;
-    for c in text.chars() {
-        match quote {
-            Some(q) if c == q => quote = None,
-            None if c == '"' || c == '\'' => {
-                quote = Some(c);
-                word.get_or_insert_default();
-            }
-            None if c.is_whitespace() => words.extend(word.take()),
-            _ => word.get_or_insert_default().push(c),
-        }
-    }
-    words.extend(word);
-    match quote {
-        Some(q) => Err(format!("a quote {q} is not closed")),
-        None if words.is_empty() => Err("the command line is empty".into()),
-        None => Ok(words),
-    }
 }
 
 /// The program file that `name` means: with a `/` counted from `base`, else beside this program or
@@ -294,16 +270,6 @@ mod tests {
         assert!(error.starts_with("s.toml:3:11: a deadline of 0 s"), "{error}");
         let error = parts("[processes]\nfem = \"sh\"\nwait = \"evnt\"").expect_err("unknown");
         assert!(error.contains("did you mean `event`?"), "{error}");
-    }
-
-    #[test]
-    fn quotes_keep_words_together() {
-        let words = |text: &str| split(text).expect("valid");
-        assert_eq!(words("python3  solver.py\t--k 3"), ["python3", "solver.py", "--k", "3"]);
-        assert_eq!(words("'my solver' --name \"a 'b'\" ''"), ["my solver", "--name", "a 'b'", ""]);
-        assert_eq!(words("--k=\"1 2\""), ["--k=1 2"]);
-        assert!(split("a 'b").expect_err("open").contains("not closed"));
-        assert!(split("  ").is_err());
     }
 
     #[test]

@@ -3,6 +3,7 @@
 
 use crate::ground::Ground;
 use crate::plan::{Member, Part, Plan};
+use crate::shell;
 use crate::stop::Stop;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc::RunId;
@@ -44,26 +45,13 @@ pub fn resolved(scene: &Scene, plan: &Plan, reports: &[(Part, CheckReport)]) -> 
     for member in plan.members.iter().filter(|member| member.foreign) {
         let words =
             std::iter::once(member.program.display().to_string()).chain(member.arguments.iter().cloned());
-        processes.insert(member.part.name().into(), quoted(words).into());
+        processes.insert(member.part.name().into(), shell::join(words).into());
     }
     if !processes.is_empty() {
         table.insert("processes".into(), processes.into());
     }
     with_absolute_files(&mut table, scene)?;
     Ok(table)
-}
-
-/// A command line that splits into `words` again.
-pub fn quoted(words: impl Iterator<Item = String>) -> String {
-    let plain = |w: &str| !w.is_empty() && !w.contains(|c: char| c.is_whitespace() || c == '"' || c == '\'');
-    words
-        .map(|w| match w.contains('\'') {
-            _ if plain(&w) => w,
-            false => format!("'{w}'"),
-            true => format!("\"{w}\""),
-        })
-        .collect::<Vec<_>>()
-        .join(" ")
 }
 
 /// Write the resolved scene to `file`; `run` is the run that it is of.
@@ -235,7 +223,6 @@ fn same_inputs(out: &Path, scene: &Scene, resolved: &Table) -> Result<(), Stop> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan::split;
 
     fn scene_in(dir: &Path, text: &str) -> Scene {
         let path = dir.join("s.toml");
@@ -285,11 +272,5 @@ mod tests {
         // FNV-1a of one byte: (0xcbf29ce484222325 ^ 0x78) * 0x100000001b3, modulo 2^64.
         let net = &record["inputs"][dir.join("net.msh").display().to_string()];
         assert_eq!(net, "fnv1a64:af63f54c86021707");
-    }
-
-    #[test]
-    fn a_quoted_command_line_splits_into_its_words_again() {
-        let words = ["a", "b c", "", "d'e", "f\"g"].map(String::from);
-        assert_eq!(split(&quoted(words.iter().cloned())).expect("valid"), words);
     }
 }

@@ -1,21 +1,21 @@
-//! `rockfall replay`: one solver is asked again what a recording says that it was asked; without a command, what crossed as a table.
+//! `rockfall replay`: one solver is asked again what a recording says that it was asked; without a command, what crossed as a table or a picture.
 
 use crate::children::{self, Events, Goes, Job, Rules};
+use crate::crossed::{Picture, Rows};
 use crate::plan::own_program;
 use crate::stop::Stop;
 use clap::Args;
 use interface_defs::RunId;
 use interface_defs::diagnostic::code;
-use interface_defs::{Layout, Plan, Ready, Sampling, Status, name};
 use std::ffi::OsString;
-use std::fmt::Write;
-use std::path::PathBuf;
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use toolkit::arguments::AnswerForm;
 use toolkit::check::Format;
 use toolkit::exit::Exit;
 use toolkit::files::{self, Scratch};
-use toolkit::recording::{Entry, Exchange, Reader};
+use toolkit::recording::Reader;
 use toolkit::screen::show;
 
 /// What the command line asks for.
@@ -24,7 +24,7 @@ pub struct Arguments {
     /// Recording that `rockfall run --record FILE` wrote
     file: PathBuf,
     /// Which solver is asked: dem (contact) or fem (structure)
-    #[arg(long, value_name = "ROLE", value_parser = ["dem", "fem"], required_unless_present = "table")]
+    #[arg(long, value_name = "ROLE", value_parser = ["dem", "fem"], required_unless_present_any = ["table", "picture"])]
     role: Option<String>,
     /// Largest difference of an answer, as a share of the largest number of its field so far; 0: equal to the byte
     #[arg(long, default_value_t = 0.0, value_name = "SHARE")]
@@ -35,6 +35,9 @@ pub struct Arguments {
     /// Write what crossed to this file as CSV, a row for each exchange, and ask no solver
     #[arg(long, value_name = "FILE", conflicts_with_all = ["role", "command"])]
     table: Option<PathBuf>,
+    /// Draw displacement, force and iterations over time to this file (SVG), and ask no solver
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["role", "command"])]
+    picture: Option<PathBuf>,
     #[command(flatten)]
     answer: AnswerForm,
     /// The solver and its arguments, behind `--`; without it, that of this project
@@ -45,16 +48,9 @@ pub struct Arguments {
 /// Ask the solver, or write the table.
 pub fn replay(request: &Arguments) -> Result<Exit, Stop> {
     let recording = Reader::open(&request.file)?;
-    match (&request.table, &request.role) {
-        (Some(table), _) => {
-            let (text, exchanges) = self::table(recording)?;
-            files::write(table, text.as_bytes()).map_err(|e| {
-                Stop::input(code::FILE, format!("{}: it cannot be written: {e}", table.display()))
-            })?;
-            show(&format!("{exchanges} exchanges: {}\n", table.display()));
-            Ok(Exit::Done)
-        }
-        (None, role) => ask(request, role.as_deref().unwrap_or_default(), &recording.scene),
+    match &request.role {
+        Some(role) => ask(request, role, &recording.scene),
+        None => show_crossed(request, recording),
     }
 }
 
@@ -98,68 +94,40 @@ fn ask(request: &Arguments, role: &str, scene: &str) -> Result<Exit, Stop> {
     }
 }
 
-/// A row for each exchange, and how many they are.
-fn table(mut recording: Reader) -> Result<(String, usize), Stop> {
-    let mut text =
-        "exchange,solver,window,iteration,start_s,length_s,command,status,sent_numbers,answer_numbers,\
-                    max_displacement_m,max_velocity_m_per_s,force_x_N,force_y_N,force_z_N\n"
-            .to_string();
-    let (mut layouts, mut exchanges) = (Vec::new(), 0);
-    while let Some(entry) = recording.next_entry()? {
-        match entry {
-            Entry::Prepare(solver, both) => {
-                let (Plan { takes, gives, .. }, Ready { mesh, gauges, .. }) = &*both;
-                layouts.push((solver, [Layout::new(takes, mesh, 0), Layout::new(gives, mesh, gauges.len())]));
-            }
-            Entry::Exchange(exchange) => {
-                exchanges += 1;
-                let layout = layouts.iter().find(|(of, _)| *of == exchange.solver).map(|(_, both)| both);
-                row(&mut text, exchanges, &exchange, layout);
-            }
-            _ => {}
+/// A row for each exchange, and a picture of what crossed.
+fn show_crossed(request: &Arguments, recording: Reader) -> Result<Exit, Stop> {
+    let refused = |path: &Path, e: &dyn Display| {
+        Stop::input(code::FILE, format!("{}: it cannot be written: {e}", path.display()))
+    };
+    let mut table = match &request.table {
+        Some(path) => Some(csv::Writer::from_writer(files::create(path).map_err(|e| refused(path, &e))?)),
+        None => None,
+    };
+    let (mut picture, mut exchanges) = (Picture::default(), 0);
+    for row in Rows::of(recording) {
+        let row = row?;
+        exchanges += 1;
+        if let (Some(table), Some(path)) = (&mut table, &request.table) {
+            table.serialize(&row).map_err(|e| refused(path, &e))?;
+        }
+        if request.picture.is_some() {
+            picture.add(&row);
         }
     }
-    if recording.cut {
-        tracing::warn!("the recording ends within an entry: its run was killed");
+    if let (Some(mut table), Some(path)) = (table, &request.table) {
+        table.flush().map_err(|e| refused(path, &e))?;
+        show(&format!("{exchanges} exchanges: {}\n", path.display()));
     }
-    Ok((text, exchanges))
-}
-
-fn row(text: &mut String, number: usize, exchange: &Exchange, layouts: Option<&[Layout; 2]>) {
-    let Exchange { solver, window, command, span, status, sent, answer, .. } = exchange;
-    let word = match Status::from_number(*status) {
-        Some(Status::Done) => "done",
-        Some(Status::Failed) => "failed",
-        Some(Status::Beyond) => "beyond",
-        Some(Status::Rest) => "rest",
-        None => "none",
-    };
-    let _ = write!(
-        text,
-        "{number},{solver},{},{},{},{},{command},{word},{},{}",
-        window.0,
-        window.1,
-        span.0,
-        span.1,
-        sent.len(),
-        answer.len()
-    );
-    // Of selected nodes the fields lie elsewhere.
-    let known = layouts.filter(|_| exchange.selection.0 == 0);
-    let of = |what: &str, sampling: Sampling| {
-        let sides = known.into_iter().flatten().zip([sent, answer]);
-        sides.filter_map(move |(layout, payload)| payload.get(layout.last(what, sampling)?)).next()
-    };
-    for what in [name::DISPLACEMENT, name::VELOCITY] {
-        let field = of(what, Sampling::FromStart).or_else(|| of(what, Sampling::AtEnds));
-        let size = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
-        let largest = field.map(|f| f.chunks_exact(3).map(size).fold(0.0, f64::max));
-        let _ = write!(text, ",{}", largest.map_or(String::new(), |v| v.to_string()));
+    if let Some(path) = &request.picture {
+        let title = format!("{}: {exchanges} exchanges", request.file.display());
+        let drawn = picture.draw(&title).ok_or_else(|| {
+            Stop::input(
+                code::ARGUMENT,
+                "--picture: no solver in it has both displacement and force on its nodes",
+            )
+        })?;
+        files::write(path, drawn.as_bytes()).map_err(|e| refused(path, &e))?;
+        show(&format!("{exchanges} exchanges: {}\n", path.display()));
     }
-    let force = of(name::FORCE, Sampling::Means).or_else(|| of(name::FORCE, Sampling::AtEnds));
-    for axis in 0..3 {
-        let sum = force.map(|f| f.iter().skip(axis).step_by(3).sum::<f64>());
-        let _ = write!(text, ",{}", sum.map_or(String::new(), |v| v.to_string()));
-    }
-    text.push('\n');
+    Ok(Exit::Done)
 }

@@ -7,8 +7,10 @@ use crate::prepared::Prepared;
 use crate::progress::{Progress, far};
 use crate::record::{self, Resume};
 use crate::refine;
+use crate::shell;
 use crate::stop::Stop;
 use clap::Args;
+use interface_defs::RunId;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc::{self, Wait};
 use std::ffi::OsString;
@@ -51,6 +53,16 @@ pub struct Arguments {
     /// Write everything that crosses between the programs of a coupled run to this file, for `rockfall replay`
     #[arg(long, value_name = "FILE", help_heading = "Results", conflicts_with = "resume")]
     pub record: Option<PathBuf>,
+    /// Print the commands that do the same by hand, to be started in any order once the first has ended; start nothing
+    #[arg(
+        long,
+        value_name = "RUN_ID",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "by-hand",
+        conflicts_with_all = ["resume", "refine", "profile"]
+    )]
+    pub print_commands: Option<RunId>,
 }
 
 /// Validate, start, watch; the summary on the screen at the end.
@@ -72,6 +84,10 @@ pub fn run(request: &Arguments, json: bool) -> Result<Exit, Stop> {
         return Err(Stop::input(code::ARGUMENT, "--record: nothing crosses in a run of one program"));
     }
     let out = home(&scene);
+    if let Some(id) = &request.print_commands {
+        screen::show(&by_hand(&plan, request, (&out, id)));
+        return Ok(Exit::Done);
+    }
     clean(&plan)?;
     if events.interrupted() {
         return Err(Stop::interrupted());
@@ -98,7 +114,16 @@ pub fn run(request: &Arguments, json: bool) -> Result<Exit, Stop> {
     progress.begin("starting");
     let show = progress.moves();
     let commands: Vec<(&str, Vec<OsString>)> = (plan.members.iter())
-        .map(|m| (m.part.name(), words(m, &plan, request, &owner, (show, goes_on))))
+        .map(|m| {
+            let mut words = words(m, &plan, request, (owner.dir(), owner.run()));
+            words.extend(["--supervisor".into(), std::process::id().to_string().into()]);
+            let leads = m.part == plan.members[0].part;
+            words.extend(
+                (leads && show).then_some(["--progress", "json"]).into_iter().flatten().map(OsString::from),
+            );
+            words.extend((leads && goes_on).then(|| OsString::from("--resume")));
+            (m.part.name(), words)
+        })
         .collect();
     let log = out.join(run_dir::LOG);
     let mut clusters = reports.iter().flat_map(|(_, report)| &report.clusters);
@@ -305,26 +330,20 @@ fn with_warnings(mut summary: Summary, before: &[Diagnostic], out: &Path) -> Sum
 
 /// The command line of a member, program first: what the scene names, and what makes it take part. All get the resolved scene, in which
 /// every default and `--set` is filled in, so that all compute the same.
-fn words(
-    member: &Member,
-    plan: &Plan,
-    request: &Arguments,
-    owner: &Owner,
-    (show, goes_on): (bool, bool),
-) -> Vec<OsString> {
+fn words(member: &Member, plan: &Plan, request: &Arguments, (out, run): (&Path, &RunId)) -> Vec<OsString> {
     let mut words: Vec<OsString> = vec![member.program.clone().into()];
     words.extend(member.arguments.iter().map(OsString::from));
     let leads = !plan.is_coupled() || member.part == Part::Coupler;
     words.push(if leads { "run" } else { "serve" }.into());
-    words.push(owner.dir().join(run_dir::SCENE).into());
+    words.push(out.join(run_dir::SCENE).into());
     let mut option = |name: &str, value: OsString| words.extend([name.into(), value]);
     if plan.is_coupled() {
-        option("--run", owner.run().to_string().into());
+        option("--run", run.to_string().into());
         if !leads {
             option("--as", member.part.name().into());
         }
     }
-    option("--out", owner.dir().into());
+    option("--out", out.into());
     if !leads {
         option("--timeout", plan.processes.timeout.to_string().into());
         // A solver of another make may not know how `auto` waits.
@@ -332,24 +351,32 @@ fn words(
             option("--wait", plan.processes.wait.to_string().into());
         }
     }
-    option("--supervisor", std::process::id().to_string().into());
-    if leads && show {
-        option("--progress", "json".into());
-    }
     // A solver of another make may not know it.
     if request.profiling.profile.is_some() && !member.foreign {
-        option("--profile", profile::part(&owner.dir().join(run_dir::LOG), member.part.name()).into());
+        option("--profile", profile::part(&out.join(run_dir::LOG), member.part.name()).into());
     }
     if request.savings.no_shortcuts {
         words.push("--no-shortcuts".into());
-    }
-    if leads && goes_on {
-        words.push("--resume".into());
     }
     if let Some(file) = request.record.as_ref().filter(|_| leads) {
         words.extend(["--record".into(), children::path(file).into()]);
     }
     words
+}
+
+/// What does the same as a run, a command a line, as a shell reads it: the resolved scene, then each program.
+fn by_hand(plan: &Plan, request: &Arguments, (out, run): (&Path, &RunId)) -> String {
+    let line = |words: &[OsString]| shell::join(words) + "\n";
+    let mut check = vec!["rockfall".into(), "check".into()];
+    check.extend(children::scene(&request.input));
+    check.extend(["--resolved".into(), out.join(run_dir::SCENE).into()]);
+    let force = request.results.force.then(|| OsString::from("--force"));
+    let programs = plan.members.iter().enumerate().map(|(at, member)| {
+        let mut words = words(member, plan, request, (out, run));
+        words.extend(force.clone().filter(|_| at == 0));
+        line(&words)
+    });
+    format!("mkdir -p {} && {}", shell::join([out]), line(&check)) + &programs.collect::<String>()
 }
 
 /// Lines of a log that are quoted.

@@ -77,6 +77,36 @@ impl Bench {
         path
     }
 
+    /// Write the scene of a sphere of 0.1 m that falls with 3.132 m/s, as after half a metre, from `gap` [m] above the structure of
+    /// the program `fem`.
+    pub fn sphere_on(&self, fem: &str, scheme: &str, gap: f64) -> PathBuf {
+        self.scene(&format!(
+            r#"
+end_time = 0.02
+gravity = [0.0, 0.0, -9.81]
+[[rock]]
+position = [0.0, 0.0, {}]
+velocity = [0.0, 0.0, -3.13209195]
+density = 2500.0
+shape = {{ type = "sphere", radius = 0.1 }}
+[[contact]]
+law = "hertz_mindlin"
+young = 1e9
+poisson = 0.25
+restitution = 1.0
+[dem]
+time_step = 1e-5
+[coupling]
+scheme = "{scheme}"
+time_window = 1e-5
+[processes]
+timeout = 20
+fem = "{fem}"
+"#,
+            0.1 + gap
+        ))
+    }
+
     /// `rockfall run SCENE --out OUT ARGUMENTS`, not started yet.
     pub fn rockfall(&self, scene: &Path, out: &str, arguments: &[&str]) -> Command {
         let mut command = Command::new(program("rockfall"));

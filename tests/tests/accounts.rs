@@ -193,12 +193,6 @@ impl Observer for Counted {
     }
 }
 
-/// Windows before which both solvers are examined, at most: the first one with a touch, those after 4, 16, 64, 256 and 1 024 of them, and
-/// the last. What is compared there lies in vectors of its own.
-const EXAMINED: usize = 8;
-/// Most allocations of an examination.
-const OF_ONE: u64 = 200;
-
 #[test]
 fn nothing_is_allocated_in_a_window_after_the_first() {
     for sets in [
@@ -225,9 +219,8 @@ fn nothing_is_allocated_in_a_window_after_the_first() {
         coupling.run(&mut counted, &mut |_| Ok(())).unwrap();
         // It falls in long windows, and touches in more than five hundred.
         assert!(counted.counts.len() > 500);
-        let grown = counted.counts.windows(2).filter(|pair| pair[0] != pair[1]).count();
-        let all = counted.counts.last().unwrap() - counted.counts[0];
-        assert!(grown <= EXAMINED, "{sets:?}: {all} in {grown} windows");
+        let grown = counted.counts.windows(2).position(|pair| pair[0] != pair[1]);
+        assert_eq!(grown, None, "{sets:?}: {:?}", counted.counts.last().unwrap() - counted.counts[0]);
     }
 }
 
@@ -254,12 +247,8 @@ fn over_shared_memory_only_the_transport_allocates_once_per_request() {
         made.saturating_sub(exchanges)
     };
     let mut tried = Vec::new();
-    let most = EXAMINED as u64 * OF_ONE;
-    while tried.last().is_none_or(|last| *last > most) && tried.len() < 10 {
+    while tried.last() != Some(&0) && tried.len() < 10 {
         tried.push(above());
     }
-    assert!(
-        tried.last().is_some_and(|last| *last <= most),
-        "allocations beyond one for each exchange: {tried:?}"
-    );
+    assert_eq!(tried.last(), Some(&0), "allocations beyond one for each exchange: {tried:?}");
 }

@@ -3,28 +3,8 @@
 use std::process::{Command, Stdio};
 use tests::{Bench, Ended, example, program, repository, scene, until};
 
-const SPHERE: &str = r#"
-end_time = 0.02
-gravity = [0.0, 0.0, -9.81]
-[[rock]]
-position = [0.0, 0.0, 0.1]
-velocity = [0.0, 0.0, -3.13209195]
-density = 2500.0
-shape = { type = "sphere", radius = 0.1 }
-[[contact]]
-law = "hertz_mindlin"
-young = 1e9
-poisson = 0.25
-restitution = 1.0
-[dem]
-time_step = 1e-5
-[coupling]
-scheme = "weak"
-time_window = 1e-5
-"#;
-
 fn on_oscillator(bench: &Bench) -> std::path::PathBuf {
-    bench.scene(&format!("{SPHERE}\n[processes]\nfem = \"{}\"\n", example("oscillator").display()))
+    bench.sphere_on(&example("oscillator").display().to_string(), "weak", 0.0)
 }
 
 /// V-C3 at t = 0.01 s: the plate has gone down 16.97 mm, to the step's error (order 2, 1e-5 s of a
@@ -79,20 +59,29 @@ fn three_processes_started_by_hand_do_the_same() {
 }
 
 #[test]
-fn run_sh_starts_all_three_and_returns_the_couplers_exit_code() {
+fn run_sh_starts_what_the_scene_names_and_returns_the_leaders_exit_code() {
     let bench = Bench::new();
-    let run = |scene: &std::path::Path, id: &str| {
+    let run = |scene: &std::path::Path, words: &[&str]| {
         let mut command = Command::new(repository().join("launch/run.sh"));
-        command.arg(scene).arg(id).current_dir(bench.path(""));
+        command.arg(scene).args(words).current_dir(bench.path(""));
         command.env("ROCKFALL_BIN", program("rockfall").parent().unwrap());
-        command.output().unwrap()
+        Ended::of(command.output().unwrap(), bench.path("out of/it"))
     };
     let id = format!("sh-{}", std::process::id());
-    let output = run(&scene("sphere-on-plate-spring"), &id);
-    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-    assert!(bench.path("out/sphere-on-plate-spring/summary.json").exists());
-    let bad = bench.scene("end_time = -1.0\n");
-    assert_eq!(run(&bad, &id).status.code(), Some(2));
+    let scene_with_oscillator = on_oscillator(&bench);
+    let ended = run(&scene_with_oscillator, &[&id, "--out", "out of/it", "--set", "output.interval=5e-4"]);
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    looks_like_v_c3(&ended);
+    let read = std::fs::read_to_string(bench.path("out of/it/scene.toml")).unwrap();
+    assert!(read.contains("interval = 0.0005"), "{read}");
+    // The same bytes as under supervision, and without a run id.
+    let supervised = bench.done(&scene_with_oscillator, "out", &["--set", "output.interval=5e-4"]);
+    assert_eq!(ended.history(), supervised.history());
+    let again = run(&scene_with_oscillator, &["--out", "out of/it", "--force"]);
+    assert_eq!(again.code, Some(0), "{}", again.stderr);
+    let alone = run(&scene("free-fall"), &["--out", "out of/it", "--force", "--set", "end_time=0.1"]);
+    assert_eq!(alone.code, Some(0), "a scene of one program: {}", alone.stderr);
+    assert_eq!(run(&bench.scene("end_time = -1.0\n"), &[&id]).code, Some(2));
 }
 
 #[test]

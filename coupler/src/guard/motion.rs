@@ -176,10 +176,11 @@ impl Motion {
         }
         self.odd += u64::from(!now.is_a_motion(ODD_DEFECT));
         let Span { number, start, length, .. } = span;
-        let at = format!("window {number} of {length:e} s at t = {start} s: {}", now.numbers());
+        // Made for a message alone: an odd window may be one of many.
+        let at = || format!("window {number} of {length:e} s at t = {start} s: {}", now.numbers());
         if self.seen == 1 {
             // Who jumps goes further than velocity can make it.
-            self.odd_start = (now.path > 4.0 * now.integral).then_some(at);
+            self.odd_start = (now.path > 4.0 * now.integral).then(at);
             return Ok(());
         }
         // One odd window may be chance, unless it is just what a certain mistake makes.
@@ -192,7 +193,8 @@ impl Motion {
         let what = format!(
             "{at}, {:.3} times as far; displacement must be the integral of velocity over each part of the window, from the \
              committed state",
-            now.times()
+            now.times(),
+            at = at()
         );
         Err(breach(solver, clause::VELOCITY, what))
     }
@@ -212,17 +214,24 @@ impl Motion {
     }
 
     /// The mistake that makes a window of `length` [s] what it is, if there is one.
-    fn cause(&self, solver: &str, at: &str, length: f64, [before, now]: [&Sums; 2]) -> Option<Failure> {
+    fn cause(
+        &self,
+        solver: &str,
+        at: &dyn Fn() -> String,
+        length: f64,
+        [before, now]: [&Sums; 2],
+    ) -> Option<Failure> {
         if now.is_a_motion(ODD_DEFECT) {
             return None;
         }
         if now.integral <= ROUNDING * ROUNDING * now.path {
-            let what = format!("{at}; its velocity is not the rate of its displacement");
+            let what = format!("{}; its velocity is not the rate of its displacement", at());
             return Some(breach(solver, clause::VELOCITY, what));
         }
         if !self.has_left && self.odd >= SOME {
             let what = format!(
-                "{at}; it starts from t = 0, as all windows before: it does not commit what was accepted"
+                "{}; it starts from t = 0, as all windows before: it does not commit what was accepted",
+                at()
             );
             return Some(breach(solver, clause::COMMIT, what));
         }
@@ -230,7 +239,7 @@ impl Motion {
         let alike = now.product * now.product > 0.99 * now.path * now.integral;
         let smooth = before.defect < 0.01 * before.path;
         (smooth && alike && longer > 1.01 && (times / longer - 1.0).abs() < 0.1).then(|| {
-            let what = format!("{at}: {times:.3} times too far, as in a window of {:e} s", self.window);
+            let what = format!("{}: {times:.3} times too far, as in a window of {:e} s", at(), self.window);
             breach(solver, clause::LENGTH, what)
         })
     }

@@ -211,7 +211,11 @@ fn of_scene(sets: &[String]) -> Option<Diagnostic> {
             return None;
         }
         let what = "this is a key of the scene, not of the study";
-        let cure = format!("--set vary.{key} is it for all members of the study");
+        // Only keys of a table are varied.
+        let cure = match key.split_once('=').is_some_and(|(name, _)| name.contains('.')) {
+            true => format!("--set vary.{key} is it for all members of the study"),
+            false => format!("write {key} in the scene, for all members of the study"),
+        };
         Some(Diagnostic::in_file(format!("--set {set}"), what).coded(code::ARGUMENT).try_instead(cure))
     })
 }

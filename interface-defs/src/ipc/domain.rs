@@ -21,6 +21,9 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+/// Longer than an owner that ends needs from its first file in shared memory to its lock.
+const ENDING: Duration = Duration::from_millis(100);
+
 /// The place of one run that has an owner.
 #[derive(Debug, Clone)]
 pub struct Domain {
@@ -54,7 +57,8 @@ impl Domain {
         Ok(Self { run: run.clone(), home: home.to_owned(), prefix, config })
     }
 
-    /// The place of `run`, if a coupler owns it now. An error: no directory of this user's runs can be used.
+    /// The place of `run`, if a coupler owns it now. An error: no directory of this user's runs can be used, or the coupler's shared memory is
+    /// not the one of this process.
     pub fn find(run: &RunId) -> Result<Option<Self>, Failure> {
         Self::find_in(&home::places(), run)
     }
@@ -64,6 +68,20 @@ impl Domain {
             let Some(home) = Home::open(place)? else { return Ok(None) };
             let Some(text) = home.owner(run)? else { return Ok(None) };
             let prefix = if text.is_empty() { memory::usual_prefix(run) } else { text };
+            // A run that is just ending removes it before it gives up its lock.
+            let apart = |home: &Home| Ok(!memory::is_known(&prefix) && home.owner(run)?.is_some());
+            let mut are_apart = apart(&home)?;
+            if are_apart {
+                std::thread::sleep(ENDING);
+                are_apart = apart(&home)?;
+            }
+            if are_apart {
+                return Err(Failure::Transport(format!(
+                    "run {run} is alive, and its files in {0} are not there: coupler and solver have different {0}, as in containers of \
+                     their own; share it (docker and podman: --ipc), or put `rockfall bridge` between them",
+                    memory::SHARED_MEMORY
+                )));
+            }
             Self::new(place, prefix, run).map(Some)
         })
     }
@@ -202,6 +220,20 @@ mod tests {
         assert!(!domain.is_owned() && Domain::find_in(&places, &run).unwrap().is_none());
         assert!(clean_in(&places).unwrap().contains(&run.to_string()));
         assert_eq!(std::fs::read_dir(&places[0]).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn an_owner_whose_shared_memory_is_another_one_is_not_waited_for() {
+        let temp = tempfile::tempdir().unwrap();
+        let places = [temp.path().join("h")];
+        let run = RunId::new();
+        let (domain, ownership) = Domain::own_in(&places, &run).unwrap();
+        // As it looks from a container with a /dev/shm of its own.
+        ownership.register.remove();
+        let refused = Domain::find_in(&places, &run).unwrap_err().to_string();
+        assert!(refused.contains("different /dev/shm"), "{refused}");
+        domain.remove(ownership);
+        assert!(Domain::find_in(&places, &run).unwrap().is_none());
     }
 
     /// A solver that waits for its coupler makes its first files the moment it sees an owner: they are no remains.

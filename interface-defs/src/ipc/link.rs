@@ -177,10 +177,7 @@ impl Link {
 
     fn write(&mut self, bytes: &[u8]) -> Result<(), Failure> {
         self.spoke = Instant::now();
-        self.stream.write_all(bytes).map_err(|e| {
-            let lost = format!("the other side takes nothing any more ({e}); look at what was printed there");
-            self.failure(lost)
-        })
+        self.stream.write_all(bytes).map_err(|e| self.broken(&e))
     }
 
     /// Send a frame: `head`, then numbers.
@@ -207,14 +204,25 @@ impl Link {
         let _ = self.send(END, why.as_bytes(), &[]);
     }
 
+    fn closed(&self) -> Failure {
+        self.failure("the other side has closed the connection; look at what was printed there, it may have been killed")
+    }
+
+    /// Who ends with something unread resets its connection; to the other side that is closed as well.
+    fn broken(&self, error: &io::Error) -> Failure {
+        match error.kind() {
+            ErrorKind::ConnectionReset | ErrorKind::ConnectionAborted | ErrorKind::BrokenPipe => {
+                self.closed()
+            }
+            _ => self.failure(format!("the connection was lost ({error}); look at what was printed there")),
+        }
+    }
+
     /// Read what has come, waiting for it as long as the stream does; whether there was something.
     fn read(&mut self) -> Result<bool, Failure> {
         let mut chunk = [0; CHUNK];
         match self.stream.read(&mut chunk) {
-            Ok(0) => {
-                let what = "the other side has closed the connection; look at what was printed there, it may have been killed";
-                Err(self.failure(what))
-            }
+            Ok(0) => Err(self.closed()),
             Ok(count) => {
                 self.incoming.extend_from_slice(&chunk[..count]);
                 self.heard = Instant::now();
@@ -228,7 +236,7 @@ impl Link {
             {
                 Ok(false)
             }
-            Err(e) => Err(self.failure(format!("the connection was lost: {e}"))),
+            Err(e) => Err(self.broken(&e)),
         }
     }
 

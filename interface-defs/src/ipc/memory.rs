@@ -95,6 +95,12 @@ fn register(prefix: &str) -> String {
     format!("{prefix}{REGISTER}")
 }
 
+/// Whether the register of a run is in the shared memory that this process sees.
+pub(crate) fn is_known(prefix: &str) -> bool {
+    open_all()
+        .is_ok_and(|shared| rustix::fs::statat(&shared, register(prefix), AtFlags::SYMLINK_NOFOLLOW).is_ok())
+}
+
 fn open_all() -> Result<OwnedFd, Failure> {
     let flags = OFlags::RDONLY | OFlags::DIRECTORY | OFlags::CLOEXEC;
     rustix::fs::open(SHARED_MEMORY, flags, Mode::empty())

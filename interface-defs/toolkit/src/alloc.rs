@@ -21,6 +21,14 @@ pub fn allocations() -> u64 {
     COUNT.with(Cell::get)
 }
 
+/// Do work between windows, of which nothing is counted.
+pub fn uncounted<T>(work: impl FnOnce() -> T) -> T {
+    let before = allocations();
+    let done = work();
+    COUNT.with(|count| count.set(before));
+    done
+}
+
 fn count() {
     COUNT.with(|c| c.set(c.get() + 1));
 }

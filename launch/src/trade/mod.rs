@@ -21,6 +21,7 @@ use crate::choice::{PRESETS, Preset};
 use crate::prepared::Prepared;
 use crate::progress::Progress;
 use crate::record;
+use crate::shell;
 use crate::stop::Stop;
 use crate::sweep;
 use atlas::Found;
@@ -28,7 +29,7 @@ use clap::Args;
 use interface_defs::diagnostic::code;
 use knobs::{Base, Knob, Point, Space, Start, rung};
 use plan::Task;
-use report::{Facts, quoted};
+use report::Facts;
 use result::Reference;
 use result::{Outcome, Purpose, Status};
 use std::path::{Path, PathBuf};
@@ -129,10 +130,10 @@ impl Setup {
         let space = Space { starts };
         // Field files cost time and disk, and no measure comes from them.
         let fields = at(&resolved, "output.fields").map(|_| format!("output.fields={}", exact(end_time)));
-        let sets = input.sets.iter().fold(String::new(), |all, set| all + " --set " + &quoted(set));
+        let sets = input.sets.iter().fold(String::new(), |all, set| all + " --set " + &shell::join([set]));
         let facts = Facts {
             scene: scene.name(),
-            command: quoted(&input.scene.display().to_string()) + &sets,
+            command: shell::join([&input.scene]) + &sets,
             end_time,
             structure: scene.has("structure"),
             budget: arguments.budget,

@@ -3,6 +3,7 @@
 use super::knobs::{Class, NET, Point, rung};
 use super::result::{CABLE_FORCE, Known, Outcome, Status, deviation};
 use super::study::{ACCURACIES, FINEST_ACCURACY, Finished, Recommended, Study, Trade};
+use crate::shell;
 use plotters::prelude::*;
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -185,19 +186,9 @@ fn lines(study: &Study, facts: &Facts, recommended: &[Recommended], text: &mut S
     let same = |a: &Recommended, b: &Recommended| a.point == b.point;
     for group in recommended.chunk_by(same) {
         let Some(sets) = group[0].point.as_ref().and_then(|point| study.space.sets(point)) else { continue };
-        let sets: String = sets.iter().map(|set| format!(" --set {}", quoted(set))).collect();
+        let sets: String = sets.iter().map(|set| format!(" --set {}", shell::join([set]))).collect();
         let accuracies: Vec<String> = group.iter().map(|one| percent(one.accuracy)).collect();
         *text += &format!("{}:\n\n```\nrockfall run {}{sets}\n```\n\n", accuracies.join(", "), facts.command);
-    }
-}
-
-/// As a shell reads it as one word.
-pub fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "._=-+/:,".contains(c);
-    if !word.is_empty() && word.chars().all(plain) {
-        word.to_owned()
-    } else {
-        format!("'{}'", word.replace('\'', "'\\''"))
     }
 }
 

@@ -227,7 +227,7 @@ fn impact(rock: &Rock, settings: &Settings, passage: &Passage, ago: f64) -> Impa
     motion.position += (motion.velocity + acceleration * (0.5 * since)) * since;
     motion.velocity += acceleration * since;
     Impact {
-        time: passage.start + since,
+        time: (passage.start + since).max(0.0),
         position: motion.position,
         velocity: motion.velocity,
         direction: motion.velocity.try_normalize(0.0).unwrap_or_else(|| settings.down()),
