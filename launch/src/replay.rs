@@ -119,7 +119,10 @@ fn show_crossed(request: &Arguments, recording: Reader) -> Result<Exit, Stop> {
         show(&format!("{exchanges} exchanges: {}\n", path.display()));
     }
     if let Some(path) = &request.picture {
-        let title = format!("{}: {exchanges} exchanges", request.file.display());
+        let title = format!(
+            "{}: {exchanges} exchanges (line: last iterate of a window, dots: those before)",
+            request.file.display()
+        );
         let drawn = picture.draw(&title).ok_or_else(|| {
             Stop::input(
                 code::ARGUMENT,

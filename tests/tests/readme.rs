@@ -1,4 +1,4 @@
-//! The scenes of the README and of `docs/solvers.md`, as a reader copies them, on files of a reader's own.
+//! The scenes of `docs/own-rock.md`, `own-net.md` and `solvers.md`, as a reader copies them, on files of a reader's own.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -52,10 +52,11 @@ fn write(dir: &Path, name: &str, text: &str) {
 }
 
 #[test]
-fn the_scenes_of_the_readme_run_on_files_of_ones_own() {
+fn the_scenes_of_the_tutorial_run_on_files_of_ones_own() {
     let bench = Bench::new();
     let dir = bench.path("");
-    let [fall, net]: [String; 2] = scenes("README.md").try_into().expect("two scenes");
+    let one = |page: &str| -> String { scenes(page).into_iter().next().expect("a scene") };
+    let (fall, net) = (one("docs/own-rock.md"), one("docs/own-net.md"));
     let mesh = repository().join("launch/scenes/data/net-5x5-v22.msh");
     let mesh = std::fs::read_to_string(mesh).expect("a mesh").replace("\"net\"", "\"wires\"");
     for (name, text) in [
