@@ -124,13 +124,16 @@ pub fn text(judged: &[Judged]) -> String {
         let word = match outcome {
             Outcome::Kept => "kept",
             Outcome::Broken => "BROKEN",
+            Outcome::Unsettled => "not settled",
             Outcome::NotExamined => "not examined",
         };
         let _ = writeln!(text, "{clause:<5} {word:<13} {title}: {what}");
     }
     let count = |of| judged.iter().filter(|judged| judged.outcome == of).count();
-    let [kept, broken, open] = [Outcome::Kept, Outcome::Broken, Outcome::NotExamined].map(count);
-    let _ = writeln!(text, "{kept} clauses kept, {broken} broken, {open} not examined");
+    let all = [Outcome::Kept, Outcome::Broken, Outcome::Unsettled, Outcome::NotExamined];
+    let [kept, broken, unsettled, open] = all.map(count);
+    let unsettled = if unsettled > 0 { format!("{unsettled} not settled, ") } else { String::new() };
+    let _ = writeln!(text, "{kept} clauses kept, {broken} broken, {unsettled}{open} not examined");
     text
 }
 

@@ -189,6 +189,10 @@ impl<'a> Coupling<'a> {
                     let (contact, touches) = (self.dem.participant.name(), self.gauges.touches);
                     agreement.bodies.watch(contact, accepted.span, &self.gauges.dem, touches)?;
                     self.examination.accepted(touches);
+                    if let Some(moved) = agreement.interface.moved(accepted.span.end(), &agreement.meshes[1])
+                    {
+                        observer.moved(&moved).map_err(CouplingError::output)?;
+                    }
                     self.book(accepted, &agreement.interface);
                     agreement.interface.commit();
                     if let Some(patch) = &mut agreement.patch {

@@ -17,6 +17,8 @@ pub struct Examination {
     pub of: Option<String>,
     /// What was found.
     pub findings: Vec<Finding>,
+    /// What looked broken in a run, and could not be told from what a scheme may do.
+    pub unsettled: Option<String>,
     /// Windows with a touch: so far, and when it was examined last.
     touched: u64,
     examined: u64,
@@ -79,7 +81,12 @@ impl Examination {
             }
         }
         if self.of.is_none() {
-            self.findings.clear();
+            let open = |found: Finding| {
+                (found.outcome == Outcome::Unsettled)
+                    .then(|| format!("clause {}: {}", found.clause, found.what))
+            };
+            let open = self.findings.drain(..).filter_map(open).last();
+            self.unsettled = open.or(self.unsettled.take());
         }
         Ok(())
     }

@@ -236,7 +236,9 @@ fn choose_fields(settings: &CouplingSettings, dem: &Hello, fem: &Hello) -> Resul
                 "{who} ({program}) does not {verb} the field \"{name}\" ({sampling:?}, {samples} per window), which \
                  this coupling needs"
             );
-            refuse(Diagnostic::error(code::CONTRACT, what))
+            let fewer = list.iter().find(|f| f.name == name && f.sampling == sampling).map(|f| f.samples);
+            let hint = fewer.map(|n| format!("coupling.samples = {n} is what it has; it may declare the field with more"));
+            refuse(Diagnostic::error(code::CONTRACT, what).try_if(hint))
         })
     };
     use Sampling::{AtEnds, FromStart, Means, Once};

@@ -10,7 +10,7 @@ use crate::guard::Answered;
 use crate::mapping::Matrix;
 use crate::passing::Passing;
 use crate::side::Side;
-use interface_defs::{Layout, Sampling, name};
+use interface_defs::{InterfaceMesh, Layout, Sampling, name};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -125,6 +125,21 @@ struct State {
 /// The committed side of an [`Interface`], and the fields that are passed on.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct KeptInterface(State, Vec<Vec<f64>>);
+
+/// The interface at the end of a window, as it is committed; 3 numbers per node.
+#[derive(Debug, Clone, Copy)]
+pub struct Moved<'a> {
+    /// Its end [s].
+    pub time: f64,
+    /// The structure's mesh at t = 0.
+    pub mesh: &'a InterfaceMesh,
+    /// Displacement [m] and velocity [m/s].
+    pub motion: (&'a [f64], &'a [f64]),
+    /// Mean contact force over its last part [N]; `None`: the contact solver moves the nodes itself.
+    pub force: Option<&'a [f64]>,
+    /// Displacement that the contact solver was given [m].
+    pub given: &'a [f64],
+}
 
 /// State of the interface.
 pub struct Interface {
@@ -429,6 +444,14 @@ impl Interface {
     /// The mean force of the window at hand over each part [N]; `None` while only a part of the nodes crosses.
     pub fn force(&self) -> Option<&[Vec<f64>]> {
         (!self.selected && !self.places.dem_force.is_empty()).then_some(&self.state.force[..])
+    }
+
+    /// The end of the window at hand, at `time` [s], of a structure with this mesh; `None` while only a part of the nodes crosses.
+    pub fn moved<'a>(&'a self, time: f64, mesh: &'a InterfaceMesh) -> Option<Moved<'a>> {
+        let last = |samples: &'a [Vec<f64>]| samples.last().map(|sample| &sample[..]);
+        let motion = (last(&self.answer.u)?, last(&self.answer.v)?);
+        let (force, given) = (self.force().and_then(last), last(&self.iterate.u)?);
+        (!self.selected).then_some(Moved { time, mesh, motion, force, given })
     }
 
     /// Work of the mean force in this window [J]: on the structure, and on the mesh that the contact

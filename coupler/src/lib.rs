@@ -14,7 +14,7 @@
 //! - whether solvers keep the contract: [`guard`] (what is looked at), [`examination`] (when), [`conform`] (one program, clause by clause)
 //! - seen from outside: `observer`
 //! - after it: `derived` (results that no solver reports), [`energy`] (balance and work at the interface), [`records`] (result files) with `rows` (which windows
-//!   become rows), [`trust`] (what speaks against a run)
+//!   become rows) and `fields` (the interface of a foreign structure for ParaView), [`trust`] (what speaks against a run)
 //! - instead of it: [`replay`] (one solver is asked what a recording says)
 //!
 //! A new acceleration or mapping is one file and two lines in the `mod.rs` of its folder.
@@ -26,6 +26,7 @@ pub mod coupling;
 mod derived;
 pub mod energy;
 pub mod examination;
+mod fields;
 pub mod guard;
 pub mod handshake;
 pub mod interface;

@@ -2,6 +2,7 @@
 
 use crate::convergence::Residual;
 use crate::energy::Balance;
+use crate::interface::Moved;
 use crate::schedule::Span;
 use crate::side::Side;
 use interface_defs::{Diagnostic, Failure};
@@ -125,6 +126,10 @@ pub struct KeptRun {
 pub trait Observer {
     /// Both solvers are prepared.
     fn prepared(&mut self, dem: &Side, fem: &Side, warnings: &[Diagnostic]) -> Result<(), Diagnostic>;
+    /// A window is accepted, and not committed yet: where the interface is at its end.
+    fn moved(&mut self, _moved: &Moved) -> Result<(), Diagnostic> {
+        Ok(())
+    }
     /// One iteration is done.
     fn iteration(&mut self, _iteration: &Iteration) -> Result<(), Diagnostic> {
         Ok(())

@@ -300,6 +300,7 @@ fn couple(
 ) -> (Summary, Result<(), CouplingError>) {
     let (end_time, form) = (prepared.end_time, arguments.leader.progress);
     let mut records = Records::new(prepared.owner.dir(), end_time, &prepared.output, form);
+    records.with_fields(prepared.output.fields.filter(|_| prepared.processes.fem.is_some()));
     let from = prepared.resume.as_ref();
     let dir = prepared.owner.dir();
     let checkpoints = Store::new(dir, prepared.subject.clone(), prepared.output.checkpoint, from);

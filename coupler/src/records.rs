@@ -1,6 +1,8 @@
 //! Result files of a coupled run: `history.csv`, `iterations.csv`, and for `summary.json` the measures and the cost.
 
 use crate::coupling::{Committed, Counts, Coupling, Iteration, KeptRun, Observer};
+use crate::fields::{Fields, KeptFields};
+use crate::interface::Moved;
 use crate::rows::{OWN_COLUMNS, Pending, Rows};
 use crate::side::Side;
 use interface_defs::{
@@ -33,6 +35,9 @@ pub struct Records {
     recorder: Option<Recorder>,
     iterations: Option<History>,
     rows: Rows,
+    /// Interval of the fields of the interface [s], if they are written.
+    fields_interval: Option<f64>,
+    fields: Option<Fields>,
     warnings: Vec<Diagnostic>,
     /// Who the two solvers are.
     programs: [String; 2],
@@ -56,6 +61,7 @@ struct KeptRecords {
     rows: KeptRows,
     /// `iterations.csv` as it was.
     iterations: Option<Mark>,
+    fields: Option<KeptFields>,
 }
 
 /// Names of the parts of a checkpoint: both solvers, the loop, the records.
@@ -86,6 +92,8 @@ impl Records {
             recorder: None,
             iterations: None,
             rows: Rows::new(0, Vec::new(), output.interval),
+            fields_interval: None,
+            fields: None,
             warnings: Vec::new(),
             programs: Default::default(),
             prepared_at: None,
@@ -113,6 +121,11 @@ impl Records {
         Ok(Some(KeptRun { dem: dem?.to_vec(), fem: fem?.to_vec(), coupling: coupling?.to_vec() }))
     }
 
+    /// Write the interface over time, every `interval` [s], for a structure that writes no fields of its own.
+    pub fn with_fields(&mut self, interval: Option<f64>) {
+        self.fields_interval = interval;
+    }
+
     /// Whether both solvers were prepared.
     pub fn have_begun(&self) -> bool {
         self.prepared_at.is_some()
@@ -126,6 +139,9 @@ impl Records {
         let Some(recorder) = &mut self.recorder else { return Ok(()) };
         let (_, file) = recorder.row();
         self.rows.flush(&mut |row| file.row(row)).map_err(|e| unwritable(Path::new(run_dir::HISTORY), &e))?;
+        if let Some(fields) = &mut self.fields {
+            fields.finish().map_err(|e| unwritable(Path::new(run_dir::FIELDS), &e))?;
+        }
         recorder.sync()
     }
 }
@@ -145,10 +161,14 @@ impl Observer for Records {
         let means = gauges.zip(1..).filter(|(gauge, _)| gauge.is_mean()).map(|(_, column)| column).collect();
         self.rows = Rows::new(columns, means, self.interval);
         let programs = [dem, fem].map(|side| (side.program.as_str(), &side.gauges[..]));
-        let (mut rows, mut iterations) = (None, None);
+        let (mut rows, mut iterations, mut fields) = (None, None, None);
         if let Some(kept) = self.kept.take() {
             self.rows.go_on(kept.pending)?;
-            (rows, iterations) = (Some(kept.rows), kept.iterations);
+            (rows, iterations, fields) = (Some(kept.rows), kept.iterations, kept.fields);
+        }
+        if let Some(interval) = self.fields_interval {
+            let dir = self.dir.join(run_dir::FIELDS);
+            self.fields = Some(Fields::new(&dir, interval, fields).map_err(|e| unwritable(&dir, &e))?);
         }
         self.recorder = Some(Recorder::open(&self.dir, &programs, &OWN_COLUMNS, rows)?);
         if self.iterations_wanted {
@@ -156,6 +176,11 @@ impl Observer for Records {
             self.iterations = Some(open(&path, &ITERATIONS.map(String::from), iterations.as_ref())?);
         }
         Ok(())
+    }
+
+    fn moved(&mut self, moved: &Moved) -> Result<(), Diagnostic> {
+        let Some(fields) = &mut self.fields else { return Ok(()) };
+        fields.add(moved).map_err(|e| unwritable(Path::new(run_dir::FIELDS), &e))
     }
 
     fn iteration(&mut self, iteration: &Iteration) -> Result<(), Diagnostic> {
@@ -183,10 +208,15 @@ impl Observer for Records {
 
     fn keep(&mut self, time: f64, run: KeptRun) {
         let Some(recorder) = &self.recorder else { return };
+        let fields = match self.fields.as_mut().map(Fields::kept).transpose() {
+            Ok(fields) => fields,
+            Err(e) => return tracing::warn!("no checkpoint is written: the fields of the interface: {e}"),
+        };
         let kept = KeptRecords {
             pending: self.rows.kept(),
             rows: recorder.kept(),
             iterations: self.iterations.as_ref().map(History::mark),
+            fields,
         };
         self.checkpoints.keep(time, || {
             recorder.sync()?;
@@ -249,6 +279,11 @@ pub fn describe(
     statistics: Option<&(Statistics, Statistics)>,
 ) {
     summary.warnings.extend_from_slice(&records.warnings);
+    if let Some(what) = &coupling.examination.unsettled {
+        let what = format!("{} may break the interface contract (PROTOCOL.md): {what}", records.programs[1]);
+        let hint = "rockfall conform examines it with windows of its own";
+        summary.warnings.push(Diagnostic::warning(code::CONTRACT, what).try_instead(hint));
+    }
     match statistics {
         Some((dem, fem)) => {
             for (program, statistics) in records.programs.iter().zip([dem, fem]) {
@@ -313,7 +348,9 @@ fn name_absent(summary: &mut Summary, programs: &[String; 2], statistics: [&Stat
         if !absent.is_empty() {
             let (is, them) = if absent.len() == 1 { ("is", "it") } else { ("are", "them") };
             let (names, who) = (absent.join(", "), &programs[side]);
-            let what = format!("{names} {is} absent: {who} does not report {them}");
+            let what = format!(
+                "{names} {is} absent: {who} does not report {them}, by measures of these names when it ends"
+            );
             summary.warnings.push(Diagnostic::warning(code::ABSENT_MEASURE, what));
         }
     }

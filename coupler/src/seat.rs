@@ -146,7 +146,10 @@ impl<'a> Seat<'a> {
             (None, Some(gauge)) => format!("gauge \"{}\"", side.gauges[gauge].name),
             (None, None) => format!("number {index}"),
         };
-        let what = format!("window {} at t = {} s: {what} is {}", span.number, span.start, payload[index]);
+        let what = format!(
+            "window {} at t = {} s: {what} is {}; did it become unstable? its own steps may be above the critical one",
+            span.number, span.start, payload[index]
+        );
         Err(Failure::breach(self.participant.name(), clause::NUMBERS, what))
     }
 

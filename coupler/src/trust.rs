@@ -43,11 +43,14 @@ impl Causes<'_> {
             format!("{interface:.3e} J of it arose between the solvers: {}", self.of_interface())
         } else if dem_size > fem_size {
             format!(
-                "{dem:.3e} J of it arose in the contact solver's own steps: shorten the steps ([dem] time_step, or more \
+                "{dem:.3e} J of it arose in the contact solver's own steps: shorten its steps (dem-solver's: [dem] time_step, or more \
                  steps_per_contact); energy that is lost where wires cross is kept by dem.contact_selection = \"continuous\""
             )
         } else {
-            format!("{fem:.3e} J of it arose in the structure's own steps: shorten [fem] time_step")
+            format!(
+                "{fem:.3e} J of it arose in the structure's own steps: shorten them (fem-solver's: [fem] time_step); of a solver of your own, see that \
+                 its gauges of energy have the right roles"
+            )
         };
         if self.balance.touched_at_start {
             return format!(

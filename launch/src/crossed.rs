@@ -4,7 +4,9 @@ use interface_defs::diagnostic::Diagnostic;
 use interface_defs::{Layout, Plan, Ready, Sampling, Status, name};
 use plotters::prelude::*;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::io;
+use std::path::Path;
 
 use toolkit::recording::{Entry, Exchange, Reader};
 
@@ -18,6 +20,8 @@ pub struct Crossed {
     start_s: f64,
     length_s: f64,
     command: u32,
+    /// 1: the last of its window. 0: an iterate before that, a window that was tried again, or an examination of the solver.
+    accepted: u8,
     status: &'static str,
     sent_numbers: usize,
     answer_numbers: usize,
@@ -36,11 +40,21 @@ pub struct Rows {
     recording: Reader,
     layouts: Vec<(String, [Layout; 2])>,
     count: usize,
+    /// Number of the last exchange of each window of each solver.
+    last: BTreeMap<(String, u64), usize>,
 }
 
 impl Rows {
-    pub fn of(recording: Reader) -> Self {
-        Self { recording, layouts: Vec::new(), count: 0 }
+    /// Those of the recording in this file, which is read twice: what is the last of a window is known behind it.
+    pub fn open(file: &Path) -> Result<Self, Diagnostic> {
+        let (mut recording, mut last, mut count) = (Reader::open(file)?, BTreeMap::new(), 0);
+        while let Some(entry) = recording.next_entry()? {
+            if let Entry::Exchange(exchange) = entry {
+                count += 1;
+                last.insert((exchange.solver, exchange.window.0), count);
+            }
+        }
+        Ok(Self { recording: Reader::open(file)?, layouts: Vec::new(), count: 0, last })
     }
 
     fn next_row(&mut self) -> Result<Option<Crossed>, Diagnostic> {
@@ -54,7 +68,10 @@ impl Rows {
                 Entry::Exchange(exchange) => {
                     self.count += 1;
                     let layouts = self.layouts.iter().find(|(of, _)| *of == exchange.solver);
-                    return Ok(Some(row(self.count, &exchange, layouts.map(|(_, both)| both))));
+                    let mut row = row(self.count, &exchange, layouts.map(|(_, both)| both));
+                    let last = self.last.get(&(exchange.solver, exchange.window.0));
+                    row.accepted = u8::from(last == Some(&self.count));
+                    return Ok(Some(row));
                 }
                 _ => {}
             }
@@ -96,6 +113,7 @@ fn row(number: usize, exchange: &Exchange, layouts: Option<&[Layout; 2]>) -> Cro
         start_s: span.0,
         length_s: span.1,
         command: *command,
+        accepted: 0,
         status: match Status::from_number(*status) {
             Some(Status::Done) => "done",
             Some(Status::Failed) => "failed",
@@ -129,7 +147,6 @@ pub struct Picture {
     tried: [Vec<(f64, f64)>; 2],
     iterations: Vec<(f64, f64)>,
     solver: String,
-    window: Option<u64>,
 }
 
 impl Picture {
@@ -144,17 +161,11 @@ impl Picture {
         }
         let time = row.start_s + row.length_s;
         let values = [u, (x * x + y * y + z * z).sqrt() / 1000.0];
-        let again = self.window.replace(row.window) == Some(row.window);
-        for ((curve, tried), value) in self.curves.iter_mut().zip(&mut self.tried).zip(values) {
-            if again {
-                tried.extend(curve.pop());
-            }
-            curve.push((time, value));
+        let to = if row.accepted == 1 { &mut self.curves } else { &mut self.tried };
+        to.iter_mut().zip(values).for_each(|(curve, value)| curve.push((time, value)));
+        if row.accepted == 1 {
+            self.iterations.push((time, f64::from(row.iteration.max(1))));
         }
-        if again {
-            self.iterations.pop();
-        }
-        self.iterations.push((time, f64::from(row.iteration.max(1))));
     }
 
     /// As SVG. `None`: nothing crossed that could be drawn.

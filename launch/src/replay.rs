@@ -15,7 +15,7 @@ use toolkit::arguments::AnswerForm;
 use toolkit::check::Format;
 use toolkit::exit::Exit;
 use toolkit::files::{self, Scratch};
-use toolkit::recording::Reader;
+use toolkit::recording::{Entry, Reader};
 use toolkit::screen::show;
 
 /// What the command line asks for.
@@ -47,10 +47,9 @@ pub struct Arguments {
 
 /// Ask the solver, or write the table.
 pub fn replay(request: &Arguments) -> Result<Exit, Stop> {
-    let recording = Reader::open(&request.file)?;
     match &request.role {
-        Some(role) => ask(request, role, &recording.scene),
-        None => show_crossed(request, recording),
+        Some(role) => ask(request, role, &Reader::open(&request.file)?.scene),
+        None => show_crossed(request),
     }
 }
 
@@ -72,7 +71,12 @@ fn ask(request: &Arguments, role: &str, scene: &str) -> Result<Exit, Stop> {
     leader.stdout(Stdio::inherit()).stderr(Stdio::inherit());
     let mut words = request.command.clone();
     if words.is_empty() {
-        words.push(own(if role == "dem" { "dem-solver" } else { "fem-solver" })?);
+        let program = if role == "dem" { "dem-solver" } else { "fem-solver" };
+        if let Some(other) = recorded_with(request, role)?.filter(|name| !name.starts_with(program)) {
+            let what = format!("{role} was {other} in this recording: give its command behind --");
+            return Err(Stop::input(code::ARGUMENT, what));
+        }
+        words.push(own(program)?);
     }
     let mut solver = Command::new(&words[0]);
     solver.args(&words[1..]).arg("serve").arg(scene.path()).args(["--run", &run, "--as", role]);
@@ -94,8 +98,21 @@ fn ask(request: &Arguments, role: &str, scene: &str) -> Result<Exit, Stop> {
     }
 }
 
+/// Which program a solver was in the recording.
+fn recorded_with(request: &Arguments, role: &str) -> Result<Option<String>, Stop> {
+    let mut recording = Reader::open(&request.file)?;
+    while let Some(entry) = recording.next_entry()? {
+        match entry {
+            Entry::Hello(of, hello) if of == role => return Ok(Some(hello.program)),
+            Entry::Exchange(_) => break,
+            _ => {}
+        }
+    }
+    Ok(None)
+}
+
 /// A row for each exchange, and a picture of what crossed.
-fn show_crossed(request: &Arguments, recording: Reader) -> Result<Exit, Stop> {
+fn show_crossed(request: &Arguments) -> Result<Exit, Stop> {
     let refused = |path: &Path, e: &dyn Display| {
         Stop::input(code::FILE, format!("{}: it cannot be written: {e}", path.display()))
     };
@@ -104,7 +121,7 @@ fn show_crossed(request: &Arguments, recording: Reader) -> Result<Exit, Stop> {
         None => None,
     };
     let (mut picture, mut exchanges) = (Picture::default(), 0);
-    for row in Rows::of(recording) {
+    for row in Rows::open(&request.file)? {
         let row = row?;
         exchanges += 1;
         if let (Some(table), Some(path)) = (&mut table, &request.table) {
@@ -120,7 +137,7 @@ fn show_crossed(request: &Arguments, recording: Reader) -> Result<Exit, Stop> {
     }
     if let Some(path) = &request.picture {
         let title = format!(
-            "{}: {exchanges} exchanges (line: last iterate of a window, dots: those before)",
+            "{}: {exchanges} exchanges (line: last of each window; dots: iterates before it and examinations)",
             request.file.display()
         );
         let drawn = picture.draw(&title).ok_or_else(|| {

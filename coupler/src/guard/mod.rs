@@ -31,6 +31,8 @@ pub enum Outcome {
     NotExamined,
     /// It is kept.
     Kept,
+    /// It looks broken, and what a scheme may do looks the same.
+    Unsettled,
     /// It is broken.
     Broken,
 }

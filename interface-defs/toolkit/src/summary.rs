@@ -471,7 +471,8 @@ fn row(m: &Measure) -> [String; 3] {
     let time = m.time.map_or(String::new(), |t| format!("at {} s", short(t)));
     let member = m.member.as_ref().map_or(String::new(), |member| format!(" ({member})"));
     let off = m.uncertainty.map_or(String::new(), |of| match (of.value, m.unit.as_str()) {
-        (Some(value), "1") => format!("+- {} ", short(rounded(value, 2))),
+        // A share of nothing means nothing.
+        (Some(value), unit) if unit == "1" || m.value == 0.0 => format!("+- {} ", short(rounded(value, 2))),
         (Some(value), _) => {
             let mark = if of.beyond { "(unreliable) " } else { "" };
             format!("+- {} {mark}", percent(rounded(value / m.value.abs(), 2)))

@@ -58,7 +58,8 @@ pub fn new(request: &Arguments) -> Result<Exit, Stop> {
             next: ["check", "run"].map(|verb| format!("rockfall {verb} {scene_file}")).into(),
         }
     } else if let Some(language) = &request.solver {
-        let next = vec![format!("cd {}", shell::join([dir])), "make test".into()];
+        let readme = format!("cd {} # README.md says what it needs", shell::join([dir]));
+        let next = vec![readme, "make test".into(), "rockfall run scene.toml".into()];
         Project { files: solver::files(language), next }
     } else {
         site::project(dir, request.site.completed(&mut ask)?)?

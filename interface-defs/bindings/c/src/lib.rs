@@ -165,7 +165,7 @@ pub struct RfSolver {
     /// How well it repeats a window: solving A, B, A from one committed state gives both A equal to this share of each field; 0:
     /// equal bytes. Below 0: it cannot repeat a window, and is coupled weakly.
     pub repeats: f64,
-    /// Longest window that it can solve [s]; 0: no limit.
+    /// Longest window that it can solve [s]; 0: no limit. Eight windows of the scene let clause 5.11 of `PROTOCOL.md` be settled.
     pub largest_window: f64,
     /// `[take_count]`: what it can take.
     pub takes: *const RfField,
