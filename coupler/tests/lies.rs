@@ -102,6 +102,8 @@ impl Solver for Net {
             program: format!("net ({:?})", self.lie),
             scene: if self.lie == Lie::WrongScene { "fnv1a64:2".into() } else { SCENE.into() },
             repeats: self.repeats,
+            // Eight windows of the scene are what it takes to distinguish wrong masses from half a kick at the start.
+            largest_window: 8.0 * WINDOW,
             takes: vec![many(name::FORCE, Sampling::Means)],
             gives: vec![many(name::DISPLACEMENT, Sampling::AtEnds), many(name::VELOCITY, Sampling::AtEnds)],
             ..Hello::default()

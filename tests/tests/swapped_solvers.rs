@@ -29,6 +29,29 @@ fn an_oscillator_takes_the_place_of_the_structure_by_one_line() {
 }
 
 #[test]
+fn the_interface_of_a_foreign_structure_is_written_for_paraview() {
+    let bench = Bench::new();
+    let scene = on_oscillator(&bench);
+    let ended = bench.done(&scene, "out", &["--set", "output.fields=0.002"]);
+    let list = std::fs::read_to_string(ended.out.join("fields/interface.pvd")).expect("the series");
+    // Every 2 ms of 20 ms.
+    assert!((10..=11).contains(&list.matches("interface_").count()), "{list}");
+    let last = std::fs::read_to_string(ended.out.join("fields/interface_000010.vtu"));
+    let text = last.map_or_else(|e| e.to_string(), |text| text);
+    for field in ["displacement", "velocity", "contact_force", "residual"] {
+        assert!(
+            text.contains(&format!("Name=\"{field}\"")),
+            "{field}: {}",
+            text.lines().take(20).collect::<String>()
+        );
+    }
+    // Fields that nobody asks for are not there, nor those of a structure that writes its own.
+    assert!(!bench.done(&scene, "none", &[]).out.join("fields").exists());
+    let own = bench.done(&tests::scene("sphere-on-plate-spring"), "own", &["--set", "output.fields=0.005"]);
+    assert!(!own.out.join("fields/interface.pvd").exists());
+}
+
+#[test]
 fn a_solver_of_ones_own_has_fewer_than_60_lines() {
     let lines = include_str!("../../interface-defs/examples/oscillator.rs").lines().count();
     assert!(lines < 60, "{lines}");
