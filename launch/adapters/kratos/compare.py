@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
-"""One scene with rockfall's own structure and with others in its place: results, time, and where rows differ.
+"""A scene with rockfall's own solvers, and with others in their place: results, time, and how far rows are apart.
 
-usage: compare.py SCENE [--role fem|dem] [--set KEY=VALUE]... [--within SHARE] NAME=COMMAND...
+usage: compare.py SCENE [--set KEY=VALUE]... [--within SHARE] NAME=ROLE:COMMAND[,KEY=VALUE]...
 
-Prints a line each. With --within the exit code is 1 where a number of the history that both runs have is further off than
-this share of the largest of its column.
+as in: compare.py launch/scenes/walenstadt-exp1.toml Kratos=fem:launch/adapters/kratos/structure.py
+
+Rows are compared column by column, of all columns that both histories have, over the largest number of the column. With --within
+the exit code is 1 where one is further apart than this.
 """
 import argparse
 import pathlib
@@ -13,10 +15,9 @@ import sys
 import tempfile
 
 import numpy as np
-import rockfall
-from rockfall.runs import program
+from rockfall.runs import Results, program
 
-SHOWN = ("max_deflection", "max_elongation", "max_reaction", "max_reaction_1ms")
+MEASURES = ("max_deflection", "max_elongation", "max_reaction", "max_reaction_1ms")
 
 
 def run(scene, sets, out):
@@ -24,23 +25,61 @@ def run(scene, sets, out):
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode not in (0, 3):
         sys.exit(done.stderr)
-    return rockfall.runs.Results(out)
+    return Results(out)
 
 
-def furthest(own, other):
+def apart(own, other):
     """The largest difference of a column that both have, over its largest number, and its name."""
-    names = [name for name in own if name in other and not name.startswith(("iterations", "residual"))]
-    if any(len(own[name]) != len(other[name]) for name in names):
-        return np.inf, "rows"
-    off = [np.abs(own[name] - other[name]).max() / (np.abs(own[name]).max() or 1.0) for name in names]
-    return max(zip(off, names))
+    found = [(0.0, "nothing")]
+    for name in own:
+        if name not in other or name.startswith(("iterations", "residual", "coupling")):
+            continue
+        a, b = np.array(own[name]), np.array(other[name])
+        if len(a) != len(b):
+            return np.inf, "%d rows beside %d" % (len(b), len(a))
+        found.append((np.nanmax(np.abs(a - b)) / (np.nanmax(np.abs(a)) or 1.0), name))
+    return max(found)
+
+
+def line(name, results, off):
+    cells = [name]
+    for measure in MEASURES:
+        found = [(of["value"], of["source"]) for key, of in results.summary["measures"].items() if of and key.endswith(measure)]
+        value, source = max(found, default=(None, ""))
+        cells.append("-" if value is None else "%.10g%s" % (value, " (coupler)" if source.startswith("coupler") else ""))
+    cells.append(", ".join(one["fate"] for one in results.summary["verdict"]) + ", " + results.status)
+    cost = results.summary["cost"]
+    cells += ["%.2f" % cost["loop_s"], "%.2f / %.2f" % tuple(cost["processes"][role]["cpu_s"] for role in ("dem", "fem"))]
+    print("| " + " | ".join([*cells, off]) + " |", flush=True)
 
 
 def main():
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("scene", type=pathlib.Path)
-    options.add_argument("--role", default="fem", choices=("fem", "dem"))
     options.add_argument("--set", action="append", default=[], dest="sets")
     options.add_argument("--within", type=float)
-    options.add_argument("others", nargs="+", metavar="NAME=COMMAND")
+    options.add_argument("others", nargs="+", metavar="NAME=ROLE:COMMAND[,KEY=VALUE]")
     given = options.parse_args()
+    print("| | %s | verdicts, status | loop [s] | processor, dem / fem [s] | rows apart |" % " | ".join(MEASURES))
+    print("|" + "---|" * (len(MEASURES) + 5))
+    far = False
+    with tempfile.TemporaryDirectory() as folder:
+        own = run(given.scene, given.sets, pathlib.Path(folder) / "own")
+        line("rockfall", own, "")
+        for i, other in enumerate(given.others):
+            name, words = other.split("=", 1)
+            place, *sets = words.split(",")
+            if ":" in place:
+                role, command = place.split(":", 1)
+                sets.append("processes.%s='%s'" % (role, pathlib.Path(command).resolve()))
+            else:
+                sets.append(place)
+            results = run(given.scene, given.sets + sets, pathlib.Path(folder) / str(i))
+            off, column = apart(own.curves, results.curves)
+            far |= not off <= (np.inf if given.within is None else given.within)
+            line(name, results, "%.1e, %s" % (off, column))
+    sys.exit("rows are further apart than %g" % given.within if far else 0)
+
+
+if __name__ == "__main__":
+    main()

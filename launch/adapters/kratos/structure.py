@@ -154,8 +154,8 @@ class Net(rockfall.Structure):
         points = [one for one in self.scene.get("gauge", []) if one["quantity"] == "displacement" and "at" in one]
         self.watched = [((place - one["at"]) ** 2).sum(1).argmin() for one in points]
         roles = "kinetic", "potential", "dissipated", "received"
-        gauges = [rockfall.Gauge("reaction_" + c, "N") for c in "xyz"]
-        gauges += [rockfall.Gauge("energy_%s_kratos" % role, "J", role) for role in roles]
+        gauges = [rockfall.Gauge("reaction_" + c, "N", extremes=False) for c in "xyz"]
+        gauges += [rockfall.Gauge("energy_%s_fem" % role, "J", role, extremes=False) for role in roles]
         gauges += [rockfall.Gauge("%s_u%s" % (one["name"], c), "m") for one in points for c in "xyz"]
         self.reaction = -(force * self.held).sum(0)
         motion = (self.origin, np.zeros_like(left), left * verlet.inverse_mass)
