@@ -156,7 +156,7 @@ class Rocks(rockfall.Contact):
         variables = Kratos.DISPLACEMENT, Kratos.VELOCITY, Dem.CONTACT_FORCES
         columns = Kratos.TensorAdaptors.HistoricalVariableTensorAdaptor
         self.wall_u, self.wall_v, self.wall_force = (columns(self.walls, variable) for variable in variables)
-        self.mover = Dem.MoveMeshUtility()
+        self.mover, self.h = Dem.MoveMeshUtility(), 0.0
         nodes = dict(zip((i for i, _ in spheres), self.stage.spheres_model_part.Nodes))
         nodes.update(zip((i for i, _ in boxes), self.stage.cluster_model_part.Nodes))
         self.nodes = [nodes[i] for i, _ in rocks]
@@ -168,8 +168,20 @@ class Rocks(rockfall.Contact):
         return rockfall.Ready(state=None, gauges=gauges)
 
     def numbers(self):
-        vectors = Kratos.VELOCITY, Kratos.ANGULAR_VELOCITY
-        return [x for n in self.nodes for x in (n.X, n.Y, n.Z, *(c for of in vectors for c in n.GetSolutionStepValue(of)))]
+        """Gauges now: Kratos has each place half a step ahead."""
+        found = []
+        for node in self.nodes:
+            v, w = (np.array(node.GetSolutionStepValue(of)) for of in (Kratos.VELOCITY, Kratos.ANGULAR_VELOCITY))
+            found += [*(np.array((node.X, node.Y, node.Z)) - 0.5 * self.h * v), *v, *w]
+        return found
+
+    def step_of(self, h):
+        """Steps are `h` long from now on [s]."""
+        ahead, self.h = 0.5 * (h - self.h), h
+        for node in itertools.chain(self.stage.spheres_model_part.Nodes, self.stage.cluster_model_part.Nodes):
+            x, y, z = (ahead * c for c in node.GetSolutionStepValue(Kratos.VELOCITY))
+            node.X0, node.Y0, node.Z0 = node.X0 + x, node.Y0 + y, node.Z0 + z
+            node.X, node.Y, node.Z = node.X + x, node.Y + y, node.Z + z
 
     def start(self, state, gives, gauges):
         gauges[:] = np.array(self.numbers())[:, None]
@@ -178,13 +190,17 @@ class Rocks(rockfall.Contact):
         from_, to = takes[0]
         steps = window.steps(self.longest)
         h, rows, solver = window.length / steps, [], self.stage._GetSolver()
+        # From window to window lengths of steps differ by rounding.
+        if abs(h - self.h) > 1e-9 * h:
+            self.step_of(h)
         solver.SetDt(h)
         self.wall_v.data[: self.count] = (to - from_) / window.length
         self.wall_v.StoreData()
         gives[0][-1] = 0.0
         for step in range(steps):
-            # Kratos' step is the force at its start, then velocity and place: the walls are where they are at its start.
-            self.wall_u.data[: self.count] = from_ + step / steps * (to - from_)
+            # Kratos' step takes the force where things are, then velocity and place. All are half a step ahead, in the step's middle: the
+            # force of a step is that of its own time, and not late by half of it, which would make energy.
+            self.wall_u.data[: self.count] = from_ + (step + 0.5) / steps * (to - from_)
             self.wall_u.StoreData()
             self.mover.MoveDemMesh(self.walls, True)
             self.stage.time = solver.AdvanceInTime(window.start + step * h)
