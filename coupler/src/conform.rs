@@ -63,8 +63,9 @@ pub fn conform(
         Ok(()) => {
             let kept = format!("in {windows} windows, to the end");
             OF_WINDOWS.into_iter().for_each(|clause| add(clause, Outcome::Kept, kept.clone()));
-            let watched = if is_structure { Outcome::Kept } else { Outcome::NotExamined };
-            add(clause::VELOCITY, watched, kept);
+            if is_structure {
+                add(clause::VELOCITY, Outcome::Kept, kept);
+            }
         }
         Err(CouplingError::Failed(failure)) => match about(&failure, of) {
             Some((clause, what)) => add(clause, Outcome::Broken, what),

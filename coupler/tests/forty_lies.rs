@@ -598,3 +598,44 @@ fn who_does_not_lie_is_believed() {
         }
     }
 }
+
+/// A solver that cannot go back: what it has solved it is.
+struct Once<S>(S);
+
+impl<S: Solver> Solver for Once<S> {
+    fn hello(&self) -> Hello {
+        Hello { repeats: None, ..self.0.hello() }
+    }
+
+    fn prepare(&mut self, plan: &Plan, progress: OnProgress) -> Result<Ready, Fault> {
+        self.0.prepare(plan, progress)
+    }
+
+    fn solve(&mut self, window: &Window, input: &[f64], output: &mut [f64]) -> Result<(), Fault> {
+        self.0.solve(window, input, output)?;
+        self.0.commit()
+    }
+
+    fn commit(&mut self) -> Result<(), Fault> {
+        Ok(())
+    }
+
+    fn finish(&mut self) -> Result<Statistics, Fault> {
+        self.0.finish()
+    }
+}
+
+#[test]
+fn who_says_that_it_cannot_repeat_a_window_is_asked_for_none_again() {
+    for (of, tells) in [("dem", true), ("dem", false), ("fem", true)] {
+        let (mut dem, mut fem) = (
+            InProcess::new("dem", Once(Ball::new(tells, tells))),
+            InProcess::new("fem", Once(Net::new(false, true))),
+        );
+        let judged = conforms(of, &mut dem, &mut fem, Scheme::Weak).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(broken(&judged), [""; 0], "{of}:\n{}", text(&judged));
+        // Motion is watched in every window.
+        let motion = judged.iter().find(|judged| judged.clause == "5.9").map(|judged| judged.outcome);
+        assert_eq!(motion, Some(if tells { Outcome::Kept } else { Outcome::NotExamined }), "{of}");
+    }
+}

@@ -195,13 +195,19 @@ impl fmt::Display for Verdict {
                 write!(f, "from {speed:.2} m/s at {time:.4} s")?;
                 self.stop(f)?;
             }
+            // Of a contact solver that tells no speed.
+            (Fate::Stopped, None) => {
+                write!(f, "was stopped by the net at {time:.4} s, {braking:.4} s after its first touch")?;
+            }
+            (Fate::Undecided, None) => {
+                write!(f, "was still being stopped by the net at {time:.4} s")?;
+            }
             (Fate::Rebounded, _) => {
                 write!(f, "rebounded from the net with {speed:.2} m/s at {time:.4} s; ")?;
                 write!(f, "it had been stopped in {braking:.4} s over {travel:.3} m")?;
                 self.stop(f)?;
             }
-            (Fate::Undecided, _) => {
-                let touch = self.impact.map_or(f64::NAN, |impact| impact.time);
+            (Fate::Undecided, Some(Touch { time: touch, .. })) => {
                 write!(f, "was still being stopped by the net at {time:.4} s: {speed:.2} m/s along its ")?;
                 write!(f, "impact direction, {travel:.3} m after its first touch at {touch:.4} s")?;
             }
@@ -287,6 +293,14 @@ mod tests {
             (
                 Verdict::of("block", ending(Fate::AtRest)),
                 "rock `block` came to rest on the terrain near (1.00, 2.00, 3.50) at 4.000 s",
+            ),
+            (
+                Verdict { braking_time: Some(0.25), ..free.clone() }.at_net(Fate::Stopped, 1.25, 0.0, None),
+                "rock `block` was stopped by the net at 1.2500 s, 0.2500 s after its first touch",
+            ),
+            (
+                free.clone().at_net(Fate::Undecided, 2.0, 0.0, None),
+                "rock `block` was still being stopped by the net at 2.0000 s",
             ),
             (
                 touched.clone().at_net(Fate::Stopped, 1.25, 0.0, None),
