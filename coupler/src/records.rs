@@ -349,7 +349,7 @@ fn name_absent(summary: &mut Summary, programs: &[String; 2], statistics: [&Stat
             let (is, them) = if absent.len() == 1 { ("is", "it") } else { ("are", "them") };
             let (names, who) = (absent.join(", "), &programs[side]);
             let what = format!(
-                "{names} {is} absent: {who} does not report {them}, by measures of these names when it ends"
+                "{names} {is} absent: {who} does not report {them}"
             );
             summary.warnings.push(Diagnostic::warning(code::ABSENT_MEASURE, what));
         }
