@@ -2,6 +2,7 @@
 
 use base64::Engine as _;
 use serde_json::{Value, json};
+use std::fmt::Display;
 use std::io;
 use std::path::Path;
 use toolkit::files;
@@ -42,7 +43,7 @@ impl Table {
     }
 
     /// Columns by the ends of their names, such as x, y and z; `None` where one is missing.
-    pub fn vector<const N: usize>(&self, before: &str, ends: [&str; N]) -> Option<Vec<[f64; N]>> {
+    pub fn vector<const N: usize>(&self, before: &str, ends: [impl Display; N]) -> Option<Vec<[f64; N]>> {
         let columns = ends.map(|end| self.column(&format!("{before}{end}")));
         let columns: Vec<&[f64]> = columns.into_iter().collect::<Option<_>>()?;
         Some((0..columns[0].len()).map(|row| std::array::from_fn(|k| columns[k][row])).collect())

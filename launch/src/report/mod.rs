@@ -6,9 +6,7 @@ use crate::children::{self, Events, Goes, Job, Rules};
 use crate::stop::Stop;
 use clap::Args;
 use interface_defs::diagnostic::{Diagnostic, code};
-use std::ffi::OsString;
 use std::io;
-use std::os::unix::ffi::OsStrExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
@@ -30,17 +28,9 @@ const BROWSERS: [&str; 5] =
     ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "microsoft-edge"];
 /// Longest time that a browser may take [s].
 const PRINTING: Duration = Duration::from_secs(120);
-/// What keeps a browser from asking anything of anybody.
-const SILENT: [&str; 8] = [
-    "--headless",
-    "--disable-gpu",
-    "--enable-unsafe-swiftshader",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--disable-quic",
-];
+/// How it prints, without asking anything of anybody.
+const SILENT: &str = "--headless --disable-gpu --enable-unsafe-swiftshader --no-first-run --disable-background-networking \
+                      --disable-component-update --disable-sync --disable-quic --no-pdf-header-footer --virtual-time-budget=10000";
 
 /// What the command line asks for.
 #[derive(Debug, Args)]
@@ -98,36 +88,20 @@ fn browser() -> Result<PathBuf, Stop> {
 fn print(browser: &Path, dir: &Path) -> Result<(), Stop> {
     let failed = |what: String| Stop::failed(code::PROCESS, format!("{}: {what}", browser.display()));
     let scratch = tempfile::tempdir().map_err(|e| failed(format!("it has no place to work in: {e}")))?;
-    let out = scratch.path().join(PRINT);
-    let named = |option: &str, path: &Path| {
-        let mut word = OsString::from(option);
-        word.push(path);
-        word
-    };
-    let full =
-        std::path::absolute(dir.join(REPORT)).map_err(|e| failed(format!("the report is not found: {e}")))?;
+    let (profile, out) = (scratch.path().join("profile"), scratch.path().join(PRINT));
     let mut command = Command::new(browser);
-    command.args(SILENT).args(["--no-pdf-header-footer", "--virtual-time-budget=10000"]);
+    command.current_dir(dir).args(SILENT.split_whitespace());
     // A browser refuses to shut the administrator off from the rest of the machine.
     command.args(rustix::process::getuid().is_root().then_some("--no-sandbox"));
-    command.arg(named("--user-data-dir=", &scratch.path().join("profile")));
-    command.arg(named("--print-to-pdf=", &out)).arg(address(&full));
+    command.arg(format!("--user-data-dir={}", profile.display()));
+    command.arg(format!("--print-to-pdf={}", out.display())).arg(REPORT);
     let rules = Rules { grace: Some(children::GRACE_OF_RUN), limit: Some(PRINTING), ..Rules::default() };
     let job = Job { name: "the browser".into(), command, input: None, output: Goes::Kept };
     let (end, too_slow) = children::one(job, rules, &Events::watch()?)?;
     if too_slow {
         return Err(failed(format!("it has not printed the report within {} s", PRINTING.as_secs())));
     }
-    let printed = files::read_input(&out, files::TEXT);
-    let printed = printed.map_err(|e| {
-        failed(format!("it ended with {} and printed nothing: {e}", children::how(end.status)))
-    })?;
+    let nothing = |e| failed(format!("it ended with {} and printed nothing: {e}", children::how(end.status)));
+    let printed = files::read_input(&out, files::TEXT).map_err(nothing)?;
     files::write(&dir.join(PRINT), &printed).map_err(|e| failed(format!("{PRINT} cannot be written: {e}")))
-}
-
-/// The address of a file on this machine.
-fn address(path: &Path) -> String {
-    let plain = |byte: &u8| byte.is_ascii_alphanumeric() || b"/-_.~".contains(byte);
-    let each = |byte: &u8| if plain(byte) { char::from(*byte).to_string() } else { format!("%{byte:02X}") };
-    path.as_os_str().as_bytes().iter().map(each).fold("file://".into(), |text: String, each| text + &each)
 }

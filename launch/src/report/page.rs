@@ -9,10 +9,9 @@ use toolkit::columns::Columns;
 use toolkit::files;
 use toolkit::summary::RunStatus;
 
-/// What it is made of; each has one place in the page.
-const FRAME: &str = include_str!("page.html");
+/// How it looks.
 const STYLE: &str = include_str!("page.css");
-/// In this order: what all share first.
+/// What draws in it, in this order.
 const SCRIPTS: [&str; 5] = [
     include_str!("shared.js"),
     include_str!("curves.js"),
@@ -52,28 +51,21 @@ impl Page {
     /// The file.
     pub fn html(&self) -> String {
         // Within a script `</` would end it, wherever it stands.
-        let data = Value::from(self.data.clone()).to_string().replace("</", "<\\/");
-        let (title, status) = (escape(&self.title), self.status.word());
-        // In a style a quotation mark would end the text, and so would `</`.
+        let data = Value::from(self.data.clone()).to_string().replace('<', "\\u003c");
+        // In a style a quotation mark would end the text.
         let quoted: String = self.title.chars().filter(|c| !"\"\\<\n".contains(*c)).collect();
+        let (title, status) = (escape(&self.title), self.status.word());
         let style = STYLE.replace("TITLE", &format!("{quoted} ({status})"));
-        let script = SCRIPTS.concat();
-        let places = [
-            ("TITLE", &*title),
-            ("STATUS", status),
-            ("STYLE", &style),
-            ("BODY", &self.body),
-            ("DATA", &data),
-            ("SCRIPT", &script),
-        ];
-        let mut parts = FRAME.split("@@");
-        let mut text = parts.next().unwrap_or_default().to_owned();
-        // Every second part is the name of a place: what is put in is not searched again.
-        while let (Some(name), Some(rest)) = (parts.next(), parts.next()) {
-            text += places.iter().find(|(place, _)| *place == name).map_or("", |(_, content)| content);
-            text += rest;
-        }
-        text
+        let (body, script) = (&self.body, SCRIPTS.concat());
+        format!(
+            include_str!("page.html"),
+            title = title,
+            status = status,
+            style = style,
+            body = body,
+            data = data,
+            script = script
+        )
     }
 }
 
@@ -120,7 +112,15 @@ pub fn table<R>(caption: &str, columns: &Columns<R>, rows: &[R]) -> String {
         return String::new();
     }
     let caption = escape(caption);
-    let mut lines = columns.lines(rows).into_iter();
+    let mut lines = columns.lines(rows);
+    // A column without content is none.
+    let kept: Vec<bool> =
+        (0..lines[0].len()).map(|k| lines[1..].iter().any(|line| !line[k].is_empty())).collect();
+    for line in &mut lines {
+        let mut kept = kept.iter();
+        line.retain(|_| kept.next() == Some(&true));
+    }
+    let mut lines = lines.into_iter();
     let row = |tag: &str, cells: Vec<String>| -> String {
         let cells: String = cells.iter().map(|cell| format!("<{tag}>{cell}</{}>", &tag[..2])).collect();
         format!("<tr>{cells}</tr>\n")

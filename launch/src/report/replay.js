@@ -1,17 +1,22 @@
 // The replay in space: rock, structure coloured by force, terrain.
 
+const WIDE = 2048;
 const LINES = `#version 300 es
 uniform mat4 camera; uniform vec2 size; uniform vec3 ramp[9];
-in vec2 corner; in vec3 a; in vec3 b; in vec2 look;
+uniform highp sampler2D places; uniform highp usampler2D steps;
+in vec4 line; in vec2 corner;
 out vec3 colour;
+ivec2 at(float number) { return ivec2(int(number) % ${WIDE}, int(number) / ${WIDE}); }
 void main() {
-  vec4 p = camera * vec4(a, 1.0), q = camera * vec4(b, 1.0), at = corner.x < 0.5 ? p : q;
+  vec4 p = camera * vec4(texelFetch(places, at(line.x), 0).xyz, 1.0), q = camera * vec4(texelFetch(places, at(line.y), 0).xyz, 1.0);
+  uint of = texelFetch(steps, at(line.z), 0).r;
   vec2 along = q.xy / q.w * size - p.xy / p.w * size;
   along = length(along) > 0.0 ? normalize(along) : vec2(1.0, 0.0);
-  at.xy += 0.5 * vec2(-along.y, along.x) * corner.y * look.y / size * at.w;
-  at.z -= 2e-4 * at.w;
-  gl_Position = look.x < 0.0 || p.w < 0.01 || q.w < 0.01 ? vec4(2.0, 2.0, 2.0, 1.0) : at;
-  colour = ramp[int(look.x)];
+  vec4 end = corner.x < 0.5 ? p : q;
+  end.xy += 0.5 * vec2(-along.y, along.x) * corner.y * line.w / size * end.w;
+  end.z -= 2e-4 * end.w;
+  gl_Position = of > 8u || p.w < 0.01 || q.w < 0.01 ? vec4(2.0, 2.0, 2.0, 1.0) : end;
+  colour = ramp[min(of, 8u)];
 }`;
 const FLAT = `#version 300 es
 precision highp float;
@@ -74,76 +79,85 @@ function replay(home) {
   };
   const lines = build(LINES, FLAT), solid = build(MESH, SHADED);
   const place_of = (program, name) => gl.getUniformLocation(program, name);
-  const filled = (values, kind = gl.ARRAY_BUFFER, use = gl.STATIC_DRAW) => {
-    const buffer = gl.createBuffer();
-    gl.bindBuffer(kind, buffer);
-    gl.bufferData(kind, values, use);
+  const filled = (values, buffer = gl.createBuffer()) => {
+    gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
+    gl.bufferData(gl.ARRAY_BUFFER, values, gl.DYNAMIC_DRAW);
     return buffer;
   };
-  const attribute = (program, name, count, stride = 0, offset = 0, each = 0) => {
+  const attribute = (program, name, count, stride = 0, offset = 0) => {
     const at = gl.getAttribLocation(program, name);
     gl.enableVertexAttribArray(at);
     gl.vertexAttribPointer(at, count, gl.FLOAT, false, stride, offset);
-    gl.vertexAttribDivisor(at, each);
   };
-  /** Triangles with corners that stay or are given anew. */
-  const mesh = (corners, triangles, use) => {
+  /** Triangles, three corners each. */
+  const mesh = corners => {
     const array = gl.createVertexArray();
     gl.bindVertexArray(array);
-    const buffer = filled(corners, gl.ARRAY_BUFFER, use);
+    const buffer = filled(corners);
     attribute(solid, "corner", 3);
-    if (triangles) filled(triangles, gl.ELEMENT_ARRAY_BUFFER);
-    gl.bindVertexArray(null);
-    return { array, buffer, count: triangles ? triangles.length : corners.length / 3, indexed: Boolean(triangles) };
+    return { array, buffer, corners };
+  };
+  /** A texture of numbers, one after the other, which a shader reads by their number. */
+  const table = (Kind, parts, count, ...form) => {
+    const texture = gl.createTexture(), high = Math.max(Math.ceil(count / WIDE), 1), values = new Kind(parts * WIDE * high);
+    return { texture, values, fill(unit) {
+      gl.activeTexture(gl.TEXTURE0 + unit);
+      gl.bindTexture(gl.TEXTURE_2D, texture);
+      gl.texImage2D(gl.TEXTURE_2D, 0, form[0], WIDE, high, 0, ...form.slice(1), values);
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+    } };
   };
 
-  // Lines: those of the structure, then the paths of the rocks, eight numbers each.
-  const own = scene.lines ? scene.lines.length / 2 : 0, nodes = scene.nodes ?? 0;
-  const paths = scene.rocks.flatMap(({ poses }) => {
-    const count = poses.length / 7, every = Math.max(Math.floor(count / 600), 1), all = [];
-    for (let k = every; k < count; k += every) all.push([...poses.subarray(7 * (k - every), 7 * (k - every) + 3), ...poses.subarray(7 * k, 7 * k + 3), 8, 1.5]);
-    return all;
-  });
-  const instances = new Float32Array(8 * (own + paths.length)), points = new Float32Array(3 * nodes);
-  paths.forEach((path, k) => instances.set(path, 8 * (own + k)));
-  if (own) { const width = widths(); for (let k = 0; k < own; k++) instances[8 * k + 7] = width(scene.parts[k]); }
+  // Nodes and lines of the structure, then those of the paths of the rocks. A line is two triangles, of six corners.
+  const own = scene.lines ? scene.lines.length / 2 : 0, nodes = scene.nodes ?? 0, width = own && widths();
+  const ends = Array.from({ length: own }, (_, k) => [scene.lines[2 * k], scene.lines[2 * k + 1], k, width(scene.parts[k])]), path = [];
+  for (const { poses } of scene.rocks) {
+    const every = 7 * Math.max(Math.floor(poses.length / 7 / 600), 1);
+    for (let k = 0; k < poses.length; k += every) {
+      const node = nodes + path.length;
+      if (k) ends.push([node - 1, node, ends.length, 1.5]);
+      path.push(poses.subarray(k, k + 3));
+    }
+  }
+  const places = table(Float32Array, 4, nodes + path.length, gl.RGBA32F, gl.RGBA, gl.FLOAT);
+  const steps = table(Uint8Array, 1, ends.length, gl.R8UI, gl.RED_INTEGER, gl.UNSIGNED_BYTE);
+  path.forEach((place, k) => places.values.set(place, 4 * (nodes + k)));
+  steps.values.fill(8, own);
   const strip = gl.createVertexArray();
   gl.bindVertexArray(strip);
-  filled(new Float32Array([0, -1, 0, 1, 1, -1, 1, 1]));
-  attribute(lines, "corner", 2);
-  const moving = filled(instances, gl.ARRAY_BUFFER, gl.DYNAMIC_DRAW);
-  [["a", 3, 0], ["b", 3, 12], ["look", 2, 24]].forEach(([name, count, offset]) => attribute(lines, name, count, 32, offset, 1));
-  gl.bindVertexArray(null);
-  const faces = scene.faces?.length ? mesh(points, scene.faces, gl.DYNAMIC_DRAW) : null;
+  filled(new Float32Array(ends.flatMap(end => [[0, -1], [0, 1], [1, -1], [0, 1], [1, -1], [1, 1]].flatMap(corner => [...end, ...corner]))));
+  attribute(lines, "line", 4, 24);
+  attribute(lines, "corner", 2, 24, 16);
+  const faces = mesh(new Float32Array(3 * (scene.faces?.length ?? 0)));
   const rocks = scene.rocks.map(rock => mesh(rock.corners));
-  const terrain = scene.terrain ? mesh(floats(scene.terrain.corners), new Uint32Array(bytes(scene.terrain.triangles))) : null;
+  const terrain = scene.terrain ? mesh(floats(scene.terrain)) : null;
 
   // Between two frames nodes go straight; a force is that of the nearer one.
   const shownAt = { before: 0, after: 0, share: 0 };
   function move(time) {
-    if (!nodes) return;
+    if (!nodes) { places.fill(0); steps.fill(1); return; }
     const after = place(scene.frames, time), before = Math.max(after - (scene.frames[after] > time ? 1 : 0), 0);
     const share = after > before ? Math.max((time - scene.frames[before]) / (scene.frames[after] - scene.frames[before]), 0) : 0;
     Object.assign(shownAt, { before, after, share });
-    const { places, scale, lines: ends, forces } = scene, [from, to] = [3 * nodes * before, 3 * nodes * after];
-    for (let k = 0; k < 3 * nodes; k++) points[k] = scale * (places[from + k] + share * (places[to + k] - places[from + k]));
-    const near = own * (share < 0.5 ? before : after);
-    for (let k = 0; k < own; k++) {
-      const at = 8 * k, a = 3 * ends[2 * k], b = 3 * ends[2 * k + 1], force = forces[near + k];
-      for (let i = 0; i < 3; i++) { instances[at + i] = points[a + i]; instances[at + 3 + i] = points[b + i]; }
-      instances[at + 6] = force === BROKEN ? -1 : step(force);
+    const { scale, forces } = scene, [from, to] = [3 * nodes * before, 3 * nodes * after], near = own * (share < 0.5 ? before : after);
+    for (let node = 0; node < nodes; node++) for (let k = 0; k < 3; k++) {
+      const at = 3 * node + k, place = scene.places[from + at];
+      places.values[4 * node + k] = scale * (place + share * (scene.places[to + at] - place));
     }
-    gl.bindBuffer(gl.ARRAY_BUFFER, moving);
-    gl.bufferSubData(gl.ARRAY_BUFFER, 0, instances, 0, 8 * own);
-    if (faces) { gl.bindBuffer(gl.ARRAY_BUFFER, faces.buffer); gl.bufferSubData(gl.ARRAY_BUFFER, 0, points); }
+    for (let k = 0; k < own; k++) steps.values[k] = forces[near + k] === BROKEN ? 255 : step(forces[near + k]);
+    places.fill(0);
+    steps.fill(1);
+    scene.faces.forEach((node, k) => faces.corners.set(places.values.subarray(4 * node, 4 * node + 3), 3 * k));
+    filled(faces.corners, faces.buffer);
   }
 
   // The eye turns about a target; it looks towards where the rock comes from.
   const up = unit(scene.up);
   const spread = nodes ? Array.from({ length: nodes }, (_, k) => [0, 1, 2].map(i => scene.scale * scene.places[3 * k + i]))
     : scene.rocks.flatMap(({ poses }) => Array.from({ length: poses.length / 7 }, (_, k) => [...poses.subarray(7 * k, 7 * k + 3)]));
-  const ends = [0, 1, 2].map(k => spread.reduce(([low, high], at) => [Math.min(low, at[k]), Math.max(high, at[k])], [Infinity, -Infinity]));
-  const middle = ends.map(([low, high]) => (low + high) / 2), reach = Math.max(...ends.map(([low, high]) => high - low), 1);
+  const box = [0, 1, 2].map(k => spread.reduce(([low, high], at) => [Math.min(low, at[k]), Math.max(high, at[k])], [Infinity, -Infinity]));
+  const middle = box.map(([low, high]) => (low + high) / 2), reach = Math.max(...box.map(([low, high]) => high - low), 1);
   let front = scene.axes ? scene.axes[2] : [0.3, -1, 0];
   if (Math.abs(inner(front, up)) > 0.7) front = scene.axes[1];
   const [rock] = scene.rocks;
@@ -151,7 +165,7 @@ function replay(home) {
   const level = unit(plus(front, up, -inner(front, up))), side = cross(up, level);
   const eye = {};
   const home_view = () => {
-    const away = 0.68 * Math.hypot(...ends.map(([low, high]) => high - low)) * Math.max(1, 1.5 * canvas.clientHeight / canvas.clientWidth);
+    const away = 0.68 * Math.hypot(...box.map(([low, high]) => high - low)) * Math.max(1, 1.5 * canvas.clientHeight / canvas.clientWidth);
     Object.assign(eye, { turn: 0.45, rise: 0.3, away: nodes ? away : Math.min(reach, 40 * rock.radius), shift: [0, 0, 0] });
   };
 
@@ -163,8 +177,7 @@ function replay(home) {
     [ground, stone] = [colour("--ground"), colour("--rock")];
   }
   function draw() {
-    const density = window.devicePixelRatio || 1, [wide, high] = [canvas.clientWidth, canvas.clientHeight].map(of => Math.max(Math.round(of * density), 2));
-    if (canvas.width !== wide || canvas.height !== high) [canvas.width, canvas.height] = [wide, high];
+    const { width: wide, height: high } = canvas;
     gl.viewport(0, 0, wide, high);
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
@@ -182,21 +195,29 @@ function replay(home) {
       gl.uniform3fv(place_of(solid, "colour"), colour);
       gl.uniform1f(place_of(solid, "contours"), contours);
       gl.bindVertexArray(of.array);
-      if (of.indexed) gl.drawElements(gl.TRIANGLES, of.count, gl.UNSIGNED_INT, 0); else gl.drawArrays(gl.TRIANGLES, 0, of.count);
+      gl.drawArrays(gl.TRIANGLES, 0, of.corners.length / 3);
     };
     const still = turned([0, 0, 0, 1, 0, 0, 0]);
     if (terrain) fill(terrain, ground, still, ticks(0, reach, 12)[1]);
-    if (faces) fill(faces, ramp.slice(6, 9), still, 0);
+    fill(faces, ramp.slice(6, 9), still, 0);
     rocks.forEach((rock, k) => fill(rock, stone, turned(poses[k]), 0));
     gl.useProgram(lines);
     gl.uniformMatrix4fv(place_of(lines, "camera"), false, matrix);
     gl.uniform2f(place_of(lines, "size"), wide / density / 2, high / density / 2);
     gl.uniform3fv(place_of(lines, "ramp"), ramp);
+    gl.uniform1i(place_of(lines, "places"), 0);
+    gl.uniform1i(place_of(lines, "steps"), 1);
     gl.bindVertexArray(strip);
-    gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, instances.length / 8);
-    gl.bindVertexArray(null);
+    gl.drawArrays(gl.TRIANGLES, 0, 6 * ends.length);
   }
   let asked = false;
+  // Asked for here alone: the page would be laid out anew in each frame.
+  let density;
+  function measure() {
+    density = window.devicePixelRatio || 1;
+    [canvas.width, canvas.height] = [canvas.clientWidth, canvas.clientHeight].map(of => Math.max(Math.round(of * density), 2));
+    draw();
+  }
   const ask = () => { if (!asked) { asked = true; requestAnimationFrame(() => { asked = false; draw(); }); } };
 
   // What one works it with.
@@ -262,13 +283,13 @@ function replay(home) {
     ask();
   };
   for (const query of ["print", "(prefers-color-scheme: dark)"]) matchMedia(query).addEventListener("change", () => { paint(); draw(); });
-  new ResizeObserver(ask).observe(canvas);
+  new ResizeObserver(measure).observe(canvas);
   view.watchers.push(update);
   home_view();
   paint();
   update();
-  draw();
-  return { draw, gl, shownAt, points };
+  measure();
+  return { draw, gl, shownAt, places: places.values, nodes };
 }
 
 const stage = document.getElementById("replay");
@@ -277,13 +298,23 @@ const played = stage && replay(stage);
 
 // `#test=TIME` leaves in the page what it shows at this moment, for a test.
 if (location.hash.startsWith("#test=")) {
-  show({ time: Number(location.hash.slice(6)) });
-  const begin = performance.now();
-  for (let k = 0; k < 50 && played; k++) { show({ time: view.time }); played.draw(); played.gl.finish(); }
+  const time = Number(location.hash.slice(6)), pixel = new Uint8Array(4);
+  /** Milliseconds of a frame: of the page itself, or until its picture is there. */
+  const cost = read => {
+    const begin = performance.now();
+    for (let k = 0; k < 50; k++) {
+      show({ time: view.time + (k % 2 ? 1e-7 : -1e-7) });
+      played.draw();
+      if (read) played.gl.readPixels(0, 0, 1, 1, played.gl.RGBA, played.gl.UNSIGNED_BYTE, pixel);
+    }
+    return (performance.now() - begin) / 50;
+  };
+  const milliseconds = played && [cost(false), cost(true)];
+  show({ time });
   const known = {
-    time: view.time, requests: performance.getEntriesByType("resource").length, curves: document.querySelectorAll("#curves figure").length,
+    time: view.time, milliseconds, requests: performance.getEntriesByType("resource").length, curves: document.querySelectorAll("#curves figure").length,
     values: [...document.querySelectorAll("#curves .legend button")].map(of => [of.textContent, of.lastChild.textContent]),
-    milliseconds: (performance.now() - begin) / 50, ...played?.shownAt, points: played && Array.from(played.points),
+    ...played?.shownAt, points: played && Array.from({ length: 3 * played.nodes }, (_, k) => played.places[4 * Math.floor(k / 3) + k % 3]),
     rocks: scene && scene.rocks.map(rock => pose(rock, view.time)), error: played?.gl.getError(),
   };
   document.body.append(make("pre", { id: "test", hidden: "" }, JSON.stringify(known)));

@@ -62,14 +62,10 @@ pub fn page(dir: &Path) -> io::Result<Page> {
     }
     page.section("Parts of the structure", &parts(&summary.parts));
     page.section("All measures", &measures("", &all));
-    for (title, map) in
-        [("Energy balance", &summary.energy), ("Coupling", &summary.coupling), ("Cost", &summary.cost)]
-    {
-        let mut rows = Vec::new();
-        flat("", map, &mut rows);
-        page.section(title, &pairs(&rows));
-    }
-    page.section("Programs and input files", &provenance(&record));
+    let maps =
+        [("Energy balance", &summary.energy), ("Coupling", &summary.coupling), ("Cost", &summary.cost)];
+    maps.iter().for_each(|(title, map)| page.section(title, &all_of(map)));
+    page.section("Programs and input files", &record.as_object().map_or(String::new(), all_of));
     Ok(page)
 }
 
@@ -208,33 +204,27 @@ fn pairs(rows: &[(String, String)]) -> String {
 }
 
 /// All numbers and texts of a map and of those in it.
+pub fn all_of(map: &Map<String, Value>) -> String {
+    let mut rows = Vec::new();
+    flat("", map, &mut rows);
+    pairs(&rows)
+}
+
 fn flat(before: &str, map: &Map<String, Value>, rows: &mut Vec<(String, String)>) {
     for (name, value) in map {
         let name = format!("{before}{}", escape(name));
-        match value {
-            Value::Object(inner) => flat(&format!("{name}."), inner, rows),
-            Value::Number(of) => {
-                // A count has no digits behind its point.
-                let shown = if of.is_f64() { short(of.as_f64().unwrap_or_default()) } else { of.to_string() };
-                rows.push((name, number(of, &shown)));
+        let shown = match value {
+            Value::Object(inner) => {
+                flat(&format!("{name}: "), inner, rows);
+                continue;
             }
-            Value::String(text) => rows.push((name, escape(text))),
-            other => rows.push((name, escape(&other.to_string()))),
-        }
+            // A count has no digits behind its point.
+            Value::Number(of) if of.is_f64() => number(of, &short(of.as_f64().unwrap_or_default())),
+            Value::Array(words) => {
+                escape(&words.iter().filter_map(Value::as_str).collect::<Vec<_>>().join(" "))
+            }
+            other => escape(other.as_str().unwrap_or(&other.to_string())),
+        };
+        rows.push((name, shown));
     }
-}
-
-/// Command lines, programs and files that were read, with their hashes.
-pub fn provenance(record: &Value) -> String {
-    let object = |value: &Value| value.as_object().cloned().unwrap_or_default();
-    let program = |(name, of): (&String, &Value)| {
-        (format!("program {name}"), of["hash"].as_str().map_or("not read".into(), escape))
-    };
-    let input = |(name, hash): (&String, &Value)| (escape(name), hash.as_str().map_or(String::new(), escape));
-    let words = record["command_line"].as_array().into_iter().flatten().filter_map(Value::as_str);
-    let command = words.collect::<Vec<_>>().join(" ");
-    let mut rows: Vec<(String, String)> = object(&record["programs"]).iter().map(program).collect();
-    rows.extend(object(&record["inputs"]).iter().map(input));
-    rows.extend((!command.is_empty()).then(|| ("command".into(), escape(&command))));
-    pairs(&rows)
 }

@@ -1,7 +1,7 @@
 //! The page of a study.
 
 use super::page::{Page, escape, file_name, list, picture};
-use super::run::{FIRST, measures, provenance, ranked, verdict};
+use super::run::{FIRST, all_of, measures, ranked, verdict};
 use serde_json::Value;
 use std::io;
 use std::path::Path;
@@ -65,7 +65,7 @@ pub fn page(dir: &Path) -> io::Result<Page> {
         "Distributions and settings",
         &list(study.iter().map(|(key, value)| format!("{key} = {value}"))),
     );
-    page.section("Input files", &provenance(&record));
+    page.section("Input files", &record.as_object().map_or(String::new(), all_of));
     Ok(page)
 }
 
