@@ -127,7 +127,10 @@ fn a_study_and_its_worst_members_have_a_page() {
 #[test]
 fn a_run_that_is_not_to_be_trusted_says_so_on_every_page() {
     let bench = Bench::new();
-    let ended = bench.run(&scene("sphere-on-cable"), "out", &["--set", "limits.energy_error=5e-7"]);
+    let error = bench.done(&scene("sphere-on-cable"), "trusted", &[]).measure("energy_error");
+    // Ten times the bound would end it.
+    let bound = format!("limits.energy_error={:e}", error / 3.0);
+    let ended = bench.run(&scene("sphere-on-cable"), "out", &["--set", &bound]);
     assert_eq!(ended.code, Some(3), "{}", ended.stderr);
     let page = page(&ended.out);
     assert!(page.contains("<body class=\"unreliable\">") && page.contains("do not use the numbers"));

@@ -34,21 +34,25 @@ function chart(of, home) {
 
   /** The least and the largest value in each column of the picture, as a line. */
   function path(values, first, last, y) {
-    let d = "", column = -1, low, high, begin, end;
+    let d = "", pen = "M", column = null, low, high, begin, end;
     const close = () => {
-      if (column >= 0) d += `${d ? "L" : "M"}${column} ${y(begin)}${low < begin || high > begin ? `L${column} ${y(low)}L${column} ${y(high)}L${column} ${y(end)}` : ""}`;
+      if (column === null) return;
+      d += `${pen}${column} ${y(begin)}${low < high ? `L${column} ${y(low)}L${column} ${y(high)}L${column} ${y(end)}` : ""}`;
+      pen = "L";
     };
     for (let k = first; k <= last; k++) {
-      if (!Number.isFinite(values[k])) { close(); column = -1; if (d && !d.endsWith(" ")) d = d.replace(/$/, " "); continue; }
-      const at = Math.round(2 * x(times[k])) / 2;
+      const at = Number.isFinite(values[k]) ? Math.round(2 * x(times[k])) / 2 : null;
       if (at !== column) { close(); column = at; low = high = begin = values[k]; }
+      // Where there is no number, there is no line.
+      if (at === null) { pen = "M"; continue; }
       [low, high, end] = [Math.min(low, values[k]), Math.max(high, values[k]), values[k]];
     }
     close();
     return d;
   }
   function draw() {
-    width = Math.max(svg.clientWidth || 480, 240);
+    // Letters on paper are to be as large as those beside them.
+    width = printed ? 340 : Math.max(svg.clientWidth || 480, 240);
     svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
     const [first, last] = [Math.max(place(times, view.from) - 1, 0), place(times, view.to)];
     const seen = curves.filter(curve => curve.button.ariaPressed !== "false");
@@ -104,8 +108,9 @@ function chart(of, home) {
   svg.addEventListener("dblclick", () => show({ from: view.whole[0], to: view.whole[1] }));
   svg.addEventListener("keydown", event => pressed(event, (view.to - view.from) / 200));
   for (const { button } of curves) button.addEventListener("click", () => { button.ariaPressed = String(button.ariaPressed === "false"); draw(); });
+  for (const event of ["beforeprint", "afterprint"]) window.addEventListener(event, draw);
   view.watchers.push(change => "from" in change ? draw() : point());
-  new ResizeObserver(() => requestAnimationFrame(() => Math.abs(svg.clientWidth - width) > 1 && svg.clientWidth && draw())).observe(svg);
+  new ResizeObserver(() => requestAnimationFrame(() => !printed && svg.clientWidth && Math.abs(svg.clientWidth - width) > 1 && draw())).observe(svg);
   draw();
   return times;
 }

@@ -111,13 +111,13 @@ pub fn charts(history: &Table, trajectory: &Table, summary: &Summary) -> Vec<Val
         );
     }
     let peak = |column: &[f64]| column.iter().map(|value| value.abs()).fold(0.0, f64::max);
+    let peak_of = |name: String| history.column(&name).map_or(-1.0, peak);
     let is_drawn = |name: &str, column: &[f64]| {
         // Of the least and the most loaded member of a group, that whose load is larger.
-        let other = [("_min", "_max"), ("_max", "_min")]
-            .map(|(own, other)| name.contains(own).then(|| name.replace(own, other)));
-        let other = other.into_iter().flatten().find_map(|other| history.column(&other)).map_or(-1.0, peak);
+        let least = name.contains("_min") && peak(column) <= peak_of(name.replace("_min", "_max"));
+        let most = name.contains("_max") && peak(column) < peak_of(name.replace("_max", "_min"));
         let of_rock = rocks.iter().any(|rock| name.starts_with(&format!("{rock}_")));
-        !of_rock && peak(column) >= other && !name.starts_with("reaction_") && !name.ends_with("_defect_J")
+        !(least || most || of_rock || name.starts_with("reaction_") || name.ends_with("_defect_J"))
     };
     for (name, column) in
         history.names.iter().zip(&history.columns).filter(|(name, column)| is_drawn(name, column))

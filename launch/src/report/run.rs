@@ -65,7 +65,10 @@ pub fn page(dir: &Path) -> io::Result<Page> {
     let maps =
         [("Energy balance", &summary.energy), ("Coupling", &summary.coupling), ("Cost", &summary.cost)];
     maps.iter().for_each(|(title, map)| page.section(title, &all_of(map)));
-    page.section("Programs and input files", &record.as_object().map_or(String::new(), all_of));
+    let mut record = record.as_object().cloned().unwrap_or_default();
+    // Command lines of the programs are for whoever looks into the file.
+    record.remove("processes");
+    page.section("Programs and input files", &all_of(&record));
     Ok(page)
 }
 
@@ -93,7 +96,7 @@ fn facts(summary: &Summary, record: &Value) -> String {
 /// What became of rocks and structure, why the run is not to be trusted, and warnings.
 pub fn verdict(summary: &Summary) -> String {
     let mut text = match (summary.status, &summary.message) {
-        (RunStatus::Done, _) => String::new(),
+        (RunStatus::Done, _) => "<p>It was computed to its end, and no bound of trust was passed.</p>".into(),
         (status, message) => {
             let what = match status {
                 RunStatus::Unreliable => {
@@ -128,7 +131,7 @@ pub fn measures(caption: &str, measures: &[&Measure]) -> String {
         .with("may be off by", |of| uncertainty(of))
         .with("at [s]", |of| of.time.map_or(String::new(), |time| moment(time, &short(time))))
         .with("member", |of| of.member.as_deref().map_or(String::new(), escape))
-        .with("by", |of| format!("<small>{}</small>", escape(&of.source)));
+        .with("by", |of| escape(&of.source));
     table(caption, &columns, measures)
 }
 
@@ -214,6 +217,7 @@ fn flat(before: &str, map: &Map<String, Value>, rows: &mut Vec<(String, String)>
     for (name, value) in map {
         let name = format!("{before}{}", escape(name));
         let shown = match value {
+            Value::Null => continue,
             Value::Object(inner) => {
                 flat(&format!("{name}: "), inner, rows);
                 continue;

@@ -49,6 +49,9 @@ function pressed(event, step) {
   if (key) { key(); event.preventDefault(); }
   return Boolean(key);
 }
+let printed = false;
+window.addEventListener("beforeprint", () => { printed = true; });
+window.addEventListener("afterprint", () => { printed = false; });
 document.addEventListener("click", event => {
   const button = event.target.closest("button[data-time]");
   if (button) show({ time: Number(button.dataset.time) });

@@ -48,7 +48,8 @@ impl Loaded {
         all.map_err(|_| broken("a number of a node or cell is none"))
     }
 
-    fn array(&self, name: &str) -> io::Result<Vec<u8>> {
+    /// The bytes of the first array of that name; none if there is no such array.
+    pub(super) fn array(&self, name: &str) -> io::Result<Vec<u8>> {
         let Some((_, declared)) = self.xml.split_once(&format!(" Name=\"{name}\"")) else {
             return Ok(Vec::new());
         };
