@@ -59,8 +59,9 @@ pub fn report(Arguments { dir, pdf }: &Arguments) -> Result<Exit, Stop> {
     Ok(Exit::Done)
 }
 
-/// Write the report of the run in `dir`.
+/// Write the report of the run in `dir`. One that was printed before is removed: it may be of another run.
 pub fn write(dir: &Path) -> io::Result<()> {
+    files::remove(&dir.join(PRINT))?;
     let page = if dir.join(STUDY_RECORD).exists() { study::page(dir)? } else { run::page(dir)? };
     files::write(&dir.join(REPORT), page.html().as_bytes())
 }

@@ -131,8 +131,12 @@ pub fn measures(caption: &str, measures: &[&Measure]) -> String {
         .with("may be off by", |of| uncertainty(of))
         .with("at [s]", |of| of.time.map_or(String::new(), |time| moment(time, &short(time))))
         .with("member", |of| of.member.as_deref().map_or(String::new(), escape))
-        .with("by", |of| escape(&of.source));
+        .with("by", |of| small(&of.source));
     table(caption, &columns, measures)
+}
+
+fn small(text: &str) -> String {
+    if text.is_empty() { String::new() } else { format!("<small>{}</small>", escape(text)) }
 }
 
 /// By how much a measure may be off, and how that was found.
@@ -151,7 +155,7 @@ fn uncertainty(of: &Measure) -> String {
     text += &off
         .value
         .map_or(String::new(), |value| format!("&plusmn; {} ", number(value, &short(rounded(value, 2)))));
-    text += &format!("<small>{how}</small>");
+    text += &small(how);
     if off.beyond { text + " <strong>unreliable</strong>" } else { text }
 }
 
