@@ -3,8 +3,8 @@
 use crate::plan::own_program;
 use crate::stop::Stop;
 use crate::{
-    approve, bridge, children, conform, estimate, export, new, prepared, reference, replay, run, status,
-    trade, worst,
+    approve, bridge, children, conform, estimate, export, new, prepared, reference, replay, report, run,
+    status, trade, worst,
 };
 use clap::{CommandFactory, Parser, Subcommand};
 use clap_mangen::Man;
@@ -116,6 +116,11 @@ enum Command {
     /// the first answer that differs by more than --tolerance is named, with its window and both numbers. Exit codes: 0 no answer
     /// differs by more; 1 one does, or the solver failed; 2 bad input.
     Replay(replay::Arguments),
+    /// Write the report of a run anew: `report.html`, one page that opens from disk, with curves and a replay in space
+    ///
+    /// Every run writes it at its end, unless its scene has `report = false` in `[output]`. With `[output] fields` the replay shows the
+    /// structure. Exit codes: 0 written; 1 it could not be; 2 no run that has ended is there, or no browser for --pdf.
+    Report(report::Arguments),
     /// A solver in another language, container or on another machine: what crosses goes over TCP
     ///
     /// Beside the run `--listen` stands in for the solver, as a scene says: `[processes] fem = "rockfall bridge --listen 127.0.0.1:4711"`.
@@ -228,6 +233,7 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
         Command::Calibrate(_) => become_program("dem-solver", "calibrate"),
         Command::Export(arguments) => export::export(&arguments),
         Command::Replay(arguments) => replay::replay(&arguments),
+        Command::Report(arguments) => report::report(&arguments),
         Command::Bridge(arguments) => bridge::bridge(&arguments),
         Command::Status { dir } => shown(status::status(&dir), Format::Text),
         Command::Verify { dir, answer } => shown(status::verify(&dir, answer.format), answer.format),

@@ -23,6 +23,7 @@
 //! - [`trade`](mod@trade): `rockfall trade`: accuracy against cost, by many runs
 //! - [`approve`](mod@approve): `rockfall approve`: a kit under the launches of an approval test, each criterion judged
 //! - [`worst`](mod@worst): `rockfall ensemble --barrier`: the members of a study that are hardest on a barrier, coupled with it
+//! - [`report`](mod@report): `rockfall report`: the results of a run as one page
 //! - [`replay`](mod@replay): `rockfall replay`: one solver alone against a recording of a run
 //! - [`bridge`](mod@bridge): `rockfall bridge`: a solver that is elsewhere, over TCP
 //! - [`reference`](mod@reference): schema and reference of what a scene may hold, put together from all programs
@@ -49,6 +50,7 @@ mod record;
 mod reference;
 mod refine;
 mod replay;
+mod report;
 mod run;
 mod shell;
 mod stability;

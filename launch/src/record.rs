@@ -73,7 +73,7 @@ pub fn write_cluster(out: &Path, rock: &str, text: &str) -> io::Result<()> {
     files::write(&dir.join(format!("{rock}.xyzr")), text.as_bytes())
 }
 
-/// Write `run.json` to `out`: version, build, run id, command lines, hashes of the programs and of the input files.
+/// Write `run.json` to `out`: version, build, date, run id, command lines, hashes of the programs and of the input files.
 pub fn write_run(
     out: &Path,
     scene: &Scene,
@@ -93,6 +93,8 @@ pub fn write_run(
     let record = json!({
         "version": env!("CARGO_PKG_VERSION"),
         "build": build_id(),
+        "date": provenance::now(),
+        "scene": scene.path().display().to_string(),
         "command_line": std::env::args_os().map(|word| shown(&word)).collect::<Vec<_>>(),
         "run": run.to_string(),
         "processes": processes,

@@ -7,6 +7,7 @@ use crate::prepared::Prepared;
 use crate::progress::{Progress, far};
 use crate::record::{self, Resume};
 use crate::refine;
+use crate::report;
 use crate::shell;
 use crate::stop::Stop;
 use clap::Args;
@@ -22,6 +23,7 @@ use toolkit::arguments::{Input, Profiling, Results};
 use toolkit::exit::Exit;
 use toolkit::files::{self, Dir};
 use toolkit::limits::Limits;
+use toolkit::output::Output;
 use toolkit::owner::{Claim, Owner};
 use toolkit::program::Savings;
 use toolkit::progress::Line;
@@ -79,7 +81,7 @@ pub fn run(request: &Arguments, json: bool) -> Result<Exit, Stop> {
     }
     let mut resolved = prepared.resolved()?;
     let Prepared { scene, plan, ground, reports, numbers, .. } = prepared;
-    let limits = Limits::of(&scene)?;
+    let (limits, output) = (Limits::of(&scene)?, Output::of(&scene)?);
     if request.record.is_some() && !plan.is_coupled() {
         return Err(Stop::input(code::ARGUMENT, "--record: nothing crosses in a run of one program"));
     }
@@ -196,6 +198,9 @@ pub fn run(request: &Arguments, json: bool) -> Result<Exit, Stop> {
     }
     // What was interrupted goes on.
     if ended.status != RunStatus::Interrupted && owner.check().is_ok() {
+        if output.report {
+            report::close(&out);
+        }
         manifest::seal(&out);
     }
     if !request.quiet {

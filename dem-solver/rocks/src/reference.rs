@@ -7,7 +7,12 @@ use toolkit::schema::{Entry, Share, Tables};
 
 /// Its tables and results.
 pub fn share() -> Share {
-    let surfaces = Entry::new("fields/rock_surface.pvd", "", "", "surfaces of the true solids");
+    let surfaces = Entry::new(
+        "fields/rock_surface.pvd",
+        "rock",
+        "1",
+        "surfaces of the true solids: number of the rock of a triangle, counted from 0",
+    );
     Tables::default()
         .key::<Vec<RockSettings>>("rock")
         .key::<Vec<ContactSettings>>("contact")

@@ -83,7 +83,7 @@ impl<'a, R> Columns<'a, R> {
     }
 
     /// Names and cells of all rows, for people.
-    fn lines(&self, rows: &[R]) -> Vec<Vec<String>> {
+    pub fn lines(&self, rows: &[R]) -> Vec<Vec<String>> {
         let names = self.0.iter().map(|column| column.name.clone()).collect();
         let cells = |row| self.0.iter().map(|column| (column.people)(row)).collect();
         std::iter::once(names).chain(rows.iter().map(cells)).collect()

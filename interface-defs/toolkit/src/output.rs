@@ -19,6 +19,8 @@ pub struct Output {
     pub iterations: bool,
     /// Wall time between two checkpoints, from which a run that was killed goes on [s]; 0: none are written.
     pub checkpoint: f64,
+    /// Whether `rockfall` writes `report.html`.
+    pub report: bool,
 }
 
 /// Wall time between two checkpoints where the scene does not say [s]: what is lost at most, and some 1e-4 of a run's time.
@@ -39,6 +41,8 @@ pub(crate) struct Table {
     /// Wall time between two checkpoints, from which a run that was killed goes on with `--resume` [s]; 0: none are written.
     /// Default 30.
     checkpoint: Option<f64>,
+    /// Whether `rockfall` writes `report.html`, the results as one page. Default: it does.
+    report: Option<bool>,
 }
 
 /// Most rows and sets of field files of a run: beyond, a disk is full before the run ends.
@@ -75,7 +79,13 @@ impl Output {
             return Err(scene.invalid("output.checkpoint", what).try_instead("checkpoint = 0 writes none"));
         }
         let interval = table.interval.map_or_else(|| scene.end_time().map(|end| end / 200.0), Ok)?;
-        Ok(Self { interval, fields: table.fields, iterations: table.iterations, checkpoint })
+        Ok(Self {
+            interval,
+            fields: table.fields,
+            iterations: table.iterations,
+            checkpoint,
+            report: table.report.unwrap_or(true),
+        })
     }
 
     /// Intervals that are longer than the run: nothing is written between its begin and its end.

@@ -11,6 +11,8 @@ use std::path::{Path, PathBuf};
 pub const HISTORY: &str = "history.csv";
 /// Outcome and measures; the last of the results.
 pub const SUMMARY: &str = "summary.json";
+/// All of it as one page.
+pub const REPORT: &str = "report.html";
 /// What the run wrote, file by file: see [`super::manifest`].
 pub const MANIFEST: &str = "manifest.json";
 /// Rows per coupling iteration.
@@ -69,7 +71,7 @@ pub(crate) fn make_free(dir: &Path, force: bool) -> Result<(), Diagnostic> {
 /// Make the directory of a run that was killed ready to go on: what says that it has ended is removed, and what its processes had
 /// begun to write.
 pub(crate) fn make_ready_to_go_on(dir: &Path) -> Result<(), Diagnostic> {
-    let ready = [SUMMARY, MANIFEST].iter().try_for_each(|name| files::remove(&dir.join(name)));
+    let ready = [SUMMARY, REPORT, MANIFEST].iter().try_for_each(|name| files::remove(&dir.join(name)));
     let sweep = |name: &str| match Dir::open(&dir.join(name)) {
         Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(()),
         open => open?.sweep(),
@@ -91,7 +93,7 @@ pub fn remove_checkpoints(dir: &Path) -> io::Result<()> {
 
 /// Remove results of an older run.
 fn remove_results(dir: &Path) -> io::Result<()> {
-    for name in [HISTORY, SUMMARY, MANIFEST, ITERATIONS, TRAJECTORY, PICTURE, STRUCTURE_STATE] {
+    for name in [HISTORY, SUMMARY, REPORT, MANIFEST, ITERATIONS, TRAJECTORY, PICTURE, STRUCTURE_STATE] {
         files::remove(&dir.join(name))?;
     }
     Dir::open(dir)?.sweep()?;

@@ -10,11 +10,11 @@ use serde_json::{Value, json};
 use std::collections::HashSet;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::time::{SystemTime, UNIX_EPOCH};
 use toolkit::columns::Columns;
 use toolkit::exit::Exit;
 use toolkit::files::{self, Dir};
 use toolkit::numbers::{percent, three};
+use toolkit::provenance;
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 /// Everything.
@@ -160,18 +160,6 @@ fn details(launch: &Launch) -> String {
     lines.map(|(what, found)| format!("{}, {what}: {}\n", launch.which.name(), found.join(", "))).collect()
 }
 
-/// The date, in UTC: days are counted from the first of March of the year 0, so that a leap day is the last one of its year.
-fn date() -> String {
-    let days =
-        SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs() / 86_400) + 719_468;
-    let (era, day) = (days / 146_097, days % 146_097);
-    let year = (day - day / 1_460 + day / 36_524 - day / 146_096) / 365;
-    let day = day - (365 * year + year / 4 - year / 100);
-    let month = (5 * day + 2) / 153;
-    let (day, later) = (day - (153 * month + 2) / 5 + 1, month / 10);
-    format!("{}-{:02}-{day:02}", year + 400 * era + later, month + 3 - 12 * later)
-}
-
 /// Everything as JSON. Nothing of it depends on when and where the runs were made.
 pub fn json(kit: &Kit, cases: &[Case], all: usize) -> Value {
     let of_launch = |launch: &Launch| {
@@ -306,7 +294,8 @@ pub fn screen(kit: &Kit, cases: &[Case], out: &Path) -> String {
         used.map(|(name, share, to, which)| format!("{} {name} ({to}, {})", percent(share), which.name()));
     let Block { mass, size } = kit.block(kit.mel);
     let [mass, size, speed] = [mass, size, kit.speed].map(three);
-    let (Kit { name, class, hash, .. }, file, out, date) = (kit, kit.file.display(), out.display(), date());
+    let (Kit { name, class, hash, .. }, file, out, date) =
+        (kit, kit.file.display(), out.display(), provenance::now());
     let (category, stands, conclusion) =
         (category_of(first), stands(cases, cases.len()), conclusion(kit, cases));
     format!(

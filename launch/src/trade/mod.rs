@@ -139,7 +139,13 @@ impl Setup {
             budget: arguments.budget,
             processors: std::thread::available_parallelism().map_or(1, usize::from),
         };
-        Ok(Self { space, out, store, always: fields.into_iter().collect(), facts })
+        Ok(Self {
+            space,
+            out,
+            store,
+            always: fields.into_iter().chain(["output.report=false".into()]).collect(),
+            facts,
+        })
     }
 }
 

@@ -30,6 +30,8 @@ pub struct FieldFiles {
     radius: Vec<f64>,
     rock: Vec<f64>,
     triangles: Vec<[u32; 3]>,
+    /// Number of the rock of each triangle.
+    of: Vec<f64>,
 }
 
 /// What was written, for a run that goes on.
@@ -52,6 +54,7 @@ impl FieldFiles {
             radius: Vec::new(),
             rock: Vec::new(),
             triangles: Vec::new(),
+            of: Vec::new(),
         };
         let mut points = 0;
         for (number, rock) in model.rocks.iter().enumerate() {
@@ -62,6 +65,7 @@ impl FieldFiles {
             }
             let surface = &rock.solid.drawn;
             fields.triangles.extend(surface.triangles.iter().map(|t| t.map(|n| n + points)));
+            fields.of.extend(surface.triangles.iter().map(|_| number as f64));
             points += surface.points.len() as u32;
         }
         if let Some(ground) = &model.ground {
@@ -150,7 +154,10 @@ impl FieldFiles {
         };
         self.spheres.add(state.time, &spheres)?;
         let cells = Cells::Triangles(&self.triangles);
-        self.surface.add(state.time, &Vtu { points: &corners, cells, point_data: vec![], cell_data: vec![] })
+        self.surface.add(
+            state.time,
+            &Vtu { points: &corners, cells, point_data: vec![], cell_data: vec![("rock", 1, &self.of)] },
+        )
     }
 }
 

@@ -8,7 +8,9 @@ use flate2::{Compression, write::ZlibEncoder};
 use std::fmt::Write as _;
 use std::io::Write as _;
 
+mod read;
 mod series;
+pub use read::{Loaded, series};
 pub use series::{KeptSeries, Series};
 
 /// Bytes that are compressed as one block.
@@ -172,38 +174,9 @@ fn escape(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::io::Read as _;
 
-    /// The bytes of a data array, read back as a VTK reader does.
-    fn read_array(file: &str, name: &str) -> Vec<u8> {
-        let declared = &file[file.find(&format!("Name=\"{name}\"")).expect("declared")..];
-        let offset = declared.split("offset=\"").nth(1).and_then(|r| r.split('"').next()).expect("an offset");
-        let data = file.split("base64\">\n_").nth(1).and_then(|r| r.split('\n').next()).expect("data");
-        let data = &data[offset.parse::<usize>().expect("a number")..];
-        let engine = base64::engine::general_purpose::STANDARD;
-        let numbers = |count: usize| -> Vec<usize> {
-            let text = &data[..(count * 8).div_ceil(3) * 4];
-            let bytes = engine.decode(text).expect("base64");
-            bytes
-                .chunks_exact(8)
-                .map(|c| u64::from_le_bytes(c.try_into().expect("8 bytes")) as usize)
-                .collect()
-        };
-        let blocks = numbers(3)[0];
-        let header = numbers(3 + blocks);
-        let packed: usize = header[3..].iter().sum();
-        let start = ((3 + blocks) * 8).div_ceil(3) * 4;
-        let packed = engine.decode(&data[start..start + packed.div_ceil(3) * 4]).expect("base64");
-        let (mut out, mut at) = (Vec::new(), 0);
-        for size in &header[3..] {
-            flate2::read::ZlibDecoder::new(&packed[at..at + size]).read_to_end(&mut out).expect("zlib");
-            at += size;
-        }
-        out
-    }
-
-    fn floats(bytes: &[u8]) -> Vec<f64> {
-        bytes.chunks_exact(8).map(|c| f64::from_le_bytes(c.try_into().expect("8 bytes"))).collect()
+    fn loaded(vtu: &Vtu) -> Loaded {
+        Loaded::of(&String::from_utf8(vtu.to_bytes()).expect("text")).expect("a file of ours")
     }
 
     #[test]
@@ -216,13 +189,14 @@ mod tests {
             point_data: vec![("mass", 1, &mass)],
             cell_data: vec![("tension <N>", 1, &[1.5, -2.5])],
         };
-        let file = String::from_utf8(vtu.to_bytes()).expect("text");
-        assert_eq!(floats(&read_array(&file, "Points")), points);
-        assert_eq!(floats(&read_array(&file, "mass")), mass);
-        assert_eq!(floats(&read_array(&file, "tension &lt;N&gt;")), [1.5, -2.5]);
-        let integers: Vec<u8> = [0_i64, 1, 1, 49_999].iter().flat_map(|i| i.to_le_bytes()).collect();
-        assert_eq!(read_array(&file, "connectivity"), integers);
-        assert_eq!(read_array(&file, "types"), [3, 3]);
+        let file = loaded(&vtu);
+        let floats = |name| file.floats(name).expect("an array");
+        assert_eq!(floats("Points"), points);
+        assert_eq!(floats("mass"), mass);
+        assert_eq!(floats("tension &lt;N&gt;"), [1.5, -2.5]);
+        assert!(floats("none").is_empty());
+        assert_eq!(file.whole("connectivity").expect("an array"), [0, 1, 1, 49_999]);
+        assert_eq!(file.array("types").expect("an array"), [3, 3]);
     }
 
     #[test]
@@ -231,17 +205,30 @@ mod tests {
         let cells = Cells::Polygons { nodes: &[0, 1, 2, 1, 2, 3, 4], ends: &[3, 7] };
         let vtu =
             Vtu { points: &points, cells, point_data: vec![], cell_data: vec![("area", 1, &[1.0, 2.0])] };
-        let file = String::from_utf8(vtu.to_bytes()).expect("text");
-        assert_eq!(read_array(&file, "types"), [5, 9]);
-        let integers: Vec<u8> = [3_i64, 7].iter().flat_map(|i| i.to_le_bytes()).collect();
-        assert_eq!(read_array(&file, "offsets"), integers);
-        assert!(file.contains("NumberOfCells=\"2\""));
+        let file = loaded(&vtu);
+        assert_eq!(file.array("types").expect("an array"), [5, 9]);
+        assert_eq!(file.whole("offsets").expect("an array"), [3, 7]);
+        assert!(String::from_utf8_lossy(&vtu.to_bytes()).contains("NumberOfCells=\"2\""));
     }
 
     #[test]
     fn a_grid_without_cells_or_points_is_a_valid_file() {
         let vtu = Vtu { points: &[], cells: Cells::Vertices, point_data: vec![], cell_data: vec![] };
-        let file = String::from_utf8(vtu.to_bytes()).expect("text");
-        assert_eq!(read_array(&file, "Points"), b"");
+        assert!(loaded(&vtu).floats("Points").expect("an array").is_empty());
+    }
+
+    #[test]
+    fn a_file_that_was_cut_or_changed_is_an_error_and_no_panic() {
+        let vtu = Vtu { points: &[1.0; 9], cells: Cells::Vertices, point_data: vec![], cell_data: vec![] };
+        let text = String::from_utf8(vtu.to_bytes()).expect("text");
+        let begin = text.find("\n_").expect("data") + 2;
+        assert!(Loaded::of(&text[..begin - 3]).is_err());
+        for cut in begin..begin + 40 {
+            assert!(Loaded::of(&text[..cut]).and_then(|file| file.floats("Points")).is_err(), "{cut}");
+        }
+        let mut other = text.into_bytes();
+        other[begin..begin + 8].fill(b'x');
+        let other = Loaded::of(std::str::from_utf8(&other).expect("text")).expect("declarations");
+        assert!(other.floats("Points").is_err());
     }
 }

@@ -1,0 +1,108 @@
+//! `rockfall report`: the results of a run as one page, `report.html`, that opens from disk without a request; with `--pdf` for print.
+//!
+//! Every number of a table is that of `summary.json`; nothing is computed again. A kind of results is a file here that makes a [`page`].
+
+use crate::children::{self, Events, Goes, Job, Rules};
+use crate::stop::Stop;
+use clap::Args;
+use interface_defs::diagnostic::{Diagnostic, code};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Duration;
+use toolkit::exit::Exit;
+use toolkit::files;
+use toolkit::run_dir::{REPORT, STUDY_RECORD, SUMMARY};
+use toolkit::screen::show;
+
+mod curves;
+mod frames;
+mod page;
+mod run;
+mod study;
+
+/// The same for print.
+const PRINT: &str = "report.pdf";
+/// Browsers that print without a window, in the order in which they are tried.
+const BROWSERS: [&str; 5] =
+    ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "microsoft-edge"];
+/// Longest time that a browser may take [s].
+const PRINTING: Duration = Duration::from_secs(120);
+/// How it prints, without asking anything of anybody.
+const SILENT: &str = "--headless --disable-gpu --enable-unsafe-swiftshader --no-first-run --disable-background-networking \
+                      --disable-component-update --disable-sync --disable-quic --no-pdf-header-footer --virtual-time-budget=10000";
+
+/// What the command line asks for.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// Directory of the results
+    pub dir: PathBuf,
+    /// Write `report.pdf` too, A4, by a browser on PATH (Chromium, Chrome or Edge)
+    #[arg(long)]
+    pub pdf: bool,
+}
+
+/// Write the report of a directory anew.
+pub fn report(Arguments { dir, pdf }: &Arguments) -> Result<Exit, Stop> {
+    let browser = pdf.then(browser).transpose()?;
+    if !dir.join(SUMMARY).exists() {
+        let what = format!("{}: there is no {SUMMARY}, and so no run that has ended", dir.display());
+        return Err(Stop::input(code::RESULT_DIRECTORY, what));
+    }
+    let unwritten = |e: io::Error| Stop::failed(code::FILE, format!("{}: no report: {e}", dir.display()));
+    write(dir).map_err(unwritten)?;
+    show(&format!("{}\n", dir.join(REPORT).display()));
+    if let Some(browser) = browser {
+        print(&browser, dir)?;
+        show(&format!("{}\n", dir.join(PRINT).display()));
+    }
+    Ok(Exit::Done)
+}
+
+/// Write the report of the run in `dir`. One that was printed before is removed: it may be of another run.
+pub fn write(dir: &Path) -> io::Result<()> {
+    files::remove(&dir.join(PRINT))?;
+    let page = if dir.join(STUDY_RECORD).exists() { study::page(dir)? } else { run::page(dir)? };
+    files::write(&dir.join(REPORT), page.html().as_bytes())
+}
+
+/// The same at the end of a run: without it the results are as good as with it.
+pub fn close(dir: &Path) {
+    if let Err(e) = write(dir) {
+        tracing::warn!("{}: no report: {e}", dir.display());
+    }
+}
+
+/// The first browser that there is.
+fn browser() -> Result<PathBuf, Stop> {
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let dirs: Vec<PathBuf> = std::env::split_paths(&path).collect();
+    let mut all = BROWSERS.iter().flat_map(|name| dirs.iter().map(move |dir| dir.join(name)));
+    all.find(|program| program.is_file()).ok_or_else(|| {
+        let what = format!("--pdf: no browser is on PATH that could print: {}", BROWSERS.join(", "));
+        let cure = format!("install one of them, or open {REPORT} in any browser and print it from there");
+        Diagnostic::error(code::PROCESS, what).try_instead(cure).into()
+    })
+}
+
+/// Let `browser` print the report in `dir`.
+fn print(browser: &Path, dir: &Path) -> Result<(), Stop> {
+    let failed = |what: String| Stop::failed(code::PROCESS, format!("{}: {what}", browser.display()));
+    let scratch = tempfile::tempdir().map_err(|e| failed(format!("it has no place to work in: {e}")))?;
+    let (profile, out) = (scratch.path().join("profile"), scratch.path().join(PRINT));
+    let mut command = Command::new(browser);
+    command.current_dir(dir).args(SILENT.split_whitespace());
+    // A browser refuses to shut the administrator off from the rest of the machine.
+    command.args(rustix::process::getuid().is_root().then_some("--no-sandbox"));
+    command.arg(format!("--user-data-dir={}", profile.display()));
+    command.arg(format!("--print-to-pdf={}", out.display())).arg(REPORT);
+    let rules = Rules { grace: Some(children::GRACE_OF_RUN), limit: Some(PRINTING), ..Rules::default() };
+    let job = Job { name: "the browser".into(), command, input: None, output: Goes::Kept };
+    let (end, too_slow) = children::one(job, rules, &Events::watch()?)?;
+    if too_slow {
+        return Err(failed(format!("it has not printed the report within {} s", PRINTING.as_secs())));
+    }
+    let nothing = |e| failed(format!("it ended with {} and printed nothing: {e}", children::how(end.status)));
+    let printed = files::read_input(&out, files::TEXT).map_err(nothing)?;
+    files::write(&dir.join(PRINT), &printed).map_err(|e| failed(format!("{PRINT} cannot be written: {e}")))
+}
