@@ -245,15 +245,17 @@ impl Record {
     }
 
     fn report(&self, names: &Names, program: &str, statistics: &Statistics) -> serde_json::Value {
-        let measures = statistics.measures.iter();
-        let measures =
-            measures.map(|m| json!({ "name": m.name, "value": m.value, "unit": m.unit, "time": m.time }));
+        let measures = statistics
+            .measures
+            .iter()
+            .map(|m| (m.name.clone(), json!({ "value": m.value, "unit": m.unit, "time_s": m.time })));
+        let measures: serde_json::Map<_, _> = measures.collect();
         let gauges: serde_json::Map<_, _> =
             self.gauges.iter().map(|(name, range)| (name.clone(), json!(range))).collect();
         json!({
             "participant": names.participant, "scheme": names.scheme.kind, "solver": program,
             "windows": self.windows, "iterations": self.iterations, "loop_seconds": self.seconds,
-            "solver_cpu_seconds": statistics.cpu_seconds, "measures": measures.collect::<Vec<_>>(), "gauges": gauges,
+            "solver_cpu_seconds": statistics.cpu_seconds, "measures": measures, "gauges": gauges,
         })
     }
 }

@@ -6,7 +6,7 @@ mod names;
 mod stand_in;
 
 use clap::{Parser, Subcommand};
-use interface_defs::ipc::{Connection, interrupt, serve::refuse};
+use interface_defs::ipc::{Connection, serve::refuse};
 use interface_defs::{Failure, Fault, serve};
 use names::Names;
 use std::ffi::OsString;
@@ -64,10 +64,8 @@ fn said(error: precice::Error) -> Failure {
 fn run(cli: &Cli) -> Result<(), Failure> {
     let names = || Names::read(&cli.config, &cli.participant);
     match &cli.command {
-        Command::Join(arguments) => {
-            interrupt::install();
-            join::join(&names()?, &cli.structure, arguments)
-        }
+        // An interrupt ends it at once, in the middle of preCICE's waiting, too; the solver notices.
+        Command::Join(arguments) => join::join(&names()?, &cli.structure, arguments),
         Command::Serve { scene, rest } => {
             let connection = Connection::from_args(rest.iter()).map_err(input)?;
             let standing = names().and_then(|names| {
