@@ -78,7 +78,8 @@ pub fn join(names: &Names, structure: &OsStr, arguments: &Arguments) -> Result<(
     let mut record = Record::new(&ready.gauges);
     let mut request = vec![0.0; takes.len()];
     let (mut number, mut iteration, mut commit_due, started) = (1, 1, false, Instant::now());
-    let window = it.get_max_time_step_size().map_err(said)?;
+    // Times are products of whole numbers with a length, from where that length was another one.
+    let (mut since, mut count, mut usual) = (0.0, 0u32, 0.0);
     while it.is_coupling_ongoing().map_err(said)? {
         // The committed state of the solver is the checkpoint; it is written with the first request of a window.
         it.requires_writing_checkpoint().map_err(said)?;
@@ -90,8 +91,12 @@ pub fn join(names: &Names, structure: &OsStr, arguments: &Arguments) -> Result<(
         if is_contact && names.goes_ahead() {
             extrapolate(&takes, &mut request, length);
         }
+        if (length - usual).abs() > 1e-9 * length {
+            (since, count, usual) = (since + f64::from(count) * usual, 0, length);
+        }
+        let start = since + f64::from(count) * usual;
         let command = if std::mem::take(&mut commit_due) { Command::CommitAndSolve } else { Command::Solve };
-        let (command, start) = (command as u32, (number - 1) as f64 * window);
+        let command = command as u32;
         let header =
             RequestHeader { window: number, iteration, command, start, length, ..Default::default() };
         let answer = solver.solve(header, &request, gives.len())?;
@@ -101,7 +106,7 @@ pub fn join(names: &Names, structure: &OsStr, arguments: &Arguments) -> Result<(
             iteration += 1;
         } else {
             record.accept(start + length, iteration, &solver.remote().answer()[gives.gauges()]);
-            (number, iteration, commit_due) = (number + 1, 1, true);
+            (number, iteration, commit_due, count) = (number + 1, 1, true, count + 1);
         }
     }
     record.seconds = started.elapsed().as_secs_f64();
