@@ -15,10 +15,17 @@ use interface_defs::{
 use precice::Participant;
 use rustix::process::{Pid, Signal, kill_process_group};
 use std::os::unix::process::CommandExt;
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::Duration;
 
 /// What says to preCICE whether a window is over.
 const ITERATION: &str = "Iteration";
+
+/// What preCICE is given to say itself that its partner is gone.
+const GRACE: Duration = Duration::from_secs(1);
 
 /// The structure.
 pub struct StandIn {
@@ -34,7 +41,7 @@ pub struct StandIn {
 /// A run that has begun.
 struct Run {
     it: Participant,
-    child: Option<Child>,
+    child: Option<Started>,
     ids: Vec<i32>,
     plan: Plan,
     /// The number of [`ITERATION`], at every node.
@@ -92,13 +99,7 @@ impl StandIn {
             let (ours, theirs) = (plan.end_time, scheme.end_time);
             return Err(input(format!("end_time is {ours} s, <max-time> of preCICE {theirs} s")));
         }
-        // A group of its own, so that all of it can be ended.
-        let start = |command: &String| {
-            let mut shell = Command::new("sh");
-            shell.args(["-c", command]).process_group(0).stdout(Stdio::null()).spawn()
-        };
-        let child = self.start.as_ref().map(start).transpose();
-        let child = child.map_err(|e| input(format!("--start: {e}")))?;
+        let child = self.start.as_deref().map(Started::new).transpose()?;
         let (it, ids) = enter(&self.names, &self.mesh)?;
         let nodes = self.mesh.node_count();
         let data = ["Displacement", "Velocity"].map(|word| {
@@ -232,20 +233,57 @@ impl Solver for StandIn {
             vec![("precice_windows".into(), run.windows), ("precice_iterations".into(), run.iterations)];
         if !run.it.is_coupling_ongoing().map_err(|e| fault(said(e)))? {
             run.it.finalize().map_err(|e| fault(said(e)))?;
-            if let Some(mut child) = run.child.take() {
-                let _ = child.wait();
-            }
+            run.child.take().map(Started::wait);
         }
         Ok(statistics)
     }
 }
 
-impl Drop for Run {
+/// The other participant, where this program has started it.
+struct Started {
+    group: Option<Pid>,
+    ended: Arc<AtomicBool>,
+    watch: Option<JoinHandle<()>>,
+}
+
+impl Started {
+    fn new(command: &str) -> Result<Self, Failure> {
+        let mut shell = Command::new("sh");
+        // A group of its own, so that all of it can be ended.
+        shell.args(["-c", command]).process_group(0).stdout(Stdio::null());
+        let mut child = shell.spawn().map_err(|e| input(format!("--start: {e}")))?;
+        let group = Pid::from_raw(child.id() as i32);
+        let ended = Arc::new(AtomicBool::new(false));
+        let (expected, command) = (Arc::clone(&ended), command.to_owned());
+        // preCICE waits for ever for a participant that never comes.
+        let watch = std::thread::spawn(move || {
+            let status = child.wait();
+            let is_unexpected =
+                || status.as_ref().is_ok_and(|s| !s.success()) && !expected.load(Ordering::Relaxed);
+            if is_unexpected() {
+                std::thread::sleep(GRACE);
+            }
+            if is_unexpected() {
+                let status = status.as_ref().map(ToString::to_string).unwrap_or_default();
+                eprintln!("error: the participant has ended with {status}: {command}");
+                std::process::exit(1);
+            }
+        });
+        Ok(Self { group, ended, watch: Some(watch) })
+    }
+
+    /// Until it ends by itself.
+    fn wait(mut self) {
+        self.group = None;
+    }
+}
+
+impl Drop for Started {
     fn drop(&mut self) {
-        let Some(mut child) = self.child.take() else { return };
-        if let Some(group) = Pid::from_raw(child.id() as i32) {
+        self.ended.store(true, Ordering::Relaxed);
+        if let Some(group) = self.group {
             let _ = kill_process_group(group, Signal::TERM);
         }
-        let _ = child.wait();
+        let _ = self.watch.take().map(JoinHandle::join);
     }
 }
