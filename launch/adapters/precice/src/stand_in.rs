@@ -233,7 +233,9 @@ impl Solver for StandIn {
             vec![("precice_windows".into(), run.windows), ("precice_iterations".into(), run.iterations)];
         if !run.it.is_coupling_ongoing().map_err(|e| fault(said(e)))? {
             run.it.finalize().map_err(|e| fault(said(e)))?;
-            run.child.take().map(Started::wait);
+            if let Some(child) = run.child.take() {
+                child.wait();
+            }
         }
         Ok(statistics)
     }
