@@ -348,9 +348,7 @@ fn name_absent(summary: &mut Summary, programs: &[String; 2], statistics: [&Stat
         if !absent.is_empty() {
             let (is, them) = if absent.len() == 1 { ("is", "it") } else { ("are", "them") };
             let (names, who) = (absent.join(", "), &programs[side]);
-            let what = format!(
-                "{names} {is} absent: {who} does not report {them}"
-            );
+            let what = format!("{names} {is} absent: {who} does not report {them}");
             summary.warnings.push(Diagnostic::warning(code::ABSENT_MEASURE, what));
         }
     }

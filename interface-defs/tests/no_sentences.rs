@@ -3,7 +3,11 @@
 use std::path::{Path, PathBuf};
 
 /// Literals with two words that are compared on purpose: part of a file's path, the literal, why.
-const ALLOWED: &[(&str, &str, &str)] = &[];
+const ALLOWED: &[(&str, &str, &str)] = &[(
+    "vtu/read.rs",
+    r#"<AppendedData encoding=\"base64\">\n_"#,
+    "the mark of the file format where the data begin",
+)];
 
 /// What compares, searches or splits a text.
 const COMPARISONS: [&str; 12] = [
