@@ -85,7 +85,7 @@ impl Examination {
                 (found.outcome == Outcome::Unsettled)
                     .then(|| format!("clause {}: {}", found.clause, found.what))
             };
-            let open = self.findings.drain(..).filter_map(open).last();
+            let open = self.findings.drain(..).filter_map(open).next_back();
             self.unsettled = open.or(self.unsettled.take());
         }
         Ok(())

@@ -102,7 +102,7 @@ fn other_mesh(own: &InterfaceMesh, before: &InterfaceMesh, tolerance: f64) -> Op
     let finite = |x: &&f64| x.is_finite();
     let apart = |a: &[f64], b: &[f64]| {
         let most = b.iter().filter(finite).fold(0.0, |most: f64, b| most.max(b.abs()));
-        a.iter().zip(b).position(|(a, b)| a != b && !((a - b).abs() <= tolerance * most))
+        a.iter().zip(b).position(|(a, b)| a != b && ((a - b).abs() > tolerance * most || (a - b).is_nan()))
     };
     if let Some(at) = apart(&own.coordinates, &before.coordinates) {
         let (axis, x, x0) = (["x", "y", "z"][at % 3], own.coordinates[at], before.coordinates[at]);

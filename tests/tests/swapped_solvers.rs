@@ -37,7 +37,7 @@ fn the_interface_of_a_foreign_structure_is_written_for_paraview() {
     // Every 2 ms of 20 ms.
     assert!((10..=11).contains(&list.matches("interface_").count()), "{list}");
     let last = std::fs::read_to_string(ended.out.join("fields/interface_000010.vtu"));
-    let text = last.map_or_else(|e| e.to_string(), |text| text);
+    let text = last.unwrap_or_else(|e| e.to_string());
     for field in ["displacement", "velocity", "contact_force", "residual"] {
         assert!(
             text.contains(&format!("Name=\"{field}\"")),
