@@ -16,6 +16,7 @@ use std::os::unix::fs::FileExt;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Output, Stdio};
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 use toolkit::arguments::Input;
@@ -482,6 +483,8 @@ impl Events {
         let (sender, receiver) = channel();
         let mut signals = signal_hook::iterator::Signals::new(interrupt::ending())
             .map_err(|e| Stop::failed(code::PROCESS, format!("signals cannot be watched: {e}")))?;
+        // A file that reaches its largest size is an error of the write, and does not end the process.
+        let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
         let to_main = sender.clone();
         std::thread::spawn(move || signals.forever().all(|_| to_main.send(Event::Signal).is_ok()));
         Ok(Self { sender, receiver })
