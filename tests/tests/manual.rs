@@ -125,7 +125,9 @@ fn every_command_of_every_page_takes_the_options_that_it_has_there() {
         {
             for line in code.lines().filter_map(|line| line.trim().strip_prefix("rockfall ")) {
                 let line = line.split(" -- ").next().expect("a part").split(" #").next().expect("a part");
-                let mut words = line.split_whitespace();
+                // What stands in quotes is one value.
+                let bare: String = line.split('\'').step_by(2).collect();
+                let mut words = bare.split_whitespace();
                 let Some(command) = words.next().filter(|c| c.chars().all(|c| c.is_ascii_lowercase())) else {
                     continue;
                 };
