@@ -13,10 +13,18 @@ pub fn split(text: &str) -> Result<Vec<String>, String> {
 
 /// These words as one line, which splits into them again.
 pub fn join<W: AsRef<OsStr>>(words: impl IntoIterator<Item = W>) -> String {
-    let words: Vec<String> =
-        words.into_iter().map(|word| word.as_ref().to_string_lossy().into_owned()).collect();
+    let words: Vec<String> = words.into_iter().map(|word| quoted(&word.as_ref().to_string_lossy())).collect();
+    words.join(" ")
+}
+
+/// `key=value` stays as people write it.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "._=-+/:,".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        return word.to_owned();
+    }
     // It refuses zeros alone, of which no argument has any.
-    shlex::Quoter::new().allow_nul(true).join(words.iter().map(String::as_str)).expect("nothing is refused")
+    shlex::Quoter::new().allow_nul(true).quote(word).expect("nothing is refused").into_owned()
 }
 
 #[cfg(test)]
