@@ -160,7 +160,7 @@ typedef struct rf_solver {
     // How well it repeats a window: solving A, B, A from one committed state gives both A equal to this share of each field; 0:
     // equal bytes. Below 0: it cannot repeat a window, and is coupled weakly.
     double repeats;
-    // Longest window that it can solve [s]; 0: no limit.
+    // Longest window that it can solve [s]; 0: no limit. Eight windows of the scene let clause 5.11 of `PROTOCOL.md` be settled.
     double largest_window;
     // `[take_count]`: what it can take.
     const struct rf_field *takes;
