@@ -17,7 +17,7 @@ pub struct Examination {
     pub of: Option<String>,
     /// What was found.
     pub findings: Vec<Finding>,
-    /// What looked broken in a run, and could not be told from what a scheme may do.
+    /// What looked broken in a run, and may also be what an honest scheme does.
     pub unsettled: Option<String>,
     /// Windows with a touch: so far, and when it was examined last.
     touched: u64,

@@ -195,7 +195,7 @@ impl fmt::Display for Verdict {
                 write!(f, "from {speed:.2} m/s at {time:.4} s")?;
                 self.stop(f)?;
             }
-            // Of a contact solver that tells no speed.
+            // Of a contact solver that gives no speed.
             (Fate::Stopped, None) => {
                 write!(f, "was stopped by the net at {time:.4} s, {braking:.4} s after its first touch")?;
             }
