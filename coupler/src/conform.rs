@@ -134,7 +134,10 @@ pub fn text(judged: &[Judged]) -> String {
     let all = [Outcome::Kept, Outcome::Broken, Outcome::Unsettled, Outcome::NotExamined];
     let [kept, broken, unsettled, open] = all.map(count);
     let unsettled = if unsettled > 0 { format!("{unsettled} not settled, ") } else { String::new() };
-    let _ = writeln!(text, "{kept} clauses kept, {broken} broken, {unsettled}{open} not examined");
+    let names = judged.iter().filter(|judged| judged.outcome == Outcome::Broken).map(|judged| judged.clause);
+    let names =
+        if broken > 0 { format!(" ({})", names.collect::<Vec<_>>().join(", ")) } else { String::new() };
+    let _ = writeln!(text, "{kept} clauses kept, {broken} broken{names}, {unsettled}{open} not examined");
     text
 }
 

@@ -58,6 +58,8 @@ struct Gauges {
     fem: Vec<f64>,
     energies: Both,
     touches: bool,
+    /// Mean force of the contact on all nodes together [N].
+    contact: [f64; 3],
     /// Time in which nothing will touch [s].
     free_time: f64,
     /// Distance that nodes of the net have moved that are not selected [m].
@@ -297,10 +299,10 @@ impl<'a> Coupling<'a> {
         let Some(Accepted { span, iterations, residual, converged }) = self.unreported.take() else {
             return Ok(());
         };
-        let Gauges { dem, fem, touches, .. } = &self.gauges;
-        let (touches, balance, counts) = (*touches, &self.balance, &self.counts);
+        let Gauges { dem, fem, touches, contact, .. } = &self.gauges;
+        let (touches, contact, balance, counts) = (*touches, *contact, &self.balance, &self.counts);
         let committed =
-            Committed { span, iterations, residual, converged, touches, dem, fem, balance, counts };
+            Committed { span, iterations, residual, converged, touches, dem, fem, contact, balance, counts };
         observer.committed(&committed).map_err(CouplingError::output)
     }
 
@@ -545,6 +547,7 @@ impl<'a> Coupling<'a> {
         self.committed.fem.clone_from(&self.gauges.fem);
         let energies = self.gauges.energies;
         self.balance.book((span.start, span.end()), energies, interface.work());
+        self.gauges.contact = interface.resultant();
         if let Some(force) = interface.force() {
             let kinetic = self.has_balance.then_some(energies.dem.kinetic);
             self.derived.book(Crossed { span, force, motion: interface.answered(), kinetic });

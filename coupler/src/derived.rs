@@ -8,7 +8,7 @@
 use crate::guard::Answered;
 use crate::schedule::Span;
 use interface_defs::verdict::{Fate, Verdict};
-use interface_defs::{Measure, Statistics};
+use interface_defs::{Measure, Statistics, Worse};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
@@ -111,29 +111,30 @@ impl Derived {
     /// What the two solvers have left out.
     pub fn fill(&self, [dem, fem]: [&Statistics; 2]) -> Statistics {
         let mut found = Statistics::default();
-        let mut add = |of: &Statistics, name: &str, value: f64, unit: &str, time: Option<f64>| {
-            // Those of a rock begin with its name.
-            if !of.measures.iter().any(|m| m.name.ends_with(name)) {
-                let measure = Measure::new(name, value, unit).at(time);
-                found.measures.push(Measure { source: "coupler, from what crosses".into(), ..measure });
-            }
-        };
+        let mut add =
+            |of: &Statistics, (name, rank): (&str, u16), value: f64, unit: &str, time: Option<f64>| {
+                // Those of a rock begin with its name.
+                if !of.measures.iter().any(|m| m.name.ends_with(name)) {
+                    let measure = Measure::new(name, value, unit).at(time).ranked(rank, Worse::Larger);
+                    found.measures.push(Measure { source: "coupler, from what crosses".into(), ..measure });
+                }
+            };
         if let Some((most, time)) = self.reaction {
-            add(fem, "max_reaction_1ms", most, "N", Some(time));
+            add(fem, ("max_reaction_1ms", 60), most, "N", Some(time));
         }
         let Some((first, last)) = self.touched.filter(|_| dem.verdicts.is_empty()) else { return found };
         let (deepest, turned) = self.deepest;
-        add(dem, "time_of_impact", first, "s", None);
-        add(dem, "max_elongation", deepest, "m", Some(turned));
-        add(dem, "contact_impulse", self.impulse.norm(), "N s", None);
+        add(dem, ("time_of_impact", 240), first, "s", None);
+        add(dem, ("max_elongation", 50), deepest, "m", Some(turned));
+        add(dem, ("contact_impulse", 245), self.impulse.norm(), "N s", None);
         let torn = fem.torn.as_ref().is_some_and(|torn| !torn.is_empty());
         let stops = turned < last && !torn;
         if stops {
-            add(dem, "braking_time", turned - first, "s", None);
+            add(dem, ("braking_time", 120), turned - first, "s", None);
         }
         if let Some((before, after)) = self.kinetic {
-            add(dem, "impact_energy", before, "J", Some(first));
-            add(dem, "rebound_energy", after, "J", Some(last));
+            add(dem, ("impact_energy", 100), before, "J", Some(first));
+            add(dem, ("rebound_energy", 130), after, "J", Some(last));
         }
         let fate = if stops { Fate::Stopped } else { Fate::Undecided };
         let time = if stops { turned } else { last };

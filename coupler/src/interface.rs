@@ -446,6 +446,13 @@ impl Interface {
         (!self.selected && !self.places.dem_force.is_empty()).then_some(&self.state.force[..])
     }
 
+    /// The mean force of the window at hand on all nodes together [N]; nodes that do not cross have none.
+    pub fn resultant(&self) -> [f64; 3] {
+        let parts = self.state.force.iter().flat_map(|part| part.as_chunks().0);
+        let sum = parts.fold([0.0; 3], |sum, force: &[f64; 3]| std::array::from_fn(|c| sum[c] + force[c]));
+        sum.map(|component| component / self.state.force.len().max(1) as f64)
+    }
+
     /// The end of the window at hand, at `time` [s], of a structure with this mesh; `None` while only a part of the nodes crosses.
     pub fn moved<'a>(&'a self, time: f64, mesh: &'a InterfaceMesh) -> Option<Moved<'a>> {
         let last = |samples: &'a [Vec<f64>]| samples.last().map(|sample| &sample[..]);

@@ -105,6 +105,8 @@ pub struct Committed<'a> {
     pub dem: &'a [f64],
     /// The structure's gauges, three numbers each.
     pub fem: &'a [f64],
+    /// Mean force of the contact on the structure, all nodes together [N].
+    pub contact: [f64; 3],
     /// Energy and work.
     pub balance: &'a Balance,
     /// What was done so far.

@@ -6,7 +6,7 @@ use crate::interface::Moved;
 use crate::rows::{OWN_COLUMNS, Pending, Rows};
 use crate::side::Side;
 use interface_defs::{
-    Diagnostic, Fault, Statistics, code,
+    Diagnostic, Fault, Gauge, Statistics, code,
     ipc::{Remote, serve::with_cost},
 };
 use serde::{Deserialize, Serialize};
@@ -157,8 +157,9 @@ impl Observer for Records {
         note_programs(&self.dir, said).map_err(|e| unwritable(&self.dir.join(run_dir::RECORD), &e))?;
         let gauges = dem.gauges.iter().chain(&fem.gauges);
         let columns = 1 + gauges.clone().count() + OWN_COLUMNS.len();
-        // The first column is the time.
-        let means = gauges.zip(1..).filter(|(gauge, _)| gauge.is_mean()).map(|(_, column)| column).collect();
+        // The first column is the time, and those behind the gauges are the force of the contact.
+        let means = gauges.map(Gauge::is_mean).chain([true; 3]).zip(1..);
+        let means = means.filter_map(|(is_mean, column)| is_mean.then_some(column)).collect();
         self.rows = Rows::new(columns, means, self.interval);
         let programs = [dem, fem].map(|side| (side.program.as_str(), &side.gauges[..]));
         let (mut rows, mut iterations, mut fields) = (None, None, None);
@@ -237,6 +238,7 @@ impl Observer for Records {
         recorder.take(time, c.dem.as_chunks().0.iter().chain(c.fem.as_chunks().0));
         let defect = c.balance.structure_work - c.balance.mesh_work;
         let (row, file) = recorder.row();
+        row.extend(c.contact);
         row.extend([c.balance.imbalance, defect, c.iterations.into(), c.residual.displacement]);
         self.rows
             .take(c.span.start, row, c.touches, |row| file.row(row))

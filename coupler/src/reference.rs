@@ -12,6 +12,9 @@ pub fn share() -> Share {
 const RESULTS: &str = "
 history.csv
     time | s | end of the row's window
+    contact_force_x | N | force of the rocks on the structure, x, mean over the row's time
+    contact_force_y | N | the same, y
+    contact_force_z | N | the same, z
     energy_imbalance | J | energy of the whole system that was made (above 0) or lost since the start
     energy_interface_defect | J | work on the structure minus work of the contact forces on the interface mesh
     iterations | 1 | coupling iterations of the window

@@ -5,9 +5,16 @@ use interface_defs::diagnostic::Diagnostic;
 use serde::{Deserialize, Serialize};
 use toolkit::recorder::of_others;
 
-/// Columns of the coupler itself, behind those of the solvers' gauges.
-pub const OWN_COLUMNS: [&str; 4] =
-    ["energy_imbalance_J", "energy_interface_defect_J", "iterations", "residual"];
+/// Columns of the coupler itself, behind those of the solvers' gauges; the force comes first.
+pub const OWN_COLUMNS: [&str; 7] = [
+    "contact_force_x_N",
+    "contact_force_y_N",
+    "contact_force_z_N",
+    "energy_imbalance_J",
+    "energy_interface_defect_J",
+    "iterations",
+    "residual",
+];
 
 /// The rows of a run.
 #[derive(Debug, Clone)]

@@ -186,6 +186,13 @@ pub fn run(request: &Arguments, json: bool) -> Result<Exit, Stop> {
     let status = if status == RunStatus::Done && !kept { RunStatus::Failed } else { status };
     let mut ended = with_warnings(summary(&owner, status, judged.as_ref().err()), &warnings, &out);
     if request.refine && matches!(ended.status, RunStatus::Done | RunStatus::Unreliable) {
+        for member in plan.members.iter().filter(|member| member.foreign && member.part != Part::Coupler) {
+            let what = format!(
+                "--refine: {} keeps its own steps; windows alone were halved",
+                member.program.display()
+            );
+            ended.warnings.push(Diagnostic::warning(code::TRUST, what));
+        }
         let how = (!request.savings.no_shortcuts, request.quiet);
         refine::refine(&mut ended, &out, (&resolved, &numbers, &limits), how, &events)?;
         if let Err(what) = owner.write_summary(&mut ended) {

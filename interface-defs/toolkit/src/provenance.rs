@@ -13,7 +13,6 @@ use std::fs::File;
 use std::io;
 use std::path::Path;
 use std::sync::OnceLock;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 /// A build of a program.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -60,17 +59,9 @@ pub fn long_version() -> &'static str {
     })
 }
 
-/// Date and time, in UTC: days are counted from the first of March of the year 0, so that a leap day is the last one of its year.
+/// Date and time, in UTC.
 pub fn now() -> String {
-    let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
-    let days = seconds / 86_400 + 719_468;
-    let (era, day) = (days / 146_097, days % 146_097);
-    let year = (day - day / 1_460 + day / 36_524 - day / 146_096) / 365;
-    let day = day - (365 * year + year / 4 - year / 100);
-    let month = (5 * day + 2) / 153;
-    let (day, later) = (day - (153 * month + 2) / 5 + 1, month / 10);
-    let (hour, minute) = (seconds / 3600 % 24, seconds / 60 % 60);
-    format!("{}-{:02}-{day:02} {hour:02}:{minute:02} UTC", year + 400 * era + later, month + 3 - 12 * later)
+    chrono::Utc::now().format("%Y-%m-%d %H:%M UTC").to_string()
 }
 
 /// The hash of bytes that come one after the other.

@@ -1,0 +1,247 @@
+//! Shell blocks of the manual are run as they stand, page by page, in a directory that has the files they speak of. Studies and runs are
+//! made small by the changes that a page has here, and what is left out says why.
+
+use std::fmt::Write as _;
+use std::process::Command;
+use tests::{Bench, program, repository};
+
+/// Beginning of a line that is not run, and why.
+const LEFT_OUT: [(&str, &str); 9] = [
+    ("tmux ", "a terminal, which goes on behind it"),
+    ("sed 1,2d lines", "the same"),
+    ("ssh ", "needs a second machine"),
+    ("rockfall bridge --connect", "waits for a run on a second machine; tests/tests/bridge.rs has both"),
+    ("rockfall run mine.toml --set 'processes.fem=\"rockfall bridge", "the other end of that bridge"),
+    ("openssl", "a token of the machine"),
+    ("cargo ", "the suite itself, and examples of minutes"),
+    (".ci/nightly", "hours"),
+    ("SECONDS_EACH", "hours"),
+];
+
+/// What both solvers of `mine.toml` may be replaced by: a program that takes options of its own.
+const MY_SOLVER: &str = "#!/bin/sh
+while [ \"$1\" != serve ]; do shift; done
+case \" $* \" in *\" --as dem \"*) exec dem-solver \"$@\";; *) exec fem-solver \"$@\";; esac
+";
+
+/// The blocks of a page, each with the line at which it begins.
+fn blocks(page: &str) -> Vec<(usize, String)> {
+    let text = std::fs::read_to_string(repository().join(page)).unwrap_or_else(|e| panic!("{page}: {e}"));
+    let (mut blocks, mut open): (Vec<(usize, String)>, bool) = (Vec::new(), false);
+    for (number, line) in (1..).zip(text.lines()) {
+        match (open, line) {
+            (false, "```sh") => {
+                blocks.push((number, String::new()));
+                open = true;
+            }
+            (true, "```") => open = false,
+            (true, line) => {
+                let _ = writeln!(blocks.last_mut().expect("begun").1, "{line}");
+            }
+            _ => {}
+        }
+    }
+    blocks
+}
+
+/// Run all blocks of a page in one directory, with these replacements (`$` is the end of a line without its comment); a few rocks are an unreliable sample, which is no failure here.
+fn runs(page: &str, bench: &Bench, changes: &[(&str, &str)]) {
+    let bin = program("rockfall").parent().expect("a directory").to_owned();
+    let path = format!("{}:{}", bin.display(), std::env::var("PATH").expect("a path"));
+    let left = |line: &str| LEFT_OUT.iter().any(|(start, _)| line.trim_start().starts_with(start));
+    let found = blocks(page);
+    assert!(!found.is_empty(), "{page} has no block");
+    let mut unused: Vec<&str> = changes.iter().map(|(from, _)| *from).collect();
+    for (number, block) in found {
+        let mut script = String::from("rockfall() { command rockfall \"$@\" || [ $? = 3 ]; }\n");
+        for line in block.lines().filter(|line| !left(line)) {
+            let mut line = line.split("  #").next().expect("a part").trim_end().to_owned() + "$";
+            for (from, to) in changes.iter().filter(|(from, _)| line.contains(from)).collect::<Vec<_>>() {
+                unused.retain(|change| change != from);
+                line = line.replace(from, to);
+            }
+            let line = line.trim_end_matches('$');
+            let _ = writeln!(script, "{line}");
+        }
+        let output = Command::new("bash")
+            .args(["-euo", "pipefail", "-c", &script])
+            .env("PATH", &path)
+            .current_dir(bench.path(""))
+            .output()
+            .expect("started");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{page}:{number}: {}\n{block}\n{said}", output.status);
+    }
+    assert!(unused.is_empty(), "{page} does not have {unused:?} any more");
+}
+
+fn write(bench: &Bench, name: &str, text: &str) {
+    std::fs::write(bench.path(name), text).expect("written");
+}
+
+/// `launch` and what else of the repository a page speaks of.
+fn with_repository(bench: &Bench) {
+    for name in ["launch", "target", "docs"] {
+        std::os::unix::fs::symlink(repository().join(name), bench.path(name)).expect("linked");
+    }
+}
+
+/// `mine.toml`, a sphere on a net for a moment, and `my-solver`.
+fn with_mine(bench: &Bench) {
+    use std::os::unix::fs::PermissionsExt;
+    let scene =
+        std::fs::read_to_string(repository().join("launch/scenes/sphere-on-cable.toml")).expect("read");
+    write(bench, "mine.toml", &scene);
+    write(bench, "my-solver", MY_SOLVER);
+    let mode = std::fs::Permissions::from_mode(0o755);
+    std::fs::set_permissions(bench.path("my-solver"), mode).expect("may be started");
+}
+
+/// A layer with one feature in the coordinates of `launch/scenes/data/site.asc`.
+fn layer(bench: &Bench, name: &str, kind: &str, coordinates: &str) {
+    let text = format!(
+        r#"{{"type":"Feature","properties":{{}},"geometry":{{"type":"{kind}","coordinates":{coordinates}}}}}"#
+    );
+    write(bench, name, &text);
+}
+
+fn copy(bench: &Bench, from: &str, to: &str) {
+    std::fs::copy(repository().join(from), bench.path(to)).expect("copied");
+}
+
+#[test]
+fn own_site() {
+    let bench = Bench::new();
+    copy(&bench, "launch/scenes/data/site.asc", "dtm.asc");
+    let square = |x: i32, y: i32, size: i32| {
+        let (a, b, c, d) = (x, y, x + size, y + size);
+        format!("[[[{a},{b}],[{c},{b}],[{c},{d}],[{a},{d}],[{a},{b}]]]")
+    };
+    layer(&bench, "cliff.geojson", "Polygon", &square(2_600_005, 1_200_045, 10));
+    layer(&bench, "meadow.geojson", "Polygon", &square(2_600_200, 1_200_000, 50));
+    layer(&bench, "road.geojson", "LineString", "[[2600120,1200065],[2600120,1200035]]");
+    let small = "rockfall new site --spheres 20 --count 4 --volume 0.1 ";
+    let changes = [("dtm.tif", "dtm.asc"), ("rockfall new site ", small), ("--worst 10", "--worst 1")];
+    runs("docs/own-site.md", &bench, &changes);
+    assert!(bench.path("out/study/report.html").exists());
+}
+
+/// A slope of 1 in 2 towards the east below survey coordinates: 260 m by 160 m, cells of 2 m.
+fn slope() -> String {
+    let mut text = String::from("ncols 130\nnrows 80\nxllcorner 2682990\nyllcorner 1246980\ncellsize 2\n");
+    for _ in 0..80 {
+        let row: Vec<String> = (0..130).map(|column| format!("{:.2}", 1210.0 - f64::from(column))).collect();
+        let _ = writeln!(text, "{}", row.join(" "));
+    }
+    text
+}
+
+/// The blocks of a page in TOML, in its order.
+fn toml(page: &str) -> Vec<String> {
+    let text = std::fs::read_to_string(repository().join(page)).expect("read");
+    text.split("```toml\n").skip(1).filter_map(|rest| Some(rest.split("```").next()?.to_owned())).collect()
+}
+
+#[test]
+fn many_releases() {
+    let bench = Bench::new();
+    let page = "docs/ensemble.md";
+    let own = toml(page);
+    write(
+        &bench,
+        "fall.toml",
+        &own[0].replace("spheres = 64", "spheres = 8").replace("valley.tif", "valley.asc"),
+    );
+    write(&bench, "study.toml", &own[1].replace("count = 1000", "count = 4"));
+    write(&bench, "valley.asc", &slope());
+    write(&bench, "barrier.toml", &barrier());
+    let changes = [
+        ("ensemble study.toml$", "ensemble study.toml --force$"),
+        ("--until road_energy_q95:5% --at-most 5000", "--resume --until road_energy_q95:90% --at-most 12"),
+        ("--scene-of 17", "--scene-of 3"),
+        ("barrier.toml --worst 20", "barrier.toml --worst 1 --list-worst --force"),
+        ("--chunks 16", "--chunks 2"),
+    ];
+    runs(page, &bench, &changes);
+}
+
+#[test]
+fn own_rock() {
+    let bench = Bench::new();
+    let page = "docs/own-rock.md";
+    write(&bench, "fall.toml", &toml(page)[0].replace("spheres = 300", "spheres = 30"));
+    write(&bench, "valley.asc", &slope());
+    write(&bench, "boulder.stl", &boulder());
+    runs(page, &bench, &[]);
+    assert!(bench.path("out/fall/trajectory.svg").exists());
+}
+
+/// A box of 0.8 m by 0.7 m by 0.6 m, in STL.
+fn boulder() -> String {
+    let at = |i: usize| {
+        [0.4, 0.35, 0.3].iter().enumerate().map(move |(b, h)| if i >> b & 1 == 1 { *h } else { -*h })
+    };
+    let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let facets = sides.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).map(|corners| {
+        let vertices = corners.map(|i| {
+            let [x, y, z]: [f64; 3] = at(i).collect::<Vec<_>>().try_into().expect("three");
+            format!("vertex {x} {y} {z}\n")
+        });
+        format!("facet normal 0 0 0\nouter loop\n{}endloop\nendfacet\n", vertices.concat())
+    });
+    format!("solid boulder\n{}endsolid boulder\n", facets.collect::<String>())
+}
+
+/// The barrier of `studies/barrier.toml` on the line of the page.
+fn barrier() -> String {
+    let path = repository().join("launch/scenes/studies/barrier.toml");
+    let text = std::fs::read_to_string(path).expect("read");
+    let line = text.lines().find(|line| line.trim_start().starts_with("line = ")).expect("a line");
+    text.replace(line, "line = [[2683200.0, 1247051.0], [2683200.0, 1247039.0]]")
+}
+
+#[test]
+fn solvers() {
+    let bench = Bench::new();
+    with_mine(&bench);
+    with_repository(&bench);
+    runs("docs/solvers.md", &bench, &[("run mine.toml --record", "run mine.toml --force --record")]);
+    let crossed = std::fs::read_to_string(bench.path("crossed.csv")).expect("the table");
+    assert!(crossed.lines().count() > 100, "{crossed}");
+}
+
+#[test]
+fn processes() {
+    let bench = Bench::new();
+    with_mine(&bench);
+    with_repository(&bench);
+    let changes =
+        [("launch/run.sh mine.toml$", "launch/run.sh mine.toml >/dev/null$"), ("taskset", "true taskset")];
+    runs("docs/processes.md", &bench, &changes);
+}
+
+#[test]
+fn structures() {
+    let bench = Bench::new();
+    with_repository(&bench);
+    runs("docs/structures.md", &bench, &[]);
+}
+
+#[test]
+fn approvals_and_barriers() {
+    let bench = Bench::new();
+    with_repository(&bench);
+    copy(&bench, "launch/kits/example-1000.toml", "KIT.toml");
+    let checked = [("-1000.toml", "-1000.toml --dry-run"), ("--vary brake", "--dry-run --vary brake")];
+    runs("docs/approval.md", &bench, &checked);
+    copy(&bench, "launch/scenes/site.toml", "site.toml");
+    std::os::unix::fs::symlink(repository().join("launch/scenes/data"), bench.path("data")).expect("linked");
+    let barrier = [("SCENE", "site.toml"), ("barrier-sel.toml", "barrier-sel.toml --set end_time=0.004")];
+    runs("docs/barrier.md", &bench, &barrier);
+    // Of the run before.
+    runs(
+        "docs/report.md",
+        &bench,
+        &[("out/barrier-impact --pdf", "out/first"), ("out/barrier-impact", "out/first")],
+    );
+}
