@@ -160,7 +160,8 @@ fn many_releases() {
         ("--until road_energy_q95:5% --at-most 5000", "--resume --until road_energy_q95:90% --at-most 12"),
         ("--scene-of 17", "--scene-of 3"),
         ("barrier.toml --worst 20", "barrier.toml --worst 1 --list-worst --force"),
-        ("--chunks 16", "--chunks 2"),
+        ("study.toml --chunks 16", "study.toml --out out/parts --chunks 2"),
+        ("--threads 1 --members", "--out out/parts --threads 1 --members"),
     ];
     runs(page, &bench, &changes);
 }
