@@ -110,7 +110,7 @@ fn listen(at: &str, token: &[u8], request: &Arguments) -> Result<Exit, Stop> {
     listener.set_nonblocking(true).map_err(|e| refuse(e.to_string(), form))?;
     let scene = String::from_utf8_lossy(&input_file::read(scene.as_ref(), files::TEXT)?).into_owned();
     let no_shortcuts = request.words.iter().any(|word| word == "--no-shortcuts");
-    ipc::bridge::listen(&listener, token, &connection, (scene, no_shortcuts)).map_err(stop)?;
+    ipc::bridge::listen(listener, token, &connection, (scene, no_shortcuts)).map_err(stop)?;
     Ok(Exit::Done)
 }
 

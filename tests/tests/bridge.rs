@@ -265,6 +265,8 @@ fn struck(who: &str, signal: Signal) -> (Ended, Ended) {
     let sets = ["--set", LONG, "--set", "processes.timeout=5"];
     let child = bench.rockfall(&sphere(&bench, &listen(at)), "out", &sets).spawn().expect("started");
     until("some rows", || (rows(&out) > 200).then_some(()));
+    let second = TcpStream::connect(("127.0.0.1", at)).expect_err("the solver is there already");
+    assert_eq!(second.kind(), std::io::ErrorKind::ConnectionRefused);
     let process = |part: &str, word: &str| {
         let all = processes_with(word);
         all.into_iter().find(|(_, line)| line.contains(part)).map(|(pid, _)| pid)

@@ -64,16 +64,17 @@ fn fault(failure: &Failure) -> Fault {
     }
 }
 
-/// Take the place of a solver in a run, and pass everything to whoever connects to `listener` and knows `token`.
+/// Take the place of a solver in a run, and pass everything to whoever connects to `listener` and knows `token`. From then on
+/// nobody else can connect.
 pub fn listen(
-    listener: &TcpListener,
+    listener: TcpListener,
     token: &[u8],
     connection: &Connection,
     (scene, no_shortcuts): (String, bool),
 ) -> Result<(), Failure> {
     let timeout = SHARE * connection.timeout.as_secs_f64();
     let invited = invite(
-        listener,
+        &listener,
         token,
         connection,
         Invitation { timeout, name: connection.name.clone(), no_shortcuts, scene },
@@ -81,6 +82,7 @@ pub fn listen(
     let (mut link, hello) = invited.inspect_err(|failure| {
         let _ = serve::refuse(&fault(failure), connection);
     })?;
+    drop(listener);
     serve::join(connection, |session| session.stand_in(&mut link, &hello))
 }
 
