@@ -77,6 +77,8 @@ fn every_page_is_in_the_contents_and_has_its_question() {
 #[test]
 fn every_link_leads_to_a_file_and_a_heading() {
     let mut broken = Vec::new();
+    let docs = repository().join("docs");
+    let contents = read(&docs.join("SUMMARY.md"));
     for page in pages() {
         let text = read(&page);
         for line in prose(&text) {
@@ -92,7 +94,11 @@ fn every_link_leads_to_a_file_and_a_heading() {
                     page.parent().expect("a directory").join(file)
                 };
                 let known = |heading: &str| anchors(&read(&at)).contains(heading);
-                if !at.exists() || heading.is_some_and(|heading| !known(heading)) {
+                // The site of the manual has the pages of its contents alone, and makes its own name of each link to a page.
+                let listed = !page.starts_with(&docs)
+                    || !file.ends_with(".md")
+                    || contents.contains(&format!("({file})"));
+                if !listed || !at.exists() || heading.is_some_and(|heading| !known(heading)) {
                     broken.push(format!("{}: {target}", page.display()));
                 }
             }
