@@ -150,14 +150,14 @@ fn many_releases() {
     write(
         &bench,
         "fall.toml",
-        &own[0].replace("spheres = 64", "spheres = 8").replace("valley.tif", "valley.asc"),
+        &own[0].replace("spheres = 300", "spheres = 8").replace("valley.tif", "valley.asc"),
     );
     write(&bench, "study.toml", &own[1].replace("count = 1000", "count = 4"));
     write(&bench, "valley.asc", &slope());
     write(&bench, "barrier.toml", &barrier());
     let changes = [
         ("ensemble study.toml$", "ensemble study.toml --force$"),
-        ("--until road_energy_q95:5% --at-most 5000", "--resume --until road_energy_q95:90% --at-most 12"),
+        ("--until road_energy_q95:5% --at-most 5000", "--until road_energy_q95:90% --at-most 12"),
         ("--scene-of 17", "--scene-of 3"),
         ("barrier.toml --worst 20", "barrier.toml --worst 1 --list-worst --force"),
         ("study.toml --chunks 16", "study.toml --out out/parts --chunks 2"),
