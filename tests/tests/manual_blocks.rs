@@ -193,12 +193,12 @@ fn boulder() -> String {
     format!("solid boulder\n{}endsolid boulder\n", facets.collect::<String>())
 }
 
-/// The barrier of `studies/barrier.toml` on the line of the page.
+/// The barrier of `studies/barrier.toml` just below the release of the page, where some of few rocks come.
 fn barrier() -> String {
     let path = repository().join("launch/scenes/studies/barrier.toml");
     let text = std::fs::read_to_string(path).expect("read");
     let line = text.lines().find(|line| line.trim_start().starts_with("line = ")).expect("a line");
-    text.replace(line, "line = [[2683200.0, 1247051.0], [2683200.0, 1247039.0]]")
+    text.replace(line, "line = [[2683030.0, 1247071.0], [2683030.0, 1247059.0]]")
 }
 
 #[test]
