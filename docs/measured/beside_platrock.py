@@ -1,4 +1,4 @@
-"""Spheres down the generated slope of docs/ensemble.md, by PlatRock (PyPI, GPL-3; it is run, nothing of it is copied) and by rockfall.
+"""Spheres down the generated slope of docs/performance.md, by PlatRock (PyPI, GPL-3; it is run, nothing of it is copied) and by rockfall.
 
     apt-get install libgdal-dev g++
     python -m venv platrock && platrock/bin/pip install "numpy<2.1" platrock==0.4.6
