@@ -60,9 +60,11 @@ pub fn long_version() -> &'static str {
     })
 }
 
-/// Date and time, in UTC: days are counted from the first of March of the year 0, so that a leap day is the last one of its year.
+/// Date and time, in UTC; that of `SOURCE_DATE_EPOCH` [s] where it is set, for results that are to be the same bytes. Days are counted from the first of March of the year 0, so that a leap day is the last one of its year.
 pub fn now() -> String {
-    let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
+    let set = std::env::var("SOURCE_DATE_EPOCH").ok().and_then(|seconds| seconds.parse().ok());
+    let clock = || SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
+    let seconds: u64 = set.unwrap_or_else(clock);
     let days = seconds / 86_400 + 719_468;
     let (era, day) = (days / 146_097, days % 146_097);
     let year = (day - day / 1_460 + day / 36_524 - day / 146_096) / 365;
