@@ -79,6 +79,8 @@ impl<'a> Panels<'a> {
         let per_pixel = (reach[1] - reach[0]) / PLOT;
         let plot = ((high - low + 2.0 * edge) / per_pixel).max(SECTION[0]);
         let levels = [low - edge, low - edge + plot * per_pixel];
+        let mut surface = self::surface(lines[sections[0]], &axis, terrain, reach);
+        surface.retain(|(_, z)| (levels[0]..=levels[1]).contains(z));
         Self { lines, axis, sections, nets, surface, reach, levels, plot }
     }
 
