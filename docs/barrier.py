@@ -23,6 +23,9 @@ from PIL import Image
 
 AZIMUTH, ELEVATION = np.radians(147.0), np.radians(16.0)  # from the valley
 STRONGEST = 150.0  # kN, end of the colour scale
+# From light to dark, told apart with any colour vision; without the palest end, which white paper swallows.
+COLOURS = matplotlib.colors.ListedColormap(matplotlib.colormaps["cividis_r"](np.linspace(0.12, 1.0, 256)))
+POSTS = (0.75, 0.3, 0.0, 1.0)
 
 
 def series(folder, name):
@@ -54,13 +57,13 @@ def draw(axes, structure, rock, time, posts):
     lines = LineCollection(
         places[cells[order]],
         array=np.clip(force[order], 0.0, STRONGEST),
-        cmap="turbo",
+        cmap=COLOURS,
         norm=matplotlib.colors.PowerNorm(0.5, 0.0, STRONGEST),
         linewidths=widths[order],
         capstyle="round",
     )
     colours = lines.cmap(lines.norm(np.clip(force[order], 0.0, STRONGEST)))
-    colours[posts[order]] = (0.2, 0.2, 0.22, 1.0)
+    colours[posts[order]] = POSTS
     lines.set_array(None)
     lines.set_color(colours)
 
@@ -102,10 +105,10 @@ def main(fields, picture):
     figure.subplots_adjust(0.01, 0.01, 0.89, 0.99, hspace=0.02)
     norm = matplotlib.colors.PowerNorm(0.5, 0.0, STRONGEST)
     bar = figure.colorbar(
-        matplotlib.cm.ScalarMappable(norm, "turbo"), cax=figure.add_axes([0.91, 0.25, 0.018, 0.5])
+        matplotlib.cm.ScalarMappable(norm, COLOURS), cax=figure.add_axes([0.91, 0.25, 0.018, 0.5])
     )
     bar.set_ticks([0, 10, 25, 50, 100, 150])
-    bar.set_label("axial force [kN]; posts dark")
+    bar.set_label("axial force [kN]; posts thick")
     figure.savefig(picture)
     Image.open(picture).convert("RGB").quantize(256, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(picture, optimize=True)
 

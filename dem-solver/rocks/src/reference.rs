@@ -56,7 +56,7 @@ summary.json
     runout_distance | m | terrain: horizontal distance from start to rest
     rest_{x,y,z} | m | terrain: where the rock's centre came to rest
     exit_distance | m | terrain: horizontal distance from the start to where the rock left the terrain
-    max_jump_height | m | terrain: largest height of the rock's lowest point above the terrain under its centre
+    max_jump_height | m | terrain: largest height of the rock's lowest point above the terrain under its centre, the first flight from the release included
     max_speed | m/s | terrain: largest speed of the rock's centre
     max_kinetic_energy | J | terrain: largest kinetic energy, rotation included
     impacts | 1 | terrain: number of impacts, each a contact after a flight

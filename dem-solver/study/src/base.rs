@@ -8,9 +8,10 @@ use dem_contact::rock::Rock;
 use dem_contact::settings::{RockSettings, Settings, Shape};
 use dem_rocks::DemSolver;
 use dem_rocks::model::Model;
+use dem_rocks::results::map::sheet::Imprint;
 use dem_solid::cluster::kept;
 use dem_solid::geometry::plan::{Area, Point};
-use dem_terrain::{Terrain, system};
+use dem_terrain::Terrain;
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::Vector3;
 use std::io;
@@ -340,7 +341,7 @@ impl Base {
 
     /// The code of the coordinate system that the terrain's file names, or the `.prj` beside it.
     pub fn system(&self) -> Option<u16> {
-        system::of_file(&self.scene.resolve(&self.settings.terrain.as_ref()?.file))
+        Imprint::system(&self.scene, self.settings.terrain.as_ref())
     }
 
     /// Refuse releases and lines of layers in another coordinate system than that of the terrain.

@@ -13,6 +13,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use toolkit::files::{self, Dir};
 use toolkit::input_file::{self, hash, named_files, with_absolute_files};
+use toolkit::provenance;
 use toolkit::run_dir::{
     BARRIER, CHUNK_ENDS, CHUNKS, CLUSTERS, JOURNAL, MANIFEST, MEMBERS, SCENE, STUDY_RECORD, SUMMARY,
 };
@@ -28,7 +29,8 @@ const DONE: &str = CHUNK_ENDS[0];
 /// A folder of a study, and how its files end.
 type Files = (&'static str, &'static [&'static str]);
 /// What follows from all members.
-const RESULTS: [Files; 2] = [(results::MAPS, &["tif", "svg", "geojson"]), (results::LINES, &["csv", "svg"])];
+const RESULTS: [Files; 2] =
+    [(results::MAPS, &["tif", "svg", "geojson", "qml"]), (results::LINES, &["csv", "svg"])];
 
 /// The directory of a study.
 pub struct Directory {
@@ -221,6 +223,7 @@ pub fn record(base: &Base, file: &Scene) -> Result<Value, Diagnostic> {
     let lines: Vec<_> = base.study.lines.iter().map(|line| line.points.to_vec()).collect();
     Ok(json!({
         "version": env!("CARGO_PKG_VERSION"),
+        "date": provenance::now(),
         "followed": hash(json!([maps, lines]).to_string().as_bytes()),
         "study": file.path().display().to_string(),
         "scene": base.scene.path().display().to_string(),

@@ -185,6 +185,8 @@ pub struct ScreenLine {
 /// A study, checked as far as that goes without its terrain.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StudySettings {
+    /// Its title, for reports and pictures.
+    pub title: Option<String>,
     /// The scene of which each member is a variant; relative to the study file.
     pub scene: PathBuf,
     /// Another number, other members.
@@ -257,9 +259,20 @@ impl StudySettings {
             return Err(study.invalid("maps.cell", format!("cells of {cell} m: they must lie above 0")));
         }
         let lines = lines(study)?;
-        let replicates = replicates.into();
-        let it =
-            Self { scene, seed, sampling, replicates, releases, variables, turned, maps, lines, most_failed };
+        let (title, replicates) = (study.read("title")?, replicates.into());
+        let it = Self {
+            title,
+            scene,
+            seed,
+            sampling,
+            replicates,
+            releases,
+            variables,
+            turned,
+            maps,
+            lines,
+            most_failed,
+        };
         it.check(study)?;
         Ok(it)
     }

@@ -90,6 +90,7 @@ fn lines_and_maps_hold_what_flies_past() {
             ("passing_height_m", z - 0.3 - 0.5 * g * t * t),
             ("speed_m_per_s", (v * v + (g * t).powi(2)).sqrt()),
             ("kinetic_energy_J", energy),
+            ("translation_energy_J", energy - number(crossing, "rotation_energy_J")),
             ("rotation_energy_J", 0.0),
             ("vz_m_per_s", -g * t),
         ] {
@@ -124,6 +125,7 @@ fn lines_and_maps_hold_what_flies_past() {
     }
     let curve = std::fs::read_to_string(place.path("out/lines/road.svg")).expect("a picture");
     assert!(curve.contains("100.0 % [51.0, 100.0] of all rocks pass") && curve.contains(", too few]"));
+    assert!(curve.contains("EPSG:2056") && curve.contains("rockfall ") && curve.contains("UNRELIABLE"));
     assert!((number(&exceedance[0], "energy_J") / energies[3] - 1.0).abs() < 1e-9);
     let raster = |name: &str| {
         let file = place.path("out/maps").join(name);
@@ -207,6 +209,48 @@ fn maps_are_read_by_gdal() {
     for words in ["Feature Count: 4", "3D Line String", "CH1903+ / LV95", "max_kinetic_energy_J: Real"] {
         assert!(text.contains(words), "{words}: {text}");
     }
+}
+
+/// What QGIS makes of the layers: how it draws them, with the style that lies beside each.
+const IN_QGIS: &str = r#"
+import sys
+from qgis.core import QgsApplication, QgsRasterLayer, QgsVectorLayer
+application = QgsApplication([], False)
+application.initQgis()
+for name in ("speed_q50.tif", "speed_q50_low.tif", "count.tif"):
+    layer = QgsRasterLayer(f"{sys.argv[1]}/{name}", name)
+    items = layer.renderer().shader().rasterShaderFunction().colorRampItemList()
+    print(name, layer.renderer().type(), len(items), items[0].color.name(), items[-1].color.name(), f"{items[-1].value:.6g}")
+for name in ("trajectories", "ends"):
+    layer = QgsVectorLayer(f"{sys.argv[1]}/{name}.geojson", name, "ogr")
+    print(name, layer.featureCount(), layer.crs().authid(), layer.renderer().type())
+application.exitQgis()
+"#;
+
+#[test]
+fn layers_have_their_style_in_qgis() {
+    let place = flights();
+    place.table("out", &[]);
+    let ask = |arguments: &[&str]| {
+        let mut command = Command::new("/usr/bin/python3");
+        command.env("QT_QPA_PLATFORM", "offscreen").arg("-c").args(arguments).output()
+    };
+    if !ask(&["import qgis.core"]).is_ok_and(|output| output.status.success()) {
+        return println!("skipped: QGIS is not installed for Python (Debian: python3-qgis)");
+    }
+    let maps = place.path("out/maps");
+    let output = ask(&[IN_QGIS, maps.to_str().expect("a path")]).expect("it was there");
+    let text = String::from_utf8_lossy(&output.stdout);
+    let lines: Vec<&str> = text.lines().collect();
+    let [speed, low, count, trajectories, ends] = lines[..] else { panic!("{text}{output:?}") };
+    assert_eq!(speed.split_once(' ').map(|of| of.1), low.split_once(' ').map(|of| of.1), "one scale");
+    assert!(
+        count.starts_with("count.tif singlebandpseudocolor ") && count.ends_with(" #5a003c 4"),
+        "{count}"
+    );
+    assert!(speed.starts_with("speed_q50.tif singlebandpseudocolor 17 #fff5be #5a003c "), "{speed}");
+    assert_eq!(trajectories, "trajectories 4 EPSG:2056 singleSymbol");
+    assert_eq!(ends, "ends 4 EPSG:2056 categorizedSymbol");
 }
 
 /// A line at the border of the terrain, where a height is not known of every rock that passes.

@@ -39,7 +39,7 @@ pub fn column(name: &str, unit: &str) -> String {
     if unit.is_empty() || unit == "1" {
         name.to_owned()
     } else {
-        format!("{name}_{}", unit.replace('/', "_per_").replace('*', "_"))
+        format!("{name}_{}", unit.replace('/', "_per_").replace('*', "_").replace(' ', ""))
     }
 }
 
@@ -158,6 +158,7 @@ mod tests {
     #[test]
     fn header_names_carry_the_unit() {
         assert_eq!(column("rock_vx", "m/s"), "rock_vx_m_per_s");
+        assert_eq!(column("posts_bending_moment", "N m"), "posts_bending_moment_Nm");
         assert_eq!(column("iterations", "1"), "iterations");
         assert_eq!(column("reaction_z", "N"), "reaction_z_N");
     }

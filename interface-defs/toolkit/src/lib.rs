@@ -45,6 +45,7 @@ pub mod manifest;
 pub mod numbers;
 pub mod output;
 pub mod owner;
+pub mod picture;
 pub mod processes;
 pub mod profile;
 pub mod program;

@@ -59,9 +59,11 @@ pub fn long_version() -> &'static str {
     })
 }
 
-/// Date and time, in UTC.
+/// Date and time, in UTC; that of `SOURCE_DATE_EPOCH` [s] where it is set, for results that are to be the same bytes.
 pub fn now() -> String {
-    chrono::Utc::now().format("%Y-%m-%d %H:%M UTC").to_string()
+    let set = std::env::var("SOURCE_DATE_EPOCH").ok().and_then(|seconds| seconds.parse().ok());
+    let time = set.and_then(|seconds| chrono::DateTime::from_timestamp(seconds, 0));
+    time.unwrap_or_else(chrono::Utc::now).format("%Y-%m-%d %H:%M UTC").to_string()
 }
 
 /// The hash of bytes that come one after the other.

@@ -4,6 +4,7 @@
 use super::exit::Exit;
 use super::files;
 use super::numbers::{percent, rounded, short, short_in, to_place};
+use super::picture;
 use super::run_dir::SUMMARY;
 use super::screen::{complain, show};
 use interface_defs::message::{Found, Interval};
@@ -189,10 +190,13 @@ impl Summary {
         rocks.chain(torn).chain(nothing).chain(beyond.map(PartUse::to_string)).collect()
     }
 
-    /// Write `summary.json` to `dir`: as a whole or not at all.
+    /// Write `summary.json` to `dir`: as a whole or not at all. Pictures there say from then on whether they are to be trusted.
     ///
     /// A number that is not finite is left out, and a warning names it.
     pub fn write(&self, dir: &Path) -> io::Result<()> {
+        if self.status == RunStatus::Unreliable {
+            picture::reveal(dir)?;
+        }
         files::write_json(&dir.join(SUMMARY), &self.finite())
     }
 

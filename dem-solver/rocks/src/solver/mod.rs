@@ -11,6 +11,7 @@ use crate::model::state::{Body, State};
 use crate::model::{Model, Steps};
 use crate::results::fields::{self, FieldFiles, KeptFields};
 use crate::results::gauges::Gauges;
+use crate::results::map::sheet::Imprint;
 use crate::results::trajectory::{self, Row, Trajectory};
 use crate::results::{self, map, measures, verdict};
 use dem_contact::interface_mesh::ContactMesh;
@@ -35,6 +36,7 @@ use std::sync::Arc;
 use toolkit::checkpoint::{pack, unpack};
 use toolkit::history::Mark;
 use toolkit::program::Options;
+use toolkit::run_dir;
 use toolkit::scene::Scene;
 
 mod partners;
@@ -500,8 +502,11 @@ impl DemSolver {
         let fields = self.fields.as_ref().map_or(Ok(()), |fields| fields.write_trajectories(&trajectories));
         let (path, bodies) = (dir.join(map::PICTURE), &self.committed.bodies);
         let mesh = self.run.as_ref().and_then(|run| Some(run.net()?.0));
+        let system = Imprint::system(&self.scene, self.model.settings.terrain.as_ref());
+        let title = self.scene.read("title").ok().flatten();
+        let imprint = Imprint::new(title, &dir.join(run_dir::RECORD), system);
         for (name, written) in [
-            (map::PICTURE, map::write(&path, &self.model, ground, &trajectories, bodies, mesh)),
+            (map::PICTURE, map::write(&path, &self.model, ground, &trajectories, bodies, mesh, &imprint)),
             (fields::TRAJECTORIES, fields),
         ] {
             if let Err(e) = written {

@@ -201,7 +201,10 @@ pub struct Checked {
     pub warnings: Vec<Diagnostic>,
 }
 
-/// Judge the barrier of the line `name` and write the table of its numbers to `path`.
+/// What a standard requires of a barrier: its name, the quantity, how much.
+pub type Required = (&'static str, &'static str, f64);
+
+/// Judge the barrier of the line `name` and write the table of its numbers to `path`; what the standards require.
 pub fn write(
     path: &Path,
     name: &str,
@@ -209,7 +212,8 @@ pub fn write(
     passing: &Passing,
     study: &Reliability,
     checked: &mut Checked,
-) -> io::Result<()> {
+) -> io::Result<Vec<Required>> {
+    let mut required = Vec::new();
     let of_uni = design.uni_11211_4.as_ref().and_then(|uni| of_uni(uni, design, passing, study));
     let of_onr = design.onr_24810.as_ref().and_then(|onr| of_onr(onr, design, passing, study));
     checked.warnings.extend(design.uni_11211_4.as_ref().and_then(|uni| block(name, uni, passing)));
@@ -229,6 +233,7 @@ pub fn write(
     ])?;
     for rows in [of_uni, of_onr].into_iter().flatten() {
         for row in &rows {
+            required.push((row.standard, row.name, row.value));
             let has = row.has.map_or(String::new(), |has| has.to_string());
             let satisfied = row.finding().map_or("", |(satisfied, _)| satisfied);
             let value = row.value.to_string();
@@ -254,7 +259,8 @@ pub fn write(
         let few = Diagnostic::warning(code::FEW_SAMPLES, what);
         checked.warnings.push(few.try_instead("more members are required"));
     }
-    table.flush()
+    table.flush()?;
+    Ok(required)
 }
 
 /// Largest design block over the largest rock that passes of which nothing is said.

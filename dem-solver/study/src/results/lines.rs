@@ -9,7 +9,9 @@ use crate::record::All;
 use crate::settings::{BEHIND, ScreenLine, StudySettings};
 use crate::summary::{SHARES, quantile_of};
 use crate::track::Crossing;
-use dem_rocks::results::map::sheet::{Axes, FINE, INK, LEFT, RIGHT, font, page, plot, px};
+use dem_rocks::results::map::sheet::{
+    Axes, FINE, INK, Imprint, LEFT, RIGHT, draw_line, font, page, plot, px,
+};
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::message::{Interval, Measure, Worse};
 use plotters::prelude::*;
@@ -41,7 +43,8 @@ const STATISTICS: [Statistic; 4] = [
         |it| if it.height < 0.0 { 0.0 } else { it.height },
         Some(("height of the lowest point [m]", 1.0)),
     ),
-    statistic("centre_height", "m", |it| it.centre, None),
+    // Against it the height of a barrier is judged.
+    statistic("centre_height", "m", |it| it.centre, Some(("height of the centre [m]", 1.0))),
     statistic("speed", "m/s", |it| it.speed, Some(("speed [m/s]", 1.0))),
 ];
 
@@ -78,8 +81,10 @@ fn columns(base: &Base) -> Columns<'_, (u64, u64, Crossing)> {
         // Beside the terrain, or over a hole in it, a height is not known.
         .number("centre_height_m", |(.., it)| Some(it.centre).filter(|height| !height.is_nan()))
         .number("passing_height_m", |(.., it)| Some(it.height).filter(|height| !height.is_nan()))
-        .numbers(["speed_m_per_s", "kinetic_energy_J", "rotation_energy_J"], |(.., it)| {
-            Some([it.speed, it.energy, it.rotation])
+        .number("speed_m_per_s", |(.., it)| Some(it.speed))
+        // The first is the sum of the others.
+        .numbers(["kinetic_energy_J", "translation_energy_J", "rotation_energy_J"], |(.., it)| {
+            Some([it.energy, it.energy - it.rotation, it.rotation])
         })
         .numbers(["vx_m_per_s", "vy_m_per_s", "vz_m_per_s"], |(.., it)| Some(it.velocity))
 }
@@ -294,7 +299,14 @@ pub fn measures(base: &Base, all: All) -> io::Result<Vec<Measure>> {
 }
 
 /// Write tables and curves of all lines; add their measures.
-pub fn write(base: &Base, dir: &Path, all: All, study: &Reliability, found: &mut Checked) -> io::Result<()> {
+pub fn write(
+    base: &Base,
+    dir: &Path,
+    imprint: &Imprint,
+    all: All,
+    study: &Reliability,
+    found: &mut Checked,
+) -> io::Result<()> {
     let (mut tables, columns) = (Vec::new(), columns(base));
     for line in &base.study.lines {
         let mut table = csv::Writer::from_writer(files::create(&dir.join(format!("{}.csv", line.name)))?);
@@ -349,14 +361,20 @@ pub fn write(base: &Base, dir: &Path, all: All, study: &Reliability, found: &mut
             }
             continue;
         }
+        let mut marks = marks(line);
         if let Some(design) = line.design.as_ref().filter(|_| !behind) {
             let [energy, _, height, speed, ..] = &passing.largest;
             let path = dir.join(format!("{name}_design.csv"));
             let rocks = Rocks { energy, height, speed, mass: &passing.masses };
-            design::write(&path, name, design, &rocks, study, found)?;
+            let required = design::write(&path, name, design, &rocks, study, found)?;
+            let all = required.into_iter().filter_map(|(standard, quantity, value)| {
+                let (_, of) = REQUIRED.iter().find(|(known, _)| *known == quantity)?;
+                Some(Mark { of, what: format!("{standard} requires"), value, has: false })
+            });
+            marks.extend(all);
         }
         exceedance(&dir.join(format!("{name}_exceedance.csv")), &passing, &releases)?;
-        let svg = curves(name, &passing.largest, computed).map_err(io::Error::other)?;
+        let svg = curves(name, &passing.largest, computed, &marks, imprint).map_err(io::Error::other)?;
         files::write(&dir.join(format!("{name}.svg")), svg.as_bytes())?;
     }
     for (absent, lines) in rare.into_iter().filter(|(absent, _)| !absent.is_empty()) {
@@ -418,18 +436,52 @@ fn exceedance(path: &Path, passing: &Passing, releases: &Releases) -> io::Result
     table.flush()
 }
 
-/// Width of a curve's panel, height of the page and of its title [px].
+/// What a curve is looked at against.
+struct Mark {
+    /// The statistic.
+    of: &'static str,
+    what: String,
+    value: f64,
+    /// Whether a barrier has it; else it is required of one.
+    has: bool,
+}
+
+/// Quantities that a standard requires which are a statistic.
+const REQUIRED: [(&str, &str); 2] = [("required_energy", "energy"), ("required_height", "centre_height")];
+
+/// What the barrier on a line has, as far as it is known.
+fn marks(line: &ScreenLine) -> Vec<Mark> {
+    let stops = line.barrier.map_or([None; 2], |it| [Some(it.energy), Some(it.height)]);
+    let tested = line.design.as_ref().map_or([None; 2], |it| [it.barrier_energy, it.barrier_height]);
+    let all = [("barrier stops", stops), ("barrier has", tested)].into_iter().flat_map(|(what, values)| {
+        let of = move |(of, value): (&'static str, Option<f64>)| {
+            Some(Mark { of, what: what.into(), value: value?, has: true })
+        };
+        ["energy", "centre_height"].into_iter().zip(values).filter_map(of)
+    });
+    all.collect()
+}
+
+/// Width and height of a curve's panel, panels side by side, height of the page's title [px].
 const PANEL: i32 = 380;
-const HEIGHT: i32 = 400;
+const HEIGHT: i32 = 364;
+const BESIDE: usize = 3;
 const TITLE: i32 = 36;
 /// Steps of a curve that are drawn, each less than a sixth of a pixel high where there are more.
 const STEPS: usize = 2000;
-const CURVE: RGBColor = RGBColor(180, 40, 45);
+const CURVE: RGBColor = RGBColor(0, 90, 160);
+const MARK: RGBColor = RGBColor(200, 80, 0);
 
-/// Exceedance of energy, passing height and speed, each share with its interval as a band.
-fn curves(name: &str, largest: &[Vec<f64>; STATISTICS.len()], computed: u64) -> Result<String, String> {
+/// Exceedance of energy, heights and speed, each share with its interval as a band, and what a barrier has and must have.
+fn curves(
+    name: &str,
+    largest: &[Vec<f64>; STATISTICS.len()],
+    computed: u64,
+    marks: &[Mark],
+    imprint: &Imprint,
+) -> Result<String, String> {
     let drawn = largest.iter().zip(&STATISTICS).filter(|(values, _)| !values.is_empty());
-    let drawn: Vec<_> = drawn.filter_map(|(values, it)| Some((values, it.curve?))).collect();
+    let drawn: Vec<_> = drawn.filter_map(|(values, it)| Some((values, it.name, it.curve?))).collect();
     let count = largest[0].len() as u64;
     let of = of_share(count, computed);
     let [share, low, high] = [Some(count as f64 / computed as f64), of.low, of.high]
@@ -437,12 +489,18 @@ fn curves(name: &str, largest: &[Vec<f64>; STATISTICS.len()], computed: u64) -> 
     let title = format!(
         "Line {name}: {share} % [{low}, {high}] of all rocks pass; of these {count}, the share that reaches or exceeds (band: 95 % interval)"
     );
-    page([PANEL * drawn.len() as i32, HEIGHT], "", |root| {
+    let columns = if drawn.len() > BESIDE { 2 } else { drawn.len() };
+    let rows = drawn.len().div_ceil(columns.max(1));
+    // The title takes this width.
+    let width = (PANEL * columns as i32).max(3 * PANEL);
+    page([width, HEIGHT * rows as i32 + TITLE], imprint, "", |root| {
         let (head, rest) = root.split_vertically(TITLE * FINE);
         head.draw(&Text::new(title, (px(f64::from(LEFT)), px(10.0)), font(17.0)))?;
-        for (panel, (values, (title, scale))) in rest.split_evenly((1, drawn.len())).iter().zip(drawn) {
+        for (panel, (values, name, (title, scale))) in rest.split_evenly((rows, columns)).iter().zip(drawn) {
+            let marks: Vec<&Mark> = marks.iter().filter(|mark| mark.of == name).collect();
+            let highest = marks.iter().map(|mark| mark.value).fold(values[values.len() - 1], f64::max);
             // With room for the words to the right of the largest one.
-            let most = (values[values.len() - 1] * scale).max(1e-9) * 1.9;
+            let most = (highest * scale).max(1e-9) * 1.9;
             let least = (values[0] * scale).min(0.0);
             let room = [12, RIGHT, 42, LEFT];
             let axes =
@@ -466,19 +524,24 @@ fn curves(name: &str, largest: &[Vec<f64>; STATISTICS.len()], computed: u64) -> 
             plot.draw(&Polygon::new(band, CURVE.mix(0.18).filled()))?;
             let all = stairs(&|reached| reached as f64 / count as f64);
             plot.draw(&PathElement::new(all, CURVE.stroke_width(px(1.5) as u32)))?;
+            // To the right of its line, where the curve is below.
+            let style = font(12.0).pos(Pos::new(HPos::Left, VPos::Center));
             for (share, height) in [(0.95, 0.26), (0.99, 0.16)] {
                 let at = quantile(values, share) * scale;
                 let of = of_quantile(values, share);
                 let end = |end: Option<f64>| end.map_or("too few".into(), |end| three(end * scale));
                 let (low, high) = (end(of.low), end(of.high));
-                plot.draw(&PathElement::new(
-                    vec![(at, 0.0), (at, height)],
-                    INK.stroke_width(px(1.0) as u32),
-                ))?;
+                let ends = vec![(at, 0.0), (at, height)];
+                plot.draw(&PathElement::new(ends, INK.stroke_width(px(1.0) as u32)))?;
                 let label = format!(" {:.0} %: {} [{low}, {high}]", 100.0 * share, three(at));
-                // To the right of its line, where the curve is below.
-                let style = font(12.0).pos(Pos::new(HPos::Left, VPos::Center));
-                plot.draw(&Text::new(label, (at, height - 0.02), style))?;
+                plot.draw(&Text::new(label, (at, height - 0.02), style.clone()))?;
+            }
+            // What a barrier has is a whole line, what is required a dashed one; both go up to their words.
+            for (Mark { what, value, has, .. }, height) in marks.into_iter().zip([0.97, 0.89, 0.81, 0.73]) {
+                let at = value * scale;
+                let ends = vec![(at, 0.0), (at, height)];
+                draw_line(plot, usize::from(!has), ends, MARK.stroke_width(px(1.6) as u32))?;
+                plot.draw(&Text::new(format!(" {what} {}", three(at)), (at, height), style.color(&MARK)))?;
             }
         }
         Ok(())

@@ -1,15 +1,17 @@
 //! The maps: per cell how many rocks passed or stopped there, and quantiles of how fast, how strong, how high. Each is a GeoTIFF,
 //! one band of numbers, north up, in the terrain's coordinate system, and a picture; the two ends of an interval are GeoTIFFs beside it.
-//! Trajectories and ends of members are GeoJSON, with what became of each.
+//! Trajectories and ends of members are GeoJSON, with what became of each. Beside each layer lies its style for QGIS.
 //!
 //! Source: OGC GeoTIFF 1.1, 7.1 and B; the mark of cells without a value is GDAL's.
 
 use super::picture::{self, Map, Scale};
+use super::style;
 use crate::base::Base;
 use crate::bounds::{Ends, Part, of_frequency, of_share, quantile};
 use crate::grid::Grid;
 use crate::record::{All, How, QUANTITIES, Record};
 use crate::summary::quantile_of;
+use dem_rocks::results::map::sheet::Imprint;
 use dem_terrain::system::{PROJECTED_TYPE, USER_DEFINED};
 use interface_defs::diagnostic::{Diagnostic, code};
 use rustc_hash::FxHashMap;
@@ -29,7 +31,7 @@ use toolkit::summary::RunStatus;
 /// The quantities of a visit, in its order: name of the file, and what the picture says.
 const VISITED: [(&str, &str); 4] = [
     ("speed", "speed [m/s]"),
-    ("kinetic_energy", "kinetic energy [J]"),
+    ("kinetic_energy", "kinetic energy, rotation included [J]"),
     ("rotation_energy", "energy of rotation [J]"),
     ("jump_height", "jump height of the lowest point [m]"),
 ];
@@ -42,6 +44,10 @@ fn note(share: u32) -> Option<String> {
     let few = 100 / (100 - share) + 1;
     (share >= 90).then(|| format!("where up to {few} rocks pass (see count): between the two largest"))
 }
+
+/// Maps that have an interval, and what ends the names of its two ends.
+const INTERVALS: [&str; 6] = ["share", "frequency", VISITED[0].0, VISITED[1].0, VISITED[2].0, VISITED[3].0];
+const ENDINGS: [&str; 3] = ["", "_low", "_high"];
 
 /// Values of cells that are in memory at once, 4 bytes each: where there are more, members are read again for other cells.
 const AT_ONCE: usize = 100_000_000;
@@ -59,7 +65,14 @@ fn parts(starts: &[usize], most: usize) -> Vec<Range<usize>> {
 }
 
 /// Write all maps of a study.
-pub fn write(base: &Base, grid: &Grid, system: &System, dir: &Path, all: All) -> io::Result<()> {
+pub fn write(
+    base: &Base,
+    grid: &Grid,
+    system: &System,
+    dir: &Path,
+    imprint: &Imprint,
+    all: All,
+) -> io::Result<()> {
     let (mut count, mut ends, mut computed) = (vec![0_u32; grid.cells()], vec![0_u32; grid.cells()], 0_u64);
     // Of each release its blocks a year, its members, and how many of them pass each cell.
     let rates = base.study.rates().into_iter().flatten();
@@ -81,11 +94,20 @@ pub fn write(base: &Base, grid: &Grid, system: &System, dir: &Path, all: All) ->
         }
         Ok(())
     })?;
-    let picture = picture::Sheet::new(base, grid, computed);
+    let picture = picture::Sheet::new(base, grid, computed, imprint, |cell| count[cell] > 0);
     let band =
         |name: &str, values: &[f32]| write_band(&dir.join(format!("{name}.tif")), base, grid, system, values);
     let put = |name: &str, title: String, note, scale, values: &[f32]| {
         band(name, values)?;
+        // The ends of the interval of a value have its colours.
+        if values.iter().any(|value| !value.is_nan()) {
+            let style = style::of_raster(scale, values);
+            for end in
+                if INTERVALS.iter().any(|of| name.starts_with(of)) { &ENDINGS[..] } else { &ENDINGS[..1] }
+            {
+                files::write(&dir.join(format!("{name}{end}.qml")), style.as_bytes())?;
+            }
+        }
         picture.write(&dir.join(format!("{name}.svg")), &Map { title, note, scale, values })
     };
     let known = |of: &dyn Fn(usize) -> f32| -> Vec<f32> {
@@ -328,7 +350,8 @@ pub fn write_trajectories(base: &Base, system: &System, dir: &Path, all: All) ->
         Ok(())
     })?;
     lines.end()?;
-    ends.end()
+    ends.end()?;
+    style::OF_LAYERS.iter().try_for_each(|(name, text)| files::write(&dir.join(name), text.as_bytes()))
 }
 
 #[cfg(test)]

@@ -8,13 +8,16 @@ pub mod frequency;
 pub mod lines;
 pub mod maps;
 pub mod picture;
+pub mod style;
 
 use super::base::Base;
 use super::record::All;
+use dem_rocks::results::map::sheet::Imprint;
 use design::{Checked, Reliability};
 use std::io;
 use std::path::Path;
 use toolkit::files::Dir;
+use toolkit::run_dir::STUDY_RECORD;
 
 /// Rasters, pictures, trajectories.
 pub const MAPS: &str = "maps";
@@ -24,18 +27,19 @@ pub const LINES: &str = "lines";
 /// Write all files into `dir`; the measures and checks of the lines, and what the user should know.
 pub fn write(base: &Base, dir: &Path, study: &Reliability, all: All) -> io::Result<Checked> {
     let mut found = Checked::default();
+    let system = maps::System::of(base);
+    let imprint = Imprint::new(base.study.title.clone(), &dir.join(STUDY_RECORD), system.epsg);
     if let Some(grid) = &base.grid {
         let maps = dir.join(MAPS);
         Dir::create(&maps)?;
-        let system = maps::System::of(base);
         found.warnings.extend(system.warning());
-        maps::write(base, grid, &system, &maps, all)?;
+        maps::write(base, grid, &system, &maps, &imprint, all)?;
         maps::write_trajectories(base, &system, &maps, all)?;
     }
     if !base.lines.is_empty() {
         let lines = dir.join(LINES);
         Dir::create(&lines)?;
-        lines::write(base, &lines, all, study, &mut found)?;
+        lines::write(base, &lines, &imprint, all, study, &mut found)?;
     }
     Ok(found)
 }

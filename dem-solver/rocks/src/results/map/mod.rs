@@ -1,8 +1,8 @@
 //! `trajectory.svg`: plan of the trajectories over the shaded terrain, with the structure as it stands at the start, a section of
-//! the terrain along them, and jump height, speed and energy along them. Drawn from the rows, the terrain and the structure's mesh
+//! the terrain along one straight axis, and jump height, speed and energy along it. Drawn from the rows, the terrain and the structure's mesh
 //! alone; the same rows give the same bytes.
 
-mod contours;
+pub mod contours;
 mod net;
 mod page;
 mod panels;
@@ -17,10 +17,10 @@ use dem_contact::interface_mesh::ContactMesh;
 use dem_terrain::Terrain;
 use nalgebra::Vector3;
 use net::Net;
-use page::{FEW, HeightMap, LEGEND, Line, NAMES, TrajectoryPoint, WIDTH, colour};
+use page::{FEW, HeightMap, LEGEND, Line, NAMES, TrajectoryPoint, WIDTH, colour, dashes};
 use panels::{CURVES, PANEL, Panels};
 use plotters::prelude::*;
-use sheet::{Area, Drawn, FINE, INK, LEFT, font, number, px};
+use sheet::{Area, Drawn, FINE, INK, Imprint, LEFT, draw_line, font, number, px};
 use std::io;
 use std::path::Path;
 
@@ -35,6 +35,7 @@ pub fn write(
     trajectories: &[Vec<Row>],
     bodies: &[Body],
     mesh: Option<&ContactMesh>,
+    imprint: &Imprint,
 ) -> io::Result<()> {
     let down = model.settings.down();
     let point = |row: &Row| {
@@ -50,21 +51,25 @@ pub fn write(
         })
         .collect();
     let extent = ground.extent().map(|corner| [corner.x, corner.y]);
-    let terrain = HeightMap { extent, height: &|x, y| ground.highest_at(x, y) };
+    let terrain = HeightMap {
+        extent,
+        height: &|x, y| ground.highest_at(x, y),
+        settings: model.settings.terrain.as_ref(),
+    };
     let net = mesh.map_or(Net::default(), |mesh| Net::of(mesh, &model.origin));
-    files::write(path, draw(&lines, &terrain, &net).map_err(io::Error::other)?.as_bytes())
+    files::write(path, draw(&lines, &terrain, &net, imprint).map_err(io::Error::other)?.as_bytes())
 }
 
 /// The whole picture as SVG text. `lines` without points are left out.
-fn draw(lines: &[Line], terrain: &HeightMap, net: &Net) -> Result<String, String> {
+fn draw(lines: &[Line], terrain: &HeightMap, net: &Net, imprint: &Imprint) -> Result<String, String> {
     let lines: Vec<&Line> = lines.iter().filter(|l| !l.points.is_empty()).collect();
     if lines.is_empty() {
         return Err("there is no trajectory to draw".into());
     }
     let plan = plan::Plan::new(&lines, terrain, net);
-    let panels = Panels::new(&lines, net);
+    let panels = Panels::new(&lines, terrain, net);
     let total = LEGEND + plan.height() + panels.section_height() + CURVES.len() as i32 * PANEL;
-    sheet::page([WIDTH, total], &plan.image(LEGEND), |root| {
+    sheet::page([WIDTH, total], imprint, &plan.image(LEGEND), |root| {
         let (legend, rest) = root.split_vertically(LEGEND * FINE);
         draw_legend(&legend, &lines, plan.has_net(), plan.interval())?;
         let (own, rest) = rest.split_vertically(plan.height() * FINE);
@@ -91,7 +96,8 @@ fn draw_legend(area: &Area, lines: &[&Line], has_net: bool, interval: Option<f64
     let label = |x: f64, text: &str| Text::new(text.to_owned(), (px(x), y - px(6.5)), font(13.0));
     for (number, line) in lines.iter().enumerate().take(NAMES) {
         let ends = vec![(px(x), y), (px(x + 26.0), y)];
-        area.draw(&PathElement::new(ends, colour(number).stroke_width(px(2.0) as u32)))?;
+        let style = colour(number).stroke_width(px(2.0) as u32);
+        draw_line(area, dashes(number, lines.len()), ends, style)?;
         area.draw(&label(x + 32.0, &line.name))?;
         x += 48.0 + 7.5 * line.name.chars().count() as f64;
     }
@@ -147,7 +153,8 @@ mod tests {
             (!beside).then_some(1500.0 - 0.5 * (x - 2_600_000.0))
         };
         let extent = [[2_599_990.0, 1_199_990.0], [2_600_060.0, 1_200_030.0]];
-        draw(lines, &HeightMap { extent, height: &height }, net).expect("drawn")
+        draw(lines, &HeightMap { extent, height: &height, settings: None }, net, &Imprint::default())
+            .expect("drawn")
     }
 
     fn drawn(lines: &[Line]) -> String {
@@ -187,7 +194,7 @@ mod tests {
         let net = Net::of(&ContactMesh::new(&mesh).expect("a mesh"), &origin);
         assert_eq!(net.points().count(), 12, "six edges");
         let line = bounces("block", 10.0);
-        let section = net.section(&line);
+        let section = net.section(&line, &page::Axis::new(&line));
         assert_eq!(section.len(), 5, "without the rope: {section:?}");
         assert!(section.iter().flatten().all(|(x, _)| (x - 30.0).abs() < 1e-6), "{section:?}");
         let text = drawn_with(&[line], &net);
@@ -205,12 +212,23 @@ mod tests {
         assert!(across.iter().all(|(x, _)| (x - due).abs() < 1.0), "{across:?} {due}");
         assert!(((across[0].1 - across[1].1).abs() - 2.0 * scale).abs() < 1.0, "{across:?} {scale}");
         assert!((rope[0].0 - rope[1].0 - 5.0 * scale).abs() < 1.0, "{rope:?}");
-        let due = f64::from(LEFT) + 0.6 * plot;
+        // The section goes from 3 % of 50 m before the start to as much behind the end, at one scale.
+        let scale = plot / 53.0;
+        let due = f64::from(LEFT) + 31.5 * scale;
         assert!(upright.iter().all(|(x, _)| (x - due).abs() < 1.0), "{upright:?} {due}");
-        let scale = text.split("(vertical scale ").nth(1).and_then(|t| t.split(' ').next());
-        let scale: f64 = scale.and_then(|t| t.parse().ok()).expect("a scale");
-        let due = scale * 4.0 * plot / 50.0;
-        assert!(((upright[0].1 - upright[1].1).abs() - due).abs() < 1.5, "{upright:?} {due}");
+        assert!(((upright[0].1 - upright[1].1).abs() - 4.0 * scale).abs() < 1.5, "{upright:?}");
+    }
+
+    /// A rock that a net throws back lies before it in the section too.
+    #[test]
+    fn a_rock_that_comes_back_comes_back_in_the_section() {
+        let mut line = bounces("block", 10.0);
+        line.points.extend(line.points.clone().into_iter().rev());
+        let axis = page::Axis::new(&line);
+        let at = |k: usize| axis.of(line.seen(k));
+        assert!(
+            (at(500) - 50.0).abs() < 1e-6 && at(1001).abs() < 1e-6 && (axis.azimuth() - 90.0).abs() < 1e-6
+        );
     }
 
     #[test]
@@ -235,6 +253,7 @@ mod tests {
             assert!(text.contains(&format!("\n{word}\n")) || text.contains(word), "no `{word}`");
         }
         assert!(text.contains("data:image/png;base64,"), "shading");
+        assert!(text.contains("EPSG") || text.contains("coordinate system not named"));
         assert!(text.starts_with("<svg width=\"1000\"") && text.trim_end().ends_with("</svg>"));
     }
 

@@ -1,6 +1,6 @@
 //! The structure as it stands at the start: in the plan, and in the sections along trajectories.
 
-use super::page::Line;
+use super::page::{Axis, Line};
 use super::sheet::{FINE, px};
 use dem_contact::interface_mesh::{ContactMesh, Kind};
 use nalgebra::Vector3;
@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 /// How far beside a trajectory [m] a line of the net may lie to be drawn in its section.
 const BESIDE: f64 = 2.0;
 /// Points of a trajectory that are closer in the plan than this [m] are one.
-const CLOSE: f64 = 0.05;
+const CLOSE: f64 = 0.25;
 
 /// Its lines, and the edges of its faces, in the user's coordinates [m].
 #[derive(Debug, Clone, Default)]
@@ -50,40 +50,19 @@ impl Net {
         self.edges.iter().map(|edge| edge.map(|p| (p[0], p[1])))
     }
 
-    /// What of it lies near a trajectory: distance along that, and elevation.
-    pub fn section(&self, line: &Line) -> Vec<[(f64, f64); 2]> {
-        let mut path: Vec<([f64; 2], f64)> = Vec::new();
-        for (point, along) in line.points.iter().zip(&line.along) {
-            let [x, y, _] = point.row.position();
-            let place = [x, y];
-            if path.last().is_none_or(|(last, _)| (place[0] - last[0]).hypot(place[1] - last[1]) > CLOSE) {
-                path.push((place, *along));
+    /// What of it lies near a trajectory: distance along the axis, and elevation.
+    pub fn section(&self, line: &Line, axis: &Axis) -> Vec<[(f64, f64); 2]> {
+        let mut path: Vec<(f64, f64)> = Vec::new();
+        for k in 0..line.points.len() {
+            let (x, y) = line.seen(k);
+            if path.last().is_none_or(|(a, b)| (x - a).hypot(y - b) > CLOSE) {
+                path.push((x, y));
             }
         }
-        let at = |p: &[f64; 3]| along(&path, p).map(|x| (x, p[2]));
-        let both = |[a, b]: &[[f64; 3]; 2]| Some([at(a)?, at(b)?]);
-        self.edges.iter().filter_map(both).collect()
+        let is_near = |p: &[f64; 3]| path.iter().any(|(x, y)| (x - p[0]).hypot(y - p[1]) <= BESIDE);
+        let near = self.edges.iter().filter(|edge| edge.iter().all(is_near));
+        near.map(|edge| edge.map(|p| (axis.of((p[0], p[1])), p[2]))).collect()
     }
-}
-
-/// Distance along a path of places at the point of it that is next to `p` in the plan; `None` where it is far, or before or behind it.
-fn along(path: &[([f64; 2], f64)], p: &[f64; 3]) -> Option<f64> {
-    let mut best: Option<(f64, usize, f64)> = None;
-    for (number, pair) in path.windows(2).enumerate() {
-        let (from, to) = (pair[0].0, pair[1].0);
-        let edge = [to[0] - from[0], to[1] - from[1]];
-        let square = edge[0] * edge[0] + edge[1] * edge[1];
-        let share = ((p[0] - from[0]) * edge[0] + (p[1] - from[1]) * edge[1]) / square;
-        let held = share.clamp(0.0, 1.0);
-        let apart = (from[0] + held * edge[0] - p[0]).hypot(from[1] + held * edge[1] - p[1]);
-        if best.is_none_or(|(least, ..)| apart < least) {
-            best = Some((apart, number, share));
-        }
-    }
-    let (apart, number, share) = best?;
-    let beyond = (number == 0 && share < 0.0) || (number + 2 == path.len() && share > 1.0);
-    let [from, to] = [path[number].1, path[number + 1].1];
-    (apart <= BESIDE && !beyond).then(|| from + share.clamp(0.0, 1.0) * (to - from))
 }
 
 /// Its style in the picture.

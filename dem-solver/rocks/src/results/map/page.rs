@@ -2,6 +2,7 @@
 
 use super::sheet::{LEFT, RIGHT};
 use crate::results::trajectory::Row;
+use dem_contact::settings::TerrainSettings;
 use plotters::prelude::*;
 
 /// One moment of a trajectory.
@@ -20,27 +21,52 @@ pub struct Line {
     pub name: String,
     /// In the order of time.
     pub points: Vec<TrajectoryPoint>,
-    /// Horizontal distance along it at each point [m].
-    pub along: Vec<f64>,
     /// Largest jump height [m], speed [m/s] and kinetic energy, rotation included [kJ], at any step; zero where only the points are known.
     pub peaks: [f64; 3],
 }
 
+/// The horizontal axis of the section and of the curves, straight in the plan.
+#[derive(Debug, Clone, Copy)]
+pub struct Axis {
+    start: (f64, f64),
+    /// Of length 1.
+    along: (f64, f64),
+}
+
+impl Axis {
+    /// From the start of a trajectory to its farthest point.
+    pub fn new(line: &Line) -> Self {
+        let start = line.seen(0);
+        let far = |k: &usize| (line.seen(*k).0 - start.0).hypot(line.seen(*k).1 - start.1);
+        let end = (0..line.points.len()).max_by(|a, b| far(a).total_cmp(&far(b))).unwrap_or(0);
+        // A rock that does not move has a section from west to east.
+        let along = match far(&end) {
+            far if far > 1e-6 => ((line.seen(end).0 - start.0) / far, (line.seen(end).1 - start.1) / far),
+            _ => (1.0, 0.0),
+        };
+        Self { start, along }
+    }
+
+    /// Distance along it of a place [m]; negative before its start.
+    pub fn of(&self, (x, y): (f64, f64)) -> f64 {
+        (x - self.start.0) * self.along.0 + (y - self.start.1) * self.along.1
+    }
+
+    /// The place at this distance.
+    pub fn at(&self, far: f64) -> (f64, f64) {
+        (self.start.0 + far * self.along.0, self.start.1 + far * self.along.1)
+    }
+
+    /// Its direction from north over east [degrees].
+    pub fn azimuth(&self) -> f64 {
+        self.along.0.atan2(self.along.1).to_degrees().rem_euclid(360.0)
+    }
+}
+
 impl Line {
-    /// With the distances along `points`.
+    /// Of these points.
     pub fn new(name: String, points: Vec<TrajectoryPoint>) -> Self {
-        let mut far = 0.0;
-        let mut before: Option<[f64; 3]> = None;
-        let along = points
-            .iter()
-            .map(|p| {
-                let place = p.row.position();
-                far += before.map_or(0.0, |b| (place[0] - b[0]).hypot(place[1] - b[1]));
-                before = Some(place);
-                far
-            })
-            .collect();
-        Self { name, points, along, peaks: [0.0; 3] }
+        Self { name, points, peaks: [0.0; 3] }
     }
 
     /// Point number `k` as seen from above [m].
@@ -51,7 +77,8 @@ impl Line {
 
     /// Length of its projection on the plan [m].
     pub fn length(&self) -> f64 {
-        self.along.last().copied().unwrap_or(0.0)
+        let pairs = (1..self.points.len()).map(|k| (self.seen(k - 1), self.seen(k)));
+        pairs.map(|(a, b)| (a.0 - b.0).hypot(a.1 - b.1)).sum()
     }
 
     /// Points at which the rock lands.
@@ -67,6 +94,8 @@ pub struct HeightMap<'a> {
     pub extent: [[f64; 2]; 2],
     /// Height at x and y [m], where there is terrain.
     pub height: &'a dyn Fn(f64, f64) -> Option<f64>,
+    /// Its table in the scene, with zones of other ground.
+    pub settings: Option<&'a TerrainSettings>,
 }
 
 /// Width of the page [px].
@@ -81,19 +110,25 @@ pub const FEW: usize = 20;
 pub const LEGEND: i32 = 58;
 /// Names in the legend.
 pub const NAMES: usize = 6;
-/// Colours of the rocks.
+/// Colours of the rocks, told apart with any colour vision. Source: Okabe and Ito, Color Universal Design, 2008; without yellow and
+/// light blue, which are pale on paper.
 pub const COLOURS: [RGBColor; 6] = [
-    RGBColor(193, 18, 31),
-    RGBColor(3, 83, 164),
-    RGBColor(123, 44, 191),
-    RGBColor(0, 121, 107),
-    RGBColor(181, 101, 29),
-    RGBColor(60, 60, 60),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 114, 178),
+    RGBColor(0, 0, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
 ];
 
 /// Colour of the line with this number; they repeat.
 pub fn colour(number: usize) -> RGBColor {
     COLOURS[number % COLOURS.len()]
+}
+
+/// Which of the dashes of [`super::sheet::draw_line`] the line with this number of so many has: solid where there are too many to be named.
+pub fn dashes(number: usize, lines: usize) -> usize {
+    if lines > NAMES { 0 } else { number }
 }
 
 /// How close points of a line may lie [px]: closer where there are few lines, so that the file stays small.

@@ -1,10 +1,11 @@
 //! The plan: shaded terrain, contours with heights, trajectories, scale bar, north arrow.
 
-use super::contours;
+use super::contours::Contours;
 use super::net::{self, Net};
-use super::page::{FEW, HeightMap, Line, PLOT, WIDTH, colour, spacing};
+use super::page::{FEW, HeightMap, Line, PLOT, WIDTH, colour, dashes, spacing};
 use super::shade::ShadedGrid;
-use super::sheet::{Area, Chart, Drawn, Frame, LEFT, font, middle, north, px, round_step, thinned};
+use super::sheet::{Area, Chart, Drawn, Frame, LEFT, draw_line, north, px, thinned};
+use dem_contact::settings::TerrainSettings;
 use plotters::prelude::*;
 
 /// Highest plan [px].
@@ -12,26 +13,21 @@ const HIGHEST: f64 = 640.0;
 /// Room below the plan for its axis, and above it [px].
 const BELOW: i32 = 44;
 const ABOVE: i32 = 12;
-/// Cells along the longer side: of the shading, and of the contours.
+/// Cells of the shading along the longer side.
 const FINE_CELLS: usize = 720;
-const CONTOUR_CELLS: usize = 240;
-/// Contours that are drawn, about; each fifth is thick and bears its height.
-const CONTOURS: f64 = 35.0;
-/// Length of a closed contour below which it is left out [px].
-const ISLET: f64 = 90.0;
-const BROWN: RGBColor = RGBColor(101, 67, 33);
 
 /// What the plan shows.
 pub struct Plan<'a> {
     net: &'a Net,
     frame: Frame,
     shading: ShadedGrid,
-    coarse: ShadedGrid,
+    contours: Contours,
+    terrain: Option<&'a TerrainSettings>,
 }
 
 impl<'a> Plan<'a> {
     /// The part of the terrain around the trajectories and the structure, at one scale along both axes.
-    pub fn new(lines: &[&Line], terrain: &HeightMap, net: &'a Net) -> Self {
+    pub fn new(lines: &[&Line], terrain: &HeightMap<'a>, net: &'a Net) -> Self {
         let of_lines = || lines.iter().flat_map(|l| &l.points).map(|p| p.row.position());
         let places = || of_lines().chain(net.points().copied());
         let [least, most] = terrain.extent;
@@ -47,8 +43,14 @@ impl<'a> Plan<'a> {
             (lowest, highest) = (least, most);
         }
         let frame = Frame::new([lowest, highest], [PLOT, HIGHEST]);
-        let grid = |cells| ShadedGrid::new([lowest, highest], cells, terrain.height);
-        Self { net, frame, shading: grid(FINE_CELLS), coarse: grid(CONTOUR_CELLS) }
+        let shading = ShadedGrid::new([lowest, highest], FINE_CELLS, terrain.height);
+        Self {
+            net,
+            frame,
+            shading,
+            contours: Contours::new(&frame, terrain.height),
+            terrain: terrain.settings,
+        }
     }
 
     /// Room that it takes on the page [px].
@@ -70,8 +72,9 @@ impl<'a> Plan<'a> {
     /// Draw it.
     pub fn draw(&self, area: &Area, lines: &[&Line]) -> Drawn {
         let right = WIDTH - self.left() - self.frame.size[0];
-        let mut chart = self.frame.plot(area, [ABOVE, right, BELOW, self.left()])?;
-        self.contours(&mut chart)?;
+        let chart = self.frame.plot(area, [ABOVE, right, BELOW, self.left()])?;
+        self.contours.draw(&chart)?;
+        self.frame.zones(&chart, self.terrain)?;
         let per_pixel = [self.frame.per_pixel(); 2];
         for edge in net::drawn(self.net.plan(), [self.frame.lowest, self.frame.highest], per_pixel) {
             chart.plotting_area().draw(&PathElement::new(edge, net::style()))?;
@@ -85,7 +88,7 @@ impl<'a> Plan<'a> {
                 chart.plotting_area().draw(&PathElement::new(path.clone(), halo))?;
             }
             let style = colour(number).stroke_width(px(stroke) as u32);
-            chart.plotting_area().draw(&PathElement::new(path, style))?;
+            draw_line(chart.plotting_area(), dashes(number, lines.len()), path, style)?;
         }
         for (number, line) in lines.iter().enumerate() {
             self.marks(&chart, line, colour(number), few)?;
@@ -107,12 +110,6 @@ impl<'a> Plan<'a> {
         plot.draw(&Cross::new(at(line.points.len() - 1), size, style))
     }
 
-    /// Lowest and highest level of the terrain that is drawn, and the interval of the contours [m].
-    fn levels(&self) -> Option<(f64, f64, f64)> {
-        let (low, high) = self.coarse.range().filter(|(low, high)| high > low)?;
-        Some((low, high, round_step((high - low) / CONTOURS)))
-    }
-
     /// Whether a structure is in it.
     pub fn has_net(&self) -> bool {
         !self.net.is_empty()
@@ -120,67 +117,6 @@ impl<'a> Plan<'a> {
 
     /// Interval of the contours [m], if there are any.
     pub fn interval(&self) -> Option<f64> {
-        let (low, high, step) = self.levels()?;
-        ((low / step).ceil() <= (high / step).floor()).then_some(step)
-    }
-
-    /// Whether a contour is closed and too short to mean more than the roughness of the terrain.
-    fn is_islet(&self, line: &[(f64, f64)]) -> bool {
-        let length: f64 = line.windows(2).map(|p| (p[1].0 - p[0].0).hypot(p[1].1 - p[0].1)).sum();
-        line.first() == line.last() && length < ISLET * self.frame.per_pixel()
-    }
-
-    fn contours(&self, chart: &mut Chart) -> Drawn {
-        let Some((low, high, step)) = self.levels() else { return Ok(()) };
-        let first = (low / step).ceil() as i64;
-        let last = (high / step).floor() as i64;
-        let mut taken: Vec<(f64, f64)> = Vec::new();
-        for number in first..=last {
-            let level = number as f64 * step;
-            let thick = number % 5 == 0;
-            let (width, opacity) = if thick { (1.5, 0.9) } else { (0.8, 0.7) };
-            let style = BROWN.mix(opacity).stroke_width(px(width) as u32);
-            let mut found = contours::lines(&self.coarse, level);
-            found.retain(|line| !self.is_islet(line));
-            for line in &found {
-                let line = thinned(line.iter().copied(), [self.frame.per_pixel(); 2], 1.0);
-                chart.plotting_area().draw(&PathElement::new(line, style))?;
-            }
-            if thick && let Some(longest) = found.iter().max_by_key(|line| line.len()) {
-                self.contour_label(chart, longest, level, step, &mut taken)?;
-            }
-        }
-        Ok(())
-    }
-
-    /// The height at a quarter of the line, where there is room.
-    fn contour_label(
-        &self,
-        chart: &Chart,
-        line: &[(f64, f64)],
-        level: f64,
-        step: f64,
-        taken: &mut Vec<(f64, f64)>,
-    ) -> Drawn {
-        let pixel = self.frame.per_pixel();
-        let decimals = usize::from(step < 1.0);
-        let text = format!("{level:.decimals$}");
-        let half = [3.6 * text.len() as f64 * pixel, 7.0 * pixel];
-        let fits = |(x, y): &(f64, f64)| {
-            (0..2).all(|a| {
-                let v = [*x, *y][a];
-                v - half[a] > self.frame.lowest[a] + 6.0 * pixel
-                    && v + half[a] < self.frame.highest[a] - 6.0 * pixel
-            }) && taken.iter().all(|(a, b)| (x - a).abs() > 3.0 * half[0] || (y - b).abs() > 4.0 * half[1])
-        };
-        let Some(place) = [4, 3, 2, 5, 8].iter().map(|part| line[line.len() / part]).find(|p| fits(p)) else {
-            return Ok(());
-        };
-        taken.push(place);
-        let plot = chart.plotting_area();
-        let corner = |sign: f64| (place.0 + sign * half[0], place.1 - sign * half[1]);
-        plot.draw(&Rectangle::new([corner(-1.0), corner(1.0)], WHITE.mix(0.6).filled()))?;
-        let style = font(10.5).color(&BROWN).pos(middle());
-        plot.draw(&Text::new(text, place, style))
+        self.contours.interval()
     }
 }

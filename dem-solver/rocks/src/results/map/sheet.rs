@@ -1,9 +1,18 @@
-//! The sheet of all pictures: a page, plots with axes, and a plan in the terrain's coordinates with scale bar and north arrow.
+//! The sheet of all pictures: a page that says of which study or run it is, plots with axes, and a plan in the terrain's coordinates
+//! with scale bar, north arrow and zones of other ground.
 
+use dem_contact::settings::TerrainSettings;
+use dem_terrain::system;
+use plotters::coord::CoordTranslate;
 use plotters::coord::types::RangedCoordf64;
+use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
+use serde::Deserialize;
 use std::io::Error;
+use std::path::Path;
+use toolkit::scene::Scene;
+use toolkit::{files, picture};
 
 /// Drawn in quarters of a pixel: the backend rounds to whole numbers.
 pub const FINE: i32 = 4;
@@ -15,6 +24,9 @@ pub const EDGE: i32 = 10;
 pub const RIGHT: i32 = 22;
 /// Colour of text and axes.
 pub const INK: RGBColor = RGBColor(40, 40, 40);
+
+/// Colour of zones of other ground.
+pub const ZONE: RGBColor = RGBColor(0, 90, 50);
 
 /// What is drawn on.
 pub type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
@@ -46,6 +58,28 @@ pub fn number(value: &f64) -> String {
     if text == "-0" { "0".into() } else { text.into() }
 }
 
+/// A line that is told from the others of a picture without its colour: solid, dashed, dotted by its number.
+///
+/// # Errors
+/// What the backend says.
+pub fn draw_line<C: CoordTranslate>(
+    area: &DrawingArea<SVGBackend, C>,
+    number: usize,
+    points: Vec<C::From>,
+    style: ShapeStyle,
+) -> Drawn
+where
+    C::From: Clone + 'static,
+{
+    let dashes = match number % 3 {
+        0 => return area.draw(&PathElement::new(points, style)),
+        1 => [9.0, 4.0],
+        _ => [2.5, 2.5],
+    };
+    let [dash, gap] = dashes.map(px);
+    area.draw(&DashedPathElement::new(points, dash, gap, style))
+}
+
 /// Points of a polyline without those that lie closer than this to the one before [px].
 pub fn thinned(
     points: impl Iterator<Item = (f64, f64)>,
@@ -66,17 +100,70 @@ pub fn thinned(
     kept
 }
 
-/// A page of so many pixels as SVG text, with `images` right above its white ground.
+/// Of which run or study a picture is: the line at its foot.
+#[derive(Debug, Clone, Default)]
+pub struct Imprint {
+    /// Title of the scene or the study.
+    pub title: Option<String>,
+    /// When it was begun: the day, as the record of the run has it.
+    pub date: Option<String>,
+    /// EPSG code of the terrain's coordinates.
+    pub epsg: Option<u16>,
+}
+
+/// What a picture needs of the record of a run or a study.
+#[derive(Default, Deserialize)]
+struct Record {
+    date: Option<String>,
+}
+
+impl Imprint {
+    /// With the date of the JSON file `record`.
+    pub fn new(title: Option<String>, record: &Path, epsg: Option<u16>) -> Self {
+        let known: Record = files::read_json(record).unwrap_or_default();
+        let date = known.date.and_then(|date| Some(date.split(' ').next()?.to_owned()));
+        Self { title, date, epsg }
+    }
+
+    /// Code of the coordinate system that the terrain's file of a scene names.
+    pub fn system(scene: &Scene, terrain: Option<&TerrainSettings>) -> Option<u16> {
+        system::of_file(&scene.resolve(&terrain?.file))
+    }
+
+    fn text(&self) -> String {
+        let system = self.epsg.map_or("coordinate system not named".into(), |code| format!("EPSG:{code}"));
+        let program = format!("rockfall {}", env!("CARGO_PKG_VERSION"));
+        let all = [self.title.clone(), self.date.clone(), Some(program), Some(system)];
+        all.into_iter().flatten().collect::<Vec<_>>().join("  |  ")
+    }
+}
+
+/// Height of the imprint [px].
+const IMPRINT: i32 = 30;
+/// A page of so many pixels as SVG text, with `images` right above its white ground and the imprint below.
 ///
 /// # Errors
 /// What the backend says.
-pub fn page(size: [i32; 2], images: &str, draw: impl FnOnce(&Area) -> Drawn) -> Result<String, String> {
+pub fn page(
+    [width, height]: [i32; 2],
+    imprint: &Imprint,
+    images: &str,
+    draw: impl FnOnce(&Area) -> Drawn,
+) -> Result<String, String> {
+    let size = [width, height + IMPRINT];
     let fine = size.map(|length| length * FINE);
     let mut text = String::new();
     {
         let root = SVGBackend::with_string(&mut text, (fine[0] as u32, fine[1] as u32)).into_drawing_area();
-        let drawn = root.fill(&WHITE).and_then(|()| draw(&root)).and_then(|()| root.present());
-        drawn.map_err(|e| e.to_string())?;
+        let drawn = root.fill(&WHITE).and_then(|()| {
+            let (rest, foot) = root.split_vertically(height * FINE);
+            foot.draw(&Text::new(imprint.text(), (px(f64::from(EDGE)), px(9.0)), font(11.5)))?;
+            draw(&rest)
+        });
+        drawn.and_then(|()| root.present()).map_err(|e| e.to_string())?;
+    }
+    if let Some(end) = text.rfind("</svg>") {
+        text.replace_range(end..end + "</svg>".len(), &picture::end(fine));
     }
     let head = |[width, height]: [i32; 2]| format!("width=\"{width}\" height=\"{height}\"");
     let mut text = text.replacen(&head(fine), &head(size), 1);
@@ -190,6 +277,32 @@ impl Frame {
         }
         let at = |share: f64, axis: usize| from[axis] + share * (to[axis] - from[axis]);
         (first <= last).then(|| [first, last].map(|share| (at(share, 0), at(share, 1))))
+    }
+
+    /// Zones of other ground, dashed, with the names of their materials.
+    ///
+    /// # Errors
+    /// What the backend says.
+    pub fn zones(&self, chart: &Chart, terrain: Option<&TerrainSettings>) -> Drawn {
+        let plot = chart.plotting_area();
+        for zone in terrain.iter().flat_map(|terrain| &terrain.zone) {
+            let Some(corners) = &zone.polygon else { continue };
+            let ends = corners.iter().zip(corners.iter().cycle().skip(1));
+            let parts: Vec<_> = ends.filter_map(|(a, b)| self.part([*a, *b])).collect();
+            for part in &parts {
+                let style = ZONE.stroke_width(px(1.4) as u32);
+                plot.draw(&DashedPathElement::new(part.to_vec(), px(7.0), px(4.0), style))?;
+            }
+            // At its highest corner that is seen.
+            let ends = parts.iter().flatten();
+            if let Some(top) = ends.max_by(|a, b| a.1.total_cmp(&b.1)) {
+                let style = font(12.0).color(&ZONE);
+                plot.draw(
+                    &(EmptyElement::at(*top) + Text::new(zone.material.clone(), (px(4.0), px(4.0)), style)),
+                )?;
+            }
+        }
+        Ok(())
     }
 
     /// A round length, about a fifth of the width; its left end on the area [px].

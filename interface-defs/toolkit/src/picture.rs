@@ -1,0 +1,40 @@
+//! What stands across the pictures of a run or a study whose results are not to be trusted. They are drawn before it is known:
+//! the words are in every picture, unseen, and shown when the summary is written.
+
+use super::files::{self, Dir};
+use super::run_dir::PICTURE;
+use std::io;
+use std::path::Path;
+
+/// Where a study has pictures.
+const FOLDERS: [&str; 2] = ["maps", "lines"];
+const UNSEEN: &str = "<g visibility=\"hidden\"";
+
+/// The end of a picture of this width and height, with the words.
+pub fn end([width, height]: [i32; 2]) -> String {
+    let size = (width / 7).min(height / 2);
+    // Once for each part of a high page that is as high as it is wide.
+    let parts = (height / width).max(1);
+    let at = |part: i32| {
+        let [x, y] = [width / 2, (2 * part + 1) * height / (2 * parts)];
+        format!("<text x=\"{x}\" y=\"{y}\" transform=\"rotate(-12 {x} {y})\">UNRELIABLE</text>\n")
+    };
+    let style = "text-anchor=\"middle\" font-family=\"sans-serif\" font-weight=\"bold\" fill=\"#B00000\" fill-opacity=\"0.3\"";
+    format!("{UNSEEN} font-size=\"{size}\" {style}>\n{}</g>\n</svg>", (0..parts).map(at).collect::<String>())
+}
+
+/// Show the words across all pictures of the run or study in `dir`.
+///
+/// # Errors
+/// If a picture cannot be read or written.
+pub fn reveal(dir: &Path) -> io::Result<()> {
+    let mut all = vec![dir.join(PICTURE)];
+    for folder in FOLDERS.map(|name| dir.join(name)).iter().filter(|folder| folder.is_dir()) {
+        let names = Dir::open(folder)?.entries()?.into_iter().map(|(name, _)| folder.join(name));
+        all.extend(names.filter(|path| path.extension().is_some_and(|end| end == "svg")));
+    }
+    for path in all.iter().filter(|path| path.is_file()) {
+        files::write(path, files::read_text(path)?.replacen(UNSEEN, "<g", 1).as_bytes())?;
+    }
+    Ok(())
+}
