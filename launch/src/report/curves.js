@@ -27,7 +27,7 @@ function chart(of, home) {
   home.append(make("figure", {}, make("figcaption", {}, of.title + measured), svg,
     make("div", { class: "legend", role: "group", "aria-label": "Curves" }, ...curves.map(curve => curve.button))));
   const [left, right, top, bottom] = [52, 10, 8, 24];
-  let [width, height] = [0, 230];
+  let [width, height] = [0, 230], beside = -1;
   const x = time => left + (time - view.from) / (view.to - view.from) * (width - left - right);
   const now = make("line", { class: "now", y1: top, y2: height - bottom });
   const band = make("rect", { class: "band", y: top, height: height - top - bottom, width: 0 });
@@ -83,6 +83,8 @@ function chart(of, home) {
     now.setAttribute("x1", at);
     now.setAttribute("x2", at);
     const row = place(times, view.time - 1e-9);
+    if (row === beside) return;
+    beside = row;
     for (const curve of curves) curve.output.textContent = shown(curve.values[row]);
   }
   const time = event => {
