@@ -37,6 +37,13 @@ impl Table {
         Ok(Self { names, columns })
     }
 
+    /// The same with the columns of whose names `keep` is true.
+    pub fn filtered(self, keep: impl Fn(&str) -> bool) -> Self {
+        let columns = self.names.into_iter().zip(self.columns);
+        let (names, columns) = columns.filter(|(name, _)| keep(name)).unzip();
+        Self { names, columns }
+    }
+
     /// The column `name`.
     pub fn column(&self, name: &str) -> Option<&[f64]> {
         self.names.iter().position(|other| other == name).map(|at| &self.columns[at][..])
