@@ -37,7 +37,7 @@ use vary::Variation;
 pub use report::{JSON, status};
 
 /// Directory of the runs.
-pub const RUNS: &str = "runs";
+const RUNS: &str = "runs";
 /// That of the test as it is defined, which is the first of them.
 const AS_DEFINED: &str = "as_defined";
 

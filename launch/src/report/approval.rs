@@ -3,7 +3,7 @@
 use super::curves::{self, Table};
 use super::page::{Page, escape, list, moment, number, table};
 use super::run::{bar, pairs};
-use crate::approve::{JSON, RUNS};
+use crate::approve::JSON;
 use serde_json::Value;
 use std::io;
 use std::path::Path;
