@@ -9,7 +9,7 @@ for (const home of document.querySelectorAll("[data-hits]")) {
   const tall = 1.05 * Math.max(...ends(1), of.height ?? 0, 0.1), height = Math.min(Math.max(width * tall / span, 140), 380) + top + bottom;
   const x = value => (left + (value - low) / span * (width - left - right)).toFixed(1);
   const y = value => (top + (tall - Math.max(value, 0)) / tall * (height - top - bottom)).toFixed(1);
-  const svg = make("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": `Crossings of line ${of.line}` });
+  const svg = make("svg", { viewBox: `0 0 ${width} ${height}`, style: "max-width: 56rem", role: "img", "aria-label": `Crossings of line ${of.line}` });
   for (const value of ticks(0, tall, 5)) svg.append(make("line", { class: "axis", x1: left, x2: width - right, y1: y(value), y2: y(value) }),
     make("text", { x: left - 6, y: Number(y(value)) + 4, "text-anchor": "end" }, shown(value)));
   for (const value of ticks(low, low + span, 8)) svg.append(make("text", { x: x(value), y: height - 18, "text-anchor": "middle" }, shown(value)));
@@ -21,7 +21,7 @@ for (const home of document.querySelectorAll("[data-hits]")) {
   for (const { place, member, held } of of.chosen) {
     const [cx, cy] = [x(place[0]), y(place[1])];
     svg.append(held ? make("circle", { class: "place", cx, cy, r: 7 }) : make("path", { class: "place", d: `M${cx - 6} ${cy - 6}l12 12m0 -12l-12 12` }),
-      make("text", { x: Number(cx) + 9, y: Number(cy) - 5 }, member));
+      make("text", { x: cx, y: Number(cy) + (cy < 30 ? 20 : -10), "text-anchor": cx > width - 40 ? "end" : "middle" }, member));
   }
   const key = make("div", { class: "legend" }, "Energy, rotation included [kJ]:");
   for (let k = 0; k < 8; k++) key.append(make("span", {}, make("i", { class: "swatch", style: `background:var(--r${k})` }), ` from ${shown(most * (k / 8) ** 2 / 1e3, 2)}`));
