@@ -131,7 +131,7 @@ pub fn measures(caption: &str, measures: &[&Measure]) -> String {
         .with("may be off by", |of| uncertainty(of))
         .with("at [s]", |of| of.time.map_or(String::new(), |time| moment(time, &short(time))))
         .with("member", |of| of.member.as_deref().map_or(String::new(), escape))
-        .with("by", |of| small(&of.source));
+        .with("by", |of| small(&of.source).replacen("<small", "<small class=\"by\"", 1));
     table(caption, &columns, measures)
 }
 
