@@ -327,6 +327,7 @@ if (location.hash.startsWith("#test=")) {
   if (played) pixels(false);
   const milliseconds = played && [cost(100, () => {}), cost(100, () => document.body.offsetHeight), (pixels(true), cost(1, read))];
   show({ time });
+  tell(true);
   const known = {
     time: view.time, milliseconds, requests: performance.getEntriesByType("resource").length, curves: document.querySelectorAll("#curves figure").length,
     values: [...document.querySelectorAll("#curves .legend button")].map(of => [of.textContent, of.lastChild.textContent]),
