@@ -23,7 +23,7 @@ pub fn page(dir: &Path) -> io::Result<Page> {
         html::push_html(&mut content, Parser::new_ext(text, Options::ENABLE_TABLES));
         let content =
             content.replace("<table>", "<div class=\"wide\"><table>").replace("</table>", "</table></div>");
-        page.section(title.trim_start_matches("# "), &content);
+        page.section(if title.starts_with("# ") { "What was run" } else { title }, &content);
     }
     Ok(page)
 }
