@@ -168,7 +168,7 @@ fn numbers(launches: &[Value], kind: fn(&str, &Value) -> bool) -> String {
     table(
         "",
         &columns.with("definition", move |name| {
-            note(name).map_or(String::new(), |note| format!("<small>{}</small>", escape(note)))
+            note(name).map_or(String::new(), |note| format!("<span class=\"note\">{}</span>", escape(note)))
         }),
         &names,
     )
@@ -182,7 +182,7 @@ fn found<'a>(launch: &'a Value, name: &str) -> Option<&'a Value> {
 fn cell(row: &Value) -> String {
     let mut text = value(row, "value");
     if let Some(share) = row["share"].as_f64() {
-        text += &format!("<br>{}", bar(share, &number(share, &percent(share))));
+        text += &format!(" {}", bar(share, &number(share, &percent(share))));
     }
     if let Some(vector) = row["vector"].as_array() {
         let parts: Vec<String> =
