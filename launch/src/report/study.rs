@@ -14,7 +14,7 @@ use toolkit::columns::Columns;
 use toolkit::files::{self, Dir};
 use toolkit::numbers::{percent, short, three};
 use toolkit::run_dir::{BARRIER, REPORT, STUDY_RECORD};
-use toolkit::scene::at;
+use toolkit::scene::{Kind, Scene, at};
 use toolkit::summary::Summary;
 
 /// Bytes of all maps that are shown.
@@ -23,6 +23,23 @@ const MAPS: usize = 9 << 20;
 const HITS: usize = 2000;
 /// Study and scene as they were, in its directory.
 const FILES: [&str; 2] = ["study.toml", "scene.toml"];
+/// Its keys: those of the program that computes it.
+static STUDY: Kind = Kind {
+    name: "study",
+    keys: &[
+        "title",
+        "scene",
+        "seed",
+        "sampling",
+        "replicates",
+        "release",
+        "vary",
+        "maps",
+        "line",
+        "most_failed",
+        "report",
+    ],
+};
 /// Rows of a table by the names of its columns.
 type Rows = Vec<HashMap<String, String>>;
 
@@ -30,8 +47,7 @@ type Rows = Vec<HashMap<String, String>>;
 pub fn page(dir: &Path) -> io::Result<Page> {
     let summary = Summary::read(dir)?;
     let record: Value = files::read_json(&dir.join(STUDY_RECORD)).unwrap_or_default();
-    let study: toml::Table =
-        files::read_text(&dir.join(FILES[0])).ok().and_then(|text| text.parse().ok()).unwrap_or_default();
+    let study = settings(dir, &record);
     let title =
         study.get("title").and_then(toml::Value::as_str).map_or_else(|| file_name(dir), str::to_owned);
     let mut page = Page::new(&title, summary.status);
@@ -80,6 +96,15 @@ pub fn page(dir: &Path) -> io::Result<Page> {
     page.section("Inputs and their sources", &inputs(dir, &study, &record));
     page.section("All measures", &measures("", &all));
     Ok(page)
+}
+
+/// The study as it was computed, with what was set on the command line.
+fn settings(dir: &Path, record: &Value) -> toml::Table {
+    let file = dir.join(FILES[0]);
+    let sets = record["sets"].as_array().into_iter().flatten().filter_map(Value::as_str).map(str::to_owned);
+    let whole = Scene::load_as(&STUDY, &file, &sets.collect::<Vec<_>>()).and_then(|study| study.document());
+    let plain = || files::read_text(&file).ok().and_then(|text| text.parse().ok());
+    whole.ok().or_else(plain).unwrap_or_default()
 }
 
 /// How many members there are, and of how many nothing is to be believed.
