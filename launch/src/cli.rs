@@ -73,7 +73,7 @@ enum Command {
     /// Measure what accuracy costs: run a scene over its knobs, print the cheapest settings for 10, 3, 1 and 0.1 %
     ///
     /// Runs are made one at a time, and kept: the same command goes on where it was left. The page `trade.md` of its directory
-    /// has the table of all settings, the front and lines to copy; `trade.csv` has all runs, `trade.svg` shows error over cost.
+    /// has the table of all settings, the front and lines to copy; `trade.csv` has all runs, `trade.svg` shows error over cost; `report.html` is page and picture.
     /// Exit codes: 0 done; 1 interrupted, or nothing to compare with; 2 bad input.
     Trade(trade::Arguments),
     /// Run a barrier kit through its approval tests (EAD 340059-00-0106): SEL 1, SEL 2, MEL, each criterion with its number, pass or fail
@@ -116,9 +116,9 @@ enum Command {
     /// the first answer that differs by more than --tolerance is named, with its window and both numbers. Exit codes: 0 no answer
     /// differs by more; 1 one does, or the solver failed; 2 bad input.
     Replay(replay::Arguments),
-    /// Write the report of a run anew: `report.html`, one page that opens from disk, with curves and a replay in space
+    /// Write the report of a run, study, test for approval or `trade` anew: `report.html`, one page that opens from disk
     ///
-    /// Every run writes it at its end, unless its scene has `report = false` in `[output]`. With `[output] fields` the replay shows the
+    /// Each writes it at its end, unless its scene or kit has `report = false` in `[output]`, or its study `report = false`. With `[output] fields` the replay shows the
     /// structure. Exit codes: 0 written; 1 it could not be; 2 no run that has ended is there, or no browser for --pdf.
     Report(report::Arguments),
     /// A solver in another language, container or on another machine: what crosses goes over TCP
@@ -229,6 +229,7 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
         Command::Trade(arguments) => trade::trade(&arguments, json),
         Command::Approve(arguments) => approve::approve(&arguments, json),
         Command::Ensemble(arguments) if arguments.barrier.is_some() => worst::worst(&arguments, json),
+        Command::Ensemble(arguments) if worst::is_whole(&arguments) => worst::study(&arguments),
         Command::Ensemble(_) => become_program("dem-solver", "ensemble"),
         Command::Calibrate(_) => become_program("dem-solver", "calibrate"),
         Command::Export(arguments) => export::export(&arguments),

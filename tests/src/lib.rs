@@ -1,6 +1,7 @@
 //! What the tests of the programs together share: where the programs are, a directory of one's own,
 //! what a run left behind.
 
+pub mod browser;
 pub mod in_process;
 pub mod readers;
 

@@ -5,6 +5,7 @@ use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::path::Path;
 use std::process::{Command, Stdio};
+use tests::browser::{between, browser, shown};
 use tests::{Bench, Ended, program, repository, until};
 use toolkit::scene::Scene;
 use toolkit::summary::Summary;
@@ -177,6 +178,39 @@ fn launch_rows<'a>(approval: &'a Value, launch: &str) -> &'a [Value] {
     launch["numbers"].as_array().expect("numbers")
 }
 
+/// Every number of the kit as defined stands in the page with all of its digits, in the row of its name, and a browser shows it.
+fn is_in_the_page(approval: &Value, out: &Path) {
+    let page = read(&out.join("report.html"));
+    for launch in approval["cases"][0]["launches"].as_array().expect("launches") {
+        for row in launch["numbers"].as_array().expect("numbers") {
+            let name = row["name"].as_str().expect("a name");
+            let cells = between(&page, &format!("<code>{name}</code>"), "</tr>")
+                .unwrap_or_else(|| panic!("no {name}"));
+            let vector = row["vector"].as_array().into_iter().flatten();
+            for value in [&row["value"], &row["share"], &row["time_s"]]
+                .into_iter()
+                .chain(vector)
+                .filter(|of| of.is_f64())
+            {
+                assert!(
+                    cells.contains(&format!("<data value=\"{value}\">")),
+                    "{name}: no {value} in {cells}"
+                );
+            }
+        }
+    }
+    for criterion in approval["cases"][0]["criteria"].as_array().expect("criteria") {
+        assert!(
+            page.contains(&format!("<td>{}</td>", criterion["name"].as_str().expect("a name"))),
+            "{criterion}"
+        );
+    }
+    if let Some(browser) = browser() {
+        let (_, known) = shown(&browser, out, 0.1);
+        assert!(known["curves"].as_u64().expect("a count") >= 9, "{known}");
+    }
+}
+
 #[test]
 fn a_scene_with_a_kit_is_the_scene_written_in_full() {
     let bench = Bench::new();
@@ -315,6 +349,7 @@ fn every_criterion_has_the_number_of_its_run_and_an_interrupted_study_gives_the_
             foot["vector"].as_array().expect("three").iter().filter_map(Value::as_f64).collect();
         assert!((vector.iter().map(|f| f * f).sum::<f64>().sqrt() / of(foot) - 1.0).abs() < 1e-12);
     }
+    is_in_the_page(&approval, &ended.out);
     // Block left in, at rest: that of the run which brings it there.
     let last = ["sel_1_rest_4", "sel_1_rest_3", "sel_1_rest_2", "sel_1_rest_1"].map(|name| dir.join(name));
     let last = last.iter().find(|place| place.join("summary.json").exists()).expect("at rest");

@@ -1,8 +1,9 @@
 //! `report.html`: its numbers are those of the files, and a browser opens it without an error or a request.
 
 use serde_json::Value;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output, Stdio};
+use tests::browser::{between, browser, shown};
 use tests::{Bench, Ended, program, repository, scene};
 use toolkit::vtu::{Loaded, series};
 
@@ -20,11 +21,6 @@ fn report(dir: &Path, arguments: &[&str], path: Option<&Path>) -> Output {
         command.env("PATH", path);
     }
     command.output().expect("started")
-}
-
-/// What stands between the first `before` and the `after` behind it.
-fn between<'a>(text: &'a str, before: &str, after: &str) -> Option<&'a str> {
-    Some(text.split_once(before)?.1.split_once(after)?.0)
 }
 
 /// Every measure of the summary stands in the page with all of its digits, and what is shown of it is that number.
@@ -104,24 +100,61 @@ fn every_number_of_the_page_is_that_of_the_summary_and_the_same_run_gives_the_sa
     assert!(page(&fall.out).contains("src=\"data:image/svg+xml;base64,"));
 }
 
+/// A study of `rockfall` in `out`, with these arguments.
+fn study(out: &Path, arguments: &[&str]) {
+    let mut command = Command::new(program("rockfall"));
+    command.args(["ensemble", "--out"]).arg(out).args(arguments).stdin(Stdio::null());
+    let ended = command.arg(repository().join("launch/scenes/studies/slope.toml")).output().expect("started");
+    assert_eq!(ended.status.code(), Some(0), "{}", String::from_utf8_lossy(&ended.stderr));
+}
+
 #[test]
-fn a_study_and_its_worst_members_have_a_page() {
+fn a_study_ends_with_its_page_and_its_numbers_are_those_of_the_files() {
     let bench = Bench::new();
     let out = bench.path("study");
-    let ended = Command::new(program("rockfall"))
-        .args(["ensemble", "--out"])
-        .arg(&out)
-        .arg(repository().join("launch/scenes/studies/slope.toml"))
-        .output()
-        .expect("started");
-    assert_eq!(ended.status.code(), Some(0), "{}", String::from_utf8_lossy(&ended.stderr));
-    assert_eq!(report(&out, &[], None).status.code(), Some(0));
+    // What a line bears is judged afterwards, and changes no fall.
+    study(&out, &["--set", "line.0.barrier={energy=2e5,height=3.0}"]);
     assert!(has_all_measures(&out) > 50);
-    let page = page(&out);
-    assert!(page.len() < 15 << 20, "{} bytes", page.len());
+    let first = page(&out);
+    assert!(first.len() < 15 << 20, "{} bytes", first.len());
     for picture in ["share", "kinetic energy q95", "Exceedance at line road"] {
-        assert!(page.contains(&format!("<figcaption>{picture}</figcaption>")), "{picture}");
+        assert!(first.contains(&format!("<figcaption>{picture}</figcaption>")), "{picture}");
     }
+    let summary = toolkit::summary::Summary::read(&out).expect("a summary");
+    let section =
+        |title: &str| between(&first, &format!("<h2>{title}</h2>"), "</section>").expect("a section");
+    let count = summary.measure("members_at_rest").expect("a count");
+    assert!(
+        section("What became of the rocks")
+            .contains(&format!("<td>at rest</td><td><data value=\"{count:?}\""))
+    );
+    // What the barrier bears stands beside what comes, and the bound of that over it is the bar's.
+    let energy = summary.measures.iter().find(|of| of.name == "road_energy_q95").expect("a measure");
+    let line = section("Line road");
+    let row = between(line, "<code>road_energy_q95</code>", "</tr>").expect("a row");
+    let high = energy.interval.expect("an interval").high.expect("its end");
+    assert!(
+        row.contains("<data value=\"200000.0\">") && row.contains(&toolkit::numbers::percent(high / 2e5)),
+        "{row}"
+    );
+    assert!(section("What was not examined").contains("blocks_per_year"));
+    assert!(section("Inputs and their sources").contains("lognormal"));
+    // The same page from its directory, and nothing that its manifest does not have.
+    assert_eq!(report(&out, &[], None).status.code(), Some(0));
+    assert!(page(&out) == first, "another page of the same study");
+    let verified = Command::new(program("rockfall")).arg("verify").arg(&out).output().expect("started");
+    assert_eq!(verified.status.code(), Some(0), "{}", String::from_utf8_lossy(&verified.stdout));
+    if let Some(browser) = browser() {
+        let (shown, _) = shown(&browser, &out, 0.0);
+        // Every member that passes is a mark at its first crossing.
+        let marks = between(&shown, "<div data-hits=\"road\">", "</figure>")
+            .expect("hits")
+            .matches("<circle")
+            .count();
+        assert_eq!(marks as f64, summary.measure("road_passing").expect("a count"));
+    }
+    study(&out, &["--resume", "--set", "report=false"]);
+    assert!(!out.join("report.html").exists());
 }
 
 #[test]
@@ -157,50 +190,6 @@ fn it_is_left_out_where_the_scene_says_so_and_refused_where_there_is_no_run() {
     refused(report(&ended.out, &["--pdf"], Some(&nowhere)), "no browser is on PATH");
     assert!(!ended.out.join("report.html").exists());
     refused(report(&nowhere, &[], None), "there is no summary.json");
-}
-
-/// Chromium, where it is on PATH.
-fn browser() -> Option<PathBuf> {
-    let path = std::env::var_os("PATH").unwrap_or_default();
-    let found =
-        std::env::split_paths(&path).map(|dir| dir.join("chromium")).find(|program| program.is_file());
-    if found.is_none() {
-        println!("skipped: there is no chromium on PATH");
-    }
-    found
-}
-
-/// What the page in `dir` shows at `time` [s], as a browser has it, by the page's own account; an error in its console is one here.
-fn shown(browser: &Path, dir: &Path, time: f64) -> (String, Value) {
-    let profile = tempfile::tempdir().expect("a directory");
-    let output = Command::new(browser)
-        .args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"])
-        .args(["--disable-background-networking", "--disable-component-update", "--disable-sync"])
-        .args([
-            "--enable-unsafe-swiftshader",
-            "--enable-logging=stderr",
-            "--virtual-time-budget=20000",
-            "--dump-dom",
-        ])
-        .arg(format!("--user-data-dir={}", profile.path().display()))
-        .arg(format!("file://{}/report.html#test={time}", dir.display()))
-        .output()
-        .expect("started");
-    let said = String::from_utf8_lossy(&output.stderr);
-    // What a driver of graphics says of its speed is no error of the page.
-    let errors: Vec<&str> =
-        said.lines().filter(|line| line.contains("CONSOLE") && !line.contains("GL Driver Message")).collect();
-    assert!(errors.is_empty(), "{errors:?}");
-    let page = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert!(
-        !page.contains("class=\"alarm failed\""),
-        "{}",
-        between(&page, "failed\">", "<").unwrap_or_default()
-    );
-    let known = between(&page, "id=\"test\" hidden=\"\">", "</pre>").expect("what it shows");
-    let known: Value = serde_json::from_str(&known.replace("&gt;", ">").replace("&amp;", "&")).expect("JSON");
-    assert_eq!(known["requests"], 0, "{known}");
-    (page, known)
 }
 
 /// The row of `history.csv` at or next after `time` [s].

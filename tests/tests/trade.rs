@@ -29,6 +29,11 @@ fn a_recommendation_holds_and_a_study_goes_on() {
     let runs = read(&first.out.join("trade.csv")).lines().count() - 1;
     assert!(runs > 5 && std::fs::read_dir(first.out.join("runs")).expect("runs").count() == runs, "{page}");
     assert!(read(&first.out.join("trade.svg")).contains("<circle"));
+    // The same recommendations and picture as one page.
+    let report = read(&first.out.join("report.html"));
+    let lines: Vec<&str> = page.lines().filter(|line| line.starts_with("rockfall run ")).collect();
+    assert!(!lines.is_empty() && lines.iter().all(|line| report.contains(line)), "{report}");
+    assert!(report.contains("<h2>Recommended</h2>") && report.contains("src=\"data:image/svg+xml;base64,"));
     assert!(
         read(&first.out.join("runs/002/scene.toml")).contains("time_window"),
         "resolved settings are kept"

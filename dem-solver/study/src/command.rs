@@ -156,8 +156,8 @@ fn ensemble(arguments: &EnsembleArguments) -> Result<Exit, Diagnostic> {
         barrier.iter().flat_map(Barrier::notices).for_each(|notice| tracing::info!("{notice}"));
     }
     interrupt::install();
-    if arguments.site.is_some() {
-        // Started by `rockfall`: nothing goes on without it, so that the same command again finds the directory free.
+    if arguments.watched {
+        // The same command again is to find the directory free.
         let watched = interrupt::end_with_parent();
         watched.map_err(|e| Diagnostic::new(format!("the end of rockfall cannot be watched: {e}")))?;
     }

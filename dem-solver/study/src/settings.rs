@@ -31,6 +31,7 @@ pub static STUDY: Kind = Kind {
         "maps",
         "line",
         "most_failed",
+        REPORT,
     ],
 };
 
@@ -38,7 +39,10 @@ pub static STUDY: Kind = Kind {
 pub const REPLICATES: &str = "replicates";
 
 /// Keys that no record of a fall depends on: replicates are added without changing any, and the others are judged afterwards.
-const AFTERWARDS: [&str; 3] = [REPLICATES, "title", "most_failed"];
+const AFTERWARDS: [&str; 4] = [REPLICATES, "title", "most_failed", REPORT];
+
+/// The key without which `rockfall` writes the report of a study.
+const REPORT: &str = "report";
 /// The same inside of tables.
 const AFTERWARDS_IN: [(&str, &[&str]); 3] = [
     ("release", &["name", "blocks_per_year"]),
@@ -247,6 +251,7 @@ impl StudySettings {
             let what = format!("most_failed = {most_failed}: it is a share, from 0 to 1");
             return Err(study.invalid("most_failed", what));
         }
+        study.read::<bool>(REPORT)?;
         let sampling = study.read("sampling")?.unwrap_or_default();
         let replicates: u32 = study.read(REPLICATES)?.unwrap_or(1);
         if replicates == 0 {
@@ -489,6 +494,10 @@ pub fn share() -> Share {
         .value::<f64>(
             "most_failed",
             "Share of members that may fail or be unreliable in a study that is done. Default 0.01.",
+        )
+        .value::<bool>(
+            REPORT,
+            "Whether `rockfall` writes `report.html`, the results as one page. Default: it does.",
         )
         .key::<Vec<Release>>("release")
         .key::<Vary>("vary")

@@ -328,6 +328,9 @@ pub struct EnsembleArguments {
     /// Where the barrier stands, from the program that builds it (JSON)
     #[arg(long, value_name = "JSON", hide = true)]
     pub site: Option<String>,
+    /// Started by `rockfall`, which goes on when this has ended: nothing goes on without it
+    #[arg(long, hide = true)]
+    pub watched: bool,
     /// How it is computed, and where the results go.
     #[command(flatten)]
     pub computation: Computation,

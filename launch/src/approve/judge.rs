@@ -184,6 +184,7 @@ mod tests {
     fn a_height_that_is_not_known_has_the_reason_of_what_became_of_the_block() {
         let launch = |fate, stopped| Launch {
             which: Which::Mel,
+            run: String::new(),
             last: Default::default(),
             doubt: None,
             fate: Some(fate),

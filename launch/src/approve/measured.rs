@@ -210,6 +210,8 @@ pub struct Row {
 pub struct Launch {
     /// Which.
     pub which: Which,
+    /// Name of the directory of its run.
+    pub run: String,
     /// Name of the directory of its last run, and what that is of.
     pub last: [String; 2],
     /// Why its numbers do not count; of the run that brings the block to rest, too.
@@ -260,6 +262,7 @@ impl Launch {
         }
         let mut launch = Self {
             which,
+            run: run.name.clone(),
             last: [last.name.clone(), last.of.clone()],
             doubt: run.doubt().or_else(settling),
             fate: run.fate(),
@@ -376,6 +379,19 @@ impl Rows<'_> {
         };
         let clear_block = least(&format!("{BLOCK}_z_m"), CORNER * block.size);
         let clear_net = least(&format!("{OWN}_net_height_m"), 0.0);
+        let place = history.row_at(touch);
+        for (name, axis, middle) in
+            [("offset_along", 'x', test.middle[0]), ("offset_up", 'z', test.middle[1])]
+        {
+            let at = history.column(&format!("{BLOCK}_{axis}_m")).get(place);
+            self.add(
+                name,
+                at.map(|at| at - middle),
+                "m",
+                "of the block's centre from the middle of the middle field, at first contact",
+            );
+        }
+        self.add("fields", Some(test.layout.number("fields")), "1", "");
         self.add("block_mass", Some(block.mass), "kg", "");
         self.add("block_edge", Some(block.size), "m", "");
         self.peak("impact_speed", "impact_speed", "m/s", None, "");

@@ -4,7 +4,7 @@
 //! - [`vary`]: what is uncertain, one at a time
 //! - [`launch`]: the runs, each kept
 //! - [`measured`]: the numbers of a launch; [`judge`]: each criterion with its number and bound
-//! - [`report`]: `approval.json`, `approval.csv`, and `approval.txt`, which the screen shows, too
+//! - [`report`]: `approval.json`, `approval.csv`, and `approval.txt`, which the screen shows, too; its page is `crate::report`'s
 
 mod judge;
 mod launch;
@@ -30,10 +30,11 @@ use toolkit::files::Dir;
 use toolkit::manifest;
 use toolkit::numbers::three;
 use toolkit::owner::{Claim, Owner};
+use toolkit::scene::at;
 use toolkit::screen::show;
 use vary::Variation;
 
-pub use report::status;
+pub use report::{JSON, status};
 
 /// Directory of the runs.
 const RUNS: &str = "runs";
@@ -153,8 +154,7 @@ pub fn approve(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
     let (mut cases, all): (Vec<Case>, _) = (Vec::new(), tests.len());
     for (test, Variation { name, .. }) in tests.iter().zip(&variations) {
         let done = cases.len();
-        // A dotted key is no path, and what a user types may be one.
-        let dir = place.join(name.replace(['/', ' '], "_"));
+        let dir = place.join(folder(name));
         let label = format!("{} of {all}: {name}", done + 1);
         let runs = launch::Runs { test, dir, label, events: &events, progress: &progress };
         let kept =
@@ -166,6 +166,9 @@ pub fn approve(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
     progress.finish();
     let text = report::screen(&kit, &cases, &out);
     write(&out.join(report::TEXT), &text)?;
+    if at(&kit.document, "output.report").and_then(toml::Value::as_bool) != Some(false) {
+        crate::report::close(&out);
+    }
     manifest::seal(&out);
     match arguments.answer.format {
         Format::Json => show(&format!("{:#}\n", report::json(&kit, &cases, all))),
@@ -176,6 +179,11 @@ pub fn approve(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
     let why = first.criteria.iter().find(|c| c.result == Judged::NotSettled).map_or("", |c| c.why.as_str());
     let what = format!("not settled: {} of {all} cases; the first, {}: {why}", open.len(), first.name);
     Err(Stop { exit: Exit::Unreliable, ..Diagnostic::error(code::TRUST, what).into() })
+}
+
+/// Name of the directory of a case. A dotted key is no path, and what a user types may be one.
+fn folder(case: &str) -> String {
+    case.replace(['/', ' '], "_")
 }
 
 /// The cases that would run, and what each may take.

@@ -3,7 +3,7 @@
 use super::judge::{CATEGORIES, Criterion, Result as Judged, category};
 use super::measured::{END_STOP, Launch, Row, TORN};
 use super::site::{Block, Kit, Which};
-use super::{Case, RUNS};
+use super::{Case, RUNS, folder};
 use crate::progress::far;
 use crate::sweep::is_kept;
 use serde_json::{Value, json};
@@ -162,10 +162,10 @@ fn details(launch: &Launch) -> String {
 
 /// Everything as JSON. Nothing of it depends on when and where the runs were made.
 pub fn json(kit: &Kit, cases: &[Case], all: usize) -> Value {
-    let of_launch = |launch: &Launch| {
+    let of_launch = |case: &str, launch: &Launch| {
         let torn: Vec<String> = launch.torn.iter().flatten().map(ToString::to_string).collect();
         json!({
-            "launch": launch.which.name(), "accurate": launch.finer, "fate": launch.fate, "doubt": launch.doubt, "broken": torn, "numbers": launch.rows,
+            "launch": launch.which.name(), "run": format!("{RUNS}/{}/{}", folder(case), launch.run), "accurate": launch.finer, "fate": launch.fate, "doubt": launch.doubt, "broken": torn, "numbers": launch.rows,
             "category": launch.value(SHARE).filter(|_| launch.which == Which::Mel).map(category),
         })
     };
@@ -175,7 +175,7 @@ pub fn json(kit: &Kit, cases: &[Case], all: usize) -> Value {
         });
         json!({
             "case": case.name, "verdict": case.verdict(), "criteria": case.criteria,
-            "launches": case.launches.iter().map(of_launch).collect::<Vec<_>>(), "utilisation": used.collect::<Vec<_>>(),
+            "launches": case.launches.iter().map(|launch| of_launch(&case.name, launch)).collect::<Vec<_>>(), "utilisation": used.collect::<Vec<_>>(),
         })
     };
     let block = |energy: f64| {

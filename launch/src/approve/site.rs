@@ -212,6 +212,8 @@ pub struct Test<'a> {
     pub layout: Layout,
     /// x and z of the block [m].
     centre: [f64; 2],
+    /// The same of a block that hits the middle of the middle field [m].
+    pub middle: [f64; 2],
     /// The scene without a block, with all groups and gauges.
     pub document: Table,
     /// What the user should know of the kit.
@@ -267,7 +269,8 @@ impl<'a> Test<'a> {
             }
         }
         document.insert("title".into(), format!("{}, {}", kit.name, variation.name).into());
-        let mut test = Self { kit, layout, centre, document, warnings: Vec::new(), cost: None };
+        let middle = self::centre(&layout, rise, "", size);
+        let mut test = Self { kit, layout, centre, middle, document, warnings: Vec::new(), cost: None };
         let first = if kit.sel.is_some() { Which::Sel1 } else { Which::Mel };
         let prepared = Prepared::of(&kit.written(&test.launch(first, &test.layout)?)?, |_| None, events)?;
         // The rest is of the site, which is not the user's.

@@ -2,6 +2,16 @@
 
 const DASHES = ["", "7 4", "2 3", "9 3 2 3", "14 4"];
 
+// The numbers beside all curves. They are laid out anew, which takes longer than the rest of a frame: ten times a second are enough to read.
+const tellers = [];
+let due = 0;
+function tell(at_once) {
+  if (!at_once) { due ||= setTimeout(tell, 100, true); return; }
+  clearTimeout(due);
+  due = 0;
+  for (const teller of tellers) teller();
+}
+
 /** Round steps, about `count` of them, from `low` to `high`. */
 function ticks(low, high, count) {
   const rough = (high - low) / count, power = 10 ** Math.floor(Math.log10(rough));
@@ -17,19 +27,20 @@ function chart(of, home) {
   const curves = of.curves.map(({ name, values }, k) => {
     const [colour, dash] = [`var(--c${k % 4})`, DASHES[(k + Math.floor(k / 20)) % 5]];
     const stroke = { fill: "none", stroke: colour, "stroke-dasharray": dash, "stroke-width": 1.6, "stroke-linejoin": "round" };
-    const output = make("output");
+    const output = make("output", {}, "");
     const button = make("button", { type: "button", "aria-pressed": true },
       make("svg", { viewBox: "0 0 32 8", "aria-hidden": true }, make("path", { d: "M0 4H32", ...stroke })), name, output);
     return { values: floats(values), path: make("path", stroke), output, button };
   });
   const measured = of.unit === "1" ? "" : ` [${of.unit}]`;
   const svg = make("svg", { tabindex: 0, role: "img", "aria-label": `${of.title}${measured} over time: ${of.curves.map(c => c.name).join(", ")}` });
-  home.append(make("figure", {}, make("figcaption", {}, of.title + measured), svg,
+  // The moment is no part of the picture: it moves in each frame, and nothing is laid out anew for it.
+  const now = make("div", { class: "now" });
+  home.append(make("figure", {}, make("figcaption", {}, of.title + measured), make("div", { class: "chart" }, svg, now),
     make("div", { class: "legend", role: "group", "aria-label": "Curves" }, ...curves.map(curve => curve.button))));
   const [left, right, top, bottom] = [52, 10, 8, 24];
-  let [width, height] = [0, 230];
+  let [width, height] = [0, 230], beside = -1;
   const x = time => left + (time - view.from) / (view.to - view.from) * (width - left - right);
-  const now = make("line", { class: "now", y1: top, y2: height - bottom });
   const band = make("rect", { class: "band", y: top, height: height - top - bottom, width: 0 });
 
   /** The least and the largest value in each column of the picture, as a line. */
@@ -75,16 +86,19 @@ function chart(of, home) {
       make("line", { class: "axis", x1: x(value), x2: x(value), y1: top, y2: height - bottom }),
       make("text", { x: Math.min(x(value), width - right - 14), y: height - 7, "text-anchor": "middle" }, `${shown(value, 7)} s`));
     for (const curve of seen) curve.path.setAttribute("d", path(curve.values, first, last, y));
-    svg.replaceChildren(...axes, band, ...seen.map(curve => curve.path), now);
+    svg.replaceChildren(...axes, band, ...seen.map(curve => curve.path));
     point();
   }
   function point() {
-    const at = Math.min(Math.max(x(view.time), left), width - right);
-    now.setAttribute("x1", at);
-    now.setAttribute("x2", at);
-    const row = place(times, view.time - 1e-9);
-    for (const curve of curves) curve.output.textContent = shown(curve.values[row]);
+    now.style.transform = `translateX(${100 * Math.min(Math.max(x(view.time), left), width - right) / width}%)`;
+    tell();
   }
+  tellers.push(() => {
+    const row = place(times, view.time - 1e-9);
+    if (row === beside) return;
+    beside = row;
+    for (const curve of curves) curve.output.firstChild.data = shown(curve.values[row]);
+  });
   const time = event => {
     const box = svg.getBoundingClientRect();
     const share = ((event.clientX - box.left) * width / box.width - left) / (width - left - right);

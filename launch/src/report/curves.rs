@@ -37,6 +37,13 @@ impl Table {
         Ok(Self { names, columns })
     }
 
+    /// The same with the columns of whose names `keep` is true.
+    pub fn filtered(self, keep: impl Fn(&str) -> bool) -> Self {
+        let columns = self.names.into_iter().zip(self.columns);
+        let (names, columns) = columns.filter(|(name, _)| keep(name)).unzip();
+        Self { names, columns }
+    }
+
     /// The column `name`.
     pub fn column(&self, name: &str) -> Option<&[f64]> {
         self.names.iter().position(|other| other == name).map(|at| &self.columns[at][..])
@@ -76,7 +83,7 @@ const BY_END: [(&str, &str, &str, f64); 8] = [
     ("_m", "Displacements, elongations and heights of gauges", "m", 1.0),
     ("_m_per_s", "Velocities of gauges", "m/s", 1.0),
     ("_N", "Forces of gauges; of a group that of the most loaded member", "kN", 1e-3),
-    ("_N m", "Bending moment", "kN m", 1e-3),
+    ("_Nm", "Bending moment", "kN m", 1e-3),
     ("_J", "Energy", "kJ", 1e-3),
     ("utilisation", "Utilisation", "1", 1.0),
     ("utilisation_max", "Utilisation", "1", 1.0),

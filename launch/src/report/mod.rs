@@ -4,6 +4,7 @@
 
 use crate::children::{self, Events, Goes, Job, Rules};
 use crate::stop::Stop;
+use crate::{approve, trade as accuracy};
 use clap::Args;
 use interface_defs::diagnostic::{Diagnostic, code};
 use std::io;
@@ -15,11 +16,31 @@ use toolkit::files;
 use toolkit::run_dir::{REPORT, STUDY_RECORD, SUMMARY};
 use toolkit::screen::show;
 
+mod approval;
 mod curves;
 mod frames;
 mod page;
 mod run;
 mod study;
+mod trade;
+
+/// What makes the page of a directory.
+type Maker = fn(&Path) -> io::Result<page::Page>;
+/// Kinds of results, each by a file that only it has; a run has the last.
+const KINDS: [(&str, Maker); 5] = [
+    (STUDY_RECORD, study::page),
+    (approve::JSON, approval::page),
+    (accuracy::PAGES[0], trade::page),
+    (accuracy::PAGES[1], trade::page),
+    (SUMMARY, run::page),
+];
+
+/// What makes the page of the results in `dir`; `None`: they are not complete.
+fn maker(dir: &Path) -> Option<Maker> {
+    let (name, maker) = KINDS.iter().find(|(name, _)| dir.join(name).exists())?;
+    // A study has its summary at its end.
+    (*name != STUDY_RECORD || dir.join(SUMMARY).exists()).then_some(*maker)
+}
 
 /// The same for print.
 const PRINT: &str = "report.pdf";
@@ -45,7 +66,7 @@ pub struct Arguments {
 /// Write the report of a directory anew.
 pub fn report(Arguments { dir, pdf }: &Arguments) -> Result<Exit, Stop> {
     let browser = pdf.then(browser).transpose()?;
-    if !dir.join(SUMMARY).exists() {
+    if maker(dir).is_none() {
         let what = format!("{}: there is no {SUMMARY}, and so no run that has ended", dir.display());
         return Err(Stop::input(code::RESULT_DIRECTORY, what));
     }
@@ -59,14 +80,14 @@ pub fn report(Arguments { dir, pdf }: &Arguments) -> Result<Exit, Stop> {
     Ok(Exit::Done)
 }
 
-/// Write the report of the run in `dir`. One that was printed before is removed: it may be of another run.
+/// Write the report of the results in `dir`. One that was printed before is removed: it may be of another run.
 pub fn write(dir: &Path) -> io::Result<()> {
     files::remove(&dir.join(PRINT))?;
-    let page = if dir.join(STUDY_RECORD).exists() { study::page(dir)? } else { run::page(dir)? };
+    let page = maker(dir).ok_or(io::ErrorKind::NotFound)?(dir)?;
     files::write(&dir.join(REPORT), page.html().as_bytes())
 }
 
-/// The same at the end of a run: without it the results are as good as with it.
+/// The same at the end of a run or study: without it the results are as good as with it.
 pub fn close(dir: &Path) {
     if let Err(e) = write(dir) {
         tracing::warn!("{}: no report: {e}", dir.display());

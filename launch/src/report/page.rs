@@ -12,11 +12,12 @@ use toolkit::summary::RunStatus;
 /// How it looks.
 const STYLE: &str = include_str!("page.css");
 /// What draws in it, in this order.
-const SCRIPTS: [&str; 5] = [
+const SCRIPTS: [&str; 6] = [
     include_str!("shared.js"),
     include_str!("curves.js"),
     include_str!("views.js"),
     include_str!("maps.js"),
+    include_str!("hits.js"),
     include_str!("replay.js"),
 ];
 

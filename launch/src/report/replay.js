@@ -75,17 +75,21 @@ function replay(home) {
     }
     gl.linkProgram(program);
     if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(program));
-    return program;
+    const at = {};
+    for (let k = 0; k < gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS); k++) {
+      const { name } = gl.getActiveUniform(program, k);
+      at[name.replace("[0]", "")] = gl.getUniformLocation(program, name);
+    }
+    return { program, at };
   };
   const lines = build(LINES, FLAT), solid = build(MESH, SHADED);
-  const place_of = (program, name) => gl.getUniformLocation(program, name);
   const filled = (values, buffer = gl.createBuffer()) => {
     gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
     gl.bufferData(gl.ARRAY_BUFFER, values, gl.DYNAMIC_DRAW);
     return buffer;
   };
   const attribute = (program, name, count, stride = 0, offset = 0) => {
-    const at = gl.getAttribLocation(program, name);
+    const at = gl.getAttribLocation(program.program, name);
     gl.enableVertexAttribArray(at);
     gl.vertexAttribPointer(at, count, gl.FLOAT, false, stride, offset);
   };
@@ -97,15 +101,16 @@ function replay(home) {
     attribute(solid, "corner", 3);
     return { array, buffer, corners };
   };
-  /** A texture of numbers, one after the other, which a shader reads by their number. */
-  const table = (Kind, parts, count, ...form) => {
-    const texture = gl.createTexture(), high = Math.max(Math.ceil(count / WIDE), 1), values = new Kind(parts * WIDE * high);
-    return { texture, values, fill(unit) {
+  /** A texture of numbers on its own unit, one after the other, which a shader reads by their number. `fill` takes over the first `count`. */
+  const table = (unit, Kind, parts, count, ...form) => {
+    const high = Math.max(Math.ceil(count / WIDE), 1), values = new Kind(parts * WIDE * high);
+    gl.activeTexture(gl.TEXTURE0 + unit);
+    gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());
+    gl.texImage2D(gl.TEXTURE_2D, 0, form[0], WIDE, high, 0, ...form.slice(1), null);
+    for (const filter of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, filter, gl.NEAREST);
+    return { values, fill(count) {
       gl.activeTexture(gl.TEXTURE0 + unit);
-      gl.bindTexture(gl.TEXTURE_2D, texture);
-      gl.texImage2D(gl.TEXTURE_2D, 0, form[0], WIDE, high, 0, ...form.slice(1), values);
-      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
-      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+      gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, WIDE, Math.ceil(count / WIDE), ...form.slice(1), values);
     } };
   };
 
@@ -120,10 +125,12 @@ function replay(home) {
       path.push(poses.subarray(k, k + 3));
     }
   }
-  const places = table(Float32Array, 4, nodes + path.length, gl.RGBA32F, gl.RGBA, gl.FLOAT);
-  const steps = table(Uint8Array, 1, ends.length, gl.R8UI, gl.RED_INTEGER, gl.UNSIGNED_BYTE);
+  const places = table(0, Float32Array, 4, nodes + path.length, gl.RGBA32F, gl.RGBA, gl.FLOAT);
+  const steps = table(1, Uint8Array, 1, ends.length, gl.R8UI, gl.RED_INTEGER, gl.UNSIGNED_BYTE);
   path.forEach((place, k) => places.values.set(place, 4 * (nodes + k)));
   steps.values.fill(8, own);
+  places.fill(nodes + path.length);
+  steps.fill(ends.length);
   const strip = gl.createVertexArray();
   gl.bindVertexArray(strip);
   filled(new Float32Array(ends.flatMap(end => [[0, -1], [0, 1], [1, -1], [0, 1], [1, -1], [1, 1]].flatMap(corner => [...end, ...corner]))));
@@ -133,23 +140,27 @@ function replay(home) {
   const rocks = scene.rocks.map(rock => mesh(rock.corners));
   const terrain = scene.terrain ? mesh(floats(scene.terrain)) : null;
 
+  // The step of colour of each line in each frame; 255: it is broken.
+  const tones = new Uint8Array(own * scene.frames.length);
+  for (let k = 0; k < tones.length; k++) tones[k] = scene.forces[k] === BROKEN ? 255 : step(scene.forces[k]);
   // Between two frames nodes go straight; a force is that of the nearer one.
   const shownAt = { before: 0, after: 0, share: 0 };
   function move(time) {
-    if (!nodes) { places.fill(0); steps.fill(1); return; }
+    if (!nodes) return;
     const after = place(scene.frames, time), before = Math.max(after - (scene.frames[after] > time ? 1 : 0), 0);
     const share = after > before ? Math.max((time - scene.frames[before]) / (scene.frames[after] - scene.frames[before]), 0) : 0;
     Object.assign(shownAt, { before, after, share });
-    const { scale, forces } = scene, [from, to] = [3 * nodes * before, 3 * nodes * after], near = own * (share < 0.5 ? before : after);
-    for (let node = 0; node < nodes; node++) for (let k = 0; k < 3; k++) {
-      const at = 3 * node + k, place = scene.places[from + at];
-      places.values[4 * node + k] = scale * (place + share * (scene.places[to + at] - place));
+    const { scale, faces: corners } = scene, { values } = places, all = scene.places, near = own * (share < 0.5 ? before : after);
+    for (let node = 0, at = 0, from = 3 * nodes * before, to = 3 * nodes * after; node < nodes; node++, at++) {
+      for (let k = 0; k < 3; k++, at++, from++, to++) values[at] = scale * (all[from] + share * (all[to] - all[from]));
     }
-    for (let k = 0; k < own; k++) steps.values[k] = forces[near + k] === BROKEN ? 255 : step(forces[near + k]);
-    places.fill(0);
-    steps.fill(1);
-    scene.faces.forEach((node, k) => faces.corners.set(places.values.subarray(4 * node, 4 * node + 3), 3 * k));
-    filled(faces.corners, faces.buffer);
+    steps.values.set(tones.subarray(near, near + own));
+    places.fill(nodes);
+    steps.fill(own);
+    if (!corners.length) return;
+    for (let k = 0, at = 0; k < corners.length; k++) for (let i = 0; i < 3; i++, at++) faces.corners[at] = values[4 * corners[k] + i];
+    gl.bindBuffer(gl.ARRAY_BUFFER, faces.buffer);
+    gl.bufferSubData(gl.ARRAY_BUFFER, 0, faces.corners);
   }
 
   // The eye turns about a target; it looks towards where the rock comes from.
@@ -169,12 +180,13 @@ function replay(home) {
     Object.assign(eye, { turn: 0.45, rise: 0.3, away: nodes ? away : Math.min(reach, 40 * rock.radius), shift: [0, 0, 0] });
   };
 
-  let ramp, ground, stone;
+  const still = turned([0, 0, 0, 1, 0, 0, 0]), contours = ticks(0, reach, 12)[1];
+  let ramp, ground, stone, sheet;
   function paint() {
     const style = getComputedStyle(document.documentElement);
     const colour = name => [1, 3, 5].map(k => parseInt(style.getPropertyValue(name).trim().slice(k, k + 2), 16) / 255);
     ramp = new Float32Array([0, 1, 2, 3, 4, 5, 6, 7].flatMap(k => colour(`--r${k}`)).concat(colour("--alarm")));
-    [ground, stone] = [colour("--ground"), colour("--rock")];
+    [ground, stone, sheet] = [colour("--ground"), colour("--rock"), ramp.slice(6, 9)];
   }
   function draw() {
     const { width: wide, height: high } = canvas;
@@ -187,26 +199,25 @@ function replay(home) {
     const flat = plus(level.map(value => value * Math.cos(eye.turn)), side, Math.sin(eye.turn));
     const from = plus(plus(target, flat, eye.away * Math.cos(eye.rise)), up, eye.away * Math.sin(eye.rise));
     const matrix = camera(from, target, up, wide / high, eye.away);
-    gl.useProgram(solid);
-    gl.uniformMatrix4fv(place_of(solid, "camera"), false, matrix);
-    gl.uniform3fv(place_of(solid, "up"), up);
+    gl.useProgram(solid.program);
+    gl.uniformMatrix4fv(solid.at.camera, false, matrix);
+    gl.uniform3fv(solid.at.up, up);
     const fill = (of, colour, turn, contours) => {
-      gl.uniformMatrix4fv(place_of(solid, "turn"), false, turn);
-      gl.uniform3fv(place_of(solid, "colour"), colour);
-      gl.uniform1f(place_of(solid, "contours"), contours);
+      gl.uniformMatrix4fv(solid.at.turn, false, turn);
+      gl.uniform3fv(solid.at.colour, colour);
+      gl.uniform1f(solid.at.contours, contours);
       gl.bindVertexArray(of.array);
       gl.drawArrays(gl.TRIANGLES, 0, of.corners.length / 3);
     };
-    const still = turned([0, 0, 0, 1, 0, 0, 0]);
-    if (terrain) fill(terrain, ground, still, ticks(0, reach, 12)[1]);
-    fill(faces, ramp.slice(6, 9), still, 0);
+    if (terrain) fill(terrain, ground, still, contours);
+    if (faces.corners.length) fill(faces, sheet, still, 0);
     rocks.forEach((rock, k) => fill(rock, stone, turned(poses[k]), 0));
-    gl.useProgram(lines);
-    gl.uniformMatrix4fv(place_of(lines, "camera"), false, matrix);
-    gl.uniform2f(place_of(lines, "size"), wide / density / 2, high / density / 2);
-    gl.uniform3fv(place_of(lines, "ramp"), ramp);
-    gl.uniform1i(place_of(lines, "places"), 0);
-    gl.uniform1i(place_of(lines, "steps"), 1);
+    gl.useProgram(lines.program);
+    gl.uniformMatrix4fv(lines.at.camera, false, matrix);
+    gl.uniform2f(lines.at.size, wide / density / 2, high / density / 2);
+    gl.uniform3fv(lines.at.ramp, ramp);
+    gl.uniform1i(lines.at.places, 0);
+    gl.uniform1i(lines.at.steps, 1);
     gl.bindVertexArray(strip);
     gl.drawArrays(gl.TRIANGLES, 0, 6 * ends.length);
   }
@@ -299,18 +310,24 @@ const played = stage && replay(stage);
 // `#test=TIME` leaves in the page what it shows at this moment, for a test.
 if (location.hash.startsWith("#test=")) {
   const time = Number(location.hash.slice(6)), pixel = new Uint8Array(4);
-  /** Milliseconds of a frame: of the page itself, or until its picture is there. */
-  const cost = read => {
-    const begin = performance.now();
-    for (let k = 0; k < 50; k++) {
-      show({ time: view.time + (k % 2 ? 1e-7 : -1e-7) });
+  /** Milliseconds of a frame, the median of so many over the whole replay: of its script, with the layout of the page, or until its picture is there. */
+  const cost = (count, after) => {
+    const spent = Array.from({ length: count }, (_, k) => {
+      const begin = performance.now();
+      show({ time: scene.from + (k + 0.5) / count * (scene.to - scene.from) });
       played.draw();
-      if (read) played.gl.readPixels(0, 0, 1, 1, played.gl.RGBA, played.gl.UNSIGNED_BYTE, pixel);
-    }
-    return (performance.now() - begin) / 50;
+      after();
+      return performance.now() - begin;
+    });
+    return spent.sort((a, b) => a - b)[count >> 1];
   };
-  const milliseconds = played && [cost(false), cost(true)];
+  const read = () => played.gl.readPixels(0, 0, 1, 1, played.gl.RGBA, played.gl.UNSIGNED_BYTE, pixel);
+  const pixels = all => { if (all) played.gl.disable(played.gl.SCISSOR_TEST); else { played.gl.enable(played.gl.SCISSOR_TEST); played.gl.scissor(0, 0, 1, 1); } };
+  // Where the picture is drawn in software, the first two would wait for it.
+  if (played) pixels(false);
+  const milliseconds = played && [cost(100, () => {}), cost(100, () => document.body.offsetHeight), (pixels(true), cost(1, read))];
   show({ time });
+  tell(true);
   const known = {
     time: view.time, milliseconds, requests: performance.getEntriesByType("resource").length, curves: document.querySelectorAll("#curves figure").length,
     values: [...document.querySelectorAll("#curves .legend button")].map(of => [of.textContent, of.lastChild.textContent]),

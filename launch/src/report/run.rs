@@ -131,7 +131,7 @@ pub fn measures(caption: &str, measures: &[&Measure]) -> String {
         .with("may be off by", |of| uncertainty(of))
         .with("at [s]", |of| of.time.map_or(String::new(), |time| moment(time, &short(time))))
         .with("member", |of| of.member.as_deref().map_or(String::new(), escape))
-        .with("by", |of| small(&of.source));
+        .with("by", |of| small(&of.source).replacen("<small", "<small class=\"by\"", 1));
     table(caption, &columns, measures)
 }
 
@@ -192,7 +192,7 @@ fn parts(parts: &[PartUse]) -> String {
 }
 
 /// A bar as long as `share`, which ends at 1, with a label.
-fn bar(share: f64, label: &str) -> String {
+pub fn bar(share: f64, label: &str) -> String {
     let beyond = if share > 1.0 { " class=\"beyond\"" } else { "" };
     format!(
         "<span class=\"bar\"><i{beyond} style=\"width:{:.1}%\"></i></span> {label}",
@@ -201,7 +201,7 @@ fn bar(share: f64, label: &str) -> String {
 }
 
 /// Names and values, HTML each.
-fn pairs(rows: &[(String, String)]) -> String {
+pub fn pairs(rows: &[(String, String)]) -> String {
     if rows.is_empty() {
         return String::new();
     }

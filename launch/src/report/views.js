@@ -47,7 +47,12 @@ function picture(title, right, up, at, along) {
   const touches = scene.impacts.flatMap(({ rock, time }) => scene.rocks.filter(of => of.name === rock).map(of => ({ of, place: centre(of, time) })));
   const ends = [[Infinity, -Infinity], [Infinity, -Infinity]];
   const grow = (place, room) => ends.forEach((end, k) => { end[0] = Math.min(end[0], place[k] - room); end[1] = Math.max(end[1], place[k] + room); });
-  for (let of = 0; of < scene.frames.length; of++) for (let node = 0; node < scene.nodes; node++) grow(spot(of, node), 0.1);
+  // What was torn off and flies is no part of the picture: of other frames the outermost nodes do not count.
+  for (let of = 0; of < scene.frames.length; of++) {
+    const spots = Array.from({ length: scene.nodes }, (_, node) => spot(of, node)), out = of && of !== at ? Math.floor(scene.nodes / 50) : 0;
+    const sorted = [0, 1].map(k => Float64Array.from(spots, place => place[k]).sort());
+    for (const end of [out, scene.nodes - 1 - out]) grow(sorted.map(values => values[end]), 0.1);
+  }
   for (const { of, place } of touches) grow(place, of.radius);
   const [xs, ys] = ends, spans = ends.map(([low, high]) => high - low), broad = spans[0] > 2.5 * spans[1];
   const scale = Math.min((broad ? 1180 : 580) / spans[0], 400 / spans[1]), size = [Math.max(scale * spans[0], 220), scale * spans[1] + 26];

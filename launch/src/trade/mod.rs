@@ -43,6 +43,11 @@ use toolkit::scene::{Scene, at};
 use toolkit::screen::show;
 use toolkit::{manifest, provenance};
 
+/// Its pages: of accuracy and cost, and of the limits of stability.
+pub const PAGES: [&str; 2] = ["trade.md", "atlas.md"];
+/// Its picture.
+pub const PICTURE: &str = "trade.svg";
+
 /// What the command line asks for.
 #[derive(Debug, Clone, Args)]
 pub struct Arguments {
@@ -88,6 +93,8 @@ struct Setup {
     always: Vec<String>,
     /// For the page.
     facts: Facts,
+    /// Whether its report is asked for.
+    report: bool,
 }
 
 impl Setup {
@@ -143,6 +150,7 @@ impl Setup {
             space,
             out,
             store,
+            report: at(&resolved, "output.report").and_then(Value::as_bool) != Some(false),
             always: fields.into_iter().chain(["output.report=false".into()]).collect(),
             facts,
         })
@@ -239,6 +247,9 @@ pub fn trade(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
     match ended {
         Ok(()) => {
             show(&written?);
+            if setup.report {
+                crate::report::close(&setup.out);
+            }
             manifest::seal(&setup.out);
         }
         Err(stop) if stop.exit == Exit::BadInput => return Err(stop),
@@ -349,18 +360,18 @@ impl Work<'_> {
 /// Page and table of the limits; what the screen shows.
 fn write_atlas(study: &Study, found: &[Found], store: &Store, facts: &Facts) -> Result<String, Stop> {
     let page = atlas::page(study, found, facts);
-    let path = store.write("atlas.md", &page)?;
+    let path = store.write(PAGES[1], &page)?;
     store.write("atlas.csv", &atlas::table(study, found).map_err(|e| unwritten("atlas.csv", &e))?)?;
     Ok(format!("{}all limits   {}\n", atlas::screen(study, found), path.display()))
 }
 
 /// Page, table and picture; what the screen shows.
 fn write(study: &Study, store: &Store, facts: &Facts) -> Result<String, Stop> {
-    let page = store.write("trade.md", &report::page(study, facts))?;
+    let page = store.write(PAGES[0], &report::page(study, facts))?;
     store.write("trade.csv", &report::table(study, facts).map_err(|e| unwritten("trade.csv", &e))?)?;
     let picture = picture(study, facts);
     if !picture.marks.is_empty() {
-        store.write("trade.svg", &report::draw(&picture).map_err(|e| unwritten("trade.svg", &e))?)?;
+        store.write(PICTURE, &report::draw(&picture).map_err(|e| unwritten(PICTURE, &e))?)?;
     }
     Ok(format!("{}all runs     {}\n", report::screen(study, facts), page.display()))
 }

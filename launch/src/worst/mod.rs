@@ -12,6 +12,7 @@ use crate::ground::{self, Scratch};
 use crate::plan::own_program;
 use crate::prepared::{self, Prepared};
 use crate::progress::{Progress, far};
+use crate::report;
 use crate::stop::Stop;
 use crate::sweep::{self, Task};
 use interface_defs::diagnostic::{Diagnostic, code};
@@ -23,11 +24,11 @@ use table::{Case, Chosen, Generated};
 use toolkit::arguments::{EnsembleArguments, Input};
 use toolkit::exit::Exit;
 use toolkit::ground::Area;
-use toolkit::manifest;
 use toolkit::owner::{Claim, Owner, holder};
 use toolkit::run_dir::{self, BARRIER, CHOSEN};
 use toolkit::scene::Scene;
 use toolkit::summary::{RunStatus, Summary};
+use toolkit::{files, manifest};
 
 /// How often a member is looked at that another process runs.
 const LOOK: Duration = Duration::from_millis(500);
@@ -119,6 +120,42 @@ fn site(scene: &Scene, sets: Vec<String>, events: &Events) -> Result<Area, Stop>
     Err(scene.invalid(key, what).try_instead(advice).into())
 }
 
+/// Whether results of all members are made, and not of some alone.
+pub fn is_whole(arguments: &EnsembleArguments) -> bool {
+    let EnsembleArguments { members, chunks, scene_of, dry_run, .. } = arguments;
+    members.is_none() && chunks.is_none() && scene_of.is_none() && !dry_run
+}
+
+/// A study without a barrier, by its own program; then its report.
+pub fn study(arguments: &EnsembleArguments) -> Result<Exit, Stop> {
+    let name = Scene::from_text(&arguments.study.display().to_string(), "")?;
+    let mut command = Command::new(own_program("dem-solver")?);
+    command.args(std::env::args_os().skip_while(|word| word != "ensemble")).arg("--watched");
+    let rules = Rules { grace: Some(children::GRACE_OF_RUN), ..Rules::default() };
+    let job = Job { output: Goes::Shown, ..Job::of(command) };
+    let exit = children::one(job, rules, &Events::watch()?)?.0.exit();
+    if matches!(exit, Exit::Done | Exit::Unreliable) {
+        close(&run_dir::location(arguments.computation.dir.out.as_deref(), &name), &arguments.sets);
+    }
+    Ok(exit)
+}
+
+/// The report of the study in `dir`, unless it says `report = false`, and what lies there with it.
+fn close(dir: &Path, sets: &[String]) {
+    let file =
+        files::read_text(&dir.join("study.toml")).ok().and_then(|text| text.parse::<toml::Table>().ok());
+    let off = |table: &toml::Table| table.get("report").and_then(toml::Value::as_bool) == Some(false);
+    let set = sets
+        .iter()
+        .rev()
+        .filter_map(|set| set.parse().ok())
+        .find(|set: &toml::Table| set.contains_key("report"));
+    if !set.or(file).is_some_and(|table| off(&table)) {
+        report::close(dir);
+    }
+    manifest::seal(dir);
+}
+
 /// What is done, and with what.
 struct Work<'a> {
     arguments: &'a EnsembleArguments,
@@ -138,7 +175,7 @@ impl Work<'_> {
         command.arg("--barrier").arg(children::path(self.barrier));
         let site = serde_json::to_string(&self.site);
         let site = site.map_err(|e| Stop::failed(code::CONTRACT, e.to_string()))?;
-        command.arg(format!("--site={site}"));
+        command.arg(format!("--site={site}")).arg("--watched");
         command.args(self.arguments.sets.iter().map(|set| format!("--set={set}")));
         if self.arguments.computation.savings.no_shortcuts {
             command.arg("--no-shortcuts");
@@ -249,7 +286,7 @@ impl Work<'_> {
         let mut summary = table::summary(&chosen, &cases, &self.barrier.display().to_string());
         owner.write_summary(&mut summary).map_err(|what| Stop::failed(code::NOT_WRITTEN, what))?;
         // With the study that it belongs to.
-        manifest::seal(dir.parent().unwrap_or(dir));
+        close(dir.parent().unwrap_or(dir), &self.arguments.sets);
         if !self.arguments.computation.quiet {
             toolkit::screen::show(&table::screen(&summary, &cases, dir));
         }
