@@ -155,6 +155,7 @@ pub fn no_kit(path: &Path) -> Option<Stop> {
     let table = tables(path)?;
     let name = path.display();
     let (kind, command) = match () {
+        () if table.contains_key("kit") => return None,
         () if is_study(path) => ("study", "ensemble"),
         () if table.contains_key("rock") || table.contains_key("end_time") => ("scene", "run"),
         () => return None,
