@@ -48,6 +48,9 @@ const SAME: Duration = Duration::from_millis(200);
 /// When it is first said how long something takes, and again; later more rarely, after a tenth more.
 const SAID: Duration = Duration::from_secs(10);
 
+/// The same where somebody waits for an answer.
+pub const SOON: Duration = Duration::from_secs(2);
+
 /// Most of what is read of the errors of a child [bytes].
 const MOST: u64 = 1 << 20;
 
@@ -101,6 +104,8 @@ pub struct Rules<'a> {
     pub progress: Option<&'a mut dyn FnMut(&Line)>,
     /// Who is told the seconds since the start, now and then.
     pub seconds: Option<&'a mut dyn FnMut(u64)>,
+    /// When they are told it first; by default after ten seconds.
+    pub first: Option<Duration>,
 }
 
 /// How a process has ended.
@@ -190,7 +195,7 @@ pub fn watch(jobs: Vec<Job>, rules: Rules, events: &Events) -> Result<Outcome, S
         deadline: None,
         begun,
         limit,
-        says: begun + SAID,
+        says: begun + rules.first.unwrap_or(SAID),
         looks: begun,
         rules,
     };
@@ -219,6 +224,13 @@ pub fn one(job: Job, rules: Rules, events: &Events) -> Result<(End, bool), Stop>
         Some(end) if !outcome.interrupted => Ok((end, outcome.too_slow)),
         _ => Err(Stop::interrupted()),
     }
+}
+
+/// What a program of this project prints when it is asked; a signal kills it. After two seconds it is said on stderr that it is `doing` it.
+pub fn ask_saying(doing: &str, command: Command, events: &Events) -> Result<String, Stop> {
+    let mut say = |seconds: u64| eprintln!("{doing}: {seconds} s so far");
+    let rules = Rules { seconds: Some(&mut say), first: Some(SOON), ..Rules::default() };
+    one(Job::of(command), rules, events)?.0.text()
 }
 
 /// What a program of this project prints when it is asked; a signal kills it.

@@ -147,16 +147,22 @@ enum Command {
         #[command(flatten)]
         answer: AnswerForm,
     },
-    /// Print the JSON schema of the scene file, or with --study that of a study file, for editors
+    /// Print the JSON schema of the scene file, or that of a study, a calibration or a kit, for editors
     ///
     /// Write it into a file once, and name that in the first line of a scene: `#:schema rockfall.schema.json`.
     /// Even Better TOML and taplo then complete keys, show units and defaults, and mark what is misspelt.
     Schema {
         /// The schema of a study file (`rockfall ensemble`)
-        #[arg(long, conflicts_with = "reference")]
+        #[arg(long, group = "file")]
         study: bool,
+        /// The schema of a calibration file (`rockfall calibrate`)
+        #[arg(long, group = "file")]
+        calibration: bool,
+        /// The schema of a kit file (`rockfall approve`, or `kit` in [structure])
+        #[arg(long, group = "file")]
+        kit: bool,
         /// Print the reference of all keys and results instead (Markdown)
-        #[arg(long)]
+        #[arg(long, group = "file")]
         reference: bool,
     },
     /// Print a script that completes commands and options in a shell
@@ -239,13 +245,15 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
         Command::Status { dir } => shown(status::status(&dir), Format::Text),
         Command::Verify { dir, answer } => shown(status::verify(&dir, answer.format), answer.format),
         Command::Cluster(_) => become_program("dem-solver", "cluster"),
-        Command::Schema { study, reference } => {
-            show(&match (study, reference) {
-                (true, _) => reference::json(&reference::study()?.study()),
-                (_, true) => {
+        Command::Schema { study, calibration, kit, reference } => {
+            show(&match () {
+                () if study => reference::json(&reference::study()?.study()),
+                () if calibration => reference::json(&reference::of_calibration()?),
+                () if kit => reference::json(&reference::of_kit()?),
+                () if reference => {
                     reference::text(&reference::share()?, &reference::study()?, &reference::calibration()?)
                 }
-                (_, false) => reference::json(&reference::share()?.document()),
+                () => reference::json(&reference::share()?.document()),
             });
             Ok(Exit::Done)
         }

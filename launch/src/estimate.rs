@@ -14,9 +14,6 @@ use toolkit::arguments::Input;
 use toolkit::check::Format;
 use toolkit::numbers::{short, three};
 
-/// How much longer a run may take than its steps and exchanges alone on a free machine: a barrier under 1 000 kJ took five times as long, with
-/// iterations, contact, ropes with friction, and other work on the machine.
-const SLOWER: f64 = 5.0;
 /// How long a fall over terrain is tried [s].
 const TRIAL: f64 = 1.0;
 /// A cost beyond this is worth a question: a day [s].
@@ -28,6 +25,12 @@ const FOR_EVER: f64 = 10.0 * 365.0 * 86_400.0;
 pub fn check(input: &Input, resolved: Option<&Path>, format: Format) -> Result<String, Stop> {
     let prepared = Prepared::tried(input, |_| None, &Events::watch()?, Some(TRIAL))?;
     if let Some(file) = resolved {
+        // A device or a directory would be replaced, not written to.
+        if file.metadata().is_ok_and(|known| !known.is_file()) {
+            let what = format!("--resolved {}: this is no regular file", file.display());
+            return Err(Stop::input(code::ARGUMENT, what)
+                .hinted("name the file of a scene, as in --resolved full.toml"));
+        }
         let mut table = prepared.resolved()?;
         // It is made again by whoever runs the scene.
         prepared.ground.forget(&mut table);
@@ -158,23 +161,42 @@ impl Numbers {
                 None => unknown.push(name),
             }
         }
-        let per = if self.weak { "" } else { ", the less with one coupling iteration per window" };
         let unknown = (!unknown.is_empty()).then(|| unknown.join(" and the "));
         let without =
             unknown.map_or("".into(), |of| format!(" and the steps of the {of}, which are not known"));
         let cost = self.expected_cost().unwrap_or(f64::NAN);
-        let most = short(SLOWER * cost);
-        if self.falls {
-            let what = "the less the longer no rock is near the net or all is over, which ends the windows";
-            line("expected cost", format!("up to {most} s of wall time{without}, {what}"));
-        } else {
-            line("expected cost", format!("{} to {most} s of wall time{per}{without}", short(cost)));
-        }
+        let (about, cost) = if self.falls { ("up to some", three(cost)) } else { ("some", three(cost)) };
+        let less =
+            if self.falls { "; less where no rock comes near the net, or all is over soon" } else { "" };
+        line(
+            "expected cost",
+            format!("{about} {cost} s of wall time on a machine that does nothing else{without}{less}"),
+        );
         text
     }
 
-    /// Wall time of the run as far as it is known [s], for one coupling iteration per window.
+    /// Wall time of steps and exchanges alone [s], for one coupling iteration per window.
+    pub fn of_steps(&self) -> Option<f64> {
+        self.cost_with(|windows, _, pass| windows * pass)
+    }
+
+    /// Wall time of the run as far as it is known [s]. A strong window takes its iterations while a rock touches the net; before, the net
+    /// is at rest, and after it moves alone.
     pub fn expected_cost(&self) -> Option<f64> {
+        self.cost_with(|windows, length, pass| {
+            if self.weak {
+                return windows * pass;
+            }
+            let before = self.arrival.unwrap_or(0.0);
+            let contact = self.touches.unwrap_or(f64::INFINITY).min(self.end_time - before);
+            let after = (self.end_time - before - contact).max(0.0);
+            let after = self.net.steps(after).unwrap_or(0.0) * self.net.seconds.unwrap_or(0.0);
+            self.iterations * contact / length * pass + after
+        })
+    }
+
+    /// That of one solver alone; of two as `coupled` makes it of the number of windows, their length and what passing one once costs [s].
+    fn cost_with(&self, coupled: impl Fn(f64, f64, f64) -> f64) -> Option<f64> {
         let of = |side: &Side, length: f64| Some(side.steps(length)? * side.seconds.unwrap_or(0.0));
         let Some((windows, length)) = self.windows.zip(self.window) else {
             let sides = [&self.net, &self.contact].into_iter();
@@ -185,7 +207,7 @@ impl Numbers {
         for side in [&self.net, &self.contact] {
             pass += of(side, length).unwrap_or(0.0);
         }
-        Some(windows * pass)
+        Some(coupled(windows, length, pass))
     }
 
     /// What is to be said of a run that takes days, or that never ends.
@@ -280,7 +302,7 @@ mod tests {
     fn the_cost_counts_steps_and_exchanges_of_every_window() {
         let text = coupled(5e-5).cost();
         // 1000 windows of 2 exchanges, 5 steps of the net, 3 of the contact: 20 + 5 + 9 us each.
-        assert!(text.contains("0.034 to 0.17 s of wall time"), "{text}");
+        assert!(text.contains("some 0.034 s of wall time"), "{text}");
         assert!(
             text.contains("steps per window, net        5\n") && text.contains("contact    3\n"),
             "{text}"

@@ -2,11 +2,17 @@
 
 use crate::plan::Part;
 use crate::stability::{Contact, Integrator, Limit, Node, Scheme, longest_window, steps};
+use std::f64::consts::PI;
 use toml::Value;
 use toolkit::check::CheckReport;
 
 /// A net gives way by at least this share of its narrower side while it brakes a rock.
 const YIELD: f64 = 0.1;
+
+/// Coupling iterations of a strong window in contact, as the drop test of Walenstadt took them; and where the contact solver advances
+/// the net itself, as slope-barrier did.
+const ITERATIONS: f64 = 4.5;
+const ITERATIONS_YIELDING: f64 = 1.5;
 
 /// Numbers of the programs. Absent where there is no such program, or it does not report.
 #[derive(Debug, Clone, Copy, Default)]
@@ -23,6 +29,11 @@ pub struct Numbers {
     pub node_mass: Option<f64>,
     /// Largest stiffness of one contact with the structure [N/m].
     pub stiffness: Option<f64>,
+    /// When the first rock comes to the net, and how long it is in contact with it [s].
+    pub arrival: Option<f64>,
+    pub touches: Option<f64>,
+    /// Coupling iterations of a window while a rock touches the net.
+    pub iterations: f64,
     /// Longest weak window.
     pub limit: Option<Limit>,
     /// Length of a window [s].
@@ -132,6 +143,25 @@ impl Reports<'_> {
         Some(Node { mass: of("least_interface_mass_kg")?, held })
     }
 
+    /// How long a rock touches the net [s]: half a period of a spring that brakes it over twice the share by which a net gives way
+    /// at least.
+    fn touches(&self) -> Option<f64> {
+        let of = |name| self.number(Part::Dem, name);
+        let speed = (2.0 * of("landing_energy_j")? / of("mass_kg")?).sqrt();
+        let way = 2.0 * YIELD * self.number(Part::Fem, "interface_extent_m")?;
+        Some(PI * way / speed).filter(|time| time.is_finite())
+    }
+
+    /// Coupling iterations of a window in contact.
+    fn iterations(&self) -> f64 {
+        let of = |key| self.value(Part::Coupler, "coupling", key);
+        match of("scheme").and_then(Value::as_str) {
+            Some("weak") | None => 1.0,
+            _ if of("yielding_net").and_then(Value::as_bool) == Some(true) => ITERATIONS_YIELDING,
+            _ => ITERATIONS,
+        }
+    }
+
     /// The contact with the structure: at its stiffest as in a flat landing on something rigid, and as it is while the net
     /// brakes the rock. That is a force `2 E / s` for a rock of energy E that comes to rest within s, shared by the spheres
     /// of a face, or the blow on a single node, whichever is stiffer.
@@ -190,6 +220,9 @@ impl Numbers {
             frequency: reports.number(Part::Fem, "highest_frequency_rad_per_s"),
             node_mass: reports.number(Part::Fem, "least_interface_mass_kg"),
             stiffness: reports.number(Part::Dem, "contact_stiffness_n_per_m"),
+            arrival: reports.number(Part::Dem, "arrival_s"),
+            touches: reports.touches(),
+            iterations: reports.iterations(),
             limit: reports.limit(),
             window,
             windows: reports

@@ -1,6 +1,6 @@
 //! A scene before its start: that it is one, who takes part, what each program says of it, and what was chosen where it leaves something open.
 
-use crate::children::{self, Events, Job, Rules};
+use crate::children::{self, Events, Job, Rules, SOON};
 use crate::choice::{self, Chosen};
 use crate::ground::Ground;
 use crate::numbers::Numbers;
@@ -103,6 +103,8 @@ impl Prepared {
 
 /// What a study has, and no scene.
 const OF_STUDY: [&str; 2] = ["scene", "release"];
+/// Tables that no scene has.
+const ONLY_OF_STUDY: [&str; 4] = ["release", "vary", "maps", "line"];
 /// What a structure that waits for rocks has, and none alone.
 const OF_BARRIER: [&str; 3] = ["contact", "dem", "coupling"];
 
@@ -131,12 +133,36 @@ pub fn study(path: &Path) -> Option<Stop> {
         () if is_study(path) => {
             format!("{name}: this is a study, not a scene; write rockfall ensemble {name}")
         }
+        () if !table.contains_key("rock") && ONLY_OF_STUDY.iter().any(|key| table.contains_key(*key)) => {
+            let missing = OF_STUDY.iter().filter(|key| !table.contains_key(**key));
+            let missing = missing.map(|key| format!("`{key}`")).collect::<Vec<_>>().join(" and ");
+            format!(
+                "{name}: this looks like a study without {missing}; a study names a scene, scene = \"FILE\", and says in [[release]] where \
+                 rocks start"
+            )
+        }
         () if table.contains_key("kit") => format!(
             "{name}: this is a kit, not a scene; rockfall approve {name} --dry-run checks it, and a scene takes it with kit = \"...\" in \
              [structure]"
         ),
         () => return None,
     };
+    Some(Stop::input(code::ARGUMENT, says))
+}
+
+/// What is said of a study or a scene where a kit is asked for; `None`: it is neither.
+pub fn no_kit(path: &Path) -> Option<Stop> {
+    let table = tables(path)?;
+    let name = path.display();
+    let (kind, command) = match () {
+        () if table.contains_key("kit") => return None,
+        () if is_study(path) => ("study", "ensemble"),
+        () if table.contains_key("rock") || table.contains_key("end_time") => ("scene", "run"),
+        () => return None,
+    };
+    let says = format!(
+        "{name}: this is a {kind}, not a kit; rockfall {command} {name} computes it; a kit has [structure], [[gauge]] and [kit] alone"
+    );
     Some(Stop::input(code::ARGUMENT, says))
 }
 
@@ -172,7 +198,16 @@ fn validate(
         let jobs =
             members.iter().map(|member| question(member, input, net, trial)).collect::<Result<_, _>>()?;
         // They have nothing to lose.
-        let mut outcome = children::watch(jobs, Rules::default(), events)?;
+        let doing = if members.iter().any(|member| member.part == Part::Dem) {
+            "reading the terrain, making spheres of the rocks, trying the fall"
+        } else {
+            "finding the form of the structure"
+        };
+        let mut say = |seconds: u64| eprintln!("{doing}: {seconds} s so far");
+        // What is asked for a run is said by the run.
+        let seconds: Option<&mut dyn FnMut(u64)> = if trial.is_some() { Some(&mut say) } else { None };
+        let mut outcome =
+            children::watch(jobs, Rules { seconds, first: Some(SOON), ..Rules::default() }, events)?;
         if outcome.interrupted {
             return Err(Stop::interrupted());
         }

@@ -7,8 +7,9 @@ use crate::children::{self, Events};
 use crate::plan::own_program;
 use crate::stop::Stop;
 use interface_defs::diagnostic::code;
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
+use toolkit::kit;
 use toolkit::processes::Processes;
 use toolkit::scene::KEYS;
 use toolkit::schema::{Entry, Share, Tables};
@@ -353,6 +354,35 @@ pub fn study() -> Result<Share, Stop> {
 /// Ask it for the keys of a calibration.
 pub fn calibration() -> Result<Share, Stop> {
     ask("dem-solver", "calibration-schema")
+}
+
+/// The schema of a calibration.
+pub fn of_calibration() -> Result<Value, Stop> {
+    let what = "A calibration of rockfall: a study, what was observed of its falls, which values are sought. One TOML file, SI units.";
+    Ok(document(&calibration()?, "Rockfall calibration", what, "study"))
+}
+
+/// The schema of a kit: the tables of a scene that it may hold, and its own.
+pub fn of_kit() -> Result<Value, Stop> {
+    let mut share = share()?;
+    share.properties.retain(|key, _| kit::TABLES.contains(&key.as_str()));
+    let about = json!({
+        "description": "What the kit says of itself.", "type": "object", "additionalProperties": false,
+        "properties": {
+            "name": { "description": "Name. Default: that of its file.", "type": "string" },
+            "class": { "description": "Class, EAD 340059-00-0106.", "type": "integer", "minimum": 0, "maximum": 8 },
+            "energy": { "description": "Energy of its largest test (MEL) [J].", "type": "number", "exclusiveMinimum": 0 },
+        },
+    });
+    share.properties.insert("kit".into(), about);
+    let what = "A kit of rockfall: a whole barrier, which a scene takes with `kit` in [structure]. One TOML file, SI units.";
+    Ok(document(&share, "Rockfall kit", what, "structure"))
+}
+
+fn document(share: &Share, title: &str, what: &str, required: &str) -> Value {
+    let mut all = share.document();
+    (all["title"], all["description"], all["required"]) = (json!(title), json!(what), json!([required]));
+    all
 }
 
 fn ask(program: &str, command: &str) -> Result<Share, Stop> {

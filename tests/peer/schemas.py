@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Scenes, studies and the manual's TOML against the schemas, by two validators that are not ours: jsonschema and taplo.
+"""Scenes, studies, kits, calibrations and the manual's TOML against the schemas, by two validators that are not ours: jsonschema and taplo.
 
     pip install jsonschema; npm install @taplo/cli       (either alone will do; what is not there is skipped)
     tests/peer/schemas.py [--taplo PROGRAM]              exit code 1 where something does not fit
@@ -19,7 +19,7 @@ import tomllib
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 ROCKFALL = ROOT / "target/release/rockfall"
 # Mistakes that docs/reference.md documents as refused at sight.
-MISTAKES = [
+MISTAKES = {"scene": [
     'end_time = "long"',
     "end_tiem = 1.0",
     "end_time = 1.0\ngravity = [0.0, 0.0]",
@@ -28,7 +28,26 @@ MISTAKES = [
     "end_time = 1.0\n[[contact]]\nrestitution = 0.5",
     "end_time = 1.0\n[fem]\ntime_step = \"1e-5\"",
     "end_time = 1.0\n[output]\nfeilds = 0.1",
-]
+], "kit": [
+    "[kit]\nclass = 3",
+    "[kit]\nclass = 9\n[structure]",
+    "[kit]\nclass = \"A\"\n[structure]",
+    "[kit]\nenergy = -1e5\n[structure]",
+    "[kit]\nenergy = 0.0\n[structure]",
+    "[kit]\nmaker = \"x\"\n[structure]",
+    "[[kit]]\nname = \"x\"\n[structure]",
+    "[structure]\n[[rock]]\nmass = 1.0",
+    "[structure]\n[structure.generator]\ntype = \"barier\"",
+    "[structure]\n[structure.generator]\ntype = \"barrier\"\nheigth = 3.0",
+    "[structure]\n[structure.generator]\ntype = \"barrier\"\nnet = \"ring\"",
+    "[structure]\n[[structure.parts]]\nname = \"net\"\nelement = \"rings\"",
+], "study": [
+    "scene = \"a.toml\"",
+    "scene = \"a.toml\"\nseed = \"one\"\n[[release]]\npoints = [[0.0, 0.0]]",
+    "scene = \"a.toml\"\nsampling = \"lhs\"\n[[release]]\npoints = [[0.0, 0.0]]",
+    "scene = \"a.toml\"\n[release]\npoints = [[0.0, 0.0]]",
+    "scene = \"a.toml\"\n[[release]]\nnumber = 3",
+]}
 
 
 def schema(*arguments):
@@ -47,6 +66,8 @@ def lenient(part):
 
 
 def whole_files():
+    for file in sorted((ROOT / "launch/kits").glob("*.toml")):
+        yield file, file.read_text(), "kit"
     scenes = ROOT / "launch/scenes"
     for file in sorted(scenes.rglob("*.toml")):
         text = file.read_text()
@@ -69,6 +90,7 @@ def blocks():
     for page in sorted((ROOT / "docs").glob("*.md")):
         for number, block in enumerate(re.findall(r"```toml\n(.*?)```", page.read_text(), re.S), 1):
             kind = "study" if re.search(r"^(\[\[release|\[vary|\[\[line|\[maps|scene *=|\[line)", block, re.M) else "scene"
+            kind = "kit" if re.search(r"^\[kit\]", block, re.M) else kind
             kind = "calibration" if page.name == "calibrate.md" else kind
             yield f"{page.name}, block {number}", block, kind
 
@@ -84,7 +106,8 @@ def main():
         print("skipped: jsonschema is not installed")
     if not taplo:
         print("skipped: taplo is not installed")
-    schemas = {"scene": schema(), "study": schema("--study")}
+    kinds = ["study", "calibration", "kit"]
+    schemas = {"scene": schema()} | {kind: schema(f"--{kind}") for kind in kinds}
     wrong, count = [], 0
     with tempfile.TemporaryDirectory() as temporary:
         directory = pathlib.Path(temporary)
@@ -104,14 +127,12 @@ def main():
             return found
 
         for name, text, kind in [*whole_files(), *resolved(directory), *blocks()]:
-            if kind == "calibration":
-                continue
             count += 1
             of = schemas[kind] if isinstance(name, pathlib.Path) else lenient(schemas[kind])
             wrong += [f"{name}: {fault}" for fault in faults(text, of)]
-        for text in MISTAKES:
+        for kind, text in [(kind, text) for kind, texts in MISTAKES.items() for text in texts]:
             count += 1
-            found = faults(text, schemas["scene"])
+            found = faults(text, schemas[kind])
             expected = bool(Draft202012Validator) + bool(taplo)
             if len({fault.split(":")[0] for fault in found}) < expected:
                 wrong.append(f"not every validator refuses: {text!r}")

@@ -1,6 +1,6 @@
 //! What the solver would build of a scene, with which step and at what cost.
 
-use crate::gate::lengths::height;
+use crate::gate::{lengths::height, reach};
 use crate::model::Model;
 use crate::net_contact;
 use crate::solver::DemSolver;
@@ -13,6 +13,7 @@ use dem_contact::settings::{
 use dem_terrain::Terrain;
 use interface_defs::InterfaceMesh;
 use interface_defs::diagnostic::{Diagnostic, code};
+use nalgebra::Vector3;
 use serde::Serialize;
 use std::time::Duration;
 use toolkit::check::CheckReport;
@@ -104,6 +105,10 @@ pub fn check_with(
     ];
     report.numbers.extend(numbers.map(|(name, value): (&str, f64)| (name.to_owned(), value)));
     report.numbers.extend(net_contact::numbers(model));
+    let nodes =
+        net.map(|net| net.coordinates.chunks_exact(3).map(|x| Vector3::from_column_slice(x) - model.origin));
+    let arrival = nodes.and_then(|nodes| reach::arrival(model, nodes));
+    report.numbers.extend(arrival.map(|time| ("arrival_s".to_owned(), time)));
     let dem = &model.settings.dem;
     let dem = if model.settings.contacts.is_empty() { dem.clone() } else { dem.filled_in() };
     report.resolved = resolved(&model.settings, dem);

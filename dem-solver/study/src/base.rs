@@ -96,7 +96,12 @@ impl Base {
     /// [`crate::gate::read`] checks it and knows its fingerprint.
     pub(super) fn new(file: &Scene, shortcuts: bool, clusters: &[PathBuf]) -> Result<Self, Diagnostic> {
         let study = StudySettings::of(file)?;
-        let scene = Scene::load(&file.resolve(&study.scene), &[])?;
+        let path = file.resolve(&study.scene);
+        if path.canonicalize().ok() == file.path().canonicalize().ok() {
+            let cure = "name the scene of one fall, with [[rock]], [terrain] and [[contact]]";
+            return file.refuse("scene", "the study names itself", cure);
+        }
+        let scene = Scene::load(&path, &[])?;
         check_scene(&scene, file)?;
         let limits = Limits::of(&scene)?;
         let mut document = scene.document()?;
@@ -300,6 +305,12 @@ fn guess([x, y]: Point, [low, high]: [Vector3<f64>; 2]) -> String {
         format!("the terrain lies from ({:.1}, {:.1}) to ({:.1}, {:.1})", low.x, low.y, high.x, high.y);
     match () {
         () if within(y, x) => format!("{terrain}; x and y may be exchanged"),
+        () if low.x > 1e3
+            && within(low.x + x, low.y + y)
+            && (x > 180.0 || y > 90.0 || x.fract() + y.fract() == 0.0) =>
+        {
+            format!("{terrain}; it may count from the terrain's corner: ({}, {})", low.x + x, low.y + y)
+        }
         () if x.abs() <= 180.0 && y.abs() <= 90.0 && low.x.abs() > 1e3 => {
             format!("{terrain}; it may be in degrees of longitude and latitude")
         }

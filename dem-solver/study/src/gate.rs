@@ -16,7 +16,7 @@ use nalgebra::Vector3;
 use std::collections::BTreeSet;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::PathBuf;
-use toolkit::numbers::{four, percent};
+use toolkit::numbers::four;
 use toolkit::ranges::{Gate, refused};
 use toolkit::scene::Scene;
 
@@ -60,11 +60,12 @@ fn check(base: &Base, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
         }
         said.extend(of_line(base, at, file));
     }
+    said.extend(base.study.variants().into_iter().filter_map(|at| of_slope(base, at, file)));
     said.extend(of_heights(base, file)?);
     said.extend(of_cells(base, file)?);
-    said.extend(of_whole_metres(base));
     said.extend(of_system(base, file)?);
     said.extend(of_rates(base, file));
+    said.extend(of_many(base, file));
     Ok(said)
 }
 
@@ -239,12 +240,58 @@ fn of_line(base: &Base, at: usize, file: &Scene) -> Option<Diagnostic> {
     let places = (0..PIECES).map(|k| plan::along(line, (f64::from(k) + 0.5) / f64::from(PIECES)));
     let beside = places.filter(|place| base.ground.ground_at(*place).is_none()).count();
     let length = plan::length(line);
+    let heights = |points: &[[f64; 2]]| {
+        let all = points.iter().filter_map(|place| base.ground.ground_at(*place));
+        all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], z| [low.min(z), high.max(z)])
+    };
+    let [lowest, _] = heights(
+        &(0..=PIECES).map(|k| plan::along(line, f64::from(k) / f64::from(PIECES))).collect::<Vec<_>>(),
+    );
+    let corners = base.study.releases.iter().flat_map(|release| release.place().corners);
+    let [_, highest] = heights(&corners.map(|corner| base.local(corner)).collect::<Vec<_>>());
+    if lowest > highest {
+        let what = format!(
+            "all of the line `{name}` lies higher than every corner of the releases: no rock will pass it"
+        );
+        let cure = "is it the other way round, or are x and y exchanged?";
+        return Some(warning(file, &format!("line.{at}.points"), what).coded(code::PLACE).try_instead(cure));
+    }
     (beside > 0).then(|| {
         let (lost, all) = (four(length * beside as f64 / f64::from(PIECES)), four(length));
         let what = format!(
             "{lost} m of {all} m of the line `{name}` lie beyond the terrain or over holes in it: what passes there is not counted"
         );
         warning(file, &format!("line.{at}.points"), what).coded(code::PLACE)
+    })
+}
+
+/// Slopes from which on it matters that rocks start up them.
+const STEEP: f64 = 0.3;
+
+/// Rocks of a release that all start up the slope, as far as the ground in the middle of its corners says.
+fn of_slope(base: &Base, release: usize, file: &Scene) -> Option<Diagnostic> {
+    let azimuth = base.study.variables[release].iter().find(|v| v.quantity == Quantity::Azimuth)?;
+    let [low, high] = azimuth.distribution.range()?;
+    let corners = base.study.releases[release].place().corners;
+    let mean = |axis: usize| corners.iter().map(|c| c[axis]).sum::<f64>() / corners.len() as f64;
+    let [x, y] = base.local(&[mean(0), mean(1)]);
+    let reach = 0.02 * (base.ground.highest - base.ground.lowest).xy().max();
+    let rise = |dx: f64, dy: f64| {
+        let at = |sign: f64| base.ground.ground_at([x + sign * dx, y + sign * dy]);
+        Some((at(1.0)? - at(-1.0)?) / (2.0 * reach))
+    };
+    let (east, north) = (rise(reach, 0.0)?, rise(0.0, reach)?);
+    let up = |angle: f64| east * angle.to_radians().sin() + north * angle.to_radians().cos() > 0.0;
+    let all = (0..=8).all(|k| up(low + f64::from(k) / 8.0 * (high - low)));
+    (all && east.hypot(north) > STEEP && high - low < 360.0).then(|| {
+        let down = four((-east).atan2(-north).to_degrees().rem_euclid(360.0).round());
+        let what = format!(
+            "azimuth from {} to {}: all rocks of `{}` start up the slope, which falls towards {down} degrees",
+            four(low),
+            four(high),
+            base.study.releases[release].name
+        );
+        warning(file, &azimuth.key, what).try_instead("it counts clockwise from north: 90 is east")
     })
 }
 
@@ -292,33 +339,6 @@ fn of_cells(base: &Base, file: &Scene) -> Result<Option<Diagnostic>, Diagnostic>
     Ok((size.x.max(size.y) < CELLS * cell).then(|| warning(file, "maps.cell", what).try_instead(cure)))
 }
 
-/// Nodes of a terrain, and share of its triangles that are level and that are not, from which on whole metres are steps.
-const STEPS: (usize, f64) = (1000, 0.1);
-
-/// A terrain whose heights were rounded to metres: steps that it does not have.
-fn of_whole_metres(base: &Base) -> Option<Diagnostic> {
-    let ground = &base.ground;
-    let is_whole = |z: f64| (z + ground.origin.z - (z + ground.origin.z).round()).abs() < 1e-6;
-    if ground.nodes.len() < STEPS.0 || !ground.nodes.iter().all(|node| is_whole(node.z)) {
-        return None;
-    }
-    let all = ground.triangles.len();
-    let is_level = |t: &usize| {
-        let [a, b, c] = ground.corners(*t as u32);
-        a.z == b.z && b.z == c.z
-    };
-    let level = (0..all).filter(is_level).count() as f64 / all as f64;
-    (STEPS.1..1.0 - STEPS.1).contains(&level).then(|| {
-        let what = format!(
-            "all {} heights of the terrain are whole metres, and {} of its triangles are level: it has steps that the ground has not",
-            ground.nodes.len(),
-            percent(level)
-        );
-        let cure = "take a terrain whose heights have decimals";
-        base.scene.placed(Diagnostic::warning(code::UNUSUAL_VALUE, what).about("terrain.file").try_instead(cure))
-    })
-}
-
 /// Members that count alike in shares and quantiles, and do not stand for as many blocks a year.
 fn of_rates(base: &Base, file: &Scene) -> Option<Diagnostic> {
     let [few, many] = base.study.unequal()?;
@@ -328,6 +348,46 @@ fn of_rates(base: &Base, file: &Scene) -> Option<Diagnostic> {
     );
     let cure = "for these make count proportional to blocks_per_year";
     Some(warning(file, "release.0.blocks_per_year", what).try_instead(cure))
+}
+
+/// More blocks a year than any cliff drops.
+const MANY: f64 = 1e4;
+
+/// Rates that no cliff has.
+fn of_many(base: &Base, file: &Scene) -> Vec<Diagnostic> {
+    let rates = base.study.releases.iter().enumerate().filter_map(|(at, r)| Some((at, r.blocks_per_year?)));
+    let many = rates.filter(|(_, rate)| *rate > MANY).map(|(at, rate)| {
+        let what = format!("{} blocks a year are {} a day", four(rate), four(rate / 365.25));
+        let cure = "one block in 50 years is 0.02";
+        warning(file, &format!("release.{at}.blocks_per_year"), what).try_instead(cure)
+    });
+    many.collect()
+}
+
+/// Systems that are often taken for each other: codes from, to, and from where to where their coordinates reach [m].
+const REACH: [([u32; 2], [f64; 4]); 6] = [
+    ([2056, 2056], [2.48e6, 2.84e6, 1.07e6, 1.3e6]),
+    ([21781, 21781], [4.8e5, 8.4e5, 7e4, 3e5]),
+    ([25828, 25838], [1e5, 9e5, 0.0, 9.4e6]),
+    ([32601, 32660], [1e5, 9e5, 0.0, 9.4e6]),
+    ([31257, 31259], [1e5, 9e5, 5.1e6, 5.5e6]),
+    ([31254, 31256], [-2.5e5, 2.5e5, 5.1e6, 5.5e6]),
+];
+
+/// A code in whose area the terrain's coordinates do not lie.
+fn of_reach(base: &Base, epsg: u32, file: &Scene) -> Option<Diagnostic> {
+    let (_, [west, east, south, north]) =
+        REACH.iter().find(|([from, to], _)| (*from..=*to).contains(&epsg))?;
+    let ground = &base.ground;
+    let [low, high] = [ground.lowest, ground.highest].map(|corner| corner + ground.origin);
+    let within = low.x >= *west && high.x <= *east && low.y >= *south && high.y <= *north;
+    (!within).then(|| {
+        let what = format!(
+            "EPSG:{epsg} reaches from ({west}, {south}) to ({east}, {north}), and the terrain from ({:.0}, {:.0}) to ({:.0}, {:.0})",
+            low.x, low.y, high.x, high.y
+        );
+        warning(file, "maps.epsg", what).coded(code::PLACE).try_instead("write the code that the terrain is in")
+    })
 }
 
 /// Codes of coordinate systems in a GeoTIFF.
@@ -354,11 +414,11 @@ fn of_system(base: &Base, file: &Scene) -> Result<Option<Diagnostic>, Diagnostic
         return refuse(what, "write the code of the system that the terrain is in, as 2056 in Switzerland");
     }
     let own = base.system().map(u32::from).filter(|own| *own != epsg);
-    Ok(own.map(|own| {
+    Ok(of_reach(base, epsg, file).or_else(|| own.map(|own| {
         let what = format!(
             "epsg = {epsg}, and the terrain's file says EPSG:{own}: maps keep the terrain's coordinates and are called EPSG:{epsg}"
         );
         let cure = format!("leave epsg out to call them EPSG:{own}");
         warning(file, "maps.epsg", what).coded(code::CONTRADICTION).try_instead(cure)
-    }))
+    })))
 }

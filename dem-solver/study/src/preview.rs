@@ -5,7 +5,7 @@ use super::settings::{Place, Variable};
 use dem_rocks::DemSolver;
 use dem_rocks::trial::Trial;
 use dem_solid::geometry::plan;
-use interface_defs::diagnostic::Diagnostic;
+use interface_defs::diagnostic::{Diagnostic, code};
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::time::Duration;
@@ -51,7 +51,16 @@ impl<'a> Preview<'a> {
         let cut = trials.iter().filter(|trial| !trial.ended).count();
         let cost = Cost { tried: trials.len(), cut, each: each / trials.len() as f64 };
         let warnings = base.warnings.iter().map(|warning| base.scene.placed(warning.clone())).collect();
-        Ok(Self { base, file, threads, cost, warnings })
+        let mut preview = Self { base, file, threads, cost, warnings };
+        let days = preview.whole() / 86_400.0;
+        if days > 1.0 {
+            let what =
+                format!("the study would take some {} days of wall time on this machine", four(days.round()));
+            let cure = "fewer members show first what matters; `--chunks` divides the study between machines";
+            let found = Diagnostic::warning(code::SIZE, what).about("release.0.count").try_instead(cure);
+            preview.warnings.push(file.placed(found));
+        }
+        Ok(preview)
     }
 
     /// Wall time of all members [s].

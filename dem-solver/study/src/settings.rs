@@ -241,6 +241,12 @@ impl StudySettings {
             release.read(&format!("release.{at}"), study)?;
             check_release(at, release, study)?;
         }
+        for (at, release) in releases.iter().enumerate() {
+            if releases[..at].iter().any(|other| other.name == release.name) {
+                let what = format!("two releases are named `{}`", release.name);
+                return study.refuse(&format!("release.{at}.name"), what, "give each a name of its own");
+            }
+        }
         let (all, turned) = variables(study)?;
         let own = releases.iter().enumerate();
         let own =
@@ -249,7 +255,7 @@ impl StudySettings {
         let most_failed: f64 = study.read("most_failed")?.unwrap_or(0.01);
         if !(0.0..=1.0).contains(&most_failed) {
             let what = format!("most_failed = {most_failed}: it is a share, from 0 to 1");
-            return Err(study.invalid("most_failed", what));
+            return study.refuse("most_failed", what, "5 % is 0.05");
         }
         study.read::<bool>(REPORT)?;
         let sampling = study.read("sampling")?.unwrap_or_default();
@@ -413,6 +419,12 @@ fn lines(study: &Scene) -> Result<Vec<ScreenLine>, Diagnostic> {
         if plan::length(&line.points) <= 0.0 {
             let (key, cure) = (format!("line.{at}.points"), "points = [[x, y], [x, y]]");
             return study.refuse(&key, "a line without length", cure);
+        }
+        let sides: Vec<[[f64; 2]; 2]> = line.points.windows(2).map(|ends| [ends[0], ends[1]]).collect();
+        let meets = |k: usize| sides[..k.saturating_sub(1)].iter().any(|side| plan::cross(side, &sides[k]));
+        if (0..sides.len()).any(meets) {
+            let cure = "list its points in order along it, or make two lines of it";
+            return study.refuse(&format!("line.{at}.points"), "the line crosses itself", cure);
         }
         let name = line.name.clone();
         if name.ends_with(BEHIND) {

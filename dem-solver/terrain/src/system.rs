@@ -16,7 +16,10 @@ const GEOCENTRIC: u16 = 3;
 const GEOGRAPHIC_TYPE: u16 = 2048;
 /// Geo key of the code of a projected system.
 pub const PROJECTED_TYPE: u16 = 3072;
+/// Code of the system of maps in browsers.
+const WEB_MERCATOR: u16 = 3857;
 const LINEAR_UNITS: u16 = 3076;
+const VERTICAL_TYPE: u16 = 4096;
 const VERTICAL_UNITS: u16 = 4099;
 /// Value of a key that a file defines itself.
 pub const USER_DEFINED: u16 = 32_767;
@@ -31,6 +34,9 @@ const UNITS: [(u16, &str, f64); 5] = [
     (9036, "kilometres", 1000.0),
     (9093, "miles", 1609.344),
 ];
+
+/// Codes of systems of heights in feet, and which of the units these are: NAVD88 (ft), NGVD29 and NAVD88 (ftUS).
+const HEIGHTS_IN_FEET: [(u16, usize); 3] = [(8228, 0), (5702, 1), (6360, 1)];
 
 /// What to do about coordinates in degrees.
 const PROJECT: &str = "project it to metres, as with gdalwarp -t_srs EPSG:CODE IN OUT (EPSG:2056 in Switzerland, EPSG:326NN for UTM zone NN)";
@@ -74,6 +80,14 @@ pub fn geo_keys(directory: &[u16], text: &str) -> Result<(), ReadError> {
         if let Some(found) = of(key).and_then(|c| UNITS.iter().find(|(epsg, ..)| *epsg == c)) {
             return Err(unit(what, *found));
         }
+    }
+    if of(PROJECTED_TYPE) == Some(WEB_MERCATOR) {
+        let what =
+            "EPSG:3857 (Web Mercator) stretches lengths, at 46 degrees by 1.44, and a scene is in metres";
+        return Err(ReadError::new(what).try_instead(PROJECT));
+    }
+    if let Some((_, feet)) = HEIGHTS_IN_FEET.iter().find(|(code, _)| of(VERTICAL_TYPE) == Some(*code)) {
+        return Err(unit("heights", UNITS[*feet]));
     }
     // A code alone does not say its unit; its name mostly does.
     if of(LINEAR_UNITS).is_none()
@@ -176,6 +190,8 @@ mod tests {
         found(&[(1024, 3)], "", "geocentric");
         found(&[(1024, 1), (3076, 9003)], "", "coordinates are in US survey feet of 0.3048006 m");
         found(&[(1024, 1), (3076, 9001), (4099, 9002)], "", "heights are in feet of 0.3048000 m");
+        found(&[(1024, 1), (3072, 3857)], "", "stretches lengths");
+        found(&[(1024, 1), (3072, 26910), (4096, 6360)], "", "heights are in US survey feet");
         found(&[(1024, 1), (3072, 2227)], "NAD83 / California zone 3 (ftUS)|", "US survey feet");
     }
 

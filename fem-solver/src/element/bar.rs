@@ -39,6 +39,9 @@ pub struct Bar {
     pub rupture: Rupture,
 }
 
+/// Mass of a brake from which on something is said [kg].
+const HEAVIEST_BRAKE: f64 = 500.0;
+
 impl Bar {
     /// Where its nodes are displaced by `u`, and its strain or elongation there.
     fn segment(&self, u: &[f64]) -> (Segment, f64) {
@@ -329,7 +332,13 @@ impl PartSettings for BrakePart {
                 return Err(at.too_long(name, value, "the whole structure has an extent of", at.extent));
             }
         }
-        self.judge_curve(at)
+        let mut warnings = self.judge_curve(at)?;
+        if self.mass > HEAVIEST_BRAKE {
+            let what = format!("a brake of {} kg: those of barriers have 5 to 50 kg", self.mass);
+            let about = Diagnostic::warning(code::UNUSUAL_VALUE, what).about(format!("{}.mass", at.key.key));
+            warnings.push(about.try_instead("it is written in kg"));
+        }
+        Ok(warnings)
     }
 }
 

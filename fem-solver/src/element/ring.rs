@@ -320,6 +320,10 @@ part! {
     }
 }
 
+/// Largest mass of a ring [kg], and least stiffness of its perimeter [N/m], of which nothing is said.
+const HEAVIEST: f64 = 100.0;
+const SOFTEST: f64 = 1e5;
+
 fn unloading() -> [f64; 2] {
     [3.0, 100.0]
 }
@@ -355,7 +359,19 @@ impl PartSettings for RingPart {
     }
 
     fn judge(&self, at: &Surroundings) -> Result<Vec<Diagnostic>, Diagnostic> {
-        judge_diameter(self.diameter, at)
+        let mut warnings = judge_diameter(self.diameter, at)?;
+        for (name, value, [least, most], cure) in [
+            ("mass", self.mass, [0.0, HEAVIEST], "it is written in kg, that of each ring"),
+            ("perimeter_stiffness", self.perimeter_stiffness, [SOFTEST, f64::INFINITY], "8000 kN/m is 8e6"),
+        ] {
+            if !(least..=most).contains(&value) {
+                let what = format!("a {name} of {value} is that of no ring net");
+                let about =
+                    Diagnostic::warning(code::LIKELY_UNIT, what).about(format!("{}.{name}", at.key.key));
+                warnings.push(about.try_instead(cure));
+            }
+        }
+        Ok(warnings)
     }
 }
 

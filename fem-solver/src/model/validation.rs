@@ -403,6 +403,7 @@ fn judge_parts(at: &mut Judge) -> Result<(), Diagnostic> {
         let pulled = || pulled(config, model, i);
         warnings.extend(part.judge(&Surroundings { key: &key, extent, size, pulled: &pulled })?);
         warnings.extend(weak_axis(config, model, i));
+        warnings.extend(late_brake(config, model, i));
     }
     check_rope_ends(scene, config, model)
 }
@@ -429,6 +430,32 @@ fn weak_axis(config: &Config, model: &Model, part: usize) -> Option<Diagnostic> 
         format!("`{name}` stand with the weak axis of their section against what comes across the barrier");
     let hint = format!("turn the web there with up = [{:?}, {:?}, 0.0]", up[0], up[1]);
     weak.then(|| warning(code::UNUSUAL_VALUE, key, what, &hint))
+}
+
+/// What is to be said of brakes that give way only under more than the weakest rope at them bears.
+fn late_brake(config: &Config, model: &Model, part: usize) -> Option<Diagnostic> {
+    let own = |element: &usize| match &model.elements[*element] {
+        AnyElement::Bar(bar) if bar.is_brake() => Some((bar.law.hardening.first()?.1, bar.nodes)),
+        _ => None,
+    };
+    let brakes: Vec<_> = model.parts[part].elements.iter().filter_map(own).collect();
+    let first = brakes.first()?.0;
+    let breaks = |element: &usize| match &model.elements[*element] {
+        AnyElement::Bar(rope) if !rope.is_brake() => Some((rope.rupture.force, &rope.nodes[..])),
+        AnyElement::SlidingCable(rope) => Some((rope.rupture.force, &rope.nodes[..])),
+        _ => None,
+    };
+    let is_at = |nodes: &[usize]| nodes.iter().any(|node| brakes.iter().any(|(_, ends)| ends.contains(node)));
+    let (rope, force) = config.structure.parts.iter().zip(&model.parts).find_map(|(part, built)| {
+        let weak =
+            built.elements.iter().filter_map(breaks).find(|(force, nodes)| *force <= first && is_at(nodes));
+        weak.map(|(force, _)| (part.head().name, force))
+    })?;
+    let what = format!(
+        "the brakes give way under {first} N, and `{rope}`, at which they are, breaks under {force:.4e} N"
+    );
+    let hint = "rows are [elongation in m, force in N]: a brake has less force than its rope bears";
+    Some(warning(code::UNUSUAL_VALUE, format!("structure.parts.{part}.curve"), what, hint))
 }
 
 /// Refuse brakes that run into the next point of their rope before they come to their own stop.

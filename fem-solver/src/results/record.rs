@@ -124,6 +124,10 @@ impl Recorder {
                 let hint = "its columns in history.csv begin with it, as name = \"middle_2\"";
                 return refuse(scene, &format!("{key}.name"), what, hint);
             }
+            if !name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-') {
+                let what = format!("`{name}` cannot begin a column: letters, digits, `_` and `-` can");
+                return refuse(scene, &format!("{key}.name"), what, "middle_2 can");
+            }
             let of_heights = [
                 ("above", gauge.above.is_some()),
                 ("posts", gauge.posts.is_some()),

@@ -8,7 +8,7 @@ use super::layout::{Layout, table_at};
 use super::vary::Variation;
 use crate::children::Events;
 use crate::ground::Scratch;
-use crate::prepared::Prepared;
+use crate::prepared::{self, Prepared};
 use crate::stop::{Stop, write};
 use interface_defs::diagnostic::{Diagnostic, Place, code};
 use std::path::{Path, PathBuf};
@@ -34,6 +34,8 @@ const ERROR: f64 = 0.02;
 const CLASS_1: f64 = 250e3;
 /// Energies of the largest launches of the classes from 0 on [J].
 const CLASSES: [f64; 8] = [100e3, 250e3, 500e3, 1e6, 1.5e6, 2e6, 3e6, 4.5e6];
+/// Less energy than that of any launch [J].
+const LEAST: f64 = 5e3;
 /// Least displacement of the block in a launch when nothing stops it [m].
 const SHORTEST: f64 = 1.0;
 /// Name of the block in the scenes.
@@ -70,13 +72,21 @@ pub struct Kit {
 impl Kit {
     /// What the command line asks for. Nothing has been started where it is refused.
     pub fn read(arguments: &Arguments) -> Result<Self, Stop> {
-        let (own, about) = Scene::load_kit(&arguments.kit)?;
+        let refused = |e: Diagnostic| prepared::no_kit(&arguments.kit).unwrap_or_else(|| e.into());
+        let (own, about) = Scene::load_kit(&arguments.kit).map_err(refused)?;
         let Arguments { energy, sel, speed, density, time, .. } = *arguments;
         let Some(mel) = energy.map(|energy| 1e3 * energy).or(about.energy) else {
             let what = "the energy of the largest launch is not known";
             let cure = "add --energy KJ, or energy = 1e6 [J] to [kit]";
             return Err(own.invalid("kit", what).try_instead(cure).into());
         };
+        if mel < LEAST {
+            let what = format!(
+                "an energy of {mel} J for the largest launch: barriers are tested with {LEAST} J and more"
+            );
+            let cure = "--energy is in kJ, `energy` of [kit] in J: 1000 kJ is energy = 1e6";
+            return Err(own.invalid("kit.energy", what).try_instead(cure).into());
+        }
         let least = sel.map(|energy| 1e3 * energy).or((mel >= CLASS_1).then_some(mel / 3.0));
         // A longer path takes longer; 0.6 s are twice the braking time at 1 000 kJ.
         let length = time.unwrap_or_else(|| (6.0 * (mel / 1e6).cbrt().max(1.0)).ceil() / 10.0);
@@ -278,7 +288,7 @@ impl<'a> Test<'a> {
             |doubt: &Diagnostic| doubt.key.as_deref().is_some_and(|key| key.starts_with("structure"));
         let doubts = prepared.doubts()?.into_iter().filter(of_kit);
         test.warnings = doubts.map(|doubt| kit.own.placed(doubt)).collect();
-        test.cost = prepared.numbers.expected_cost();
+        test.cost = prepared.numbers.of_steps();
         Ok(test)
     }
 

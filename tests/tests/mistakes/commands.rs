@@ -4,7 +4,7 @@ use crate::scenes::{self, NET};
 use std::process::Command;
 use tests::Bench;
 
-/// Arguments, and words of the message. Beside them lie `scene.toml`, `boulder.stl`, `open.stl` and the file `results`.
+/// Arguments, and words of the message. Beside them lie `scene.toml`, `one.toml`, the study `site.toml` of it, `boulder.stl`, `open.stl` and the file `results`.
 const COMMANDS: &[(&[&str], &[&str])] = &[
     (&["check"], &["<SCENE>", "rockfall check"]),
     (&["scene.toml"], &["the command is missing", "rockfall run scene.toml"]),
@@ -41,6 +41,47 @@ const COMMANDS: &[(&[&str], &[&str])] = &[
     (&["cluster", "bolder.stl", "--spheres", "10", "-o", "a.xyzr"], &["no such file", "boulder.stl"]),
     (&["cluster", "open.stl", "--spheres", "10", "-o", "a.xyzr"], &["the surface is open", "--close-holes"]),
     (&["cluster", "boulder.stl", "--spheres", "0", "-o", "a.xyzr"], &["'0' for '--spheres <N>'"]),
+    (&["check", "scene.toml", "--resolved", "held"], &["--resolved held", "no regular file", "full.toml"]),
+    (&["check", "scene.toml", "--resolved", "no/s.toml"], &["no/s.toml", "cannot be written"]),
+    (
+        &["run", "scene.toml", "--out", "/proc/rockfall"],
+        &["/proc/rockfall", "no results can be written here"],
+    ),
+    (&["check", "scene.toml", "--set", "rock=3"], &["--set rock=3", "expected an array"]),
+    (&["check", "scene.toml", "--set", "rock.0=3"], &["--set rock.0=3", "expected a table"]),
+    (&["check", "scene.toml", "--set", "=3"], &["no path of keys", "write KEY=VALUE"]),
+    (
+        &["check", "site.toml", "--set", "release.0.count=many"],
+        &["--set release.0.count=many", "whole number"],
+    ),
+    (&["check", "site.toml", "--set", "maps=3"], &["--set maps=3", "expected a table"]),
+    (&["check", "scene.toml", "--format", "yaml"], &["'yaml' for '--format <FORM>'", "text, json"]),
+    (&["run", "site.toml"], &["this is a study, not a scene", "rockfall ensemble site.toml"]),
+    (&["trade", "site.toml"], &["this is a study, not a scene", "rockfall ensemble site.toml"]),
+    (&["calibrate", "site.toml"], &["this is a study", "rockfall ensemble"]),
+    (&["approve", "site.toml"], &["this is a study, not a kit", "rockfall ensemble site.toml"]),
+    (&["approve", "scene.toml"], &["this is a scene, not a kit", "rockfall run scene.toml"]),
+    (
+        &["ensemble", "site.toml", "--members", "1..500"],
+        &["--members: 1..500", "members of this study are 1..20"],
+    ),
+    (
+        &["ensemble", "site.toml", "--members", "10..5"],
+        &["--members: 10..5", "members of this study are 1..20"],
+    ),
+    (
+        &["ensemble", "site.toml", "--scene-of", "500"],
+        &["--scene-of: 500", "members of this study are 1..20"],
+    ),
+    (&["ensemble", "site.toml", "--threads", "0"], &["'0' for '--threads <N>'"]),
+    (&["ensemble", "site.toml", "--until", "energy:0.1"], &["write a measure and a share of it"]),
+    (&["export", "scene.toml"], &["--to <FILE>", "Usage"]),
+    (&["export", "scene.toml", "--to", "a.xyz"], &["what kind of file to write", "known are .msh"]),
+    (&["export", "one.toml", "--to", "a.inp"], &["no table [structure]", "write [structure]"]),
+    (&["report", "none"], &["none: there is no summary.json"]),
+    (&["status", "none"], &["none: there is no such directory"]),
+    (&["verify", "none"], &["none: there is no such directory"]),
+    (&["schema", "--kit", "--study"], &["cannot be used with", "Usage"]),
     (
         &["cluster", "boulder.stl", "--spheres", "10", "-o", "no/a.xyzr"],
         &["no file can be written", "no/a.xyzr"],
@@ -56,6 +97,9 @@ fn a_command_line_that_no_one_can_mean_is_refused_and_changes_nothing() {
     write("open.stl", scenes::boulder(1.0, 2));
     write("results", "mine\n".into());
     write("falls.toml", "scene = \"fall.toml\"\n[[release]]\npoints = [[0.0, 0.0]]\n".into());
+    write("site.toml", scenes::STUDY.replace("fall.toml", "one.toml"));
+    write("one.toml", scenes::SLOPE.into());
+    write("valley.asc", scenes::valley());
     std::fs::create_dir(bench.path("held")).expect("made");
     write("held/summary.json", "{}".into());
     let listed = || {

@@ -188,11 +188,6 @@ fn surfaces() -> Vec<Mistake> {
             ["scene.toml:6:9", "the file ends with it: cut off?", "Save it anew"],
         ),
         rock(
-            ("rock inside out", &of("")),
-            ("boulder.stl", scenes::boulder(-1.0, 0)),
-            ["scene.toml:6:9", "the surface is inside out", "reverse the order"],
-        ),
-        rock(
             ("piece that is not there", &of(", piece = 3")),
             ("boulder.stl", whole),
             ["scene.toml:6:9", "there is no piece 3", "counted from 1"],

@@ -28,14 +28,67 @@ fn rocky(how: &str) -> String {
 
 /// Another file in the place of `valley.asc`, `net.msh`, or a shape or cluster from a file.
 pub fn of_files() -> Vec<Mistake> {
-    let files = [terrains(), coordinates(), rocks(), clusters(), nets()].into_iter().flatten();
+    let files = [terrains(), images(), coordinates(), rocks(), clusters(), nets()].into_iter().flatten();
     let refused = files.map(|(what, scene, name, content, [place, cause, cure])| {
         let mut all = beside(if scene.contains(VALLEY) { SLOPE } else { "" });
         all.retain(|(other, _)| *other != name);
         all.push((name, content));
         Mistake { what, scene, files: all, set: None, refused: true, place, cause, cure }
     });
+    let heights = |what, heights: String, cause, cure| Mistake {
+        what,
+        scene: at(SURVEY),
+        files: vec![("valley.asc", heights.into())],
+        place: "scene.toml:9:8",
+        cause,
+        cure,
+        ..Mistake::default()
+    };
+    let gentle =
+        |show: fn(f64) -> String| scenes::grid(2.0, scenes::corner(), move |z| show(0.2 * (z - 1195.0)));
     let warned = [
+        heights(
+            "heights in whole metres",
+            gentle(|z| format!("{:.0}", 1195.0 + z)),
+            "are whole metres",
+            "whose heights have decimals",
+        ),
+        heights(
+            "hillshade for the terrain",
+            gentle(|z| format!("{:.0}", 150.0 + z)),
+            "whole numbers from 0 to 255",
+            "in metres, with decimals",
+        ),
+        heights(
+            "heights all equal",
+            gentle(|_| "1195".into()),
+            "heights of the terrain are 1195 m",
+            "hold heights?",
+        ),
+        heights(
+            "one height that is an error",
+            scenes::valley().replacen("1179.7", "1779.7", 1),
+            "from all around it",
+            "an error of the survey",
+        ),
+        Mistake {
+            scene: at("[2683250.0, 1248000.0, 1202.0]"),
+            ..heights(
+                "terrain model of 50 m",
+                scenes::grid(50.0, scenes::corner(), |z| format!("{z:.3}")),
+                "50 m wide",
+                "0.5 to 5 m cells",
+            )
+        },
+        Mistake {
+            what: "rock inside out",
+            scene: rocky(SURFACE),
+            files: vec![beside(SLOPE).remove(0), ("boulder.stl", scenes::boulder(-1.0, 0).into())],
+            place: "scene.toml:3:1",
+            cause: "inside out",
+            cure: "turned to face outwards",
+            ..Mistake::default()
+        },
         Mistake {
             what: "cluster with diameters for radii",
             scene: rocky(CLUSTER),
@@ -119,6 +172,54 @@ fn terrains() -> Vec<File> {
             "valley.asc",
             scenes::valley().replace('.', ",").into(),
             ["valley.asc:7", "is no height", "a decimal comma?"],
+        ),
+    ]
+}
+
+/// Rasters that are no heights in metres along x and y.
+fn images() -> Vec<File> {
+    let of = |what, file: Vec<u8>, cause, cure| {
+        (what, named("valley.tif"), "valley.tif", file, ["valley.tif", cause, cure])
+    };
+    let plane = [[1024, 1], [3072, 2056]];
+    vec![
+        of(
+            "compressed by ZSTD",
+            scenes::tif(50000, 1, false, &plane),
+            "ZSTD",
+            "gdal_translate -ot Float32 -co COMPRESS=DEFLATE",
+        ),
+        of(
+            "compressed by LERC",
+            scenes::tif(34887, 1, false, &plane),
+            "unsupported",
+            "gdal_translate -ot Float32 -co COMPRESS=DEFLATE",
+        ),
+        of("colour picture", scenes::tif(1, 3, false, &plane), "one band of heights", "gdal_translate -b 1"),
+        of("raster that is turned", scenes::tif(1, 1, true, &plane), "turned against x and y", "gdalwarp"),
+        of(
+            "raster in degrees",
+            scenes::tif(1, 1, false, &[[1024, 2], [2048, 4326]]),
+            "degrees (geographic, EPSG:4326)",
+            "gdalwarp",
+        ),
+        of(
+            "map of a browser",
+            scenes::tif(1, 1, false, &[[1024, 1], [3072, 3857]]),
+            "stretches lengths",
+            "gdalwarp",
+        ),
+        of(
+            "heights in feet by their unit",
+            scenes::tif(1, 1, false, &[plane[0], plane[1], [4099, 9002]]),
+            "heights are in feet",
+            "gdal_calc.py",
+        ),
+        of(
+            "heights in feet by their code",
+            scenes::tif(1, 1, false, &[plane[0], plane[1], [4096, 6360]]),
+            "in US survey feet",
+            "gdal_calc.py",
         ),
     ]
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 /// All of them, by name.
-pub const ALL: [(&str, &str); 8] = [
+pub const ALL: [(&str, &str); 10] = [
     ("NET", NET),
     ("MESH", MESH),
     ("SLOPE", SLOPE),
@@ -12,6 +12,8 @@ pub const ALL: [(&str, &str); 8] = [
     ("FALL", FALL),
     ("BARRIER", BARRIER),
     ("RINGS", RINGS),
+    ("STUDY", STUDY),
+    ("KIT", KIT),
 ];
 
 /// A block above a generated net.
@@ -240,6 +242,30 @@ density = 2600.0
 shape = { type = "box", size = [0.5, 0.4, 0.3] }
 "#;
 
+/// Twenty blocks on the terrain; the scene of one, `fall.toml`, is [`SLOPE`].
+pub const STUDY: &str = r#"scene = "fall.toml"
+seed = 1
+[[release]]
+name = "cliff"
+polygon = [[2683004.0, 1247020.0], [2683012.0, 1247020.0], [2683012.0, 1247060.0], [2683004.0, 1247060.0]]
+height = 1.0
+count = 20
+[vary]
+volume = { lognormal = [0.3, 1.4] }
+orientation = "uniform"
+speed = { uniform = [0.0, 2.0] }
+azimuth = { normal = [90.0, 15.0] }
+[maps]
+cell = 2.0
+epsg = 2056
+[[line]]
+name = "road"
+points = [[2683070.0, 1247005.0], [2683070.0, 1247075.0]]
+"#;
+
+/// A kit.
+pub const KIT: &str = include_str!("../../../launch/kits/example-100.toml");
+
 /// Columns and rows of the terrain, its corner [m].
 const COUNTS: [usize; 2] = [60, 40];
 const CORNER: [f64; 2] = [2_683_000.0, 1_247_000.0];
@@ -261,6 +287,61 @@ pub fn grid(cell: f64, corner: [f64; 2], show: impl Fn(f64) -> String) -> String
         text += &(heights.join(" ") + "\n");
     }
     text
+}
+
+/// A GeoTIFF of the same heights in single precision, packed by `compression` (1: not at all), with so many bands, its place by pixel
+/// scale and tie point or turned, and geo keys.
+pub fn tif(compression: u16, bands: u16, turned: bool, geo_keys: &[[u16; 2]]) -> Vec<u8> {
+    let [columns, rows] = COUNTS;
+    let heights = (0..rows).flat_map(|row| (0..columns).map(move |column| height(column, row) as f32));
+    let data: Vec<u8> = heights.flat_map(|z| vec![z; bands.into()]).flat_map(f32::to_le_bytes).collect();
+    let shorts = |values: &[u16]| (3u16, values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<_>>());
+    let long = |value: usize| (4u16, (value as u32).to_le_bytes().to_vec());
+    let doubles = |values: &[f64]| (12u16, values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<_>>());
+    let north = CORNER[1] + 2.0 * rows as f64;
+    let mut keys = vec![1, 1, 0, geo_keys.len() as u16];
+    geo_keys.iter().for_each(|[key, value]| keys.extend([*key, 0, 1, *value]));
+    let mut tags = vec![
+        (256u16, long(columns)),
+        (257, long(rows)),
+        (258, shorts(&vec![32; bands.into()])),
+        (259, shorts(&[compression])),
+        (262, shorts(&[1])),
+        (273, long(8)),
+        (277, shorts(&[bands])),
+        (278, long(rows)),
+        (279, long(data.len())),
+        (339, shorts(&vec![3; bands.into()])),
+    ];
+    match turned {
+        false => {
+            tags.push((33550, doubles(&[2.0, 2.0, 0.0])));
+            tags.push((33922, doubles(&[0.0, 0.0, 0.0, CORNER[0], north, 0.0])));
+        }
+        true => {
+            let rows = [[1.9, 0.5, 0.0, CORNER[0]], [0.5, -1.9, 0.0, north], [0.0; 4], [0.0, 0.0, 0.0, 1.0]];
+            tags.push((34264, doubles(&rows.concat())));
+        }
+    }
+    tags.push((34735, shorts(&keys)));
+    // The image, what does not fit into the directory, the directory.
+    let mut file = [b"II*\0".to_vec(), vec![0; 4], data].concat();
+    let mut directory = (tags.len() as u16).to_le_bytes().to_vec();
+    for (tag, (kind, mut bytes)) in tags {
+        let count = bytes.len() / [0, 1, 1, 2, 4, 0, 0, 0, 0, 0, 0, 0, 8][usize::from(kind)];
+        if bytes.len() > 4 {
+            let at = file.len() as u32;
+            file.extend(bytes);
+            bytes = at.to_le_bytes().to_vec();
+        }
+        bytes.resize(4, 0);
+        directory.extend([tag.to_le_bytes(), kind.to_le_bytes()].concat());
+        directory.extend((count as u32).to_le_bytes());
+        directory.extend(bytes);
+    }
+    let at = file.len() as u32;
+    file[4..8].copy_from_slice(&at.to_le_bytes());
+    [file, directory, vec![0; 4]].concat()
 }
 
 /// The same, right in everything.

@@ -6,6 +6,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toolkit::scene::Scene;
 
+/// More steps in a contact than anything needs.
+const MOST_STEPS: f64 = 1e4;
+
 /// The time step of the contact solver, and how rocks rotate. The step is given, or follows from the duration of a contact.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -113,6 +116,8 @@ impl DemSettings {
         keys.refuse(!(1..=256).contains(&threads), "threads", what, "")?;
         let steps = self.steps_per_contact.unwrap_or(1.0);
         let what = format!("{steps} steps per contact: at least 1 is needed");
-        keys.refuse(steps < 1.0, "steps_per_contact", what, "")
+        keys.refuse(steps < 1.0, "steps_per_contact", what, "")?;
+        let what = format!("{steps} steps per contact: more than {MOST_STEPS} change nothing");
+        keys.refuse(steps > MOST_STEPS, "steps_per_contact", what, "20 to 50 are usual")
     }
 }

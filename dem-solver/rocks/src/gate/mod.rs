@@ -64,6 +64,7 @@ pub fn of_model(model: &Model, scene: &Scene) -> Judged {
     start::in_box(model, scene)?;
     if let Some(ground) = &model.ground {
         warnings.extend(place::below_all_land(ground));
+        warnings.extend(place::heights(ground));
         for at in 0..model.rocks.len() {
             start::on_terrain(model, ground, at, scene)?;
         }

@@ -5,7 +5,7 @@ use crate::model::Model;
 use dem_terrain::Terrain;
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::Vector3;
-use toolkit::numbers::four;
+use toolkit::numbers::{four, percent};
 
 /// Height above the terrain from which on something is said [m].
 const HIGH: f64 = 200.0;
@@ -89,6 +89,84 @@ pub fn below_all_land(ground: &Terrain) -> Option<Diagnostic> {
         );
         Diagnostic::warning(code::LIKELY_UNIT, what).about("terrain.file")
     })
+}
+
+/// Nodes of a terrain from which on its heights are judged as a whole; share of its triangles that are level and that are not, from
+/// which on whole metres are steps; edges of its triangles that are coarse, and how far a node alone may stand out [m].
+const NODES: usize = 1000;
+const STEPS: f64 = 0.1;
+const COARSE: f64 = 20.0;
+const ALONE: f64 = 100.0;
+
+/// What is said of heights that no survey gives: all equal, whole metres, those of a picture, one that stands out alone; and of triangles
+/// that are too large for rocks to bounce on.
+pub fn heights(ground: &Terrain) -> Option<Diagnostic> {
+    let (nodes, all) = (&ground.nodes, ground.triangles.len());
+    if nodes.len() < NODES {
+        return None;
+    }
+    let [low, high] = ground.extent();
+    let said = |what: String, cure: &str| {
+        Some(Diagnostic::warning(code::UNUSUAL_VALUE, what).about("terrain.file").try_instead(cure))
+    };
+    let count = nodes.len();
+    if low.z == high.z {
+        return said(
+            format!("all {count} heights of the terrain are {} m", low.z),
+            "does the file hold heights?",
+        );
+    }
+    let is_level = |t: &usize| {
+        let [a, b, c] = ground.corners(*t as u32);
+        a.z == b.z && b.z == c.z
+    };
+    if nodes.iter().map(|node| node.z + ground.origin.z).all(|z| (z - z.round()).abs() < 1e-6) {
+        let level = (0..all).filter(is_level).count() as f64 / all as f64;
+        if low.z >= 0.0 && high.z <= 255.0 {
+            let what = format!(
+                "all {count} heights of the terrain are whole numbers from 0 to 255, as in a picture or a hillshade"
+            );
+            return said(what, "take the terrain's heights in metres, with decimals");
+        }
+        if (STEPS..1.0 - STEPS).contains(&level) {
+            let what = format!(
+                "all {count} heights of the terrain are whole metres, and {} of its triangles are level: it has steps that the ground has not",
+                percent(level)
+            );
+            return said(what, "take a terrain whose heights have decimals");
+        }
+    }
+    // How far a node stands above and below those of all its triangles.
+    let mut apart = vec![[f64::INFINITY; 2]; nodes.len()];
+    for corners in ground.triangles.iter() {
+        for (k, own) in corners.iter().enumerate() {
+            for other in [corners[(k + 1) % 3], corners[(k + 2) % 3]] {
+                let above = nodes[*own as usize].z - nodes[other as usize].z;
+                let [up, down] = &mut apart[*own as usize];
+                (*up, *down) = (up.min(above), down.min(-above));
+            }
+        }
+    }
+    let alone = |[up, down]: &[f64; 2]| up.max(*down) > ALONE && up.max(*down) < f64::INFINITY;
+    if let Some(at) = apart.iter().position(alone) {
+        let [x, y, z] = (nodes[at] + ground.origin).into();
+        let most = four(apart[at][0].max(apart[at][1]));
+        let what =
+            format!("the height {} m at ({x:.1}, {y:.1}) lies {most} m or more from all around it", four(z));
+        return said(
+            what,
+            "an error of the survey, or a mark of cells without height: correct it, or name it with nodata_value",
+        );
+    }
+    let edge = (2.0 * (high.x - low.x) * (high.y - low.y) / all as f64).sqrt();
+    if edge > COARSE {
+        let what = format!(
+            "triangles of the terrain are {} m wide: rocks bounce on ground as flat as that",
+            four(edge)
+        );
+        return said(what, "a terrain model of 0.5 to 5 m cells shows the ground that rocks meet");
+    }
+    None
 }
 
 /// What is said of a rock that starts very high above the terrain.

@@ -50,6 +50,17 @@ pub fn check(model: &Model, contact_mesh: &ContactMesh) -> Vec<Diagnostic> {
     (0..model.settings.named()).filter_map(of_rock).collect()
 }
 
+/// When the first rock comes in free flight to the box around a net with these nodes, local [s]; `None`: over terrain, or none does.
+pub fn arrival(model: &Model, nodes: impl Iterator<Item = Vector3<f64>>) -> Option<f64> {
+    if model.ground.is_some() {
+        return None;
+    }
+    let [low, high] = bounds(nodes);
+    let (net, end) = (Net { low, high }, model.settings.end_time);
+    let of = |at: usize| net.arrival(&throw(model, at), model.rocks[at].reach, end);
+    (0..model.settings.named()).filter_map(of).reduce(f64::min)
+}
+
 fn instants(count: u32, end: f64) -> impl Iterator<Item = f64> {
     (0..=count).map(move |i| end * f64::from(i) / f64::from(count))
 }

@@ -9,6 +9,7 @@ use dem_contact::interface_mesh::{ContactMesh, Kind};
 use dem_contact::law::Law;
 use dem_contact::rock::{Motion, Rock};
 use dem_contact::settings::STRUCTURE;
+use dem_solid::geometry::bounds;
 use dem_solid::geometry::closest::on_face;
 use dem_solid::geometry::sphere::Sphere;
 use dem_terrain::Terrain;
@@ -236,20 +237,72 @@ pub fn in_net(model: &Model, contact_mesh: &ContactMesh, scene: &Scene) -> Judge
         return Err(start.refused(scene, what, free));
     }
     let mut warnings = reach::check(model, contact_mesh);
-    warnings.extend((0..settings.named()).filter_map(|at| too_soft(model, at)));
+    warnings.extend((0..settings.named()).filter_map(|at| slips_through(model, contact_mesh, at)));
+    warnings.extend((0..settings.named()).filter_map(|at| too_soft(model, contact_mesh, at)));
     Ok(warnings)
 }
 
+/// Lines of a net from which on their length is that of its openings, and share of it that a rock is too small for.
+const LINES: usize = 100;
+const OPEN: f64 = 0.9;
+
+/// What is said of a rock that fits through the openings of a net of lines.
+fn slips_through(model: &Model, net: &ContactMesh, at: usize) -> Option<Diagnostic> {
+    let lines = net.elements.iter().filter(|element| element.kind == Kind::Line);
+    let length = |element: &dem_contact::interface_mesh::Element| {
+        let [a, b, _] = element.nodes.map(|node| net.nodes[node as usize]);
+        (b - a).norm() - 2.0 * element.radius
+    };
+    let mut lengths: Vec<f64> = lines.map(length).collect();
+    if lengths.len() < LINES || lengths.len() < net.elements.len() {
+        return None;
+    }
+    lengths.sort_by(f64::total_cmp);
+    let (opening, wide) = (lengths[lengths.len() / 2], 2.0 * model.rocks[at].reach);
+    (wide < OPEN * opening).then(|| {
+        let name = &model.rocks[at].name;
+        let what = format!(
+            "rock `{name}` is {} m wide, and the lines of the net are {} m apart: it may fly through",
+            four(wide),
+            four(opening)
+        );
+        let cure = "smaller cells in the net, or a larger rock";
+        Diagnostic::warning(code::UNUSUAL_VALUE, what).about(model.settings.table(at)).try_instead(cure)
+    })
+}
+
+/// Share of the middle one of a net's three extents over which it brakes a rock at the longest.
+const BRAKES: f64 = 0.25;
+
 /// What is said of a rock that a net would hold only deep inside its spheres: its weight alone, on those that touch a plane
-/// together, presses them in that far.
-fn too_soft(model: &Model, at: usize) -> Option<Diagnostic> {
+/// together, presses them in that far; or the largest force of a spring that brakes it presses them through the net.
+fn too_soft(model: &Model, net: &ContactMesh, at: usize) -> Option<Diagnostic> {
     let (settings, rock) = (&model.settings, &model.rocks[at]);
-    let laws = model.laws.as_ref()?;
+    let laws = model.laws.as_ref().filter(|_| !net.nodes.is_empty())?;
     let number = laws.number(&settings.rocks[at].material, STRUCTURE)?;
     let (radius, weight) = (rock.smallest_radius, rock.mass * settings.gravity.norm());
     let share = resting(&laws.surfaces[number], radius, weight / rock.facing) / radius;
     let contact = settings.contacts.get(number)?;
     let key = contact.strength().map_or("young", |(key, _)| key);
+    let about = format!("contact.{number}.{key}");
+    let cure = "1000 kN/m is stiffness = 1e6, 1 GPa is young = 1e9";
+    let [low, high] = bounds(net.nodes.iter().copied());
+    let mut extents: [f64; 3] = (high - low).into();
+    extents.sort_by(f64::total_cmp);
+    let way = BRAKES * extents[1];
+    let force = rock.mass * model.start(at).velocity.norm_squared() / way;
+    // A modulus makes deep contacts stiffer.
+    let judged = key == "stiffness" && share <= LIMIT && extents[1] > 2.0 * rock.reach;
+    if judged && resting(&laws.surfaces[number], radius, force / rock.facing) > 0.5 * radius {
+        let what = format!(
+            "the net presses rock `{}` in by more than half the radius of its spheres (smallest {} m) where it brakes it over {} m: the rock \
+             may go through it",
+            rock.name,
+            four(radius),
+            four(way)
+        );
+        return Some(likely(&about, what, cure));
+    }
     (share > LIMIT).then(|| {
         let what = format!(
             "rock `{}` at rest on the net overlaps it by more than {LIMIT} of the radius of its spheres (smallest {} m, above {LIMIT} \
@@ -257,8 +310,7 @@ fn too_soft(model: &Model, at: usize) -> Option<Diagnostic> {
             rock.name,
             four(radius)
         );
-        let cure = "1000 kN/m is stiffness = 1e6, 1 GPa is young = 1e9";
-        likely(&format!("contact.{number}.{key}"), what, cure)
+        likely(&about, what, cure)
     })
 }
 

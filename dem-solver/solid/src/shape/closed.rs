@@ -96,10 +96,9 @@ impl Surface {
         }
         by_first_use(&mut loose.points, &mut loose.triangles);
         let volume = SolidIntegrals::of(&loose).volume;
-        if volume <= 0.0 {
-            return Err(format!(
-                "the surface is inside out: its triangles face inwards (volume {volume:.6e} m3); reverse the order of their corners"
-            ));
+        if volume < 0.0 {
+            loose.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+            notes.push("the surface was inside out: all its triangles were turned to face outwards".into());
         }
         match crossing::find(&loose) {
             Some((a, b, at)) => {

@@ -9,5 +9,7 @@ pub const FORMAT: Format = Format {
     extensions: &["asc"],
     also: &[],
     begins: |head| matches!(head.word(), "ncols" | "nrows"),
-    read: Reader::Raster(|bytes| Raster::read_asc(bytes, MOST_CELLS)),
+    read: Reader::Raster(|bytes| {
+        Raster::read_asc(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes), MOST_CELLS)
+    }),
 };

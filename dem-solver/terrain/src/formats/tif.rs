@@ -30,26 +30,43 @@ const NOT_PACKED: u16 = 1;
 /// Tag in which GDAL writes scale, offset and unit of heights, and the bit of an image that is a mask.
 const GDAL_METADATA: u16 = 42_112;
 const MASK: u32 = 4;
+/// What to do about a compression or a kind of pixel that is not read.
+const REPACK: &str = "write it anew: gdal_translate -ot Float32 -co COMPRESS=DEFLATE IN OUT";
 /// Geo key of what a pixel is, and its value for a point.
 const RASTER_TYPE: u16 = 1025;
 const PIXEL_IS_POINT: u16 = 2;
 
 fn read(bytes: &[u8]) -> Result<Raster, ReadError> {
     let (parts, counts, values) = match catch_unwind(AssertUnwindSafe(|| decode(bytes))) {
-        Ok(read) => read.map_err(|e| format!("cannot be read as GeoTIFF: {e}"))?,
+        Ok(read) => read.map_err(|e| {
+            let unread = ReadError::new(format!("cannot be read as GeoTIFF: {e}"));
+            match e {
+                TiffError::UnsupportedError(_) => unread.try_instead(REPACK),
+                _ => unread,
+            }
+        })?,
         Err(_) => return Err("cannot be read as GeoTIFF: its image is damaged".into()),
     };
     let [columns, rows] = counts;
     if values.len() != columns * rows {
         let what =
             format!("{} values for {columns} x {rows} pixels; one band of heights is required", values.len());
-        return Err(what.into());
+        return Err(ReadError::new(what).try_instead(
+            "several bands are mostly a picture; if one of them has the heights: gdal_translate -b 1 IN OUT",
+        ));
     }
     system::geo_keys(&parts.keys, &parts.text)?;
     system::unit_of_heights(&parts.unit)?;
     if parts.mask {
         return Err(ReadError::new("it has a mask of pixels without height, which is not read")
             .try_instead("write them as a height: gdalwarp -dstnodata -9999 IN OUT"));
+    }
+    if let &[_, b, _, _, c, ..] = parts.matrix.as_slice()
+        && (b != 0.0 || c != 0.0)
+        && parts.scale.is_empty()
+    {
+        return Err(ReadError::new("its raster is turned against x and y, which cannot be read")
+            .try_instead("turn it: gdalwarp IN OUT"));
     }
     let (place, spacing) = parts.place()?;
     let half = if parts.point { 0.0 } else { 0.5 };
@@ -125,12 +142,7 @@ impl Parts {
     fn place(&self) -> Result<([f64; 2], [f64; 2]), String> {
         let (place, spacing) = match (self.scale.as_slice(), self.tie.as_slice(), self.matrix.as_slice()) {
             (&[sx, sy, ..], &[i, j, _, x, y, ..], _) => ([x - i * sx, y + j * sy], [sx, sy]),
-            (_, _, &[a, b, _, x, c, d, _, y, ..]) => {
-                if b != 0.0 || c != 0.0 {
-                    return Err("its raster is turned against x and y, which cannot be read".into());
-                }
-                ([x, y], [a, -d])
-            }
+            (_, _, &[a, _, _, x, _, d, _, y, ..]) => ([x, y], [a, -d]),
             _ => return Err("it does not say where it lies (no pixel scale and tie point)".into()),
         };
         let sound = place.iter().chain(&spacing).all(|v| v.is_finite()) && spacing.iter().all(|v| *v > 0.0);

@@ -130,6 +130,13 @@ fn check_barrier(key: &Key, table: &Barrier) -> Result<(), Diagnostic> {
     ])?;
     key.positive(&[("brake_length", brake, "m")])?;
     key.not_negative(&[("anchor_rise", table.anchor_rise(), "m")])?;
+    for (name, value) in [("anchor_distance", table.anchor_distance), ("side_distance", table.side_distance)]
+    {
+        if value > FIELDS[1] {
+            let what = format!("a {name} of {value} m: anchors of barriers lie within {} m", FIELDS[1]);
+            return key.refuse(name, what, "it is written in metres: 400 cm is 4.0");
+        }
+    }
     for (name, value, [least, most]) in [("height", height, POSTS), ("spacing", spacing, FIELDS)] {
         if !(least..=most).contains(&value) {
             let what = format!(

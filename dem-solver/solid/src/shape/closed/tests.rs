@@ -54,7 +54,8 @@ fn each_flaw_is_refused_with_its_reason_and_place() {
     let open = refused(&all[..11]);
     assert!(open.starts_with("the surface is open: 3 edges") && open.contains("of triangle"), "{open}");
     let inverted: Vec<_> = all.iter().map(|[a, b, c]| [*a, *c, *b]).collect();
-    assert!(refused(&inverted).contains("inside out"));
+    let (surface, notes) = from_soup(&inverted).expect("turned");
+    assert!((SolidIntegrals::of(&surface).volume - 1.0).abs() < 1e-15 && notes[0].contains("inside out"));
     let mut flat = all.clone();
     flat[4] = [flat[4][0], flat[4][1], (flat[4][0] + flat[4][1]) / 2.0];
     assert!(refused(&flat).contains("triangle 5"), "{}", refused(&flat));
