@@ -1,15 +1,18 @@
 #!/usr/bin/env python3
 """A scene with rockfall's own solvers, and with others in their place: results, time, and how far rows are apart.
 
-usage: compare.py SCENE [--set KEY=VALUE]... [--within SHARE] NAME=ROLE:COMMAND[,KEY=VALUE]...
+usage: compare.py SCENE [--set KEY=VALUE]... [--within SHARE] NAME=ROLE:COMMAND[,KEY=VALUE]...[,lines=FILE]
 
 as in: compare.py launch/scenes/walenstadt-exp1.toml Kratos=fem:launch/adapters/kratos/structure.py
+       compare.py launch/scenes/cable-net.toml 'C=fem:launch/adapters/nets/net-c {modelled} {rest},lines=launch/adapters/nets/net.c'
 
-Rows are compared column by column, of all columns that both histories have, over the largest number of the same unit. With --within the
-exit code is 1 where one is further apart than this.
+{modelled} and {rest} are the files that `rockfall export` writes of the scene, the second with --at-rest. The processor time of all is that of all
+programs of a run. Rows are compared column by column, of all columns that both histories have, over the largest number of the same unit. With
+--within the exit code is 1 where one is further apart than this.
 """
 import argparse
 import pathlib
+import resource
 import subprocess
 import sys
 import tempfile
@@ -19,16 +22,28 @@ from rockfall.runs import Results, program
 
 # Columns of the coupler, of which some need energies that a solver does not give.
 WITHOUT = ("iterations", "residual", "energy_imbalance", "energy_coupling")
-MEASURES = ("max_deflection", "max_elongation", "centre_uz_min", "max_reaction", "max_reaction_1ms")
+MEASURES = ("max_deflection", "max_elongation", "centre_uz_min", "max_reaction")
 NOISE = 1e-9
 
 
 def run(scene, sets, out):
+    """Results of the run, and processor time of all its programs [s]."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
     command = [program(), "run", str(scene), "--out", str(out), "--quiet", *("--set=" + one for one in sets)]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode not in (0, 3):
         sys.exit(done.stderr)
-    return Results(out)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return Results(out), after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def export(scene, sets, folder):
+    """The words that stand for the structure in a command, each with its file."""
+    files = {"modelled": [], "rest": ["--at-rest"]}
+    for name, options in files.items():
+        words = [program(), "export", str(scene), "--to", "%s/%s.mdpa" % (folder, name), *options, *("--set=" + one for one in sets)]
+        subprocess.run(words, check=True, capture_output=True)
+    return {"{%s}" % name: "%s/%s.mdpa" % (folder, name) for name in files}
 
 
 def apart(own, other):
@@ -47,16 +62,19 @@ def apart(own, other):
     return max(found)
 
 
-def line(name, results, off):
+def line(name, results, spent, lines, off):
     cells = [name]
     for measure in MEASURES:
-        found = [(of["value"], of["source"]) for key, of in results.summary["measures"].items() if of and key.endswith(measure)]
+        of = {key: one for key, one in results.summary["measures"].items() if one}
+        # What a structure does not report follows from its motion, as a mean.
+        name = measure if any(key.endswith(measure) for key in of) else measure + "_1ms"
+        found = [(one["value"], one["source"]) for key, one in of.items() if key.endswith(name)]
         value, source = max(found, default=(None, ""))
         cells.append("-" if value is None else "%.10g%s" % (value, " (coupler)" if source.startswith("coupler") else ""))
     cells.append(", ".join(one["fate"] for one in results.summary["verdict"]) + ", " + results.status)
     cost = results.summary["cost"]
-    cells += ["%.2f" % cost["loop_s"], "%.2f / %.2f" % tuple(cost["processes"][role]["cpu_s"] for role in ("dem", "fem"))]
-    print("| " + " | ".join([*cells, off]) + " |", flush=True)
+    cells += ["%.2f" % cost["loop_s"], " / ".join("%.2f" % cost["processes"][role]["cpu_s"] for role in ("dem", "fem")) + " / %.2f" % spent]
+    print("| " + " | ".join([*cells, lines, off]) + " |", flush=True)
 
 
 def main():
@@ -66,24 +84,28 @@ def main():
     options.add_argument("--within", type=float)
     options.add_argument("others", nargs="+", metavar="NAME=ROLE:COMMAND[,KEY=VALUE]")
     given = options.parse_args()
-    print("| | %s | verdicts, status | loop [s] | processor, dem / fem [s] | rows apart |" % " | ".join(MEASURES))
-    print("|" + "---|" * (len(MEASURES) + 5))
+    print("| | %s | verdicts, status | loop [s] | processor, dem / fem / all [s] | lines | rows apart |" % " | ".join(MEASURES))
+    print("|" + "---|" * (len(MEASURES) + 6))
     far = False
     with tempfile.TemporaryDirectory() as folder:
-        own = run(given.scene, given.sets, pathlib.Path(folder) / "own")
-        line("rockfall", own, "")
+        own, spent = run(given.scene, given.sets, pathlib.Path(folder) / "own")
+        line("rockfall", own, spent, "", "")
         for i, other in enumerate(given.others):
             name, words = other.split("=", 1)
             place, *sets = words.split(",")
+            lines = [len(pathlib.Path(one[6:]).read_text().splitlines()) for one in sets if one.startswith("lines=")]
+            sets = [one for one in sets if not one.startswith("lines=")]
             if ":" in place:
                 role, command = place.split(":", 1)
-                sets.append("processes.%s='%s'" % (role, pathlib.Path(command).resolve()))
+                files = export(given.scene, given.sets + sets, folder) if "{" in command else {}
+                command, *rest = (files.get(word, word) for word in command.split())
+                sets.append("processes.%s=%r" % (role, " ".join([str(pathlib.Path(command).resolve()), *rest])))
             else:
                 sets.append(place)
-            results = run(given.scene, given.sets + sets, pathlib.Path(folder) / str(i))
+            results, spent = run(given.scene, given.sets + sets, pathlib.Path(folder) / str(i))
             off, column = apart(own.curves, results.curves)
             far |= not off <= (np.inf if given.within is None else given.within)
-            line(name, results, "%.1e, %s" % (off, column))
+            line(name, results, spent, "".join(map(str, lines)), "%.1e, %s" % (off, column))
     sys.exit("rows are further apart than %g" % given.within if far else 0)
 
 
