@@ -281,7 +281,9 @@ fn of_slope(base: &Base, release: usize, file: &Scene) -> Option<Diagnostic> {
         Some((at(1.0)? - at(-1.0)?) / (2.0 * reach))
     };
     let (east, north) = (rise(reach, 0.0)?, rise(0.0, reach)?);
-    let up = |angle: f64| east * angle.to_radians().sin() + north * angle.to_radians().cos() > 0.0;
+    // Across the slope is neither up nor down.
+    let least = 0.1 * east.hypot(north);
+    let up = |angle: f64| east * angle.to_radians().sin() + north * angle.to_radians().cos() > least;
     let all = (0..=8).all(|k| up(low + f64::from(k) / 8.0 * (high - low)));
     (all && east.hypot(north) > STEEP && high - low < 360.0).then(|| {
         let down = four((-east).atan2(-north).to_degrees().rem_euclid(360.0).round());

@@ -109,13 +109,12 @@ pub fn charts(history: &Table, trajectory: &Table, summary: &Summary) -> Vec<Val
             add("Speed", "m/s", rock, velocity.iter().map(length).collect());
         }
     }
-    if let Some(reaction) = history.vector("reaction", ["_x_N", "_y_N", "_z_N"]) {
-        add(
-            "Reaction of all supports",
-            "kN",
-            "magnitude",
-            reaction.iter().map(|of| 1e-3 * length(of)).collect(),
-        );
+    let sums =
+        [("contact_force", "Force of the rocks on the structure"), ("reaction", "Reaction of all supports")];
+    for (name, title) in sums {
+        if let Some(force) = history.vector(name, ["_x_N", "_y_N", "_z_N"]) {
+            add(title, "kN", "magnitude", force.iter().map(|of| 1e-3 * length(of)).collect());
+        }
     }
     let peak = |column: &[f64]| column.iter().map(|value| value.abs()).fold(0.0, f64::max);
     let peak_of = |name: String| history.column(&name).map_or(-1.0, peak);
@@ -124,7 +123,8 @@ pub fn charts(history: &Table, trajectory: &Table, summary: &Summary) -> Vec<Val
         let least = name.contains("_min") && peak(column) <= peak_of(name.replace("_min", "_max"));
         let most = name.contains("_max") && peak(column) < peak_of(name.replace("_max", "_min"));
         let of_rock = rocks.iter().any(|rock| name.starts_with(&format!("{rock}_")));
-        !(least || most || of_rock || name.starts_with("reaction_") || name.ends_with("_defect_J"))
+        let of_sum = sums.iter().any(|(sum, _)| name.starts_with(&format!("{sum}_")));
+        !(least || most || of_rock || of_sum || name.ends_with("_defect_J"))
     };
     for (name, column) in
         history.names.iter().zip(&history.columns).filter(|(name, column)| is_drawn(name, column))

@@ -13,11 +13,11 @@ use rustix::fs::{AtFlags, FileType, Mode, OFlags, Stat};
 use rustix::io::Errno;
 use std::collections::hash_map::RandomState;
 use std::ffi::{OsStr, OsString};
-use std::fs::File;
+use std::fs::{File, Metadata};
 use std::hash::{BuildHasher, Hasher};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::os::unix::ffi::OsStrExt;
-use std::os::unix::fs::MetadataExt;
+use std::os::unix::fs::{FileTypeExt, MetadataExt};
 use std::path::{Path, PathBuf};
 
 mod map;
@@ -357,13 +357,36 @@ macro_rules! at_path {
     )+};
 }
 
+/// [`Dir::write`] to `path`.
+pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    write_parts(path, &[bytes])
+}
+
+/// [`Dir::write_parts`] to `path`.
+pub fn write_parts(path: &Path, parts: &[&[u8]]) -> io::Result<()> {
+    let (dir, name) = replaceable(path)?;
+    dir.write_parts(name, parts)
+}
+
+/// [`Dir::stream`] at `path`.
+pub fn create(path: &Path) -> io::Result<Stream> {
+    let (dir, name) = replaceable(path)?;
+    dir.stream(name)
+}
+
+/// Where a new file takes the place of what is there: not of a device, such as `/dev/stdout`, which it would replace for all.
+fn replaceable(path: &Path) -> io::Result<(Dir, &OsStr)> {
+    let is_device = |about: Metadata| {
+        let kind = about.file_type();
+        kind.is_char_device() || kind.is_block_device()
+    };
+    if path.metadata().is_ok_and(is_device) {
+        return refuse(io::ErrorKind::InvalidInput, "this is a device; name a file");
+    }
+    split(path)
+}
+
 at_path! {
-    /// [`Dir::write`] to `path`.
-    write = write(bytes: &[u8]) -> ();
-    /// [`Dir::write_parts`] to `path`.
-    write_parts = write_parts(parts: &[&[u8]]) -> ();
-    /// [`Dir::stream`] at `path`.
-    create = stream() -> Stream;
     /// [`Dir::append`] to `path`.
     append = append() -> Stream;
     /// [`Dir::reopen`] of `path`.

@@ -119,6 +119,15 @@ fn a_device_or_pipe_in_the_place_of_a_result_is_refused_at_once() {
     assert_eq!(manifest::verify(dir).len(), 1);
 }
 
+#[test]
+fn a_device_that_is_named_as_a_result_stays_where_it_is() {
+    let temp = temp();
+    let link = temp.path().join("stdout");
+    symlink("/dev/null", &link).expect("linked");
+    assert!(write(&link, b"x").is_err() && create(&link).is_err());
+    assert!(link.is_symlink());
+}
+
 type Writer = fn(&Path) -> io::Result<()>;
 
 /// Whatever writes a result, with the name of that.
