@@ -442,7 +442,7 @@ fn what_cannot_be_tested_is_refused_before_anything_starts() {
     refused(&["--energy", "200"], &["has an edge of 0.9865", "a third of the height", "--speed "]);
     refused(&["--density", "2000"], &["--density", "2000 kg/m3", "2500 to 3000"]);
     refused(&["--energy=0"], &["--energy", "must lie above 0"]);
-    refused(&["--energy", "1e-3"], &["strikes nothing of the barrier"]);
+    refused(&["--energy", "1e-3"], &["--energy", "has 1 J: barriers are tested with 5000 J", "in kJ"]);
     refused(&["--time", "1e-3"], &["--time", "nothing is stopped so soon"]);
     refused(&["--sel", "20"], &["--sel", "more than a third of the largest launch, 50 kJ"]);
     refused(&["--vary", "brake_force"], &["there is no `=`"]);

@@ -11,6 +11,12 @@ use std::path::{Path, PathBuf};
 pub const HISTORY: &str = "history.csv";
 /// Outcome and measures; the last of the results.
 pub const SUMMARY: &str = "summary.json";
+/// Of a test for approval: everything.
+pub const APPROVAL: &str = "approval.json";
+/// Of `rockfall trade`: the pages of its two questions, and the picture of the first.
+pub const TRADE: [&str; 2] = ["trade.md", "atlas.md"];
+/// The picture.
+pub const TRADE_PICTURE: &str = "trade.svg";
 /// All of it as one page.
 pub const REPORT: &str = "report.html";
 /// What the run wrote, file by file: see [`super::manifest`].

@@ -30,11 +30,12 @@ use toolkit::files::Dir;
 use toolkit::manifest;
 use toolkit::numbers::three;
 use toolkit::owner::{Claim, Owner};
+use toolkit::run_dir;
 use toolkit::scene::at;
 use toolkit::screen::show;
 use vary::Variation;
 
-pub use report::{JSON, status};
+pub use report::status;
 
 /// Directory of the runs.
 const RUNS: &str = "runs";
@@ -205,7 +206,7 @@ fn plan(cases: &[(&Variation, &site::Test)]) -> String {
 
 /// Whether a directory holds a test.
 pub fn is_one(dir: &Path) -> bool {
-    dir.join(report::JSON).exists() || dir.join(RUNS).join(AS_DEFINED).exists()
+    dir.join(run_dir::APPROVAL).exists() || dir.join(RUNS).join(AS_DEFINED).exists()
 }
 
 /// Refuse a directory that holds something else than a test: `--force` removes runs, and those of another study are none of ours.

@@ -15,10 +15,9 @@ use toolkit::exit::Exit;
 use toolkit::files::{self, Dir};
 use toolkit::numbers::{percent, three};
 use toolkit::provenance;
+use toolkit::run_dir::APPROVAL;
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
-/// Everything.
-pub const JSON: &str = "approval.json";
 /// The numbers of all launches, a row each.
 const TABLE: &str = "approval.csv";
 /// What the screen shows.
@@ -195,7 +194,7 @@ pub fn json(kit: &Kit, cases: &[Case], all: usize) -> Value {
 
 /// How far the test in `dir` is: cases that are judged, runs that have begun and not ended, the verdict so far.
 pub fn status(dir: &Path, running: Option<String>) -> (String, Exit) {
-    let report: Value = files::read_json(&dir.join(JSON)).unwrap_or_default();
+    let report: Value = files::read_json(&dir.join(APPROVAL)).unwrap_or_default();
     let cases = report["cases"].as_array().map_or(&[][..], Vec::as_slice);
     let verdict = |case: &Value| case["verdict"].as_str().unwrap_or("unknown").replace('_', " ");
     let all = report["all_cases"].as_u64().unwrap_or(0) as usize;
@@ -228,7 +227,7 @@ pub fn status(dir: &Path, running: Option<String>) -> (String, Exit) {
 
 /// Write both files.
 pub fn write(kit: &Kit, cases: &[Case], all: usize, out: &Path) -> io::Result<()> {
-    files::write_json(&out.join(JSON), &json(kit, cases, all))?;
+    files::write_json(&out.join(APPROVAL), &json(kit, cases, all))?;
     type Line<'a> = (&'a Case, Which, &'a Row);
     let launches = cases.iter().flat_map(|case| case.launches.iter().map(move |launch| (case, launch)));
     let lines =
@@ -301,7 +300,7 @@ pub fn screen(kit: &Kit, cases: &[Case], out: &Path) -> String {
     format!(
         "{name}: class {class}; block of {mass} kg, {size} m, {speed} m/s; vertical site\nkit file {file}, {hash}; rockfall {VERSION}; \
          {date}\n\n{}{}\n{}\n{category}\nhighest utilisation (strength or stroke): {}\n\n{}\nverdict: {stands}\n{conclusion}\n\
-         results: {out}/{JSON}, {TABLE}, {TEXT}; runs: {out}/{RUNS}\n",
+         results: {out}/{APPROVAL}, {TABLE}, {TEXT}; runs: {out}/{RUNS}\n",
         of_launch.aligned(&first.launches),
         first.launches.iter().map(details).collect::<String>(),
         of_criterion.aligned(&first.criteria),

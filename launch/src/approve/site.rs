@@ -80,13 +80,6 @@ impl Kit {
             let cure = "add --energy KJ, or energy = 1e6 [J] to [kit]";
             return Err(own.invalid("kit", what).try_instead(cure).into());
         };
-        if mel < LEAST {
-            let what = format!(
-                "an energy of {mel} J for the largest launch: barriers are tested with {LEAST} J and more"
-            );
-            let cure = "--energy is in kJ, `energy` of [kit] in J: 1000 kJ is energy = 1e6";
-            return Err(own.invalid("kit.energy", what).try_instead(cure).into());
-        }
         let least = sel.map(|energy| 1e3 * energy).or((mel >= CLASS_1).then_some(mel / 3.0));
         // A longer path takes longer; 0.6 s are twice the braking time at 1 000 kJ.
         let length = time.unwrap_or_else(|| (6.0 * (mel / 1e6).cbrt().max(1.0)).ceil() / 10.0);
@@ -104,6 +97,15 @@ impl Kit {
         let others = [("--sel", few), ("--time", (length * speed >= SHORTEST, soon)), ("--density", range)];
         if let Some((name, (_, what))) = positive.chain(others).find(|(_, (holds, _))| !holds) {
             return Err(Diagnostic::error(code::ARGUMENT, what).at(Place::file(name.to_owned())).into());
+        }
+        if mel < LEAST {
+            let what = format!("the largest launch has {mel} J: barriers are tested with {LEAST} J and more");
+            let cure = "--energy is in kJ, `energy` of [kit] in J: 1000 kJ is energy = 1e6";
+            let refused = match energy {
+                Some(_) => Diagnostic::error(code::ARGUMENT, what).at(Place::file("--energy")),
+                None => own.invalid("kit.energy", what),
+            };
+            return Err(refused.try_instead(cure).into());
         }
         let kind = "structure.generator.type";
         if at(&own.document()?, kind).and_then(Value::as_str) != Some("barrier") {

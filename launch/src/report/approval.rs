@@ -3,14 +3,13 @@
 use super::curves::{self, Table};
 use super::page::{Page, escape, list, moment, number, table};
 use super::run::{bar, pairs};
-use crate::approve::JSON;
 use serde_json::Value;
 use std::io;
 use std::path::Path;
 use toolkit::columns::Columns;
 use toolkit::files;
 use toolkit::numbers::{percent, short, three};
-use toolkit::run_dir::{HISTORY, REPORT};
+use toolkit::run_dir::{APPROVAL, HISTORY, REPORT};
 use toolkit::summary::{RunStatus, Summary};
 
 /// Numbers of a launch that a row of the cases has.
@@ -34,7 +33,7 @@ const NEVER: [&str; 3] = [
 
 /// The page of the test in `dir`.
 pub fn page(dir: &Path) -> io::Result<Page> {
-    let all: Value = files::read_json(&dir.join(JSON))?;
+    let all: Value = files::read_json(&dir.join(APPROVAL))?;
     let cases = listed(&all["cases"]);
     let open = cases.iter().any(|case| case["verdict"] == "not_settled");
     let status = match all["all_cases"].as_u64() {

@@ -4,7 +4,6 @@
 
 use crate::children::{self, Events, Goes, Job, Rules};
 use crate::stop::Stop;
-use crate::{approve, trade as accuracy};
 use clap::Args;
 use interface_defs::diagnostic::{Diagnostic, code};
 use std::io;
@@ -13,7 +12,7 @@ use std::process::Command;
 use std::time::Duration;
 use toolkit::exit::Exit;
 use toolkit::files;
-use toolkit::run_dir::{REPORT, STUDY_RECORD, SUMMARY};
+use toolkit::run_dir::{APPROVAL, REPORT, STUDY_RECORD, SUMMARY, TRADE};
 use toolkit::screen::show;
 
 mod approval;
@@ -29,9 +28,9 @@ type Maker = fn(&Path) -> io::Result<page::Page>;
 /// Kinds of results, each by a file that only it has; a run has the last.
 const KINDS: [(&str, Maker); 5] = [
     (STUDY_RECORD, study::page),
-    (approve::JSON, approval::page),
-    (accuracy::PAGES[0], trade::page),
-    (accuracy::PAGES[1], trade::page),
+    (APPROVAL, approval::page),
+    (TRADE[0], trade::page),
+    (TRADE[1], trade::page),
     (SUMMARY, run::page),
 ];
 

@@ -39,14 +39,10 @@ use toml::{Table, Value};
 use toolkit::arguments::Input;
 use toolkit::exit::Exit;
 use toolkit::numbers::{exact, percent, seconds};
+use toolkit::run_dir::{TRADE, TRADE_PICTURE};
 use toolkit::scene::{Scene, at};
 use toolkit::screen::show;
 use toolkit::{manifest, provenance};
-
-/// Its pages: of accuracy and cost, and of the limits of stability.
-pub const PAGES: [&str; 2] = ["trade.md", "atlas.md"];
-/// Its picture.
-pub const PICTURE: &str = "trade.svg";
 
 /// What the command line asks for.
 #[derive(Debug, Clone, Args)]
@@ -360,18 +356,18 @@ impl Work<'_> {
 /// Page and table of the limits; what the screen shows.
 fn write_atlas(study: &Study, found: &[Found], store: &Store, facts: &Facts) -> Result<String, Stop> {
     let page = atlas::page(study, found, facts);
-    let path = store.write(PAGES[1], &page)?;
+    let path = store.write(TRADE[1], &page)?;
     store.write("atlas.csv", &atlas::table(study, found).map_err(|e| unwritten("atlas.csv", &e))?)?;
     Ok(format!("{}all limits   {}\n", atlas::screen(study, found), path.display()))
 }
 
 /// Page, table and picture; what the screen shows.
 fn write(study: &Study, store: &Store, facts: &Facts) -> Result<String, Stop> {
-    let page = store.write(PAGES[0], &report::page(study, facts))?;
+    let page = store.write(TRADE[0], &report::page(study, facts))?;
     store.write("trade.csv", &report::table(study, facts).map_err(|e| unwritten("trade.csv", &e))?)?;
     let picture = picture(study, facts);
     if !picture.marks.is_empty() {
-        store.write(PICTURE, &report::draw(&picture).map_err(|e| unwritten(PICTURE, &e))?)?;
+        store.write(TRADE_PICTURE, &report::draw(&picture).map_err(|e| unwritten(TRADE_PICTURE, &e))?)?;
     }
     Ok(format!("{}all runs     {}\n", report::screen(study, facts), page.display()))
 }
