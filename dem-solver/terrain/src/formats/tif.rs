@@ -8,6 +8,7 @@ use super::format::{Format, MOST_CELLS, Reader};
 use crate::raster::Raster;
 use crate::system;
 use dem_solid::input::ReadError;
+use std::fmt::Display;
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use tiff::decoder::{Decoder, DecodingResult, Limits};
@@ -39,10 +40,10 @@ const PIXEL_IS_POINT: u16 = 2;
 fn read(bytes: &[u8]) -> Result<Raster, ReadError> {
     let (parts, counts, values) = match catch_unwind(AssertUnwindSafe(|| decode(bytes))) {
         Ok(read) => read.map_err(|e| {
-            let unread = ReadError::new(format!("cannot be read as GeoTIFF: {e}"));
+            let unread = |e: &dyn Display| ReadError::new(format!("cannot be read as GeoTIFF: {e}"));
             match e {
-                TiffError::UnsupportedError(_) => unread.try_instead(REPACK),
-                _ => unread,
+                TiffError::UnsupportedError(what) => unread(&what).try_instead(REPACK),
+                e => unread(&e),
             }
         })?,
         Err(_) => return Err("cannot be read as GeoTIFF: its image is damaged".into()),
