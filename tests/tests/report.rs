@@ -134,7 +134,8 @@ fn a_study_ends_with_its_page_and_its_numbers_are_those_of_the_files() {
     let row = between(line, "<code>road_energy_q95</code>", "</tr>").expect("a row");
     let high = energy.interval.expect("an interval").high.expect("its end");
     assert!(
-        row.contains("<data value=\"200000.0\">") && row.contains(&toolkit::numbers::percent(high / 2e5)),
+        row.contains(&format!("<td>{}</td>", toolkit::numbers::short(2e5)))
+            && row.contains(&toolkit::numbers::percent(high / 2e5)),
         "{row}"
     );
     assert!(section("What was not examined").contains("blocks_per_year"));

@@ -186,7 +186,7 @@ fn capacity(line: &str, all: &[&Measure], settings: Option<&toml::Table>) -> Str
         .with("95 % interval", |(of, _)| {
             of.interval.map_or(String::new(), |of| format!("[{}, {}]", bound(of.low), bound(of.high)))
         })
-        .with("the barrier bears", |(_, has)| has.map_or(String::new(), |has| number(has, &short(has))))
+        .with("the barrier bears", |(_, has)| has.map_or(String::new(), short))
         .with("used, by the upper bound", |(of, has)| {
             let Some(has) = has else { return String::new() };
             let upper = of.interval.map_or(Some(of.value), |interval| interval.high);
