@@ -36,9 +36,9 @@ const KINDS: [(&str, Maker); 5] = [
 
 /// What makes the page of the results in `dir`; `None`: they are not complete.
 fn maker(dir: &Path) -> Option<Maker> {
-    let (name, maker) = KINDS.iter().find(|(name, _)| dir.join(name).exists())?;
-    // A study has its summary at its end.
-    (*name != STUDY_RECORD || dir.join(SUMMARY).exists()).then_some(*maker)
+    // A study has its summary at its end; `rockfall trade` has a record of the same name, and none.
+    let holds = |name: &str| dir.join(name).exists() && (name != STUDY_RECORD || dir.join(SUMMARY).exists());
+    KINDS.iter().find(|(name, _)| holds(name)).map(|(_, maker)| *maker)
 }
 
 /// The same for print.
