@@ -416,11 +416,12 @@ fn of_system(base: &Base, file: &Scene) -> Result<Option<Diagnostic>, Diagnostic
         return refuse(what, "write the code of the system that the terrain is in, as 2056 in Switzerland");
     }
     let own = base.system().map(u32::from).filter(|own| *own != epsg);
-    Ok(of_reach(base, epsg, file).or_else(|| own.map(|own| {
+    let named = own.map(|own| {
         let what = format!(
             "epsg = {epsg}, and the terrain's file says EPSG:{own}: maps keep the terrain's coordinates and are called EPSG:{epsg}"
         );
         let cure = format!("leave epsg out to call them EPSG:{own}");
         warning(file, "maps.epsg", what).coded(code::CONTRADICTION).try_instead(cure)
-    })))
+    });
+    Ok(named.or_else(|| of_reach(base, epsg, file)))
 }
