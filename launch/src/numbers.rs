@@ -148,8 +148,8 @@ impl Reports<'_> {
     fn touches(&self) -> Option<f64> {
         let of = |name| self.number(Part::Dem, name);
         let speed = (2.0 * of("landing_energy_j")? / of("mass_kg")?).sqrt();
-        let way = 2.0 * YIELD * self.number(Part::Fem, "interface_extent_m")?;
-        Some(PI * way / speed).filter(|time| time.is_finite())
+        let distance = 2.0 * YIELD * self.number(Part::Fem, "interface_extent_m")?;
+        Some(PI * distance / speed).filter(|time| time.is_finite())
     }
 
     /// Coupling iterations of a window in contact.

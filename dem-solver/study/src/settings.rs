@@ -421,8 +421,8 @@ fn lines(study: &Scene) -> Result<Vec<ScreenLine>, Diagnostic> {
             return study.refuse(&key, "a line without length", cure);
         }
         let sides: Vec<[[f64; 2]; 2]> = line.points.windows(2).map(|ends| [ends[0], ends[1]]).collect();
-        let meets = |k: usize| sides[..k.saturating_sub(1)].iter().any(|side| plan::cross(side, &sides[k]));
-        if (0..sides.len()).any(meets) {
+        let crosses = |k: usize| sides[..k.saturating_sub(1)].iter().any(|side| plan::cross(side, &sides[k]));
+        if (0..sides.len()).any(crosses) {
             let cure = "list its points in order along it, or make two lines of it";
             return study.refuse(&format!("line.{at}.points"), "the line crosses itself", cure);
         }

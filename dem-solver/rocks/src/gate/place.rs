@@ -164,7 +164,7 @@ pub fn heights(ground: &Terrain) -> Option<Diagnostic> {
             "triangles of the terrain are {} m wide: rocks bounce on ground as flat as that",
             four(edge)
         );
-        return said(what, "a terrain model of 0.5 to 5 m cells shows the ground that rocks meet");
+        return said(what, "a terrain model of 0.5 to 5 m cells shows the ground that rocks hit");
     }
     None
 }

@@ -289,8 +289,8 @@ fn too_soft(model: &Model, net: &ContactMesh, at: usize) -> Option<Diagnostic> {
     let [low, high] = bounds(net.nodes.iter().copied());
     let mut extents: [f64; 3] = (high - low).into();
     extents.sort_by(f64::total_cmp);
-    let way = BRAKES * extents[1];
-    let force = rock.mass * model.start(at).velocity.norm_squared() / way;
+    let distance = BRAKES * extents[1];
+    let force = rock.mass * model.start(at).velocity.norm_squared() / distance;
     // A modulus makes deep contacts stiffer.
     let judged = key == "stiffness" && share <= LIMIT && extents[1] > 2.0 * rock.reach;
     if judged && resting(&laws.surfaces[number], radius, force / rock.facing) > 0.5 * radius {
@@ -299,7 +299,7 @@ fn too_soft(model: &Model, net: &ContactMesh, at: usize) -> Option<Diagnostic> {
              may go through it",
             rock.name,
             four(radius),
-            four(way)
+            four(distance)
         );
         return Some(likely(&about, what, cure));
     }

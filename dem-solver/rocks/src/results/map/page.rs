@@ -110,7 +110,7 @@ pub const FEW: usize = 20;
 pub const LEGEND: i32 = 58;
 /// Names in the legend.
 pub const NAMES: usize = 6;
-/// Colours of the rocks, told apart with any colour vision. Source: Okabe and Ito, Color Universal Design, 2008; without yellow and
+/// Colours of the rocks, distinct for any colour vision. Source: Okabe and Ito, Color Universal Design, 2008; without yellow and
 /// light blue, which are pale on paper.
 pub const COLOURS: [RGBColor; 6] = [
     RGBColor(213, 94, 0),

@@ -58,7 +58,7 @@ pub fn number(value: &f64) -> String {
     if text == "-0" { "0".into() } else { text.into() }
 }
 
-/// A line that is told from the others of a picture without its colour: solid, dashed, dotted by its number.
+/// A line that differs from the others of a picture without its colour: solid, dashed, dotted by its number.
 ///
 /// # Errors
 /// What the backend says.
