@@ -1,6 +1,7 @@
 //! What a `Mismatch` is in the user's words, with what to try and the nearest known name.
 
 use super::exact::{Expected, Mismatch, What};
+use super::words::has_comma;
 use interface_defs::diagnostic::{Code, Diagnostic, code};
 use serde::de::Unexpected;
 use std::fmt;
@@ -130,6 +131,10 @@ fn of_type(got: &Value, expected: &Expected) -> Option<String> {
     match expected {
         Expected::Number | Expected::Whole | Expected::WholeNotNegative => {
             let text = text?;
+            if has_comma(text.as_bytes()) {
+                let number = text.replace(',', ".");
+                return Some(format!("a decimal comma? a number is written with a point: {number}"));
+            }
             let digits = text
                 .trim_end_matches(|c: char| c.is_alphanumeric() && !c.is_ascii_digit() || "/%*^".contains(c));
             let plain = [text, digits.trim_end()].into_iter().find(|t| t.parse::<f64>().is_ok())?;

@@ -208,6 +208,9 @@ fn a_fault_in_a_set_is_shown_in_the_set() {
         "--set rock.0.mass=heavy: wrong type: string \"heavy\", expected a number",
     );
     assert!(error.ends_with("   | rock.0.mass=heavy\n   |             ^^^^^"), "{error}");
+    let comma = "--set rock.0.mass=1,2: wrong type: string \"1,2\", expected a number";
+    let error = refused(text, &["rock.0.mass=1,2"], comma);
+    assert!(error.ends_with("a decimal comma? a number is written with a point: 1.2"), "{error}");
     let error = refused(text, &["title=x", "rock.0.mas=2"], "--set rock.0.mas=2: unknown key `mas`");
     assert!(error.contains("\n   | rock.0.mas=2\n   |        ^^^\n   = did you mean `mass`?"), "{error}");
     refused(text, &["rok.0.mass=2"], "--set rok.0.mass=2: unknown key `rok` at the top of the scene");
