@@ -57,6 +57,7 @@ mod stability;
 mod status;
 mod stop;
 mod sweep;
+mod table;
 mod trade;
 mod worst;
 

@@ -106,7 +106,7 @@ pub const TARGETS: &[Target] = &[
         made: Vec::new,
     },
     of_file!("study", "toml", |path| {
-        Scene::load_as(&study::settings::STUDY, path, &[])
+        Scene::load_as(&toolkit::scene::STUDY, path, &[])
             .is_ok_and(|read| study::settings::StudySettings::of(&read).is_ok())
     }),
     of_file!("geojson", "geojson", |path| {

@@ -30,7 +30,7 @@ const DONE: &str = CHUNK_ENDS[0];
 type Files = (&'static str, &'static [&'static str]);
 /// What follows from all members.
 const RESULTS: [Files; 2] =
-    [(results::MAPS, &["tif", "svg", "geojson", "qml"]), (results::LINES, &["csv", "svg"])];
+    [(results::MAPS, &["tif", "svg", "gpkg", "qml"]), (results::LINES, &["csv", "svg"])];
 
 /// The directory of a study.
 pub struct Directory {

@@ -13,27 +13,9 @@ use std::path::PathBuf;
 use toolkit::coordinates::{Coordinates, Form};
 use toolkit::exit::Exit;
 use toolkit::program::Extra;
-use toolkit::scene::{Kind, Scene};
+use toolkit::scene::Scene;
 use toolkit::schema::{Share, Tables};
 use toolkit::screen::show;
-
-/// What a study file may hold at its top.
-pub static STUDY: Kind = Kind {
-    name: "study",
-    keys: &[
-        "title",
-        "scene",
-        "seed",
-        "sampling",
-        "replicates",
-        "release",
-        "vary",
-        "maps",
-        "line",
-        "most_failed",
-        REPORT,
-    ],
-};
 
 /// The key that adds members to a study without making it another one.
 pub const REPLICATES: &str = "replicates";
@@ -526,7 +508,7 @@ mod tests {
     fn every_key_of_a_study_is_described_and_no_other() {
         let share = share();
         let mut known: Vec<&str> = share.properties.keys().map(String::as_str).collect();
-        let mut read = STUDY.keys.to_vec();
+        let mut read = toolkit::scene::STUDY.keys.to_vec();
         known.sort_unstable();
         read.sort_unstable();
         assert_eq!(known, read);

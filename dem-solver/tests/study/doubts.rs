@@ -2,8 +2,8 @@
 
 use super::*;
 use dem_solver::study::gate;
-use dem_solver::study::settings::STUDY as KIND;
 use interface_defs::diagnostic::Diagnostic;
+use toolkit::scene::STUDY as KIND;
 use toolkit::scene::Scene;
 
 /// What is wrong with a study is said before anything starts, at its place.

@@ -154,10 +154,25 @@ fn lines_and_maps_hold_what_flies_past() {
         assert!((at(&height) / exact - 1.0).abs() < 1e-6, "{cell}: {} {exact}", at(&height));
         assert_eq!(count.nearest(x, 1_200_023.0), None);
     }
-    let trajectories = std::fs::read_to_string(place.path("out/maps/trajectories.geojson")).expect("a layer");
-    let trajectories: serde_json::Value = serde_json::from_str(&trajectories).expect("JSON");
-    assert_eq!(trajectories["features"].as_array().map(Vec::len), Some(4));
-    assert_eq!(trajectories["crs"]["properties"]["name"], "urn:ogc:def:crs:EPSG::2056");
+    let file = rusqlite::Connection::open(place.path("out/maps/study.gpkg")).expect("a GeoPackage");
+    let ask = |what: &str| -> i64 { file.query_row(what, [], |row| row.get(0)).expect("an answer") };
+    assert_eq!(ask("SELECT count(*) FROM trajectories"), 4);
+    assert_eq!(ask("SELECT srs_id FROM gpkg_contents WHERE table_name = 'trajectories'"), 2056);
+    // A head of 8 bytes, then a point of z: each rock leaves the terrain at its eastern border.
+    let places = file.prepare("SELECT geom, max_speed_m_per_s FROM ends ORDER BY member");
+    let mut places = places.expect("columns");
+    let mut found = places.query([]).expect("rows");
+    for row in &rows {
+        let of = found.next().expect("a row").expect("as many as members");
+        let blob: Vec<u8> = of.get(0).expect("a geometry");
+        let part = |k: usize| f64::from_le_bytes(blob[13 + 8 * k..21 + 8 * k].try_into().expect("8 bytes"));
+        assert_eq!((&blob[..4], blob.len()), (&b"GP\0\x01"[..], 37));
+        for (k, name) in ["end_x_m", "end_y_m", "end_z_m"].into_iter().enumerate() {
+            assert!((part(k) - number(row, name)).abs() <= 5.1e-4, "{name}: {} {row:?}", part(k));
+        }
+        let speed: f64 = of.get(1).expect("a number");
+        assert!((speed / number(row, "max_speed_m_per_s") - 1.0).abs() < 1e-5, "{speed}");
+    }
 }
 
 /// What leaves the terrain in flight does so on a parabola, with its velocity at the border.
@@ -204,14 +219,14 @@ fn maps_are_read_by_gdal() {
     assert!(system.contains("CH1903+ / LV95") && system.contains("2056"), "{system}");
     let band = &info["bands"][0];
     assert_eq!((band["noDataValue"].as_f64(), band["maximum"].as_f64()), (Some(-9999.0), Some(4.0)));
-    let output = ask("ogrinfo", &["-al", "-so"], "trajectories.geojson").expect("part of the same package");
+    let output = ask("ogrinfo", &["-al", "-so"], "study.gpkg").expect("part of the same package");
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     for words in ["Feature Count: 4", "3D Line String", "CH1903+ / LV95", "max_kinetic_energy_J: Real"] {
         assert!(text.contains(words), "{words}: {text}");
     }
 }
 
-/// What QGIS makes of the layers: how it draws them, with the style that lies beside each.
+/// What QGIS makes of the layers: how it draws them, with the style that lies beside or in each.
 const IN_QGIS: &str = r#"
 import sys
 from qgis.core import QgsApplication, QgsRasterLayer, QgsVectorLayer
@@ -222,7 +237,7 @@ for name in ("speed_q50.tif", "speed_q50_low.tif", "count.tif"):
     items = layer.renderer().shader().rasterShaderFunction().colorRampItemList()
     print(name, layer.renderer().type(), len(items), items[0].color.name(), items[-1].color.name(), f"{items[-1].value:.6g}")
 for name in ("trajectories", "ends"):
-    layer = QgsVectorLayer(f"{sys.argv[1]}/{name}.geojson", name, "ogr")
+    layer = QgsVectorLayer(f"{sys.argv[1]}/study.gpkg|layername={name}", name, "ogr")
     print(name, layer.featureCount(), layer.crs().authid(), layer.renderer().type())
 application.exitQgis()
 "#;

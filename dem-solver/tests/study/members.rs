@@ -163,7 +163,7 @@ fn a_scaled_cluster_is_the_one_that_is_made_at_that_size() {
 #[test]
 fn members_start_on_the_ground_and_not_in_it() {
     use dem_solver::study::gate;
-    use dem_solver::study::settings::STUDY as KIND;
+    use toolkit::scene::STUDY as KIND;
     use toolkit::scene::Scene;
     let place = Place::new(STUDY);
     let file = Scene::load_as(&KIND, &place.path("study.toml"), &[]).expect("a study");

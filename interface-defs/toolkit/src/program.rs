@@ -169,7 +169,8 @@ pub fn main_with(program: &Program, extras: &[Extra]) -> ExitCode {
     {
         let form = matches.get_one("log_format").copied().unwrap_or_default();
         return guarded(|| {
-            log::init(form, true, (None, program.role))?;
+            let quiet = own.try_get_one::<bool>("quiet").ok().flatten();
+            log::init(form, quiet != Some(&true), (None, program.role))?;
             (extra.run)(own)
         });
     }

@@ -60,6 +60,24 @@ static SCENE: Kind = Kind { name: "scene", keys: &KEYS };
 /// A kit file.
 static KIT: Kind = Kind { name: "kit", keys: &kit::TABLES };
 
+/// A study of many releases.
+pub static STUDY: Kind = Kind {
+    name: "study",
+    keys: &[
+        "title",
+        "scene",
+        "seed",
+        "sampling",
+        "replicates",
+        "release",
+        "vary",
+        "maps",
+        "line",
+        "most_failed",
+        "report",
+    ],
+};
+
 /// A scene: text of its file, with every `--set` in place.
 #[derive(Debug, Clone)]
 pub struct Scene {

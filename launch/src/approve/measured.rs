@@ -4,14 +4,13 @@
 use super::layout::{Layout, OWN, Part};
 use super::site::{BLOCK, Block, CORNER, GRAVITY, Test, Which};
 use crate::stop::Stop;
+use crate::table::Table;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::message::Measure;
 use interface_defs::verdict::{Fate, Torn};
 use interface_defs::{PartUse, ShareOf, Utilisation};
 use serde::Serialize;
-use std::collections::HashMap;
 use std::path::Path;
-use toolkit::files;
 use toolkit::numbers::three;
 use toolkit::run_dir::HISTORY;
 use toolkit::summary::{RunStatus, Summary};
@@ -34,34 +33,7 @@ pub const NOMINAL: &str = "h_N";
 /// Column of the time.
 const TIME: &str = "time_s";
 
-/// `history.csv`, by columns.
-#[derive(Default)]
-pub struct History(HashMap<String, Vec<f64>>);
-
-impl History {
-    fn read(dir: &Path) -> Result<Self, csv::Error> {
-        let mut table = csv::Reader::from_reader(files::source(&dir.join(HISTORY))?);
-        let names: Vec<String> = table.headers()?.iter().map(str::to_owned).collect();
-        let mut columns = vec![Vec::new(); names.len()];
-        for row in table.records() {
-            let row = row?;
-            let cells = row.iter().map(|cell| cell.parse().unwrap_or(f64::NAN));
-            columns.iter_mut().zip(cells).for_each(|(column, cell)| column.push(cell));
-        }
-        Ok(Self(names.into_iter().zip(columns).collect()))
-    }
-
-    /// A column; empty where there is none.
-    fn column(&self, name: &str) -> &[f64] {
-        self.0.get(name).map_or(&[], Vec::as_slice)
-    }
-
-    /// Three columns, as vectors.
-    fn vectors(&self, name: impl Fn(char) -> String) -> Vec<[f64; 3]> {
-        let [x, y, z] = ['x', 'y', 'z'].map(|axis| self.column(&name(axis)));
-        x.iter().zip(y).zip(z).map(|((x, y), z)| [*x, *y, *z]).collect()
-    }
-
+impl Table {
     /// The last value of a column.
     pub fn last(&self, name: &str) -> f64 {
         self.column(name).last().copied().unwrap_or(f64::NAN)
@@ -73,6 +45,11 @@ impl History {
         let tail = self.column(name).get(from..).unwrap_or_default();
         let of = |better: fn(f64, f64) -> f64, worst| tail.iter().copied().fold(worst, better);
         (of(f64::min, f64::INFINITY), of(f64::max, f64::NEG_INFINITY))
+    }
+
+    /// Three columns, as vectors.
+    fn vectors(&self, before: &str, after: &str) -> Vec<[f64; 3]> {
+        self.vector(before, ["x", "y", "z"].map(|axis| format!("{axis}{after}"))).unwrap_or_default()
     }
 
     fn times(&self) -> &[f64] {
@@ -110,7 +87,7 @@ pub struct Ended {
     /// Whether it was made again with finer windows and steps.
     pub finer: bool,
     /// Its rows.
-    pub history: History,
+    pub history: Table,
 }
 
 impl Ended {
@@ -120,10 +97,14 @@ impl Ended {
         let failed = || Summary { reasons: errors, ..Summary::new(RunStatus::Failed) };
         let summary = found.unwrap_or_else(failed);
         // What lies there of a run that was refused is of another one, and a run that failed at once has no rows.
-        let none = refused || summary.status == RunStatus::Failed && !dir.join(HISTORY).exists();
-        let history = if none { Ok(History::default()) } else { History::read(dir) };
-        let unread = |e| format!("{}: {HISTORY} cannot be read: {e}", dir.display());
-        let history = history.map_err(|e: csv::Error| Stop::failed(code::FILE_CONTENT, unread(e)))?;
+        let unread = |why: String| {
+            Stop::failed(code::FILE_CONTENT, format!("{}: {HISTORY} cannot be read: {why}", dir.display()))
+        };
+        let history = if refused { Ok(Table::default()) } else { Table::read(&dir.join(HISTORY)) };
+        let history = history.map_err(|e| unread(e.to_string()))?;
+        if !refused && summary.status != RunStatus::Failed && history.rows() == 0 {
+            return Err(unread("it is not there, or has no rows".into()));
+        }
         let name = dir.file_name().unwrap_or_default().to_string_lossy().into_owned();
         Ok(Self { name, of, summary, refused, finer: false, history })
     }
@@ -430,7 +411,7 @@ impl Rows<'_> {
     /// Force of the structure on the block, from its motion: `m (dv/dt - g)`.
     fn block_force(&mut self, touch: f64, end: f64) {
         let (history, mass) = (&self.run.history, self.block.mass);
-        let (times, speeds) = (history.times(), history.vectors(|axis| format!("{BLOCK}_v{axis}_m_per_s")));
+        let (times, speeds) = (history.times(), history.vectors(&format!("{BLOCK}_v"), "_m_per_s"));
         let mean = |from: usize, to: usize| {
             let step = times[to] - times[from];
             let [x, y, z] = [0, 1, 2].map(|k| (speeds[to][k] - speeds[from][k]) / step);
@@ -499,7 +480,7 @@ impl Rows<'_> {
     /// The largest angle by which a post has turned from where it stood.
     fn tilt(&mut self, name: &str, gauge: &str, [foot, head]: [[f64; 3]; 2]) {
         let post = [0, 1, 2].map(|k| head[k] - foot[k]);
-        let moves = self.run.history.vectors(|axis| format!("{gauge}_head_u{axis}_m"));
+        let moves = self.run.history.vectors(&format!("{gauge}_head_u"), "_m");
         let angle = |u: &[f64; 3]| {
             let now = [0, 1, 2].map(|k| post[k] + u[k]);
             let cosine = (0..3).map(|k| post[k] * now[k]).sum::<f64>() / (size(&post) * size(&now));
@@ -511,7 +492,7 @@ impl Rows<'_> {
 
     /// The largest force of a support on the structure.
     fn support(&mut self, name: &str) {
-        let forces = self.run.history.vectors(|axis| format!("{OWN}_{name}_f{axis}_N"));
+        let forces = self.run.history.vectors(&format!("{OWN}_{name}_f"), "_N");
         let largest = self.run.history.largest(forces.iter().map(size));
         let note = "of the support on the structure, mean over a row of history.csv";
         let row = self.add_timed(&format!("{name} force"), largest.map(|(f, t, _)| (f, t)), "N", note);
@@ -560,7 +541,7 @@ fn size(v: &[f64; 3]) -> f64 {
 }
 
 /// Elongation of brake number `i` of `part` less what of it is elastic, in each row [m].
-fn plastic(history: &History, part: &Part, i: usize) -> Vec<f64> {
+fn plastic(history: &Table, part: &Part, i: usize) -> Vec<f64> {
     let column = |end| history.column(&format!("{}_{end}", part.member(i)));
     let elastic = |force: &f64| part.stiffness.map_or(0.0, |of| force / of);
     column("elongation_m").iter().zip(column("tension_N")).map(|(e, force)| e - elastic(force)).collect()
@@ -569,7 +550,7 @@ fn plastic(history: &History, part: &Part, i: usize) -> Vec<f64> {
 /// What brake number `i` of `part` has dissipated up to a row [J]: its force over its plastic travel, which is the largest elongation less
 /// that of its force. Over the elongation itself a brake that stays elastic comes to a work of either sign: rows are samples, and do not
 /// see where it goes slack.
-fn work(history: &History, part: &Part, i: usize, row: usize) -> Option<f64> {
+fn work(history: &Table, part: &Part, i: usize, row: usize) -> Option<f64> {
     let (forces, travels) =
         (history.column(&format!("{}_tension_N", part.member(i))), plastic(history, part, i));
     let last = row.min(travels.len().checked_sub(1)?);
@@ -586,9 +567,14 @@ fn work(history: &History, part: &Part, i: usize, row: usize) -> Option<f64> {
 mod tests {
     use super::*;
 
-    fn history(columns: &[&str], rows: Vec<Vec<f64>>) -> History {
-        let column = |i: usize| rows.iter().map(|row: &Vec<f64>| row[i]).collect();
-        History(columns.iter().enumerate().map(|(i, name)| ((*name).to_owned(), column(i))).collect())
+    fn history(columns: &[&str], rows: Vec<Vec<f64>>) -> Table {
+        let directory = tempfile::tempdir().expect("a directory");
+        let line = |cells: Vec<String>| cells.join(",") + "\n";
+        let numbers = rows.iter().map(|row| line(row.iter().map(f64::to_string).collect()));
+        let text = line(columns.iter().map(ToString::to_string).collect()) + &numbers.collect::<String>();
+        let path = directory.path().join(HISTORY);
+        std::fs::write(&path, text).expect("written");
+        Table::read(&path).expect("a table")
     }
 
     /// A block of 2 kg falls freely for 10 ms, is braked with 100 m/s2 for 10 ms, and pushed with 400 m/s2 for the last half of a

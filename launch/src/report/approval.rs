@@ -1,8 +1,9 @@
 //! The page of a test for approval: the rows of a test report for each launch of the kit as it is defined, and what varies.
 
-use super::curves::{self, Table};
+use super::curves;
 use super::page::{Page, escape, list, moment, number, table};
 use super::run::{bar, pairs};
+use crate::table::Table;
 use serde_json::Value;
 use std::io;
 use std::path::Path;

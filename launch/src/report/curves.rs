@@ -1,75 +1,12 @@
 //! Curves over time, from the columns of `history.csv` and `trajectory.csv`.
 
+use crate::table::Table;
 use base64::Engine as _;
 use serde_json::{Value, json};
-use std::fmt::Display;
-use std::io;
-use std::path::Path;
-use toolkit::files;
 use toolkit::summary::Summary;
 
 /// Most rows of a curve: of more, the least and the largest value of some that follow each other stand for them.
 const ROWS: usize = 3000;
-
-/// A table of numbers.
-#[derive(Default)]
-pub struct Table {
-    names: Vec<String>,
-    columns: Vec<Vec<f64>>,
-}
-
-impl Table {
-    /// That in the CSV file at `path`, up to its first row that is not whole; an empty one where there is none.
-    pub fn read(path: &Path) -> io::Result<Self> {
-        let file = match files::source(path) {
-            Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(Self::default()),
-            file => file?,
-        };
-        let mut reader = csv::Reader::from_reader(io::BufReader::new(file));
-        let names: Vec<String> = reader.headers()?.iter().map(str::to_owned).collect();
-        let mut columns = vec![Vec::new(); names.len()];
-        let mut row = csv::StringRecord::new();
-        while reader.read_record(&mut row).unwrap_or(false) {
-            // An empty cell is a number that there is not.
-            let cells = row.iter().map(|cell| cell.parse().unwrap_or(f64::NAN));
-            columns.iter_mut().zip(cells).for_each(|(column, value)| column.push(value));
-        }
-        Ok(Self { names, columns })
-    }
-
-    /// The same with the columns of whose names `keep` is true.
-    pub fn filtered(self, keep: impl Fn(&str) -> bool) -> Self {
-        let columns = self.names.into_iter().zip(self.columns);
-        let (names, columns) = columns.filter(|(name, _)| keep(name)).unzip();
-        Self { names, columns }
-    }
-
-    /// The column `name`.
-    pub fn column(&self, name: &str) -> Option<&[f64]> {
-        self.names.iter().position(|other| other == name).map(|at| &self.columns[at][..])
-    }
-
-    /// Columns by the ends of their names, such as x, y and z; `None` where one is missing.
-    pub fn vector<const N: usize>(&self, before: &str, ends: [impl Display; N]) -> Option<Vec<[f64; N]>> {
-        let columns = ends.map(|end| self.column(&format!("{before}{end}")));
-        let columns: Vec<&[f64]> = columns.into_iter().collect::<Option<_>>()?;
-        Some((0..columns[0].len()).map(|row| std::array::from_fn(|k| columns[k][row])).collect())
-    }
-
-    /// Names of the rocks, whose columns begin with them.
-    pub fn rocks(&self) -> impl Iterator<Item = &str> {
-        let names = self.names.iter().filter_map(|name| name.strip_suffix("_vx_m_per_s"));
-        names.filter(|name| self.column(&format!("{name}_orientation_w")).is_some())
-    }
-
-    /// The rows of which the column `name` is `value`.
-    fn only(&self, name: &str, value: f64) -> Self {
-        let is_one = |row: &usize| self.column(name).is_some_and(|column| column[*row] == value);
-        let rows: Vec<usize> = (0..self.columns.first().map_or(0, Vec::len)).filter(is_one).collect();
-        let columns = self.columns.iter().map(|column| rows.iter().map(|row| column[*row]).collect());
-        Self { names: self.names.clone(), columns: columns.collect() }
-    }
-}
 
 /// A chart: title, unit, curves by name.
 struct Chart {
@@ -117,7 +54,7 @@ pub fn charts(history: &Table, trajectory: &Table, summary: &Summary) -> Vec<Val
         }
     }
     let peak = |column: &[f64]| column.iter().map(|value| value.abs()).fold(0.0, f64::max);
-    let peak_of = |name: String| history.column(&name).map_or(-1.0, peak);
+    let peak_of = |name: String| peak(history.column(&name));
     let is_drawn = |name: &str, column: &[f64]| {
         // Of the least and the most loaded member of a group, that whose load is larger.
         let least = name.contains("_min") && peak(column) <= peak_of(name.replace("_min", "_max"));
@@ -126,9 +63,7 @@ pub fn charts(history: &Table, trajectory: &Table, summary: &Summary) -> Vec<Val
         let of_sum = sums.iter().any(|(sum, _)| name.starts_with(&format!("{sum}_")));
         !(least || most || of_rock || of_sum || name.ends_with("_defect_J"))
     };
-    for (name, column) in
-        history.names.iter().zip(&history.columns).filter(|(name, column)| is_drawn(name, column))
-    {
+    for (name, column) in history.columns().filter(|(name, column)| is_drawn(name, column)) {
         let Some((end, title, unit, factor)) = BY_END.iter().find(|(end, ..)| name.ends_with(end)) else {
             continue;
         };
@@ -137,15 +72,20 @@ pub fn charts(history: &Table, trajectory: &Table, summary: &Summary) -> Vec<Val
         let label = label.replace("_dem", " of rocks").replace("_fem", " of the structure").replace('_', " ");
         add(title, unit, &label, column.iter().map(|value| factor * value).collect());
     }
-    let time = history.column("time_s").unwrap_or_default();
+    let time = history.column("time_s");
     let mut all: Vec<Value> = charts.iter().map(|chart| packed(time, chart)).collect();
     // Each rock has times of its own there.
     for (number, rock) in rocks.iter().enumerate() {
         let own = trajectory.only("rock", number as f64);
-        let Some(time) = own.column("time_s").filter(|time| time.len() > 1) else { continue };
+        if own.rows() < 2 {
+            continue;
+        }
         let title = format!("Height of {rock} above the ground");
-        let height = own.column("jump_height_m").unwrap_or_default().to_vec();
-        all.push(packed(time, &Chart { title, unit: "m", curves: vec![("lowest point".into(), height)] }));
+        let height = own.column("jump_height_m").to_vec();
+        all.push(packed(
+            own.column("time_s"),
+            &Chart { title, unit: "m", curves: vec![("lowest point".into(), height)] },
+        ));
     }
     all
 }
@@ -159,7 +99,7 @@ fn travel(history: &Table, rock: &str, several: bool, summary: &Summary) -> Opti
     let measure = |name: &str| summary.measure(&if several { format!("{rock}_{name}") } else { name.into() });
     let (x, y, z) =
         (measure("impact_direction_x")?, measure("impact_direction_y")?, measure("impact_direction_z")?);
-    let (touch, time) = (measure("time_of_impact")?, history.column("time_s")?);
+    let (touch, time) = (measure("time_of_impact")?, history.column("time_s"));
     let places = history.vector(rock, ["_x_m", "_y_m", "_z_m"])?;
     let along: Vec<f64> = places.iter().map(|place| x * place[0] + y * place[1] + z * place[2]).collect();
     // A row stands at each first touch.

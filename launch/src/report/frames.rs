@@ -1,6 +1,7 @@
 //! What is shown in space: the frames of a structure in `fields/`, rocks as `history.csv` has them, the terrain about them.
 
-use super::curves::{Table, bytes, floats};
+use super::curves::{bytes, floats};
+use crate::table::Table;
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use serde_json::{Map, Value, json};
 use std::collections::{BTreeSet, HashMap};
@@ -53,7 +54,7 @@ pub fn replay(
     let peak = ["max_cable_force", "max_reaction_1ms", "max_reaction"].into_iter().find_map(timed);
     let impacts =
         summary.verdict.iter().filter_map(|of| Some(json!({ "rock": of.rock, "time": of.impact?.time })));
-    let time = history.column("time_s").unwrap_or_default();
+    let time = history.column("time_s");
     let mut stage = Stage { origin, extent: None, data: Map::new() };
     let data = [
         ("up", json!((-gravity).as_slice())),
@@ -89,12 +90,13 @@ impl Stage {
     /// Each rock: its surface about its centre, and its motion.
     fn rocks(&mut self, surfaces: &Files, history: &Table) -> io::Result<()> {
         self.data.insert("rocks".into(), json!([]));
-        let (Some((begin, file)), Some(time)) = (surfaces.first(), history.column("time_s")) else {
+        let Some((begin, file)) = surfaces.first() else {
             return Ok(());
         };
         let surface = Loaded::open(file)?;
         let (points, triangles) = (surface.floats("Points")?, surface.whole("connectivity")?);
         let numbers = surface.floats("rock")?;
+        let time = history.column("time_s");
         let at = time.iter().position(|time| time >= begin).unwrap_or(0);
         let step = time.len().div_ceil(POSES).max(1);
         let rows: Vec<usize> = (0..time.len()).step_by(step).chain(time.len().checked_sub(1)).collect();

@@ -1,8 +1,9 @@
 //! The page of a run.
 
-use super::curves::{self, Table};
+use super::curves;
 use super::frames;
 use super::page::{Page, escape, file_name, list, moment, number, picture, table};
+use crate::table::Table;
 use interface_defs::message::Found;
 use interface_defs::{Diagnostic, Measure, PartUse, Severity};
 use serde_json::{Map, Value};

@@ -14,7 +14,7 @@ use toolkit::columns::Columns;
 use toolkit::files::{self, Dir};
 use toolkit::numbers::{percent, short, three};
 use toolkit::run_dir::{BARRIER, REPORT, STUDY_RECORD};
-use toolkit::scene::{Kind, Scene, at};
+use toolkit::scene::{STUDY, Scene, at};
 use toolkit::summary::Summary;
 
 /// Bytes of all maps that are shown.
@@ -23,23 +23,6 @@ const MAPS: usize = 9 << 20;
 const HITS: usize = 2000;
 /// Study and scene as they were, in its directory.
 const FILES: [&str; 2] = ["study.toml", "scene.toml"];
-/// Its keys: those of the program that computes it.
-static STUDY: Kind = Kind {
-    name: "study",
-    keys: &[
-        "title",
-        "scene",
-        "seed",
-        "sampling",
-        "replicates",
-        "release",
-        "vary",
-        "maps",
-        "line",
-        "most_failed",
-        "report",
-    ],
-};
 /// Rows of a table by the names of its columns.
 type Rows = Vec<HashMap<String, String>>;
 

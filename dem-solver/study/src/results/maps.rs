@@ -1,9 +1,10 @@
 //! The maps: per cell how many rocks passed or stopped there, and quantiles of how fast, how strong, how high. Each is a GeoTIFF,
 //! one band of numbers, north up, in the terrain's coordinate system, and a picture; the two ends of an interval are GeoTIFFs beside it.
-//! Trajectories and ends of members are GeoJSON, with what became of each. Beside each layer lies its style for QGIS.
+//! Trajectories and ends of members are layers of a GeoPackage, with what became of each. Beside each raster lies its style for QGIS.
 //!
 //! Source: OGC GeoTIFF 1.1, 7.1 and B; the mark of cells without a value is GDAL's.
 
+use super::geopackage::{GeoPackage, Geometry, Layer};
 use super::picture::{self, Map, Scale};
 use super::style;
 use crate::base::Base;
@@ -14,9 +15,9 @@ use crate::summary::quantile_of;
 use dem_rocks::results::map::sheet::Imprint;
 use dem_terrain::system::{PROJECTED_TYPE, USER_DEFINED};
 use interface_defs::diagnostic::{Diagnostic, code};
+use rusqlite::types::Value as Attribute;
 use rustc_hash::FxHashMap;
-use serde_json::{Value, json};
-use std::io::{self, BufWriter, Cursor, Write};
+use std::io::{self, Cursor};
 use std::ops::Range;
 use std::path::Path;
 use tiff::TiffResult;
@@ -24,7 +25,7 @@ use tiff::encoder::colortype::Gray32Float;
 use tiff::encoder::compression::DeflateLevel;
 use tiff::encoder::{Compression, TiffEncoder};
 use tiff::tags::Tag;
-use toolkit::files::{self, Stream};
+use toolkit::files;
 use toolkit::numbers;
 use toolkit::summary::RunStatus;
 
@@ -219,11 +220,6 @@ impl System {
                 .try_instead("write its code in the study, as in maps.epsg = 2056")
         })
     }
-
-    /// For GeoJSON.
-    pub fn urn(&self) -> Option<String> {
-        self.epsg.map(|code| format!("urn:ogc:def:crs:EPSG::{code}"))
-    }
 }
 
 /// Write one band; NaN: no value.
@@ -262,96 +258,70 @@ fn encode(
     image.write_data(&filled)
 }
 
-/// The trajectories of some members.
-pub const TRAJECTORIES: &str = "trajectories.geojson";
-/// Where each came to rest or left the terrain.
-pub const ENDS: &str = "ends.geojson";
-
-/// A file of features that is written one by one.
-struct Features {
-    file: BufWriter<Stream>,
-    any: bool,
-}
-
-impl Features {
-    fn create(path: &Path, name: &str, system: &System) -> io::Result<Self> {
-        let mut file = BufWriter::new(files::create(path)?);
-        write!(file, "{{\"type\": \"FeatureCollection\", \"name\": \"{name}\"")?;
-        if let Some(urn) = system.urn() {
-            let crs = json!({ "type": "name", "properties": { "name": urn } });
-            write!(file, ", \"crs\": {crs}")?;
-        }
-        write!(file, ", \"features\": [")?;
-        Ok(Self { file, any: false })
-    }
-
-    fn add(&mut self, geometry: &Value, properties: serde_json::Map<String, Value>) -> io::Result<()> {
-        let feature = json!({ "type": "Feature", "geometry": geometry, "properties": properties });
-        write!(self.file, "{}\n{feature}", if self.any { "," } else { "" })?;
-        self.any = true;
-        Ok(())
-    }
-
-    fn end(mut self) -> io::Result<()> {
-        write!(self.file, "\n]}}\n")?;
-        self.file.flush()
-    }
-}
+/// Layers of trajectories, thin lines, and of where each rock ended: a circle where it is at rest, a triangle where it left the terrain, a
+/// cross where it still moved.
+const FEATURES: &str = "study.gpkg";
+const TRAJECTORIES: Layer =
+    Layer { name: "trajectories", geometry: Geometry::LineString, style: include_str!("trajectories.qml") };
+const ENDS: Layer = Layer { name: "ends", geometry: Geometry::Point, style: include_str!("ends.qml") };
 
 /// Millimetres are enough on a map.
 fn rounded(value: f64) -> f64 {
     (value * 1e3).round() / 1e3
 }
 
-/// Significant digits of attributes.
+/// Significant digits of attributes: all are in the table of members.
 const DIGITS: usize = 6;
 
-fn properties(base: &Base, record: &Record) -> serde_json::Map<String, Value> {
+/// Attributes of a member that are no numbers of a fall.
+const OWN: [(&str, &str); 6] = [
+    ("member", "INTEGER"),
+    ("release", "TEXT"),
+    ("status", "TEXT"),
+    ("ending", "TEXT"),
+    ("volume_m3", "DOUBLE"),
+    ("mass_kg", "DOUBLE"),
+];
+
+/// What is known of a member, in the order of the columns.
+fn attributes(base: &Base, record: &Record) -> Vec<Attribute> {
     let it = &record.outcome;
-    let mut all = serde_json::Map::new();
-    let mut put = |name: &str, value: Value| {
-        all.insert(name.into(), value);
-    };
-    put("member", json!(record.number));
-    put("release", json!(base.study.releases[base.release_of(record.number)].name));
-    put("status", json!(it.status.word()));
-    put("ending", json!(it.how.word()));
-    // All digits are in the table of members.
-    let short = |value: f64| json!(numbers::rounded(value, DIGITS));
-    put("volume_m3", short(it.volume));
-    put("mass_kg", short(it.mass));
-    for (quantity, value) in QUANTITIES.iter().zip(it.values).filter(|(quantity, _)| quantity.mapped) {
-        put(&quantity.column(), short(value));
-    }
-    all
+    let number = |value: f64| Attribute::Real(numbers::rounded(value, DIGITS));
+    let mapped = QUANTITIES.iter().zip(it.values).filter(|(quantity, _)| quantity.mapped);
+    let own = [
+        Attribute::Integer(record.number as i64),
+        Attribute::Text(base.study.releases[base.release_of(record.number)].name.clone()),
+        Attribute::Text(it.status.word().into()),
+        Attribute::Text(it.how.word().into()),
+        number(it.volume),
+        number(it.mass),
+    ];
+    own.into_iter().chain(mapped.map(|(_, value)| number(value))).collect()
 }
 
-/// Write the files of trajectories and ends.
-pub fn write_trajectories(base: &Base, system: &System, dir: &Path, all: All) -> io::Result<()> {
-    let mut lines = Features::create(&dir.join(TRAJECTORIES), "trajectories", system)?;
-    let mut ends = Features::create(&dir.join(ENDS), "ends", system)?;
+/// Write trajectories and ends.
+pub fn write_features(base: &Base, system: &System, dir: &Path, all: All) -> io::Result<()> {
+    let file = GeoPackage::create(&dir.join(FEATURES), system.epsg)?;
+    let mapped = QUANTITIES.iter().filter(|quantity| quantity.mapped);
+    let columns = OWN.map(|(name, kind)| (name.to_owned(), kind)).into_iter();
+    let columns: Vec<_> = columns.chain(mapped.map(|quantity| (quantity.column(), "DOUBLE"))).collect();
+    file.layer(&TRAJECTORIES, &columns)?;
+    file.layer(&ENDS, &columns)?;
     let origin = base.ground.origin;
     all(&mut |record| {
-        let path = &record.track.path;
+        let place = |[x, y, z, _]: &[f32; 4]| {
+            [f64::from(*x) + origin.x, f64::from(*y) + origin.y, f64::from(*z) + origin.z].map(rounded)
+        };
+        let path: Vec<[f64; 3]> = record.track.path.iter().map(place).collect();
         if path.len() > 1 {
-            let places: Vec<[f64; 3]> = path
-                .iter()
-                .map(|[x, y, z, _]| {
-                    [f64::from(*x) + origin.x, f64::from(*y) + origin.y, f64::from(*z) + origin.z]
-                        .map(rounded)
-                })
-                .collect();
-            lines.add(&json!({ "type": "LineString", "coordinates": places }), properties(base, record))?;
+            file.add(&TRAJECTORIES, &path, attributes(base, record))?;
         }
         if record.outcome.how != How::None {
-            let place = record.outcome.end.map(rounded);
-            ends.add(&json!({ "type": "Point", "coordinates": place }), properties(base, record))?;
+            file.add(&ENDS, &[record.outcome.end.map(rounded)], attributes(base, record))?;
         }
         Ok(())
     })?;
-    lines.end()?;
-    ends.end()?;
-    style::OF_LAYERS.iter().try_for_each(|(name, text)| files::write(&dir.join(name), text.as_bytes()))
+    file.close()
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@
 
 pub mod design;
 pub mod frequency;
+mod geopackage;
 pub mod lines;
 pub mod maps;
 pub mod picture;
@@ -34,7 +35,7 @@ pub fn write(base: &Base, dir: &Path, study: &Reliability, all: All) -> io::Resu
         Dir::create(&maps)?;
         found.warnings.extend(system.warning());
         maps::write(base, grid, &system, &maps, &imprint, all)?;
-        maps::write_trajectories(base, &system, &maps, all)?;
+        maps::write_features(base, &system, &maps, all)?;
     }
     if !base.lines.is_empty() {
         let lines = dir.join(LINES);

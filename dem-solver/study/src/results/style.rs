@@ -1,4 +1,4 @@
-//! How QGIS shows the layers of `maps/`: a `.qml` of the same name beside each, which it takes by itself.
+//! How QGIS shows the rasters of `maps/`: a `.qml` of the same name beside each, which it takes by itself.
 //!
 //! Source: QGIS 3 writes such files ("Save Style"); what is left out here has its own default.
 
@@ -7,10 +7,6 @@ use toolkit::numbers::three;
 
 /// Steps between two of the colours: QGIS interpolates evenly between them.
 const STEPS: usize = 4;
-
-/// Trajectories: thin lines. Ends: a circle where a rock is at rest, a triangle where it left the terrain, a cross where it still moved.
-pub const OF_LAYERS: [(&str, &str); 2] =
-    [("trajectories.qml", include_str!("trajectories.qml")), ("ends.qml", include_str!("ends.qml"))];
 
 /// Of a raster with these values: the colours of its picture, spread in the same way.
 pub fn of_raster(scale: Scale, values: &[f32]) -> String {
