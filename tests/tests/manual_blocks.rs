@@ -243,6 +243,10 @@ fn approvals_and_barriers() {
     runs(
         "docs/report.md",
         &bench,
-        &[("out/barrier-impact --pdf", "out/first"), ("out/barrier-impact", "out/first")],
+        &[
+            ("out/barrier-impact --pdf", "out/first"),
+            ("out/barrier-impact --png", "out/first"),
+            ("out/barrier-impact", "out/first"),
+        ],
     );
 }
