@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 use std::process::Command;
-use tests::manual::{holds, quoted, text};
+use tests::manual::{holds, pages, quoted, text};
 use tests::{Bench, Ended, example, program, repository, scene};
 
 /// The least count from which on `is` holds.
@@ -490,4 +490,76 @@ fn a_study_of_two_hundred_falls() {
     assert_eq!(ended.code, Some(0), "{}", ended.stderr);
     let values = [ended.measure("run_out_q50"), ended.measure("max_kinetic_energy_q50") / 1e3];
     holds("docs/ensemble.md", "and {} m with the usual 0.05 s; median energies 177 and {} kJ.", &values);
+}
+
+/// Sections of a page in which numbers stand, outside of code and links.
+fn sections(page: &str) -> Vec<String> {
+    let (mut found, mut section, mut code) = (Vec::<String>::new(), String::new(), false);
+    for line in text(page).lines() {
+        code ^= line.trim_start().starts_with("```");
+        if code {
+        } else if let Some(heading) = line.strip_prefix('#') {
+            section = heading.trim_start_matches('#').trim().to_owned();
+        } else {
+            let bare: String = line.split('`').step_by(2).collect();
+            let bare: String =
+                bare.split("](").map(|part| part.split_once(')').map_or(part, |(_, rest)| rest)).collect();
+            if bare.contains(|c: char| c.is_ascii_digit()) && found.last() != Some(&section) {
+                found.push(section.clone());
+            }
+        }
+    }
+    found
+}
+
+/// `docs/numbers.md` says of each section where its numbers come from; what holds them is there.
+#[test]
+fn every_section_with_numbers_says_where_they_come_from() {
+    let table = text("docs/numbers.md");
+    let rows = table.lines().filter(|line| line.starts_with("| ") && !line.starts_with("| page"));
+    let rows: Vec<Vec<&str>> =
+        rows.map(|line| line.trim_matches('|').split(" | ").map(str::trim).collect()).collect();
+    let (mut open, mut gone) = (Vec::new(), Vec::new());
+    let named = |page: &str, section: &str| {
+        let own = page.rsplit('/').next().expect("a name").trim_end_matches(".md");
+        let mut of_page = rows.iter().filter(|row| row[0].split(", ").any(|name| name == own));
+        of_page.any(|row| row[1] == "all" || row[1].split("; ").any(|name| name == section))
+    };
+    let except = ["docs/reference.md", "docs/SUMMARY.md", "docs/numbers.md"];
+    let all: Vec<String> = (pages().into_iter())
+        .filter(|page| page == "README.md" || (page.starts_with("docs/") && page.matches('/').count() == 1))
+        .filter(|page| !except.contains(&page.as_str()))
+        .collect();
+    for page in &all {
+        open.extend(
+            sections(page)
+                .into_iter()
+                .filter(|section| !named(page, section))
+                .map(|section| format!("{page}: {section}")),
+        );
+    }
+    for row in &rows {
+        assert_eq!(row.len(), 4, "{row:?}");
+        let of = |name: &str| all.iter().find(|page| page.ends_with(&format!("{name}.md"))).cloned();
+        for page in row[0].split(", ") {
+            let known = of(page).map(|page| sections(&page)).unwrap_or_else(|| panic!("no page {page}"));
+            gone.extend(
+                row[1]
+                    .split("; ")
+                    .filter(|s| *s != "all" && !known.iter().any(|k| k == s))
+                    .map(|s| format!("{page}: {s}")),
+            );
+        }
+        let paths = row[2].split('`').skip(1).step_by(2).flat_map(|code| code.split(' '));
+        let paths =
+            paths.filter(|word| word.contains('/') && word.contains('.') && !word.starts_with("out/"));
+        gone.extend(paths.filter(|path| !repository().join(path).exists()).map(str::to_owned));
+        let tested = row[2].contains(".rs") || row[2].contains(".toml");
+        let dated = row[3].starts_with("2026-") && row[3].contains(", ");
+        assert!(row[3] == "given" || dated || (row[3] == "each build" && tested), "{row:?}");
+    }
+    assert!(
+        open.is_empty() && gone.is_empty(),
+        "not in docs/numbers.md: {open:#?}; not there any more: {gone:#?}"
+    );
 }
