@@ -3,6 +3,7 @@
 
 pub mod browser;
 pub mod in_process;
+pub mod manual;
 pub mod readers;
 
 use interface_defs::Fate;

@@ -1,6 +1,7 @@
 //! A scene that names no scheme, window, tolerance or step is computed right, at about the cost of the best settings known.
 
 use std::path::{Path, PathBuf};
+use tests::manual::holds;
 use tests::{Bench, Ended, scene};
 
 /// A scene of the project without its tables `[coupling]`, `[dem]` and `[fem]`, in the directory of `bench`.
@@ -64,6 +65,11 @@ fn compare(name: &str, common: &[&str], converged: &[&str], best: &[&str], measu
         deviation(&best, &exact, measures)
     );
     assert!(off[0] < 0.01 && off[1] < 0.01, "{name}: off by {off:?}");
+    holds(
+        "docs/accuracy.md",
+        &format!("| `{name}` | {{}} % | {{}} % | {{}} |"),
+        &[100.0 * off[0], 100.0 * off[1], share],
+    );
     assert!(share < 1.3, "{name}: {share} of the best known cost");
 }
 

@@ -3,7 +3,60 @@
 
 use std::fmt::Write as _;
 use std::process::Command;
-use tests::{Bench, program, repository};
+use tests::manual::{blocks, blocks_in, pages};
+use tests::{Bench, example, program, repository};
+
+/// Pages whose shell blocks are run here. Blocks in TOML of every page are compared with the schemas in `reference.rs`.
+const RUN: &[&str] = &[
+    "docs/approval.md",
+    "docs/barrier.md",
+    "docs/calibrate.md",
+    "docs/ensemble.md",
+    "docs/own-rock.md",
+    "docs/own-site.md",
+    "docs/processes.md",
+    "docs/report.md",
+    "docs/rings.md",
+    "docs/solvers.md",
+    "docs/structures.md",
+    "docs/trade.md",
+];
+
+/// Blocks that are not run here: page, language, and what runs them, or why nothing does.
+const ELSEWHERE: &[(&str, &str, &str)] = &[
+    ("README.md", "sh", ".ci/run"),
+    ("CONTRIBUTING.md", "sh", ".ci/run"),
+    ("ARCHITECTURE.md", "", "a picture in text"),
+    ("dem-solver/examples/README.md", "sh", "needs valgrind"),
+    ("fem-solver/examples/README.md", "", "needs valgrind"),
+    ("docs/calibrate.md", "", "docs/measured/calibrate.py"),
+    ("docs/measured-falls.md", "sh", "needs data of others and 20 minutes; manual.rs compares the options"),
+    ("docs/nightly.md", "sh", "hours; manual.rs compares the sections"),
+    ("docs/own-net.md", "geo", "needs Gmsh; readme.rs runs the scene beside it on a mesh of Gmsh"),
+    ("docs/processes.md", "ini", "needs systemd"),
+    (
+        "docs/solvers.md",
+        "text",
+        "lines that `rockfall conform` prints of a solver that lies; tests/tests/conform.rs",
+    ),
+    ("docs/trade/barrier-impact.md", "", "written by `rockfall trade`"),
+    ("docs/trade/cable-net.md", "", "written by `rockfall trade`"),
+    ("docs/trade/walenstadt-compare.md", "", "written by `rockfall trade`"),
+    ("interface-defs/bindings/c/README.md", "sh", "interface-defs/bindings/test"),
+    ("interface-defs/bindings/golden/README.md", "python", "an encoder of the reader's own"),
+    ("interface-defs/bindings/python/README.md", "python", "interface-defs/bindings/python/tests"),
+    ("interface-defs/bindings/python/README.md", "sh", "interface-defs/bindings/test"),
+    ("interface-defs/bindings/templates/c/README.md", "sh", "interface-defs/bindings/test"),
+    ("interface-defs/bindings/templates/cpp/README.md", "sh", "interface-defs/bindings/test"),
+    ("interface-defs/bindings/templates/fortran/README.md", "sh", "interface-defs/bindings/test"),
+    ("interface-defs/bindings/templates/python/README.md", "sh", "interface-defs/bindings/test"),
+    ("interface-defs/bindings/templates/rust/README.md", "sh", "interface-defs/bindings/test"),
+    ("launch/adapters/README.md", "sh", "needs Kratos and CalculiX"),
+    ("launch/adapters/kratos/README.md", "sh", "launch/adapters/kratos/test"),
+    ("launch/adapters/nets/README.md", "sh", "launch/adapters/nets/test"),
+    ("launch/adapters/precice/README.md", "sh", "launch/adapters/precice/test"),
+    ("tests/peer/README.md", "sh", "needs Kratos and CalculiX"),
+];
 
 /// Beginning of a line that is not run, and why.
 const LEFT_OUT: [(&str, &str); 9] = [
@@ -13,7 +66,7 @@ const LEFT_OUT: [(&str, &str); 9] = [
     ("rockfall bridge --connect", "waits for a run on a second machine; tests/tests/bridge.rs has both"),
     ("rockfall run mine.toml --set 'processes.fem=\"rockfall bridge", "the other end of that bridge"),
     ("openssl", "a token of the machine"),
-    ("cargo ", "the suite itself, and examples of minutes"),
+    ("cargo ", "the suite itself"),
     (".ci/nightly", "hours"),
     ("SECONDS_EACH", "hours"),
 ];
@@ -24,24 +77,26 @@ while [ \"$1\" != serve ]; do shift; done
 case \" $* \" in *\" --as dem \"*) exec dem-solver \"$@\";; *) exec fem-solver \"$@\";; esac
 ";
 
-/// The blocks of a page, each with the line at which it begins.
-fn blocks(page: &str) -> Vec<(usize, String)> {
-    let text = std::fs::read_to_string(repository().join(page)).unwrap_or_else(|e| panic!("{page}: {e}"));
-    let (mut blocks, mut open): (Vec<(usize, String)>, bool) = (Vec::new(), false);
-    for (number, line) in (1..).zip(text.lines()) {
-        match (open, line) {
-            (false, "```sh") => {
-                blocks.push((number, String::new()));
-                open = true;
+#[test]
+fn every_block_of_every_page_is_run_or_says_why_not() {
+    let mut unused: Vec<_> =
+        ELSEWHERE.iter().map(|(page, language, _)| (*page, language.to_string())).collect();
+    let mut open = Vec::new();
+    for page in pages() {
+        for block in blocks(&page) {
+            let (kind, here) = ((page.as_str(), block.language.clone()), RUN.contains(&page.as_str()));
+            let elsewhere = ELSEWHERE.iter().any(|(p, l, _)| *p == kind.0 && *l == kind.1);
+            unused.retain(|entry| *entry != kind);
+            if !(elsewhere || kind.1 == "toml" || (kind.1 == "sh" && here)) {
+                open.push(format!("{page}:{}: `{}`", block.line, block.language));
             }
-            (true, "```") => open = false,
-            (true, line) => {
-                let _ = writeln!(blocks.last_mut().expect("begun").1, "{line}");
-            }
-            _ => {}
         }
     }
-    blocks
+    assert!(open.is_empty(), "nothing runs, and no entry of ELSEWHERE says why: {open:#?}");
+    assert!(unused.is_empty(), "there are no such blocks any more: {unused:?}");
+    let gone = |how: &&str| how.contains('/') && !how.contains(' ') && !repository().join(how).exists();
+    let gone: Vec<_> = ELSEWHERE.iter().map(|(_, _, how)| *how).filter(gone).collect();
+    assert!(gone.is_empty(), "not there: {gone:?}");
 }
 
 /// Run all blocks of a page in one directory, with these replacements (`$` is the end of a line without its comment); a few rocks are an unreliable sample, which is no failure here.
@@ -49,19 +104,21 @@ fn runs(page: &str, bench: &Bench, changes: &[(&str, &str)]) {
     let bin = program("rockfall").parent().expect("a directory").to_owned();
     let path = format!("{}:{}", bin.display(), std::env::var("PATH").expect("a path"));
     let left = |line: &str| LEFT_OUT.iter().any(|(start, _)| line.trim_start().starts_with(start));
-    let found = blocks(page);
-    assert!(!found.is_empty(), "{page} has no block");
+    assert!(RUN.contains(&page), "{page} is to be in RUN");
     let mut unused: Vec<&str> = changes.iter().map(|(from, _)| *from).collect();
-    for (number, block) in found {
+    for tests::manual::Block { line: number, text: block, .. } in
+        blocks(page).into_iter().filter(|block| block.language == "sh")
+    {
         let mut script = String::from("rockfall() { command rockfall \"$@\" || [ $? = 3 ]; }\n");
-        for line in block.lines().filter(|line| !left(line)) {
+        for line in block.lines() {
             let mut line = line.split("  #").next().expect("a part").trim_end().to_owned() + "$";
             for (from, to) in changes.iter().filter(|(from, _)| line.contains(from)).collect::<Vec<_>>() {
                 unused.retain(|change| change != from);
                 line = line.replace(from, to);
             }
-            let line = line.trim_end_matches('$');
-            let _ = writeln!(script, "{line}");
+            if !left(&line) {
+                let _ = writeln!(script, "{}", line.trim_end_matches('$'));
+            }
         }
         let output = Command::new("bash")
             .args(["-euo", "pipefail", "-c", &script])
@@ -136,17 +193,11 @@ fn slope() -> String {
     text
 }
 
-/// The blocks of a page in TOML, in its order.
-fn toml(page: &str) -> Vec<String> {
-    let text = std::fs::read_to_string(repository().join(page)).expect("read");
-    text.split("```toml\n").skip(1).filter_map(|rest| Some(rest.split("```").next()?.to_owned())).collect()
-}
-
 #[test]
 fn many_releases() {
     let bench = Bench::new();
     let page = "docs/ensemble.md";
-    let own = toml(page);
+    let own = blocks_in(page, "toml");
     write(
         &bench,
         "fall.toml",
@@ -170,7 +221,7 @@ fn many_releases() {
 fn own_rock() {
     let bench = Bench::new();
     let page = "docs/own-rock.md";
-    write(&bench, "fall.toml", &toml(page)[0].replace("spheres = 300", "spheres = 30"));
+    write(&bench, "fall.toml", &blocks_in(page, "toml")[0].replace("spheres = 300", "spheres = 30"));
     write(&bench, "valley.asc", &slope());
     write(&bench, "boulder.stl", &boulder());
     runs(page, &bench, &[]);
@@ -249,4 +300,63 @@ fn approvals_and_barriers() {
             ("out/barrier-impact", "out/first"),
         ],
     );
+}
+
+/// Sixty sets, the least that are taken, of balls down the slope of the page's example.
+#[test]
+fn calibration() {
+    let bench = Bench::new();
+    with_repository(&bench);
+    let page = "docs/calibrate.md";
+    let scenes = repository().join("launch/scenes");
+    let own = |name: &str| std::fs::read_to_string(scenes.join(name)).expect("read");
+    let fall = own("slope-fall.toml").replace("data/", "launch/scenes/data/");
+    let ball = fall.replace(
+        r#"{ type = "norm_rock", form = "111", volume = 0.3 }"#,
+        r#"{ type = "sphere", radius = 0.4 }"#,
+    );
+    write(&bench, "fall.toml", &ball.replace("cluster.spheres = 64\n", ""));
+    let varied = |line: &&str| !["contact.0.", "orientation"].iter().any(|key| line.starts_with(key));
+    let study = own("studies/slope.toml")
+        .replace("../slope-fall.toml", "fall.toml")
+        .replace("count = 200", "count = 4");
+    write(&bench, "study.toml", &study.lines().filter(varied).collect::<Vec<_>>().join("\n"));
+    let file = blocks_in(page, "toml")[0].replace("of = 30", "of = 4");
+    write(&bench, "calibrate.toml", &format!("sets = 60\n{file}"));
+    let values = "stop_m,speed_m_per_s,jump_height_m\n80,10,0.5\n85,11,0.6\n90,12,0.7\n95,13,0.8\n";
+    ["half.csv", "other.csv"].iter().for_each(|name| write(&bench, name, values));
+    runs(page, &bench, &[]);
+    let found = std::fs::read_to_string(bench.path("out/calibrate/calibration.md")).expect("the page");
+    // The heads of the tables are those that the page shows.
+    let shown = blocks_in(page, "");
+    let columns = |line: &str| line.split('|').map(str::trim).map(str::to_owned).collect::<Vec<_>>();
+    for head in
+        shown[0].lines().filter(|line| line.starts_with("| parameter") || line.starts_with("| observed"))
+    {
+        assert!(found.lines().any(|line| columns(line) == columns(head)), "{head}\n{found}");
+    }
+}
+
+#[test]
+fn rings() {
+    let bench = Bench::new();
+    let example = example("rings");
+    let by_name = format!("{} ", example.display());
+    // Fewer beams; a panel takes minutes.
+    let changes = [
+        ("cargo run --release -p fem-solver --example rings -- ", by_name.as_str()),
+        ("chain beams=96", "chain beams=8"),
+        ("points=4 beams=64", "points=4 beams=24"),
+        ("panel rows=45", "chain way=0.01 rows=45"),
+    ];
+    runs("docs/rings.md", &bench, &changes);
+}
+
+#[test]
+fn what_accuracy_costs() {
+    let bench = Bench::new();
+    copy(&bench, "launch/scenes/sphere-on-cable.toml", "scene.toml");
+    let short = [("SCENE", "scene.toml --set end_time=0.02"), ("10m", "5s"), ("=0.49514", "=0.0367")];
+    runs("docs/trade.md", &bench, &short);
+    assert!(bench.path("out/windows/trade.md").exists());
 }

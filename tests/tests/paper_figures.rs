@@ -1,5 +1,6 @@
 //! The scenes that come with the project give the figures that stand in their first lines.
 
+use tests::manual::holds;
 use tests::{Bench, Ended, scene};
 
 fn run(name: &str, sets: &[&str]) -> (Bench, Ended) {
@@ -26,6 +27,7 @@ fn the_drop_test_meets_the_independent_figures_weak_and_strong() {
     for (spheres, deflection, reaction) in ROWS {
         let count = spheres;
         let spheres = format!("rock.0.cluster.spheres={spheres}");
+        let mut row = Vec::new();
         for scheme in [&[][..], &STRONG] {
             let mut sets = vec![spheres.as_str(), "end_time=0.78"];
             sets.extend(scheme);
@@ -43,7 +45,11 @@ fn the_drop_test_meets_the_independent_figures_weak_and_strong() {
             // The converged scheme conserves: V-C2. 1e-3 is the bound for steps of 1e-5 s.
             let bound = if scheme.is_empty() { 1e-2 } else { 1e-3 };
             assert!(ended.measure("energy_error") < bound);
+            row.push(["max_deflection", "max_reaction_1ms", "energy_error"].map(|name| ended.measure(name)));
         }
+        let [weak, strong] = [row[0], row[1]];
+        let values = [weak[0], strong[0], weak[1], strong[1], weak[2], strong[2]];
+        holds("docs/accuracy.md", &format!("| {count} | {{}} | {{}} | {{}} / {{}} | {{}} / {{}} |"), &values);
     }
 }
 
@@ -64,6 +70,11 @@ fn by_hertz_rock_the_drop_test_does_not_depend_on_the_spheres() {
     close("max_reaction_1ms", also, reaction, 1e-5);
     close("max_deflection", deflection, 0.47042, 1e-4);
     assert!(deflection < ROWS[2].1, "{deflection}");
+    for (row, values) in
+        [("| 64 | 0.49514, 33 823", [deflection, reaction]), ("| 512 | 0.48433, 33 713", [other, also])]
+    {
+        holds("docs/accuracy.md", &format!("{row} | {{}}, {{}} |"), &values);
+    }
 }
 
 #[test]

@@ -2,14 +2,8 @@
 
 use std::fmt::Write;
 use std::path::Path;
+use tests::manual::blocks_in;
 use tests::{Bench, example, repository};
-
-/// The blocks of TOML in a page of the repository.
-fn scenes(page: &str) -> Vec<String> {
-    let text = std::fs::read_to_string(repository().join(page)).expect("the page");
-    let blocks = text.split("```toml\n").skip(1);
-    blocks.map(|block| block.split("```").next().expect("closed").to_owned()).collect()
-}
 
 /// A boulder of eight faces in ASCII STL, 1.2 m x 0.9 m x 0.8 m.
 fn boulder() -> String {
@@ -55,7 +49,7 @@ fn write(dir: &Path, name: &str, text: &str) {
 fn the_scenes_of_the_tutorial_run_on_files_of_ones_own() {
     let bench = Bench::new();
     let dir = bench.path("");
-    let one = |page: &str| -> String { scenes(page).into_iter().next().expect("a scene") };
+    let one = |page: &str| -> String { blocks_in(page, "toml").remove(0) };
     let (fall, net) = (one("docs/own-rock.md"), one("docs/own-net.md"));
     let mesh = repository().join("launch/scenes/data/net-5x5-v22.msh");
     let mesh = std::fs::read_to_string(mesh).expect("a mesh").replace("\"net\"", "\"wires\"");
@@ -92,7 +86,7 @@ fn the_scenes_of_the_tutorial_run_on_files_of_ones_own() {
 #[test]
 fn the_scene_with_a_foreign_solver_runs() {
     let bench = Bench::new();
-    let [scene]: [String; 1] = scenes("docs/solvers.md").try_into().expect("one scene");
+    let scene = blocks_in("docs/solvers.md", "toml").remove(0);
     let named = "\"target/release/examples/oscillator\"";
     assert!(scene.contains(named), "{scene}");
     let text = scene.replace(named, &format!("{:?}", example("oscillator")));

@@ -31,6 +31,7 @@ fn faults(value: &Value, schema: &Value, root: &Value, at: &str, found: &mut Vec
             "description" | "default" | "writeOnly" | "title" | "$schema" | "definitions" => {}
             "type" if rule == "number" && value.is_number() => {}
             "type" if rule == kind(value) => {}
+            "type" if rule.as_array().is_some_and(|kinds| kinds.iter().any(|one| one == kind(value))) => {}
             "type" => refuse(format!("{value} is no {rule}")),
             "const" if rule != value => refuse(format!("{value} is not {rule}")),
             "const" => {}
@@ -200,6 +201,35 @@ fn a_study_fits_its_schema_and_a_misspelt_key_does_not() {
         assert!(text.contains(from), "{from} is in the study");
         assert!(!unfit(&text.replacen(from, to, 1)).is_empty(), "{to} must be refused");
     }
+}
+
+/// The same without what a whole file must have.
+fn of_parts(schema: &Value) -> Value {
+    match schema {
+        Value::Object(all) => {
+            let kept = all.iter().filter(|(word, _)| *word != "required");
+            let word = |word: &str| if word == "oneOf" { "anyOf" } else { word }.to_owned();
+            Value::Object(kept.map(|(name, rule)| (word(name), of_parts(rule))).collect())
+        }
+        Value::Array(all) => all.iter().map(of_parts).collect(),
+        other => other.clone(),
+    }
+}
+
+/// A block of a page is a scene, a study, a calibration or a kit, or a part of one.
+#[test]
+fn every_block_in_toml_of_every_page_fits_a_schema() {
+    let kinds: [&[&str]; 4] = [&[], &["--study"], &["--calibration"], &["--kit"]];
+    let schemas = kinds.map(|kind| of_parts(&serde_json::from_str(&printed(kind)).expect("JSON")));
+    let mut count = 0;
+    for page in tests::manual::pages() {
+        for text in tests::manual::blocks_in(&page, "toml") {
+            count += 1;
+            let unfit = schemas.each_ref().map(|schema| unfit(&text, schema));
+            assert!(unfit.iter().any(Vec::is_empty), "{page}:\n{text}\n{unfit:#?}");
+        }
+    }
+    assert!(count > 20, "{count}");
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! A block down a slope into a standing barrier: what is counted along the impact direction, again from the rows.
 
 use std::process::Command;
+use tests::manual::holds;
 use tests::{Bench, program, scene};
 
 #[test]
@@ -45,6 +46,11 @@ fn travel_and_braking_are_those_along_the_impact_direction() {
         time[stop] - impact
     );
     assert!((1.6..1.8).contains(&given) && (0.27..0.3).contains(&braking), "{given} m, {braking} s");
+    holds(
+        "README.md",
+        "terrain, block and barrier in one: {} m and {} s along the impact direction",
+        &[given, braking],
+    );
     assert!(run.summary()["measures"]["max_deflection"].is_null(), "no depth, at 65 degrees from gravity");
 }
 
