@@ -9,6 +9,7 @@ use std::io;
 use std::path::Path;
 
 use toolkit::recording::{Entry, Exchange, Reader};
+use toolkit::{picture, provenance};
 
 /// One exchange; what its solver neither takes nor gives is absent, and so is all of a window on selected nodes.
 #[derive(Debug, Serialize)]
@@ -131,7 +132,7 @@ fn row(number: usize, exchange: &Exchange, layouts: Option<&[Layout; 2]>) -> Cro
     }
 }
 
-const SIZE: (u32, u32) = (900, 720);
+const SIZE: [i32; 2] = [900, 720 + picture::FOOT];
 const INK: RGBColor = RGBColor(40, 40, 40);
 const GRID: RGBColor = RGBColor(205, 205, 205);
 const ACCEPTED: RGBColor = RGBColor(3, 83, 164);
@@ -173,9 +174,12 @@ impl Picture {
         let end = self.iterations.last()?.0;
         let mut text = String::new();
         {
-            let root = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
-            self.page(&root, title, end).and_then(|()| root.present()).ok()?;
+            let root = SVGBackend::with_string(&mut text, SIZE.map(|length| length as u32).into());
+            let root = root.into_drawing_area();
+            root.fill(&WHITE).ok()?;
+            self.page(&root.margin(0, picture::FOOT, 0, 0), title, end).and_then(|()| root.present()).ok()?;
         }
+        picture::close(&mut text, SIZE, 1, &[Some(&provenance::now())]);
         Some(text)
     }
 
@@ -185,7 +189,6 @@ impl Picture {
         title: &str,
         end: f64,
     ) -> Result<(), DrawingAreaErrorKind<io::Error>> {
-        root.fill(&WHITE)?;
         let font = |size: i32| ("sans-serif", size).into_font().color(&INK);
         let panels = root.titled(title, font(18))?.split_evenly((3, 1));
         let [u, force] = &self.curves;

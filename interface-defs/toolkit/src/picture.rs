@@ -1,5 +1,5 @@
-//! What stands across the pictures of a run or a study whose results are not to be trusted. They are drawn before it is known:
-//! the words are in every picture, unseen, and shown when the summary is written.
+//! What all pictures have in common: colours, the line at their foot, and what stands across those of a run or a study whose results are
+//! not to be trusted. They are drawn before it is known: the words are in every picture, unseen, and shown when the summary is written.
 
 use super::files::{self, Dir};
 use super::run_dir::PICTURE;
@@ -10,8 +10,28 @@ use std::path::Path;
 const FOLDERS: [&str; 2] = ["maps", "lines"];
 const UNSEEN: &str = "<g visibility=\"hidden\"";
 
-/// The end of a picture of this width and height, with the words.
-pub fn end([width, height]: [i32; 2]) -> String {
+/// Colours of lines and marks, distinct for any colour vision. Source: Okabe and Ito, Color Universal Design, 2008; without yellow and
+/// light blue, which are pale on paper.
+pub const COLOURS: [(u8, u8, u8); 6] =
+    [(213, 94, 0), (0, 114, 178), (0, 0, 0), (0, 158, 115), (204, 121, 167), (230, 159, 0)];
+/// Height of the foot [px].
+pub const FOOT: i32 = 30;
+
+/// End the picture `svg` of this width and height, of which `fine` are a pixel: of what it is, and of which version, at its foot, and the words.
+pub fn close(svg: &mut String, [width, height]: [i32; 2], fine: i32, foot: &[Option<&str>]) {
+    let version = concat!("rockfall ", env!("CARGO_PKG_VERSION"));
+    let foot: Vec<&str> = foot.iter().flatten().copied().chain([version]).collect();
+    let foot = foot.join("  |  ").replace('&', "&amp;").replace('<', "&lt;");
+    let (left, low, size) = (10 * fine, height - 11 * fine, 11 * fine);
+    let foot = format!(
+        "<text x=\"{left}\" y=\"{low}\" font-family=\"sans-serif\" font-size=\"{size}\" fill=\"#282828\">{foot}</text>\n"
+    );
+    svg.truncate(svg.rfind("</svg>").unwrap_or(svg.len()));
+    *svg += &(foot + &words([width, height]));
+}
+
+/// The end of a picture, with the words.
+fn words([width, height]: [i32; 2]) -> String {
     let size = (width / 7).min(height / 2);
     // Once for each part of a high page that is as high as it is wide.
     let parts = (height / width).max(1);

@@ -1,7 +1,7 @@
 //! The page of a test for approval: the rows of a test report for each launch of the kit as it is defined, and what varies.
 
 use super::curves;
-use super::page::{Page, escape, list, moment, number, table};
+use super::page::{Page, escape, list, moment, number, table, unless_noise};
 use super::run::{bar, pairs};
 use crate::table::Table;
 use serde_json::Value;
@@ -10,7 +10,7 @@ use std::path::Path;
 use toolkit::columns::Columns;
 use toolkit::files;
 use toolkit::numbers::{percent, short, three};
-use toolkit::run_dir::{APPROVAL, HISTORY, REPORT};
+use toolkit::run_dir::{APPROVAL, HISTORY, RECORD, REPORT};
 use toolkit::summary::{RunStatus, Summary};
 
 /// Numbers of a launch that a row of the cases has.
@@ -43,7 +43,9 @@ pub fn page(dir: &Path) -> io::Result<Page> {
         _ => RunStatus::Done,
     };
     let mut page = Page::new(&format!("{}: test for approval", text(&all["kit"])), status);
-    page.section("What was tested", &tested(&all));
+    let first = dir.join(plain(&all["cases"][0]["launches"][0]["run"]));
+    let record: Value = files::read_json(&first.join(RECORD)).unwrap_or_default();
+    page.section("What was tested", &tested(&all, &record));
     let verdict = text(&all["verdict"]).replace('_', " ");
     let words = [format!("Verdict: {verdict}"), text(&all["conclusion"]), text(&all["stands"])];
     let [first, varied @ ..] = cases else { return Ok(page) };
@@ -111,17 +113,17 @@ fn text(of: &Value) -> String {
 
 /// A number of a row in the unit in which people read it.
 fn value(row: &Value, key: &str) -> String {
-    let Some(value) = row[key].as_f64() else { return String::new() };
+    let Some(value) = row[key].as_f64().map(unless_noise) else { return String::new() };
     let (factor, unit) = match row["unit"].as_str().unwrap_or_default() {
         "1" => (1.0, String::new()),
-        unit if ["J", "N", "N m"].contains(&unit) => (1e-3, format!(" k{unit}")),
-        unit => (1.0, format!(" {unit}")),
+        unit if ["J", "N", "N m"].contains(&unit) => (1e-3, format!("&nbsp;k{unit}")),
+        unit => (1.0, format!("&nbsp;{unit}")),
     };
     number(value, &short(factor * value)) + &unit
 }
 
 /// Kit, site and blocks.
-fn tested(all: &Value) -> String {
+fn tested(all: &Value, record: &Value) -> String {
     let row = |name: &str, key: &str| (name.to_owned(), text(&all[key]));
     let block = |key: &str| {
         let of = &all[key];
@@ -138,6 +140,7 @@ fn tested(all: &Value) -> String {
         row("file of the kit", "kit_file"),
         row("its hash", "kit_hash"),
         row("version", "version"),
+        ("date of the first run".into(), text(&record["date"])),
         row("site; reference slope through the feet", "site"),
         ("nominal height h_N".into(), number("h_N_m", "m")),
         ("speed of the block".into(), number("speed_m_per_s", "m/s")),
@@ -182,11 +185,14 @@ fn found<'a>(launch: &'a Value, name: &str) -> Option<&'a Value> {
 fn cell(row: &Value) -> String {
     let mut text = value(row, "value");
     if let Some(share) = row["share"].as_f64() {
-        text += &format!(" {}", bar(share, &number(share, &percent(share))));
+        text += &format!(" {}", bar(share, &number(share, &percent(unless_noise(share)))));
     }
     if let Some(vector) = row["vector"].as_array() {
-        let parts: Vec<String> =
-            vector.iter().filter_map(Value::as_f64).map(|part| number(part, &short(1e-3 * part))).collect();
+        let parts: Vec<String> = vector
+            .iter()
+            .filter_map(Value::as_f64)
+            .map(|part| number(part, &short(1e-3 * unless_noise(part))))
+            .collect();
         text += &format!("<br><small>({}) kN</small>", parts.join(", "));
     }
     if let Some(time) = row["time_s"].as_f64() {
@@ -233,6 +239,9 @@ fn charts(dir: &Path, launches: &[Value]) -> io::Result<Vec<Value>> {
                 || name.contains("posts_"))
         });
         for mut chart in curves::charts(&history, &Table::default(), &summary) {
+            for curve in chart["curves"].as_array_mut().into_iter().flatten() {
+                curve["name"] = plain(&curve["name"]).trim_start_matches("approve ").into();
+            }
             chart["title"] = format!("{}: {}", plain(&launch["launch"]), plain(&chart["title"])).into();
             all.push(chart);
         }
@@ -260,7 +269,7 @@ fn spread(first: &Value, cases: &[Value], varied: usize) -> String {
         let (low, high) =
             values.iter().fold((own, own), |(low, high), value| (value.min(low), value.max(high)));
         let [low, high] = [low, high].map(|end| percent((end - own) / own));
-        Some(format!("{} {}: {low} to {high} of that as defined", which.0, which.1))
+        Some(format!("{} {}: {low} to {high} beside that as defined", which.0, which.1))
     });
     let apart = if varied == 0 { String::new() } else { list(apart) };
     table("One thing at a time is varied; the first row is the kit as defined.", &columns, cases) + &apart

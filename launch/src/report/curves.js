@@ -32,6 +32,9 @@ function chart(of, home) {
       make("svg", { viewBox: "0 0 32 8", "aria-hidden": true }, make("path", { d: "M0 4H32", ...stroke })), name, output);
     return { values: floats(values), path: make("path", stroke), output, button };
   });
+  // What is less than this is a rounding error; numbers of things are whole.
+  const all = curves.map(({ values }) => values), noise = 1e-9 * all.reduce((most, of) => of.reduce((most, value) => Math.max(most, Math.abs(value) || 0), most), 0);
+  const whole = all.every(values => values.every(Number.isInteger));
   const measured = of.unit === "1" ? "" : ` [${of.unit}]`;
   const svg = make("svg", { tabindex: 0, role: "img", "aria-label": `${of.title}${measured} over time: ${of.curves.map(c => c.name).join(", ")}` });
   // The moment is no part of the picture: it moves in each frame, and nothing is laid out anew for it.
@@ -79,7 +82,7 @@ function chart(of, home) {
     if (high === low) [low, high] = [-1, 1];
     const room = 0.04 * (high - low);
     const y = value => (top + (high + room - value) / (high - low + 2 * room) * (height - top - bottom)).toFixed(1);
-    const axes = ticks(low, high, 5).flatMap(value => [
+    const axes = ticks(low, high, 5).filter(value => !whole || Number.isInteger(value)).flatMap(value => [
       make("line", { class: "axis", x1: left, x2: width - right, y1: y(value), y2: y(value) }),
       make("text", { x: left - 6, y: Number(y(value)) + 4, "text-anchor": "end" }, shown(value, 6))]);
     for (const value of ticks(view.from, view.to, Math.max(width / 90, 2))) axes.push(
@@ -97,7 +100,7 @@ function chart(of, home) {
     const row = place(times, view.time - 1e-9);
     if (row === beside) return;
     beside = row;
-    for (const curve of curves) curve.output.firstChild.data = shown(curve.values[row]);
+    for (const curve of curves) curve.output.firstChild.data = shown(Math.abs(curve.values[row]) < noise ? 0 : curve.values[row]);
   });
   const time = event => {
     const box = svg.getBoundingClientRect();
@@ -125,16 +128,15 @@ function chart(of, home) {
   for (const event of ["beforeprint", "afterprint"]) window.addEventListener(event, draw);
   view.watchers.push(change => "from" in change ? draw() : point());
   new ResizeObserver(() => requestAnimationFrame(() => !printed && svg.clientWidth && Math.abs(svg.clientWidth - width) > 1 && draw())).observe(svg);
-  draw();
-  return times;
 }
 
 const curves = document.getElementById("curves");
 if (curves) {
   const spans = data.charts.map(of => floats(of.times));
   view.whole = [Math.min(...spans.map(times => times[0])), Math.max(...spans.map(times => times.at(-1)))];
-  show({ time: data.replay?.peak?.time ?? view.whole[0], from: view.whole[0], to: view.whole[1] });
   const grid = make("div", { class: "grid" });
   curves.append(make("p", { class: "note screen" }, "Drag across a curve to zoom all of them, double-click to see all again. Arrow keys move the moment, + and - zoom, 0 shows all."), grid);
   for (const of of data.charts) chart(of, grid);
+  // They are drawn when all of them stand there, each in its own width.
+  show({ time: data.replay?.peak?.time ?? view.whole[0], from: view.whole[0], to: view.whole[1] });
 }

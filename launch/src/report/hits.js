@@ -27,5 +27,5 @@ for (const home of document.querySelectorAll("[data-hits]")) {
   for (let k = 0; k < 8; k++) key.append(make("span", {}, make("i", { class: "swatch", style: `background:var(--r${k})` }), ` from ${shown(most * (k / 8) ** 2 / 1e3, 2)}`));
   const drawn = hits.length / 3, note = drawn < of.count ? `Drawn: the ${drawn} of most energy of ${of.count}. ` : `First crossings of ${of.count} members. `;
   const marks = of.chosen.length ? "Circle: the barrier held this member; cross: it did not, or its fate is open; the number is the member's." : "";
-  home.append(make("figure", {}, make("figcaption", {}, `Where rocks cross line ${of.line}`), svg, key, make("p", { class: "note" }, note + marks)));
+  home.append(make("figure", { class: "whole" }, make("figcaption", {}, `Where rocks cross line ${of.line}`), svg, key, make("p", { class: "note" }, note + marks)));
 }

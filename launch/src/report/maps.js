@@ -11,7 +11,7 @@ if (maps) {
     const [left, top] = [seen.scrollLeft / seen.scrollWidth, seen.scrollTop / seen.scrollHeight];
     seen = layers[layer.value];
     for (const of of layers) of.hidden = of !== seen;
-    seen.lastChild.style.width = `${100 * size.value}%`;
+    seen.lastChild.style.width = `max(${100 * size.value}%, ${44 * size.value}rem)`;
     seen.scrollTo(left * seen.scrollWidth, top * seen.scrollHeight);
   };
   for (const of of layers) of.tabIndex = 0;

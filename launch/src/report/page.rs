@@ -89,10 +89,17 @@ pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
+/// A text as HTML, with what stands between backquotes as it is written in files.
+pub fn named(text: &str) -> String {
+    let code =
+        |(k, part): (usize, &str)| if k % 2 == 1 { format!("<code>{part}</code>") } else { part.into() };
+    escape(text).split('`').enumerate().map(code).collect()
+}
+
 /// A list of texts; nothing where there are none.
 pub fn list(items: impl Iterator<Item = String>) -> String {
     let items: String =
-        items.map(|item| format!("<li>{}</li>\n", escape(&item).replace('\n', "<br>"))).collect();
+        items.map(|item| format!("<li>{}</li>\n", named(&item).replace('\n', "<br>"))).collect();
     if items.is_empty() { items } else { format!("<ul>\n{items}</ul>") }
 }
 
@@ -100,6 +107,11 @@ pub fn list(items: impl Iterator<Item = String>) -> String {
 pub fn number(value: impl Serialize, shown: &str) -> String {
     let exact = serde_json::to_string(&value).unwrap_or_default();
     format!("<data value=\"{exact}\">{}</data>", escape(shown))
+}
+
+/// Below this, in its SI unit, a number is a rounding error of one that is 0.
+pub fn unless_noise(value: f64) -> f64 {
+    if value.abs() < 1e-9 { 0.0 } else { value }
 }
 
 /// A button that takes curves and replay to a time [s].

@@ -176,7 +176,7 @@ function replay(home) {
   const level = unit(plus(front, up, -inner(front, up))), side = cross(up, level);
   const eye = {};
   const home_view = () => {
-    const away = 0.68 * Math.hypot(...box.map(([low, high]) => high - low)) * Math.max(1, 1.5 * canvas.clientHeight / canvas.clientWidth);
+    const away = 0.76 * Math.hypot(...box.map(([low, high]) => high - low)) * Math.max(1, 1.75 * canvas.clientHeight / canvas.clientWidth);
     Object.assign(eye, { turn: 0.45, rise: 0.3, away: nodes ? away : Math.min(reach, 40 * rock.radius), shift: [0, 0, 0] });
   };
 
@@ -247,9 +247,9 @@ function replay(home) {
   }
   const again = make("button", { type: "button" }, "View as at first");
   bar.append(make("label", {}, follow, " follow the rock"), again);
-  const rest = nodes ? ` ${scene.frames.length} of ${scene.written} frames of the structure; between two of them nodes go straight, and a force is that of the nearer one. What is broken is left out.` : "";
+  const rest = nodes ? `${scene.frames.length} of ${scene.written} frames of the structure; between two of them nodes go straight, and a force is that of the nearer one. What is broken is left out.` : "";
   home.append(canvas, bar, ...own ? [colours()] : [],
-    make("p", { class: "note" }, "Drag to turn, with shift to move, wheel or + and - for the distance; arrow keys for the moment, with shift to turn; space plays." + rest));
+    make("p", { class: "note" }, make("span", { class: "screen" }, "Drag to turn, with shift to move, wheel or + and - for the distance; arrow keys for the moment, with shift to turn; space plays. "), rest));
   let last = null;
   function run(now) {
     if (last === null) return;

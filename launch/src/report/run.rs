@@ -2,7 +2,7 @@
 
 use super::curves;
 use super::frames;
-use super::page::{Page, escape, file_name, list, moment, number, picture, table};
+use super::page::{Page, escape, file_name, list, moment, named, number, picture, table, unless_noise};
 use crate::table::Table;
 use interface_defs::message::Found;
 use interface_defs::{Diagnostic, Measure, PartUse, Severity};
@@ -11,7 +11,7 @@ use std::io;
 use std::path::Path;
 use toolkit::columns::Columns;
 use toolkit::files;
-use toolkit::numbers::{rounded, short, short_in};
+use toolkit::numbers::{rounded, short, short_in, three};
 use toolkit::run_dir::{HISTORY, PICTURE, RECORD, SCENE, TRAJECTORY};
 use toolkit::summary::{RunStatus, Summary};
 
@@ -30,7 +30,7 @@ pub fn page(dir: &Path) -> io::Result<Page> {
     let title =
         scene.get("title").and_then(toml::Value::as_str).map_or_else(|| file_name(dir), str::to_owned);
     let mut page = Page::new(&title, summary.status);
-    page.section("What was run", &facts(&summary, &record));
+    page.section("What was run", &facts(&summary, &record, "scene"));
     page.section("Verdict", &verdict(&summary));
     let all = ranked(&summary);
     page.section(
@@ -49,7 +49,7 @@ pub fn page(dir: &Path) -> io::Result<Page> {
     } else {
         page.section(
             "Replay",
-            "<p class=\"note\">There is none: no frames were written (<code>[output] fields</code>).</p>",
+            "<p class=\"note\">There is none: no frames were written. <code>--set output.fields=0.05</code> writes one each 0.05 s.</p>",
         );
     }
     let charts = curves::charts(&history, &Table::read(&dir.join(TRAJECTORY))?, &summary);
@@ -80,18 +80,18 @@ pub fn ranked(summary: &Summary) -> Vec<&Measure> {
     all
 }
 
-/// Date, version, scene and its hash.
-fn facts(summary: &Summary, record: &Value) -> String {
+/// Date, version, the file of a scene or study and its hash.
+pub fn facts(summary: &Summary, record: &Value, file: &str) -> String {
     let text = |key: &str| record[key].as_str().map(escape);
-    let hash = record["scene"].as_str().and_then(|scene| record["inputs"][scene].as_str());
+    let hash = record[file].as_str().and_then(|file| record["inputs"][file].as_str());
     let rows = [
         ("date", text("date")),
         ("version", text("version").map(|of| format!("rockfall {of}"))),
-        ("scene", record["scene"].as_str().map(|path| escape(&file_name(Path::new(path))))),
-        ("hash of the scene", hash.map(escape)),
+        (file, record[file].as_str().map(|path| escape(&file_name(Path::new(path))))),
+        ("its hash", hash.map(escape)),
         ("run", summary.run.as_deref().map(escape)),
     ];
-    pairs(&rows.map(|(name, value)| (name.to_owned(), value.unwrap_or("not recorded".into()))))
+    pairs(&rows.into_iter().filter_map(|(name, value)| Some((name.to_owned(), value?))).collect::<Vec<_>>())
 }
 
 /// What became of rocks and structure, why the run is not to be trusted, and warnings.
@@ -105,7 +105,7 @@ pub fn verdict(summary: &Summary) -> String {
                 }
                 _ => "The run did not come to its end: what follows is what was computed until then.",
             };
-            let why = escape(message.as_deref().unwrap_or_default()).replace('\n', "<br>");
+            let why = named(message.as_deref().unwrap_or_default()).replace('\n', "<br>");
             format!("<div class=\"alarm\" role=\"alert\"><strong>{what}</strong><p>{why}</p></div>")
         }
     };
@@ -125,14 +125,15 @@ pub fn verdict(summary: &Summary) -> String {
 
 /// A table of measures.
 pub fn measures(caption: &str, measures: &[&Measure]) -> String {
+    let is_interval = measures.iter().any(|of| of.interval.is_some());
     let columns = Columns::new()
         .with("measure", |of: &&Measure| format!("<code>{}</code>", escape(&of.name)))
-        .with("value", |of| number(of.value, &short_in(&of.unit, of.value)))
+        .with("value", |of| number(of.value, &short_in(&of.unit, unless_noise(of.value))))
         .with("unit", |of| if of.unit == "1" { String::new() } else { escape(&of.unit) })
-        .with("may be off by", |of| uncertainty(of))
+        .with(if is_interval { "95 % interval" } else { "may be off by" }, |of| uncertainty(of))
         .with("at [s]", |of| of.time.map_or(String::new(), |time| moment(time, &short(time))))
         .with("member", |of| of.member.as_deref().map_or(String::new(), escape))
-        .with("by", |of| small(&of.source).replacen("<small", "<small class=\"by\"", 1));
+        .with("by", |of| small(&of.source));
     table(caption, &columns, measures)
 }
 
@@ -169,10 +170,9 @@ fn structure(summary: &Summary) -> String {
 
 /// Utilisation and energy of each part, with bars.
 fn parts(parts: &[PartUse]) -> String {
-    let most = |value: fn(&PartUse) -> f64| parts.iter().map(|part| value(part).abs()).fold(0.0, f64::max);
-    let (dissipated, stored) = (most(|part| part.dissipated), most(|part| part.stored));
-    let energy =
-        |value: f64, most: f64| bar(value / most.max(1e-300), &number(value, &format!("{:.1}", value / 1e3)));
+    let most = parts.iter().map(|part| part.dissipated.abs().max(part.stored.abs())).fold(1.0, f64::max);
+    // To whole joules; a zero has no sign.
+    let energy = move |value: f64| bar(value / most, &number(value, &three((value.round() + 0.0) / 1e3)));
     let columns = Columns::new()
         .with("part", |part: &PartUse| format!("<code>{}</code>", escape(&part.part)))
         .with("utilisation", |part| {
@@ -181,12 +181,11 @@ fn parts(parts: &[PartUse]) -> String {
         })
         .with("of", |part| part.utilisation.map_or(String::new(), |of| of.of.word().into()))
         .with("at [s]", |part| part.utilisation.map_or(String::new(), |of| moment(of.time, &short(of.time))));
-    // Their longest bars are those of the largest value.
     let columns = columns
-        .with("dissipated [kJ]", move |part: &PartUse| energy(part.dissipated, dissipated))
-        .with("stored at the end [kJ]", move |part: &PartUse| energy(part.stored, stored));
+        .with("dissipated [kJ]", move |part: &PartUse| energy(part.dissipated))
+        .with("stored at the end [kJ]", move |part: &PartUse| energy(part.stored));
     table(
-        "Utilisation: 1 is all that a part bears, or its whole stroke. Energies: the longest bar is the largest value.",
+        "Utilisation: 1 is all that a part bears, or its whole stroke. Energies: the longest bar is the largest of both columns.",
         &columns,
         parts,
     )

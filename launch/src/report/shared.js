@@ -13,8 +13,12 @@ function make(name, attributes = {}, ...children) {
   return it;
 }
 
-/** A number of so many digits. */
-const shown = (value, digits = 4) => Number.isFinite(value) ? String(Number(value.toPrecision(digits))) : "–";
+/** A number of so many digits; where it is small with a power of ten, as in the tables. */
+function shown(value, digits = 4) {
+  if (!Number.isFinite(value)) return "–";
+  const of = Number(value.toPrecision(digits));
+  return of && Math.abs(of) < 1e-4 ? of.toExponential() : String(of);
+}
 
 const view = { time: 0, from: 0, to: 1, whole: [0, 1], watchers: [] };
 /** Show this moment [s], and what is given of the span, everywhere. */

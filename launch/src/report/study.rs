@@ -2,7 +2,7 @@
 
 use super::curves::floats;
 use super::page::{Page, escape, file_name, list, number, picture, table};
-use super::run::{FIRST, all_of, bar, measures, pairs, ranked, verdict};
+use super::run::{FIRST, all_of, bar, facts, measures, pairs, ranked, verdict};
 use interface_defs::Measure;
 use interface_defs::diagnostic::code;
 use interface_defs::verdict::Fate;
@@ -36,6 +36,7 @@ pub fn page(dir: &Path) -> io::Result<Page> {
     let mut page = Page::new(&title, summary.status);
     let barrier = dir.join(BARRIER);
     let worst = Summary::read(&barrier).ok();
+    page.section("What was computed", &facts(&summary, &record, "study"));
     page.section("Trust", &(verdict(&summary) + &trust(&summary)));
     let all = ranked(&summary);
     page.section(

@@ -21,8 +21,8 @@ pub fn page(dir: &Path) -> io::Result<Page> {
         let (title, text) = section.split_once('\n').unwrap_or((section, ""));
         let mut content = String::new();
         html::push_html(&mut content, Parser::new_ext(text, Options::ENABLE_TABLES));
-        let content =
-            content.replace("<table>", "<div class=\"wide\"><table>").replace("</table>", "</table></div>");
+        let content = content.replace("<table>", "<div class=\"wide\"><table>");
+        let content = content.replace("</table>", "</table></div>").replace(" %", "&nbsp;%");
         page.section(if title.starts_with("# ") { "What was run" } else { title }, &content);
     }
     Ok(page)

@@ -44,7 +44,18 @@ function picture(title, right, up, at, along) {
   const dot = (axis, k, places = scene.places, scale = scene.scale) => scale * (axis[0] * places[k] + axis[1] * places[k + 1] + axis[2] * places[k + 2]);
   const spot = (of, node) => { const k = 3 * (of * scene.nodes + node); return [dot(right, k), dot(up, k)]; };
   const centre = (rock, time) => { const at = pose(rock, time); return [dot(right, 0, at, 1), dot(up, 0, at, 1)]; };
-  const touches = scene.impacts.flatMap(({ rock, time }) => scene.rocks.filter(of => of.name === rock).map(of => ({ of, place: centre(of, time) })));
+  // All triangles turned alike, so that none is a hole in another.
+  const outline = (rock, time) => {
+    const turn = turned(pose(rock, time)), { corners } = rock;
+    const seen = k => { const at = [0, 1, 2].map(i => turn[12 + i] + turn[i] * corners[k] + turn[4 + i] * corners[k + 1] + turn[8 + i] * corners[k + 2]); return [dot(right, 0, at, 1), dot(up, 0, at, 1)]; };
+    let d = "";
+    for (let k = 0; k < corners.length; k += 9) {
+      const [a, b, c] = [seen(k), seen(k + 3), seen(k + 6)], left = (b[0] - a[0]) * (c[1] - a[1]) > (b[1] - a[1]) * (c[0] - a[0]);
+      d += `M${(left ? [a, b, c] : [c, b, a]).map(to).join("L")}Z`;
+    }
+    return d;
+  };
+  const touches = scene.impacts.flatMap(({ rock, time }) => scene.rocks.filter(of => of.name === rock).map(of => ({ of, time, place: centre(of, time) })));
   const ends = [[Infinity, -Infinity], [Infinity, -Infinity]];
   const grow = (place, room) => ends.forEach((end, k) => { end[0] = Math.min(end[0], place[k] - room); end[1] = Math.max(end[1], place[k] + room); });
   // What was torn off and flies is no part of the picture: of other frames the outermost nodes do not count.
@@ -88,14 +99,14 @@ function picture(title, right, up, at, along) {
     const [colour, wide] = key.split(" ");
     svg.append(make("path", { d, fill: "none", stroke: `var(--r${colour})`, "stroke-width": wide, "stroke-linecap": "round" }));
   }
-  for (const { of, place } of touches) {
+  for (const { of, time, place } of touches) {
     const path = Array.from({ length: 200 }, (_, k) => centre(of, scene.from + k / 199 * (scene.to - scene.from)));
     const inside = path.filter(at => at.every((value, k) => value >= ends[k][0] && value <= ends[k][1]));
     const [x, y] = to(place).split(" ");
     svg.append(make("path", { class: "place", "stroke-dasharray": "3 3", d: `M${inside.map(to).join("L")}` }),
-      make("circle", { class: "place", cx: x, cy: y, r: scale * of.radius }), make("path", { class: "place", d: `M${x - 6} ${y}h12M${x} ${y - 6}v12` }));
+      make("path", { class: "rock", d: outline(of, time) }), make("path", { class: "place", d: `M${x - 6} ${y}h12M${x} ${y - 6}v12` }));
   }
-  const metres = ticks(0, 0.3 * spans[0], 5).at(-1);
+  const power = 10 ** Math.floor(Math.log10(0.3 * spans[0])), metres = shown(power * [5, 2, 1].find(of => of * power <= 0.3 * spans[0]));
   svg.append(make("path", { d: `M1 ${size[1] - 6}v-5v5H${1 + scale * metres}v-5`, fill: "none", stroke: "var(--ink)" }),
     make("text", { x: 8 + scale * metres, y: size[1] - 4 }, `${metres} m, 1:1`));
   return make("figure", broad ? { class: "whole" } : {}, make("figcaption", {}, title), svg);
@@ -118,5 +129,5 @@ if (views) {
   views.prepend(make("div", { class: "grid" }, picture(lies ? "Along gravity" : "From the front", along, up, at),
     lies ? picture(side, along, across.map(of => Math.sign(lift) * of), at, 0) : picture(side, unit(cross(along, scene.up)), unit(scene.up), at, 1)), colours());
   const moment = scene.peak ? `the frame nearest to ${scene.peak.name} at ${shown(scene.peak.time)} s` : "the last frame";
-  views.append(make("p", { class: "note" }, `At ${shown(scene.frames[at])} s, ${moment}; grey: as it stood at the start. Circle and cross: the rock at its first touch; dashed: the path of its centre.`));
+  views.append(make("p", { class: "note" }, `At ${shown(scene.frames[at])} s, ${moment}; grey: as it stood at the start; brown: the rock at its first touch; dashed: the path of its centre.`));
 }

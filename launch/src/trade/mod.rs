@@ -386,6 +386,7 @@ fn picture(study: &Study, facts: &Facts) -> report::Picture {
     };
     report::Picture {
         title: format!("{}: accuracy against cost", facts.scene),
+        date: provenance::now(),
         groups: arms.iter().map(|arm| space.label(arm)).collect(),
         marks: study.trades().into_iter().map(|(point, trade)| (trade, group(point))).collect(),
         front: study.front().into_iter().map(|(point, trade)| (trade, space.label(point))).collect(),

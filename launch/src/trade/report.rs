@@ -9,6 +9,8 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 use toolkit::columns::Columns;
 use toolkit::numbers::{percent, seconds, short, three};
+use toolkit::picture::{self, COLOURS};
+use toolkit::provenance;
 
 /// What the page says of the study besides its runs.
 pub struct Facts {
@@ -51,10 +53,10 @@ pub fn shortened(message: &str) -> String {
 /// The page.
 pub fn page(study: &Study, facts: &Facts) -> String {
     let Facts { scene, command, processors, .. } = facts;
-    let (version, runs) = (env!("CARGO_PKG_VERSION"), study.runs.len());
+    let (version, runs, date) = (env!("CARGO_PKG_VERSION"), study.runs.len(), provenance::now());
     let (spent, budget) = (seconds(study.spent()), seconds(facts.budget));
     let mut text = format!(
-        "# Accuracy against cost: {scene}\n\n`rockfall trade {command}`, version {version}: {runs} runs, one at a time, {spent} of a \
+        "# Accuracy against cost: {scene}\n\n`rockfall trade {command}`, version {version}, {date}: {runs} runs, one at a time, {spent} of a \
          budget of {budget}, on {processors} processors. How to read it: `docs/trade.md`.\n\n"
     );
     references(study, &mut text);
@@ -369,6 +371,8 @@ pub fn screen(study: &Study, facts: &Facts) -> String {
 pub struct Picture {
     /// Above it.
     pub title: String,
+    /// When it was drawn, at its foot.
+    pub date: String,
     /// Names of the groups.
     pub groups: Vec<String>,
     /// All runs that have an error, each with its group: the first is the scene's own arm.
@@ -377,18 +381,22 @@ pub struct Picture {
     pub front: Vec<(Trade, String)>,
 }
 
-const SIZE: (u32, u32) = (900, 620);
-/// Height of a line of text below the plot [px].
-const LINE: u32 = 17;
+const SIZE: (i32, i32) = (900, 620);
+/// Left of the plot, height of a line of text, and width of a letter [px].
+const LEFT: i32 = 82;
+const LINE: i32 = 18;
+const LETTER: i32 = 6;
 const INK: RGBColor = RGBColor(40, 40, 40);
 const GRID: RGBColor = RGBColor(205, 205, 205);
-const COLOURS: [RGBColor; 6] = [
-    RGBColor(3, 83, 164),
-    RGBColor(193, 18, 31),
-    RGBColor(0, 121, 107),
-    RGBColor(123, 44, 191),
-    RGBColor(181, 101, 29),
-    RGBColor(90, 90, 90),
+/// Marks: corners, the turn of the first one [quarters of a circle], and how far from the middle lies what is between two of them.
+const FORMS: [(u8, f64, f64); 7] = [
+    (12, 0.0, 0.97),
+    (3, -1.0, 0.5),
+    (4, 0.5, 0.71),
+    (5, -1.0, 0.4),
+    (4, 0.0, 0.71),
+    (3, 1.0, 0.5),
+    (4, 0.0, 0.3),
 ];
 /// Errors below are drawn there: the plot has no room for less.
 const LEAST: f64 = 1e-7;
@@ -396,11 +404,12 @@ const LEAST: f64 = 1e-7;
 /// The picture as SVG; there is one mark at least.
 pub fn draw(picture: &Picture) -> Result<String, String> {
     let mut text = String::new();
+    let size = [SIZE.0, SIZE.1 + LINE * (picture.front.len() as i32 + 2) + picture::FOOT];
     {
-        let size = (SIZE.0, SIZE.1 + LINE * picture.front.len() as u32 + 10);
-        let root = SVGBackend::with_string(&mut text, size).into_drawing_area();
+        let root = SVGBackend::with_string(&mut text, (size[0] as u32, size[1] as u32)).into_drawing_area();
         draw_page(&root, picture).and_then(|()| root.present()).map_err(|e| e.to_string())?;
     }
+    picture::close(&mut text, size, 1, &[Some(&picture.date)]);
     Ok(text)
 }
 
@@ -418,16 +427,41 @@ fn extent(values: impl Iterator<Item = f64>, room: f64) -> std::ops::Range<f64> 
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
 
-/// The plot, and below it what the numbers at the front mean.
+/// What marks mean, the plot, and below it what the numbers at the front mean.
 fn draw_page(root: &Area, picture: &Picture) -> Drawn {
     root.fill(&WHITE)?;
-    let (plot, words) = root.split_vertically(SIZE.1);
+    let (head, rest) = root.split_vertically(2 * LINE + 40);
+    let (plot, words) = rest.split_vertically(SIZE.1 - 40);
+    head.draw(&Text::new(picture.title.as_str(), (LEFT, 12), font(19)))?;
+    let (mut x, mut y) = (LEFT, 48);
+    head.draw(&PathElement::new([(x, y), (x + 18, y)], INK.stroke_width(2)))?;
+    head.draw(&Text::new("front", (x + 24, y - 7), font(13)))?;
+    for (group, name) in picture.groups.iter().enumerate() {
+        x += 70;
+        if x + 24 + LETTER * name.len() as i32 > SIZE.0 {
+            (x, y) = (LEFT, y + LINE);
+        }
+        head.draw(&(EmptyElement::at((x + 9, y)) + mark(group)))?;
+        head.draw(&Text::new(name.as_str(), (x + 24, y - 7), font(13)))?;
+        x += LETTER * name.len() as i32 - 30;
+    }
     chart(&plot, picture)?;
     for (line, (trade, settings)) in picture.front.iter().enumerate() {
         let text = format!("{}: {settings}; {}, {}", line + 1, percent(trade.error), seconds(trade.cost));
-        words.draw(&Text::new(text, (82, (LINE * line as u32) as i32), font(13)))?;
+        words.draw(&Text::new(text, (LEFT, LINE * line as i32), font(13)))?;
     }
     Ok(())
+}
+
+/// The mark of a group, about its place: groups differ in form as well as in colour.
+fn mark(group: usize) -> Polygon<(i32, i32)> {
+    let ((corners, turn, inner), (r, g, b)) = (FORMS[group % FORMS.len()], COLOURS[group % COLOURS.len()]);
+    let corner = |k: u8| {
+        let far = if k % 2 == 0 { 6.0 } else { 6.0 * inner };
+        let angle = std::f64::consts::PI * (0.5 * turn + f64::from(k) / f64::from(corners));
+        ((far * angle.cos()).round() as i32, (far * angle.sin()).round() as i32)
+    };
+    Polygon::new((0..2 * corners).map(corner).collect::<Vec<_>>(), RGBColor(r, g, b).mix(0.8).filled())
 }
 
 fn chart(root: &Area, picture: &Picture) -> Drawn {
@@ -435,50 +469,43 @@ fn chart(root: &Area, picture: &Picture) -> Drawn {
     let costs = extent(picture.marks.iter().map(|(trade, _)| trade.cost), 1.6);
     let errors = extent(picture.marks.iter().map(|(trade, _)| shown(trade).1), 2.5);
     let mut chart = ChartBuilder::on(root)
-        .caption(&picture.title, font(19))
         .margin(14)
         .x_label_area_size(46)
-        .y_label_area_size(82)
+        .y_label_area_size(LEFT - 14)
         .build_cartesian_2d(costs.clone().log_scale(), errors.clone().log_scale())?;
+    // Of the numbers of a decade there is room for three.
+    let number = |seconds: f64| {
+        let first = seconds / 10_f64.powf((seconds.log10() + 1e-9).floor());
+        if [1.0, 2.0, 5.0].iter().any(|it| (first - it).abs() < 0.01) {
+            three(seconds)
+        } else {
+            String::new()
+        }
+    };
     chart
         .configure_mesh()
         .bold_line_style(GRID)
-        .light_line_style(GRID.mix(0.35))
+        .light_line_style(TRANSPARENT)
         .label_style(font(13))
         .axis_desc_style(font(15))
         .x_desc("processor time of a run [s]")
         .y_desc("error of the measures, at most")
-        .x_label_formatter(&|s| format!("{s}"))
-        .y_label_formatter(&|e| percent(*e))
+        .x_label_formatter(&|seconds| number(*seconds))
+        .y_label_formatter(&|error| percent(*error))
         .draw()?;
     for accuracy in ACCURACIES.iter().filter(|accuracy| errors.contains(accuracy)) {
         let ends = [(costs.start, *accuracy), (costs.end, *accuracy)];
         chart.draw_series(DashedLineSeries::new(ends, 6, 5, INK.mix(0.55).stroke_width(1)))?;
     }
     let front: Vec<(f64, f64)> = picture.front.iter().map(|(trade, _)| shown(trade)).collect();
-    chart
-        .draw_series(LineSeries::new(front.iter().copied(), INK.stroke_width(2)))?
-        .label("front")
-        .legend(|(x, y)| PathElement::new([(x, y), (x + 18, y)], INK.stroke_width(2)));
-    for (group, name) in picture.groups.iter().enumerate() {
-        let colour = COLOURS[group % COLOURS.len()];
-        let of_group = picture.marks.iter().filter(|(_, of)| *of == group);
-        chart
-            .draw_series(of_group.map(|(trade, _)| Circle::new(shown(trade), 4, colour.mix(0.75).filled())))?
-            .label(name)
-            .legend(move |(x, y)| Circle::new((x + 9, y), 4, colour.filled()));
-    }
-    chart.draw_series(front.iter().map(|place| Circle::new(*place, 7, INK.stroke_width(2))))?;
+    chart.draw_series(LineSeries::new(front.iter().copied(), INK.stroke_width(2)))?;
+    let marks = picture.marks.iter();
+    chart.draw_series(marks.map(|(trade, group)| EmptyElement::at(shown(trade)) + mark(*group)))?;
+    chart.draw_series(front.iter().map(|place| Circle::new(*place, 9, INK.stroke_width(2))))?;
     chart.draw_series(front.iter().enumerate().map(|(number, place)| {
-        EmptyElement::at(*place) + Text::new((number + 1).to_string(), (9, -15), font(13))
+        EmptyElement::at(*place) + Text::new((number + 1).to_string(), (10, -17), font(13))
     }))?;
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
-        .background_style(WHITE.mix(0.85))
-        .border_style(GRID)
-        .label_font(font(13))
-        .draw()
+    Ok(())
 }
 
 #[cfg(test)]
@@ -491,13 +518,14 @@ mod tests {
         let marks = [(1.0, 0.1, 0), (3.0, 0.01, 1), (2.0, 0.5, 0)];
         let picture = Picture {
             title: "Drop & test".into(),
+            date: "2026-01-01".into(),
             groups: vec!["as it is".into(), "strong".into()],
             marks: marks.iter().map(|(c, e, group)| (at(*c, *e), *group)).collect(),
             front: vec![(at(1.0, 0.1), "window 2e-4".into()), (at(3.0, 0.01), "scheme strong".into())],
         };
         let svg = draw(&picture).expect("drawn");
-        // Three runs, two rings of the front, two of the legend.
-        assert_eq!(svg.matches("<circle").count(), 7, "{svg}");
+        // Three runs and two of the legend, and two rings of the front.
+        assert_eq!([svg.matches("<polygon").count(), svg.matches("<circle").count()], [5, 2], "{svg}");
         assert!(svg.contains("1: window 2e-4; 10 %, 1 s") && svg.contains("Drop &amp; test"), "{svg}");
     }
 }

@@ -453,12 +453,13 @@ const REQUIRED: [(&str, &str); 2] = [("required_energy", "energy"), ("required_h
 fn marks(line: &ScreenLine) -> Vec<Mark> {
     let stops = line.barrier.map_or([None; 2], |it| [Some(it.energy), Some(it.height)]);
     let tested = line.design.as_ref().map_or([None; 2], |it| [it.barrier_energy, it.barrier_height]);
-    let all = [("barrier stops", stops), ("barrier has", tested)].into_iter().flat_map(|(what, values)| {
-        let of = move |(of, value): (&'static str, Option<f64>)| {
-            Some(Mark { of, what: what.into(), value: value?, has: true })
-        };
-        ["energy", "centre_height"].into_iter().zip(values).filter_map(of)
-    });
+    let all =
+        [("barrier stops up to", stops), ("barrier has", tested)].into_iter().flat_map(|(what, values)| {
+            let of = move |(of, value): (&'static str, Option<f64>)| {
+                Some(Mark { of, what: what.into(), value: value?, has: true })
+            };
+            ["energy", "centre_height"].into_iter().zip(values).filter_map(of)
+        });
     all.collect()
 }
 
@@ -487,7 +488,7 @@ fn curves(
     let [share, low, high] = [Some(count as f64 / computed as f64), of.low, of.high]
         .map(|share| format!("{:.1}", 100.0 * share.unwrap_or(f64::NAN)));
     let title = format!(
-        "Line {name}: {share} % [{low}, {high}] of all rocks pass; of these {count}, the share that reaches or exceeds (band: 95 % interval)"
+        "Line {name}: {share} % [{low}, {high}] of all rocks pass; of these {count}, the share that reaches or exceeds (band: 95 % interval; marked: quantiles)"
     );
     let columns = if drawn.len() > BESIDE { 2 } else { drawn.len() };
     let rows = drawn.len().div_ceil(columns.max(1));
@@ -498,6 +499,7 @@ fn curves(
         head.draw(&Text::new(title, (px(f64::from(LEFT)), px(10.0)), font(17.0)))?;
         for (panel, (values, name, (title, scale))) in rest.split_evenly((rows, columns)).iter().zip(drawn) {
             let marks: Vec<&Mark> = marks.iter().filter(|mark| mark.of == name).collect();
+            let unit = title.split(['[', ']']).nth(1).unwrap_or_default();
             let highest = marks.iter().map(|mark| mark.value).fold(values[values.len() - 1], f64::max);
             // With room for the words to the right of the largest one.
             let most = (highest * scale).max(1e-9) * 1.9;
@@ -533,15 +535,18 @@ fn curves(
                 let (low, high) = (end(of.low), end(of.high));
                 let ends = vec![(at, 0.0), (at, height)];
                 plot.draw(&PathElement::new(ends, INK.stroke_width(px(1.0) as u32)))?;
-                let label = format!(" {:.0} %: {} [{low}, {high}]", 100.0 * share, three(at));
-                plot.draw(&Text::new(label, (at, height - 0.02), style.clone()))?;
+                let label = format!("{:.0} %: {} {unit} [{low}, {high}]", 100.0 * share, three(at));
+                let label = Text::new(label, (px(4.0), 0), style.clone());
+                plot.draw(&(EmptyElement::at((at, height - 0.02)) + label))?;
             }
             // What a barrier has is a whole line, what is required a dashed one; both go up to their words.
             for (Mark { what, value, has, .. }, height) in marks.into_iter().zip([0.97, 0.89, 0.81, 0.73]) {
                 let at = value * scale;
                 let ends = vec![(at, 0.0), (at, height)];
                 draw_line(plot, usize::from(!has), ends, MARK.stroke_width(px(1.6) as u32))?;
-                plot.draw(&Text::new(format!(" {what} {}", three(at)), (at, height), style.color(&MARK)))?;
+                let label = format!("{what} {} {unit}", three(at));
+                let label = Text::new(label, (px(4.0), 0), style.color(&MARK));
+                plot.draw(&(EmptyElement::at((at, height)) + label))?;
             }
         }
         Ok(())

@@ -219,8 +219,10 @@ impl<'a> Sheet<'a> {
             }
             let style = font(13.0).pos(Pos::new(HPos::Left, VPos::Bottom));
             let name = Text::new(line.name.clone(), (px(4.0), px(-4.0)), style);
+            let corner = (px(6.0 + 7.5 * line.name.chars().count() as f64), px(-2.0));
+            let ground = Rectangle::new([(px(2.0), px(-19.0)), corner], WHITE.mix(0.6).filled());
             if let Some([start, _]) = parts.first() {
-                plot.draw(&(EmptyElement::at(*start) + name))?;
+                plot.draw(&(EmptyElement::at(*start) + ground + name))?;
             }
         }
         Ok(())

@@ -4,6 +4,7 @@ use super::sheet::{LEFT, RIGHT};
 use crate::results::trajectory::Row;
 use dem_contact::settings::TerrainSettings;
 use plotters::prelude::*;
+use toolkit::picture::COLOURS;
 
 /// One moment of a trajectory.
 #[derive(Debug, Clone, Copy)]
@@ -110,20 +111,11 @@ pub const FEW: usize = 20;
 pub const LEGEND: i32 = 58;
 /// Names in the legend.
 pub const NAMES: usize = 6;
-/// Colours of the rocks, distinct for any colour vision. Source: Okabe and Ito, Color Universal Design, 2008; without yellow and
-/// light blue, which are pale on paper.
-pub const COLOURS: [RGBColor; 6] = [
-    RGBColor(213, 94, 0),
-    RGBColor(0, 114, 178),
-    RGBColor(0, 0, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(230, 159, 0),
-];
 
 /// Colour of the line with this number; they repeat.
 pub fn colour(number: usize) -> RGBColor {
-    COLOURS[number % COLOURS.len()]
+    let (r, g, b) = COLOURS[number % COLOURS.len()];
+    RGBColor(r, g, b)
 }
 
 /// Which of the dashes of [`super::sheet::draw_line`] the line with this number of so many has: solid where there are too many to be named.

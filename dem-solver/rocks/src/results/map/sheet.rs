@@ -130,16 +130,12 @@ impl Imprint {
         system::of_file(&scene.resolve(&terrain?.file))
     }
 
-    fn text(&self) -> String {
+    fn close(&self, svg: &mut String, size: [i32; 2]) {
         let system = self.epsg.map_or("coordinate system not named".into(), |code| format!("EPSG:{code}"));
-        let program = format!("rockfall {}", env!("CARGO_PKG_VERSION"));
-        let all = [self.title.clone(), self.date.clone(), Some(program), Some(system)];
-        all.into_iter().flatten().collect::<Vec<_>>().join("  |  ")
+        picture::close(svg, size, FINE, &[self.title.as_deref(), self.date.as_deref(), Some(&system)]);
     }
 }
 
-/// Height of the imprint [px].
-const IMPRINT: i32 = 30;
 /// A page of so many pixels as SVG text, with `images` right above its white ground and the imprint below.
 ///
 /// # Errors
@@ -150,21 +146,15 @@ pub fn page(
     images: &str,
     draw: impl FnOnce(&Area) -> Drawn,
 ) -> Result<String, String> {
-    let size = [width, height + IMPRINT];
+    let size = [width, height + picture::FOOT];
     let fine = size.map(|length| length * FINE);
     let mut text = String::new();
     {
         let root = SVGBackend::with_string(&mut text, (fine[0] as u32, fine[1] as u32)).into_drawing_area();
-        let drawn = root.fill(&WHITE).and_then(|()| {
-            let (rest, foot) = root.split_vertically(height * FINE);
-            foot.draw(&Text::new(imprint.text(), (px(f64::from(EDGE)), px(9.0)), font(11.5)))?;
-            draw(&rest)
-        });
+        let drawn = root.fill(&WHITE).and_then(|()| draw(&root.split_vertically(height * FINE).0));
         drawn.and_then(|()| root.present()).map_err(|e| e.to_string())?;
     }
-    if let Some(end) = text.rfind("</svg>") {
-        text.replace_range(end..end + "</svg>".len(), &picture::end(fine));
-    }
+    imprint.close(&mut text, fine);
     let head = |[width, height]: [i32; 2]| format!("width=\"{width}\" height=\"{height}\"");
     let mut text = text.replacen(&head(fine), &head(size), 1);
     if let Some(at) = text.find("<rect").and_then(|at| text[at..].find("/>").map(|end| at + end + 2)) {
