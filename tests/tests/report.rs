@@ -170,7 +170,7 @@ fn a_run_that_is_not_to_be_trusted_says_so_on_every_page() {
     let page = page(&ended.out);
     assert!(page.contains("<body class=\"unreliable\">") && page.contains("do not use the numbers"));
     let message = ended.summary()["message"].as_str().expect("why").to_owned();
-    assert!(page.contains(message.split(['<', '>', '&', '"']).next().expect("a begin")), "{message}");
+    assert!(page.contains(message.split(['<', '>', '&', '"', '`']).next().expect("a begin")), "{message}");
     // Printed across each page, and at its foot.
     assert!(page.contains("<div class=\"across\" aria-hidden=\"true\">unreliable</div>"));
     assert!(page.contains("@bottom-left { content: \"Sphere on a cable, V-C5 (unreliable)\""));
