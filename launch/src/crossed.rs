@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use std::io;
 use std::path::Path;
 
+use toolkit::numbers::three;
 use toolkit::recording::{Entry, Exchange, Reader};
 use toolkit::{picture, provenance};
 
@@ -198,6 +199,7 @@ impl Picture {
             // By what was accepted: examinations push harder than anything in the run.
             let most = curve.iter().fold(0.0, |most: f64, (_, value)| most.max(*value));
             let most = if most > 0.0 { 1.2 * most } else { 1.0 };
+            let whole = curve.iter().all(|(_, value)| value.fract() == 0.0);
             let mut chart = ChartBuilder::on(panel)
                 .margin(8)
                 .margin_right(20)
@@ -212,6 +214,9 @@ impl Picture {
                 .axis_desc_style(font(13))
                 .x_desc("time [s]")
                 .y_desc(name)
+                .y_label_formatter(&|value| {
+                    if whole && value.fract() != 0.0 { String::new() } else { three(*value) }
+                })
                 .draw()?;
             let dot = |place: &(f64, f64)| Circle::new(*place, 2, TRIED.mix(0.5).filled());
             let shown = tried.iter().step_by(tried.len() / POINTS + 1).filter(|(_, value)| *value <= most);

@@ -528,6 +528,18 @@ fn curves(
             plot.draw(&PathElement::new(all, CURVE.stroke_width(px(1.5) as u32)))?;
             // To the right of its line, where the curve is below.
             let style = font(12.0).pos(Pos::new(HPos::Left, VPos::Center));
+            let label = |at, text: String, style| {
+                let corner = (px(6.0 + 5.8 * text.chars().count() as f64), px(7.0));
+                let ground = Rectangle::new([(px(3.0), px(-7.0)), corner], WHITE.mix(0.75).filled());
+                plot.draw(&(EmptyElement::at(at) + ground + Text::new(text, (px(5.0), 0), style)))
+            };
+            // What a barrier has is a whole line, what is required a dashed one; both go up to their words.
+            for (Mark { what, value, has, .. }, height) in marks.into_iter().zip([0.97, 0.89, 0.81, 0.73]) {
+                let at = value * scale;
+                let ends = vec![(at, 0.0), (at, height)];
+                draw_line(plot, usize::from(!has), ends, MARK.stroke_width(px(1.6) as u32))?;
+                label((at, height), format!("{what} {} {unit}", three(at)), style.color(&MARK))?;
+            }
             for (share, height) in [(0.95, 0.26), (0.99, 0.16)] {
                 let at = quantile(values, share) * scale;
                 let of = of_quantile(values, share);
@@ -535,18 +547,8 @@ fn curves(
                 let (low, high) = (end(of.low), end(of.high));
                 let ends = vec![(at, 0.0), (at, height)];
                 plot.draw(&PathElement::new(ends, INK.stroke_width(px(1.0) as u32)))?;
-                let label = format!("{:.0} %: {} {unit} [{low}, {high}]", 100.0 * share, three(at));
-                let label = Text::new(label, (px(4.0), 0), style.clone());
-                plot.draw(&(EmptyElement::at((at, height - 0.02)) + label))?;
-            }
-            // What a barrier has is a whole line, what is required a dashed one; both go up to their words.
-            for (Mark { what, value, has, .. }, height) in marks.into_iter().zip([0.97, 0.89, 0.81, 0.73]) {
-                let at = value * scale;
-                let ends = vec![(at, 0.0), (at, height)];
-                draw_line(plot, usize::from(!has), ends, MARK.stroke_width(px(1.6) as u32))?;
-                let label = format!("{what} {} {unit}", three(at));
-                let label = Text::new(label, (px(4.0), 0), style.color(&MARK));
-                plot.draw(&(EmptyElement::at((at, height)) + label))?;
+                let text = format!("{:.0} %: {} {unit} [{low}, {high}]", 100.0 * share, three(at));
+                label((at, height - 0.02), text, style.clone())?;
             }
         }
         Ok(())

@@ -128,7 +128,7 @@ pub fn write(
             of_frequency(all.map(|(rate, all, count)| Part { rate, count, all }))
         };
         let often = known(&|cell| part(cell).0 as f32);
-        put("frequency", "rocks passing in a year".into(), None, Scale::Log, &often)?;
+        put("frequency", "rocks passing in a year [1/year]".into(), None, Scale::Log, &often)?;
         let end = |end: Option<f64>| end.map_or(f32::NAN, |end| end as f32);
         band("frequency_low", &known(&|cell| end(part(cell).1.low)))?;
         band("frequency_high", &known(&|cell| end(part(cell).1.high)))?;

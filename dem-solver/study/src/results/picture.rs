@@ -219,7 +219,7 @@ impl<'a> Sheet<'a> {
             }
             let style = font(13.0).pos(Pos::new(HPos::Left, VPos::Bottom));
             let name = Text::new(line.name.clone(), (px(4.0), px(-4.0)), style);
-            let corner = (px(6.0 + 7.5 * line.name.chars().count() as f64), px(-2.0));
+            let corner = (px(8.0 + 6.5 * line.name.chars().count() as f64), px(-2.0));
             let ground = Rectangle::new([(px(2.0), px(-19.0)), corner], WHITE.mix(0.6).filled());
             if let Some([start, _]) = parts.first() {
                 plot.draw(&(EmptyElement::at(*start) + ground + name))?;
@@ -244,7 +244,7 @@ impl<'a> Sheet<'a> {
         for value in numbers(scale, [least, most]) {
             let share = share(scale, [least, most], value);
             area.draw(&PathElement::new(vec![(px(x + 20.0), at(share)), (px(x + 24.0), at(share))], INK))?;
-            area.draw(&Text::new(number(&value), (px(x + 28.0), at(share)), style.clone()))?;
+            area.draw(&Text::new(three(value), (px(x + 28.0), at(share)), style.clone()))?;
         }
         Ok(())
     }
@@ -294,7 +294,12 @@ fn numbers(scale: Scale, [least, most]: [f64; 2]) -> Vec<f64> {
             let powers = || (least.log10().floor() as i32)..=(most.log10().ceil() as i32);
             let of = |factors: &[f64]| -> Vec<f64> {
                 let all = powers().flat_map(|power| factors.iter().map(move |f| f * 10_f64.powi(power)));
-                all.filter(|v| (least * (1.0 - 1e-6)..=most * (1.0 + 1e-6)).contains(v)).collect()
+                let all = all.filter(|v| (least * (1.0 - 1e-6)..=most * (1.0 + 1e-6)).contains(v));
+                // The least has its number where there is room.
+                std::iter::once(least)
+                    .filter(|_| all.clone().all(|v| v > 1.2 * least))
+                    .chain(all.clone())
+                    .collect()
             };
             let fine = of(&[1.0, 2.0, 5.0]);
             if fine.len() > NUMBERS { of(&[1.0]) } else { fine }
