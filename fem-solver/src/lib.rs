@@ -48,6 +48,6 @@ pub const PROGRAM: Program = Program {
     role: "fem",
     about: "Structural solver: nets, ropes, brakes, posts and membranes at large displacements",
     build: |scene, options| Ok(Box::new(FemSolver::new(scene, options)?)),
-    check: |scene, _, _| solver::check::check(scene),
+    check: |scene, _, trial| solver::check::check(scene, trial),
     schema: solver::reference::share,
 };

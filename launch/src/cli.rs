@@ -51,7 +51,8 @@ enum Command {
     Run(run::Arguments),
     /// Check a scene: processes, critical time steps [s], windows, cost, warnings; or a study: members, lines, cost, warnings
     ///
-    /// Nothing is started and nothing written; for the cost a fall over terrain is tried for a second, of a study some members.
+    /// Nothing is started and nothing written; for the cost a fall to the net, or a structure alone, is tried for half a second, of a study
+    /// some members. What is expected is the wall time of the run on a machine that does nothing else, `wall_s` of the cost in its summary.
     Check {
         #[command(flatten)]
         input: Input,

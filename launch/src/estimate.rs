@@ -14,8 +14,8 @@ use toolkit::arguments::Input;
 use toolkit::check::Format;
 use toolkit::numbers::{short, three};
 
-/// How long a fall over terrain is tried [s].
-const TRIAL: f64 = 1.0;
+/// How long a fall, or a structure alone, is tried [s].
+const TRIAL: f64 = 0.5;
 /// A cost beyond this is worth a question: a day [s].
 const LONG: f64 = 86_400.0;
 /// Nobody waits so long for a run: ten years [s].
@@ -165,9 +165,14 @@ impl Numbers {
         let without =
             unknown.map_or("".into(), |of| format!(" and the steps of the {of}, which are not known"));
         let cost = self.expected_cost().unwrap_or(f64::NAN);
-        let (about, cost) = if self.falls { ("up to some", three(cost)) } else { ("some", three(cost)) };
-        let less =
-            if self.falls { "; less where no rock comes near the net, or all is over soon" } else { "" };
+        let cost = three(cost);
+        let (about, less) = match (self.arrival, self.contact.ends, self.contact.tried.map(short)) {
+            (Some(_), ..) | (.., None) => ("some", String::new()),
+            (_, Some(ends), _) => ("some", format!("; as tried, the fall ends at {} s", short(ends))),
+            (.., Some(tried)) => {
+                ("up to some", format!("; until {tried} s no rock comes to the net, as tried"))
+            }
+        };
         line(
             "expected cost",
             format!("{about} {cost} s of wall time on a machine that does nothing else{without}{less}"),
@@ -180,18 +185,16 @@ impl Numbers {
         self.cost_with(|windows, _, pass| windows * pass)
     }
 
-    /// Wall time of the run as far as it is known [s]. A strong window takes its iterations while a rock touches the net; before, the net
-    /// is at rest, and after it moves alone.
+    /// Wall time of the run [s], `wall_s` of its summary, as far as it is known. A strong window takes its iterations while a rock
+    /// touches the net; before, the net is at rest.
     pub fn expected_cost(&self) -> Option<f64> {
-        self.cost_with(|windows, length, pass| {
-            if self.weak {
-                return windows * pass;
-            }
-            let before = self.arrival.unwrap_or(0.0);
-            let contact = self.touches.unwrap_or(f64::INFINITY).min(self.end_time - before);
-            let after = (self.end_time - before - contact).max(0.0);
-            let after = self.net.steps(after).unwrap_or(0.0) * self.net.seconds.unwrap_or(0.0);
-            self.iterations * contact / length * pass + after
+        self.cost_with(|_, length, pass| {
+            let Side { run, tried, ends, .. } = self.contact;
+            let before = self.arrival.or(ends.map(|_| self.end_time)).or(tried).unwrap_or(0.0);
+            let moving = self.end_time - before;
+            let contact = self.touches.unwrap_or(f64::INFINITY).min(moving);
+            let passes = (moving + (self.iterations - 1.0) * contact) / length;
+            self.preparation + run.unwrap_or(0.0) + passes * pass
         })
     }
 
@@ -203,7 +206,7 @@ impl Numbers {
             return sides.flat_map(|side| side.run.or_else(|| of(side, self.end_time))).next();
         };
         // One request and one answer with each of the two solvers, and their steps.
-        let mut pass = 2.0 * self.seconds_per_exchange.unwrap_or(0.0);
+        let mut pass = self.seconds_per_pass + 2.0 * self.seconds_per_exchange.unwrap_or(0.0);
         for side in [&self.net, &self.contact] {
             pass += of(side, length).unwrap_or(0.0);
         }
@@ -301,8 +304,8 @@ mod tests {
     #[test]
     fn the_cost_counts_steps_and_exchanges_of_every_window() {
         let text = coupled(5e-5).cost();
-        // 1000 windows of 2 exchanges, 5 steps of the net, 3 of the contact: 20 + 5 + 9 us each.
-        assert!(text.contains("some 0.034 s of wall time"), "{text}");
+        // 1000 windows of 2 exchanges, 5 steps of the net, 3 of the contact: 20 + 5 + 9 us each, and 4 us of the coupler's own; 0.06 s before.
+        assert!(text.contains("some 0.098 s of wall time"), "{text}");
         assert!(
             text.contains("steps per window, net        5\n") && text.contains("contact    3\n"),
             "{text}"

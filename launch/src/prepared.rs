@@ -125,6 +125,11 @@ pub fn is_study(path: &Path) -> bool {
     tables(path).is_some_and(|table| OF_STUDY.iter().all(|key| table.contains_key(*key)))
 }
 
+/// Whether it is a calibration.
+fn is_calibration(table: &toml::Table) -> bool {
+    table.contains_key("study") && (table.contains_key("observed") || table.contains_key("parameter"))
+}
+
 /// What is said of a study or a kit where a scene is asked for; `None`: it is neither.
 pub fn study(path: &Path) -> Option<Stop> {
     let table = tables(path)?;
@@ -132,6 +137,9 @@ pub fn study(path: &Path) -> Option<Stop> {
     let says = match () {
         () if is_study(path) => {
             format!("{name}: this is a study, not a scene; write rockfall ensemble {name}")
+        }
+        () if is_calibration(&table) => {
+            format!("{name}: this is a calibration, not a scene; write rockfall calibrate {name}")
         }
         () if !table.contains_key("rock") && ONLY_OF_STUDY.iter().any(|key| table.contains_key(*key)) => {
             let missing = OF_STUDY.iter().filter(|key| !table.contains_key(**key));
@@ -157,6 +165,7 @@ pub fn no_kit(path: &Path) -> Option<Stop> {
     let (kind, command) = match () {
         () if table.contains_key("kit") => return None,
         () if is_study(path) => ("study", "ensemble"),
+        () if is_calibration(&table) => ("calibration", "calibrate"),
         () if table.contains_key("rock") || table.contains_key("end_time") => ("scene", "run"),
         () => return None,
     };
@@ -195,6 +204,7 @@ fn validate(
     let mut faults: Vec<Stop> = Vec::new();
     for members in [now, later] {
         let net = reports.iter().find_map(|(_, report): &(Part, CheckReport)| report.interface.as_ref());
+        let trial = (trial, !plan.is_coupled());
         let jobs =
             members.iter().map(|member| question(member, input, net, trial)).collect::<Result<_, _>>()?;
         // They have nothing to lose.
@@ -205,7 +215,7 @@ fn validate(
         };
         let mut say = |seconds: u64| eprintln!("{doing}: {seconds} s so far");
         // What is asked for a run is said by the run.
-        let seconds: Option<&mut dyn FnMut(u64)> = if trial.is_some() { Some(&mut say) } else { None };
+        let seconds: Option<&mut dyn FnMut(u64)> = if trial.0.is_some() { Some(&mut say) } else { None };
         let mut outcome =
             children::watch(jobs, Rules { seconds, first: Some(SOON), ..Rules::default() }, events)?;
         if outcome.interrupted {
@@ -237,11 +247,11 @@ fn question(
     member: &Member,
     input: &Input,
     net: Option<&InterfaceMesh>,
-    trial: Option<f64>,
+    (trial, alone): (Option<f64>, bool),
 ) -> Result<Job, Stop> {
     let mut command = Command::new(&member.program);
     command.args(&member.arguments).arg("check").args(children::scene(input)).arg("--format=json");
-    let trial = trial.filter(|_| member.part == Part::Dem);
+    let trial = trial.filter(|_| member.part == Part::Dem || alone);
     command.args(trial.map(|seconds| format!("--try={seconds}")));
     let Some(net) = net.filter(|_| member.part == Part::Dem) else { return Ok(Job::of(command)) };
     command.arg("--interface=-");

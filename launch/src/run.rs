@@ -95,6 +95,20 @@ pub fn run(request: &Arguments, json: bool) -> Result<Exit, Stop> {
         return Err(Stop::interrupted());
     }
     start_from::refuse_own(&scene, &out)?;
+    let lies = scene.path().canonicalize().ok();
+    if lies
+        .as_deref()
+        .and_then(Path::parent)
+        .is_some_and(|lies| out.canonicalize().is_ok_and(|out| out == lies))
+    {
+        let what = format!(
+            "--out {}: the scene itself lies here, and results would lie among its files",
+            out.display()
+        );
+        return Err(
+            Stop::input(code::ARGUMENT, what).hinted("name a directory of its own, as in --out out/first")
+        );
+    }
     let resume = match request.results.resume {
         true => {
             record::await_end(&out, || events.interrupted());

@@ -59,7 +59,14 @@ pub fn status(dir: &Path) -> Result<(String, Exit), Stop> {
 
 /// The name of a directory, which must be there.
 fn there(dir: &Path) -> Result<Display<'_>, Stop> {
-    let none = || Stop::input(code::ARGUMENT, format!("{}: there is no such directory", dir.display()));
+    let none = || {
+        let is = if dir.exists() {
+            "this is a file, and the directory of results is asked for here"
+        } else {
+            "there is no such directory"
+        };
+        Stop::input(code::ARGUMENT, format!("{}: {is}", dir.display()))
+    };
     dir.is_dir().then(|| dir.display()).ok_or_else(none)
 }
 

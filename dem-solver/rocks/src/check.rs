@@ -4,7 +4,6 @@ use crate::gate::{lengths::height, reach};
 use crate::model::Model;
 use crate::net_contact;
 use crate::solver::DemSolver;
-use crate::trial::Trial;
 use dem_contact::rock::Rock;
 use dem_contact::settings::{
     BoxSettings, ContactSettings, DemSettings, RockSettings, Settings, Shape, SpheresSettings,
@@ -20,15 +19,19 @@ use toolkit::check::CheckReport;
 use toolkit::output::Output;
 use toolkit::program::Options;
 use toolkit::scene::Scene;
+use toolkit::trial::Trial;
 
 /// Seconds per step and rock without contacts, as measured on one core of 2.5 GHz.
 const SECONDS_PER_STEP: f64 = 2e-6;
 /// Neighbours of a sphere that lies among others.
 const NEIGHBOURS: f64 = 6.0;
-/// Seconds per touching pair and step, likewise.
+/// Seconds per touching pair and step, likewise; of a rock's spheres with the lines of a net more, as most of them are looked at in vain.
 const SECONDS_PER_PAIR: f64 = 5e-8;
-/// Seconds that the tables and the picture of a fall over terrain take, likewise.
-const SECONDS_OF_RESULTS: f64 = 0.3;
+const SECONDS_PER_LINE: f64 = 1.5e-7;
+/// Seconds that the tables of a fall take, and with terrain its picture, likewise.
+const SECONDS_OF_RESULTS: [f64; 2] = [1e-3, 0.35];
+/// Steps of a fall that is tried between two looks at the clock.
+pub const LOOK: f64 = 1000.0;
 
 #[derive(Serialize)]
 struct ResolvedTables<'a> {
@@ -51,8 +54,8 @@ pub fn check(scene: &Scene) -> Result<CheckReport, Diagnostic> {
     check_with(scene, None, None)
 }
 
-/// The same with the `net` that the structure offers: rocks that start in it are refused. A fall over terrain alone is tried for so
-/// long: how much of it is flight, and when it ends, no count of steps tells.
+/// The same with the `net` that the structure offers: rocks that start in it are refused. A fall is tried for so long, over terrain as
+/// far as to the net: how much of it is flight, and when it ends, no count of steps tells.
 pub fn check_with(
     scene: &Scene,
     net: Option<&InterfaceMesh>,
@@ -96,7 +99,7 @@ pub fn check_with(
     add_steps(model, &mut report);
     let (named, loose) = model.rocks.split_at(model.settings.named());
     // On a net with cells of a third of the rock, six rows of its spheres touch.
-    let in_rows = |rock: &Rock| SECONDS_PER_PAIR * 6.0 * (rock.spheres.len() as f64).cbrt();
+    let in_rows = |rock: &Rock| SECONDS_PER_LINE * 6.0 * (rock.spheres.len() as f64).cbrt();
     let pairs = loose.iter().map(|_| SECONDS_PER_PAIR * NEIGHBOURS).chain(named.iter().map(in_rows));
     let numbers = [
         ("seconds_per_step", pairs.map(|pairs| SECONDS_PER_STEP + pairs).sum()),
@@ -105,20 +108,34 @@ pub fn check_with(
     ];
     report.numbers.extend(numbers.map(|(name, value): (&str, f64)| (name.to_owned(), value)));
     report.numbers.extend(net_contact::numbers(model));
-    let nodes =
-        net.map(|net| net.coordinates.chunks_exact(3).map(|x| Vector3::from_column_slice(x) - model.origin));
-    let arrival = nodes.and_then(|nodes| reach::arrival(model, nodes));
+    let nodes = |net: &InterfaceMesh| {
+        net.coordinates
+            .chunks_exact(3)
+            .map(|x| Vector3::from_column_slice(x) - model.origin)
+            .collect::<Vec<_>>()
+    };
+    let net = net.map(nodes).and_then(reach::Net::around);
+    let arrival = net.as_ref().and_then(|net| reach::arrival(model, net));
     report.numbers.extend(arrival.map(|time| ("arrival_s".to_owned(), time)));
     let dem = &model.settings.dem;
     let dem = if model.settings.contacts.is_empty() { dem.clone() } else { dem.filled_in() };
     report.resolved = resolved(&model.settings, dem);
-    if let Some(limit) = trial.filter(|_| model.ground.is_some() && !fem && !scene.has("structure")) {
-        let ends = [scene.end_time()?, Output::of(scene)?.interval];
+    let alone = !fem && !scene.has("structure");
+    if let Some(limit) = trial.filter(|_| alone || model.ground.is_some() && net.is_some()) {
+        let (end, results) = (scene.end_time()?, SECONDS_OF_RESULTS[usize::from(model.ground.is_some())]);
+        let longest = LOOK * model.steps.step;
+        let arrives = |solver: &DemSolver| {
+            net.as_ref().is_some_and(|net| net.is_near(solver.model(), solver.state(), longest))
+        };
+        // As a run that writes them.
+        solver.keeps_rows = true;
         // What a run says of such a fault it says with more words.
-        if let Ok(trial) = Trial::new(&mut solver, ends, limit) {
-            let numbers = [("tried_s", trial.reached), ("run_s", SECONDS_OF_RESULTS + trial.cost(ends[0]))];
+        let times = [end, Output::of(scene)?.interval, longest];
+        if let Ok(trial) = Trial::new(&mut solver, times, limit, arrives) {
+            let numbers = [("tried_s", trial.reached), ("run_s", results + trial.cost(end))];
             report.numbers.extend(numbers.map(|(name, value)| (name.to_owned(), value)));
-            report.numbers.extend(trial.ended.then(|| ("ends_s".to_owned(), trial.reached)));
+            let ended = if arrives(&solver) { "arrival_s" } else { "ends_s" };
+            report.numbers.extend(trial.ended.then(|| (ended.to_owned(), trial.reached)));
         }
     }
     Ok(report)

@@ -8,7 +8,6 @@
 //! - [`results`]: what is reported
 //! - [`integrator`]: the steps of a window
 //! - [`solver`]: the contract; [`granular`]: the same for thousands of separate spheres alone
-//! - [`trial`]: what a fall costs, by its first part
 //! - [`check`](mod@check), [`net_contact`], [`reference`]: what would be built, what a net must know of it, what is read and written, for editors
 
 pub mod check;
@@ -21,6 +20,5 @@ pub mod net_contact;
 pub mod reference;
 pub mod results;
 pub mod solver;
-pub mod trial;
 
 pub use solver::DemSolver;

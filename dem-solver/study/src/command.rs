@@ -186,6 +186,7 @@ pub(super) fn no_study(path: &Path, asked: &str) -> Option<Diagnostic> {
     let (is, cure) = match () {
         () if has("scene") && has("release") => ("a study", "rockfall ensemble computes it"),
         () if has("study") => ("a calibration", "rockfall calibrate computes it"),
+        () if has("kit") => ("a kit", "rockfall approve tests it"),
         () if has("end_time") => (
             "a scene",
             "rockfall run computes it; a study names it, scene = \"FILE\", and says in [[release]] where rocks start",

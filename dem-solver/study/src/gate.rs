@@ -6,12 +6,12 @@
 use super::base::Base;
 use super::member::Member;
 use super::record;
-use super::settings::{Quantity, Variable};
+use super::settings::{Place, Quantity, Variable};
 use dem_contact::settings::Settings;
 use dem_rocks::gate::contacts::of_contact;
 use dem_rocks::gate::units::{all_of_rock, in_litres};
 use dem_solid::geometry::plan;
-use interface_defs::diagnostic::{Diagnostic, Place, code};
+use interface_defs::diagnostic::{self, Diagnostic, code};
 use nalgebra::Vector3;
 use std::collections::BTreeSet;
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -25,6 +25,9 @@ const LIGHT: f64 = 20.0;
 /// Angles up to a turn and to a right angle in radians, and some rounding of them.
 const TURN: f64 = TAU + 0.02;
 const QUARTER: f64 = FRAC_PI_2 + 0.01;
+/// Members from which on nothing is said of their number; shortest line of which nothing is said [m].
+const FEW: u64 = 10;
+const SHORT: f64 = 1.0;
 /// Pieces of a line that are looked at for ground below.
 const PIECES: u32 = 1000;
 
@@ -66,7 +69,33 @@ fn check(base: &Base, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
     said.extend(of_system(base, file)?);
     said.extend(of_rates(base, file));
     said.extend(of_many(base, file));
+    let members = base.members();
+    if members < FEW {
+        let what = format!("members: {members}, and no share, quantile or frequency follows from so few");
+        let cure = "hundreds show the spread; a fall alone is `rockfall run` of its scene";
+        said.push(warning(file, "release.0.count", what).try_instead(cure));
+    }
+    said.extend(of_twins(base, file));
     Ok(said)
+}
+
+/// Lines and releases that have the places of another one.
+fn of_twins(base: &Base, file: &Scene) -> Vec<Diagnostic> {
+    let lines = base.study.lines.iter().zip(&base.lines);
+    let lines = lines
+        .enumerate()
+        .map(|(at, (line, points))| (format!("line.{at}.points"), &line.name, points.as_slice()));
+    let releases = base.study.releases.iter().enumerate().map(|(at, release)| {
+        let Place { key, corners, .. } = release.place();
+        (format!("release.{at}.{key}"), &release.name, corners)
+    });
+    let all: Vec<_> = lines.chain(releases).collect();
+    let twin = |(at, (key, name, corners)): (usize, &(String, &String, &[[f64; 2]]))| {
+        let (_, other, _) = all[..at].iter().find(|(.., others)| others == corners)?;
+        let what = format!("`{name}` has the places of `{other}`");
+        Some(warning(file, key, what).coded(code::PLACE).try_instead("leave one of them out"))
+    };
+    all.iter().enumerate().filter_map(twin).collect()
 }
 
 /// A warning at its place.
@@ -92,7 +121,7 @@ fn of_keys(base: &Base, release: usize, file: &Scene) -> Result<Vec<Diagnostic>,
         let own = |found: &Diagnostic| {
             let mut all = keys.iter().zip(&sets);
             // An unknown key has no key of its own, but a place.
-            let file = |set: &str| Place::in_argument(set, 0..0).file;
+            let file = |set: &str| diagnostic::Place::in_argument(set, 0..0).file;
             let is_in = |set: &str| found.place.as_ref().is_some_and(|place| place.file == file(set));
             all.find(|(variable, set)| found.key.as_deref() == Some(variable.name.as_str()) || is_in(set))
         };
@@ -255,6 +284,34 @@ fn of_line(base: &Base, at: usize, file: &Scene) -> Option<Diagnostic> {
         );
         let cure = "is it the other way round, or are x and y exchanged?";
         return Some(warning(file, &format!("line.{at}.points"), what).coded(code::PLACE).try_instead(cure));
+    }
+    let through = base.study.releases.iter().find(|release| {
+        let Place { key, corners, .. } = release.place();
+        let mut corners: Vec<_> = corners.iter().map(|corner| base.local(corner)).collect();
+        match key {
+            "polygon" => corners.push(corners[0]),
+            "line" => {}
+            _ => corners.clear(),
+        }
+        corners
+            .windows(2)
+            .any(|side| line.windows(2).any(|own| plan::cross(&[own[0], own[1]], &[side[0], side[1]])))
+    });
+    if length < SHORT {
+        let what = format!("the line `{name}` is {} m long", four(length));
+        let cure = "coordinates count in metres: a line that rocks pass has tens of them";
+        return Some(warning(file, &format!("line.{at}.points"), what).try_instead(cure));
+    }
+    if let Some(release) = through {
+        let what = format!(
+            "the line `{name}` runs across the release `{}`: what starts below it never passes it",
+            release.name
+        );
+        return Some(
+            warning(file, &format!("line.{at}.points"), what)
+                .coded(code::PLACE)
+                .try_instead("draw it below the release"),
+        );
     }
     (beside > 0).then(|| {
         let (lost, all) = (four(length * beside as f64 / f64::from(PIECES)), four(length));

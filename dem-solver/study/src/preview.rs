@@ -3,18 +3,26 @@
 use super::base::Base;
 use super::settings::{Place, Variable};
 use dem_rocks::DemSolver;
-use dem_rocks::trial::Trial;
+use dem_rocks::check::LOOK;
 use dem_solid::geometry::plan;
 use interface_defs::diagnostic::{Diagnostic, code};
+use nalgebra::Vector3;
 use serde_json::{Value, json};
+use std::cell::RefCell;
 use std::fmt::Write;
 use std::time::Duration;
 use toolkit::numbers::{four, three};
 use toolkit::scene::Scene;
+use toolkit::trial::Trial;
 
 /// Members that are tried, spread over all, and how long each of them at most.
 const TRIED: u64 = 8;
 const LIMIT: Duration = Duration::from_millis(500);
+
+/// Bytes on disk of a member, with maps, and at each line: as a million of them took (docs/performance.md).
+const BYTES: [f64; 3] = [1230.0, 400.0, 230.0];
+/// What is worth a word on disk [bytes].
+const LARGE: f64 = 1e10;
 
 /// What some members cost.
 struct Cost {
@@ -39,10 +47,20 @@ impl<'a> Preview<'a> {
     pub fn new(base: &'a Base, file: &'a Scene, threads: usize) -> Result<Self, Diagnostic> {
         let (members, settings) = (base.members(), &base.settings);
         let tried = members.min(TRIED);
+        // Where those that were tried went.
+        let ways = RefCell::new(Vec::new());
+        let place = |solver: &DemSolver| solver.state().bodies[0].motion.position;
         let fall = |at: u64| {
             let model = base.model(&base.member(1 + at * members / tried), None)?;
             let mut solver = DemSolver::of_model(model, &base.scene, base.follows());
-            let trial = Trial::new(&mut solver, [settings.end_time, settings.interval], LIMIT);
+            let mut way = vec![place(&solver)];
+            let times = [settings.end_time, settings.interval, LOOK * solver.model().steps.step];
+            let passed = RefCell::new(&mut way);
+            let trial = Trial::new(&mut solver, times, LIMIT, |solver| {
+                passed.borrow_mut().push(place(solver));
+                false
+            });
+            ways.borrow_mut().push(way);
             trial.map_err(|fault| *fault.diagnostic)
         };
         // One that cannot be computed is a row with its reason, and costs little.
@@ -52,10 +70,14 @@ impl<'a> Preview<'a> {
         let cost = Cost { tried: trials.len(), cut, each: each / trials.len() as f64 };
         let warnings = base.warnings.iter().map(|warning| base.scene.placed(warning.clone())).collect();
         let mut preview = Self { base, file, threads, cost, warnings };
-        let days = preview.whole() / 86_400.0;
-        if days > 1.0 {
-            let what =
-                format!("the study would take some {} days of wall time on this machine", four(days.round()));
+        preview.warnings.extend(beside(base, file, &ways.into_inner()));
+        let (days, disk) = (preview.whole() / 86_400.0, preview.disk());
+        if days > 1.0 || disk > LARGE {
+            let what = format!(
+                "the study would take some {} days of wall time on this machine and {} GB of disk",
+                three(days),
+                three(disk / 1e9)
+            );
             let cure = "fewer members show first what matters; `--chunks` divides the study between machines";
             let found = Diagnostic::warning(code::SIZE, what).about("release.0.count").try_instead(cure);
             preview.warnings.push(file.placed(found));
@@ -66,6 +88,13 @@ impl<'a> Preview<'a> {
     /// Wall time of all members [s].
     fn whole(&self) -> f64 {
         self.cost.each * self.base.members() as f64 / self.threads as f64
+    }
+
+    /// What its files take on disk [bytes].
+    fn disk(&self) -> f64 {
+        let (study, [each, mapped, line]) = (&self.base.study, BYTES);
+        let mapped = if self.base.grid.is_some() { mapped } else { 0.0 };
+        self.base.members() as f64 * (each + mapped + line * study.lines.len() as f64)
     }
 
     /// For people.
@@ -129,6 +158,7 @@ impl<'a> Preview<'a> {
                 three(self.whole())
             ),
         );
+        line("disk", format!("some {} MB", three(self.disk() / 1e6)));
         for warning in &self.warnings {
             let _ = writeln!(text, "warning: {warning}");
         }
@@ -154,9 +184,30 @@ impl<'a> Preview<'a> {
             "members_tried": cost.tried, "members_cut": cost.cut,
             "seconds_per_member": Some(cost.each).filter(|each| each.is_finite()),
             "expected_cost_s": Some(self.whole()).filter(|cost| cost.is_finite()),
-            "warnings": warnings,
+            "expected_disk_bytes": self.disk(), "warnings": warnings,
         })
     }
+}
+
+/// Lines that most of the members tried leave above them, and none passes.
+fn beside(base: &Base, file: &Scene, ways: &[Vec<Vector3<f64>>]) -> Vec<Diagnostic> {
+    let of_line = |(at, line): (usize, &Vec<plan::Point>)| {
+        let lowest = line.iter().filter_map(|p| base.ground.ground_at(*p)).fold(f64::INFINITY, f64::min);
+        let passes = |way: &Vec<Vector3<f64>>| {
+            let mut steps = way.windows(2).map(|step| [0, 1].map(|k| [step[k].x, step[k].y]));
+            steps.any(|step| line.windows(2).any(|own| plan::cross(&[own[0], own[1]], &step)))
+        };
+        let below = ways.iter().filter(|way| way.last().is_some_and(|end| end.z < lowest)).count();
+        (2 * below > ways.len() && !ways.iter().any(passes)).then(|| {
+            let (name, all) = (&base.study.lines[at].name, ways.len());
+            let what = format!(
+                "none of {all} members that were tried passes the line `{name}`, and {below} of them end lower than it lies: they pass beside it"
+            );
+            let found = Diagnostic::warning(code::PLACE, what).about(format!("line.{at}.points"));
+            file.placed(found.try_instead("is it where rocks go? trajectory.svg of a member shows its way"))
+        })
+    };
+    base.lines.iter().enumerate().filter_map(of_line).collect()
 }
 
 /// How it is written in a study.

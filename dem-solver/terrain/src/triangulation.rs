@@ -33,6 +33,9 @@ pub struct Triangulated {
 
 /// Read the terrain of a scene.
 pub fn of(scene: &Scene, settings: &TerrainSettings) -> Result<Triangulated, Diagnostic> {
+    if settings.file.as_os_str().is_empty() {
+        return scene.refuse("terrain.file", "the path is empty", "name a file, as in file = \"valley.asc\"");
+    }
     let path = scene.resolve(&settings.file);
     let relief = match formats::terrain(&path, &settings.classes, settings.nodata_value)? {
         Content::Raster(raster) => from_raster(&raster, settings.nodata),

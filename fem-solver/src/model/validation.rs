@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 use toolkit::ranges::Gate;
-use toolkit::scene::Scene;
+use toolkit::scene::{Scene, at};
 
 /// Longest structure that a mesh or generator may make [m], and that from which on it is asked whether metres are meant.
 const LONGEST: [f64; 2] = [2000.0, 500.0];
@@ -92,7 +92,9 @@ pub fn judge(scene: &Scene, config: &Config, model: &mut Model) -> Result<(), Di
     judge_parts(&mut at)?;
     judge_supports(&mut at)?;
     // What is generated is connected where it should be; a post's nodes lie beside those of the net's edge.
-    warnings.extend(config.structure.generator.is_none().then(|| twins(model)).flatten());
+    if config.structure.generator.is_none() {
+        warnings.extend(twins(model).into_iter().chain(doubled(config)));
+    }
     model.warnings.extend(warnings);
     Ok(())
 }
@@ -230,6 +232,16 @@ impl SectionJudge<'_> {
             return Ok(());
         }
         let radius = self.section.radius.unwrap_or(0.0);
+        let key = format!("{}.radius", self.section.key);
+        if radius == 0.0 && at(&self.scene.document()?, &key).is_some() {
+            let what = "0 m: rocks touch it as a line without thickness".into();
+            self.warn(
+                code::UNUSUAL_VALUE,
+                "radius",
+                what,
+                "half of its diameter in metres, 0.004 of 8 mm; left out it is 0, too",
+            );
+        }
         if radius > longest {
             let what = format!("radius is {radius} m, and the longest element of it has {longest:.4} m");
             return Err(self.error("radius", what, "metres: 8 mm is 0.008"));
@@ -381,6 +393,18 @@ fn twins(model: &Model) -> Option<Diagnostic> {
         model.node_name(b)
     );
     Some(warning(code::GEOMETRY, "structure", what, "join them (in Gmsh: Coherence)"))
+}
+
+/// A cable that joins the same two nodes as one before it.
+fn doubled(config: &Config) -> Option<Diagnostic> {
+    let mut seen = HashMap::new();
+    let (again, first) = config.structure.cables.iter().enumerate().find_map(|(number, cable)| {
+        let [a, b] = cable.nodes;
+        Some((number, seen.insert([a.min(b), a.max(b)], number)?))
+    })?;
+    let what =
+        format!("it joins the same two nodes as cable {first}: both carry, as one of twice the section");
+    Some(warning(code::GEOMETRY, format!("structure.cables.{again}"), what, "leave one of them out"))
 }
 
 /// A warning about `key`; an empty `hint` is none.
@@ -563,6 +587,18 @@ fn judge_supports(at: &mut Judge) -> Result<(), Diagnostic> {
             at.warnings.push(warning(code::UNUSED_KEY, key, what, ""));
         }
     }
+    for (i, spring) in config.structure.springs.iter().enumerate() {
+        if spring.stiffness == [0.0; 3] {
+            let what = "all its stiffnesses are 0: it holds nothing";
+            at.warnings.push(warning(
+                code::UNUSED_KEY,
+                format!("structure.springs.{i}"),
+                what,
+                "300 kN/m is 3e5",
+            ));
+        }
+    }
+    judge_lengths(at);
     judge_motions(at)?;
     judge_loads(at)?;
     for (i, entry) in config.structure.pressures.iter().enumerate() {
@@ -597,6 +633,25 @@ fn judge_supports(at: &mut Judge) -> Result<(), Diagnostic> {
         at.warnings.push(warning(code::GEOMETRY, "structure", what, hint));
     }
     Ok(())
+}
+
+/// Longest and shortest that a cable is usually made over the distance of its nodes.
+const MADE: [f64; 2] = [0.9, 1.5];
+
+/// Cables whose length is hardly that of the way between their nodes.
+fn judge_lengths(at: &mut Judge) {
+    for (i, cable) in at.config.structure.cables.iter().enumerate() {
+        let span = (at.model.nodes[cable.nodes[1]] - at.model.nodes[cable.nodes[0]]).norm();
+        let Some(length) = cable.length.filter(|own| !(MADE[0]..=MADE[1]).contains(&(own / span))) else {
+            continue;
+        };
+        let what = format!(
+            "an unstretched length of {length} m between nodes {span:.4} m apart, a strain of {:.3}",
+            span / length - 1.0
+        );
+        let hint = "metres, when nothing pulls it; left out it is the distance of its nodes";
+        at.warnings.push(warning(code::UNUSUAL_VALUE, format!("structure.cables.{i}.length"), what, hint));
+    }
 }
 
 /// Motions of supports that are longer than the structure, what takes place after the end, and angles in degrees.

@@ -15,21 +15,28 @@ use interface_defs::mesh::InterfaceMesh;
 use interface_defs::message::Plan;
 use interface_defs::solver::{Solver, Window};
 use std::collections::BTreeMap;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use toolkit::check::CheckReport;
+use toolkit::output::Output;
 use toolkit::program::Options;
 use toolkit::scene::Scene;
 use toolkit::start_from::KEY;
+use toolkit::trial::Trial;
 
 /// Windows of one step that are timed, explicit and with equations to solve: half of them take longer than what is said.
 const ROUNDS: [usize; 2] = [251, 5];
 
-/// Build the structure of a scene, find its form, and say what came of it. Starts nothing.
-pub fn check(scene: &Scene) -> Result<CheckReport, Diagnostic> {
+/// Wall time that a window of a trial takes at most, where steps are shorter [s].
+const LOOK: f64 = 0.05;
+
+/// Build the structure of a scene, find its form, and say what came of it. A run of it alone is tried for so long.
+pub fn check(scene: &Scene, trial: Option<Duration>) -> Result<CheckReport, Diagnostic> {
     let config = Config::of(scene)?;
+    let begun = Instant::now();
     let mut solver = FemSolver::new(scene, &Options::default())?;
     let start = Start::new(scene, &config, solver.model(), solver.inherited.as_ref(), None, &mut |_| Ok(()))
         .map_err(|fault| *fault.diagnostic)?;
+    let prepared = begun.elapsed().as_secs_f64();
     let model = solver.model();
     let mut interface = model.interface_mesh(&start.form.displacement);
     // Masses are for contact alone, and JSON has no infinity for those that are held.
@@ -55,6 +62,7 @@ pub fn check(scene: &Scene) -> Result<CheckReport, Diagnostic> {
         ("time_step_s", Some(start.time_step)),
         ("tangents_for_contact", local::offered(model, &config.fem).is_ok().then_some(1.0)),
         ("sag_m", sag),
+        ("prepare_s", Some(prepared)),
     ];
     let numbers = numbers.into_iter().filter_map(|(name, number)| Some((name.to_owned(), number?)));
     let mut numbers: BTreeMap<String, f64> = numbers.collect();
@@ -62,7 +70,19 @@ pub fn check(scene: &Scene) -> Result<CheckReport, Diagnostic> {
     builds.extend(solver.inherited.as_ref().map(Inherited::describe));
     let resolved = resolve(&config, &start, solver.inherited.as_ref())?;
     let warnings = start.warnings.clone();
-    numbers.insert("seconds_per_step".into(), seconds_per_step(&mut solver, scene, &config, start)?);
+    let step = start.time_step;
+    let seconds = seconds_per_step(&mut solver, scene, &config, start)?;
+    numbers.insert("seconds_per_step".into(), seconds);
+    if let Some(limit) = trial {
+        let mut alone = FemSolver::new(scene, &Options { shortcuts: true, ..Options::default() })?;
+        let longest = alone.hello().largest_window.min(step * (LOOK / seconds).max(1.0));
+        let times = [scene.end_time()?, Output::of(scene)?.interval, longest];
+        // What a run says of such a fault it says with more words.
+        if let Ok(trial) = Trial::new(&mut alone, times, limit, |_| false) {
+            numbers.extend([("tried_s".into(), trial.reached), ("run_s".into(), trial.cost(times[0]))]);
+            numbers.extend(trial.ended.then(|| ("ends_s".into(), trial.reached)));
+        }
+    }
     Ok(CheckReport {
         builds,
         numbers,
@@ -176,8 +196,8 @@ fn resolve(config: &Config, start: &Start, inherited: Option<&Inherited>) -> Res
     Ok(table)
 }
 
-/// Measured wall time of one step [s] with the gauges of its window, under a force of 100 times the
-/// weight (at rest, Newton would have nothing to do): for the estimate of cost.
+/// Measured wall time of one step [s] with the gauges of its window, one after the other under a force of its weight (at rest there
+/// would be nothing to do): for the estimate of cost.
 fn seconds_per_step(
     solver: &mut FemSolver,
     scene: &Scene,
@@ -188,18 +208,20 @@ fn seconds_per_step(
     let step = if start.time_step.is_finite() { start.time_step } else { 0.01 * scene.end_time()? };
     let takes: Vec<_> = solver.hello().takes.into_iter().map(|f| FieldSpec { samples: 1, ..f }).collect();
     let sources = takes.len();
-    let plan = Plan { end_time: step, window: step, takes, ..Plan::default() };
-    let nodal = solver.model().mass.iter().flat_map(|m| [0.0, 0.0, -1000.0 * m]);
+    let rounds = ROUNDS[usize::from(!explicit)];
+    let plan = Plan { end_time: rounds as f64 * step, window: step, takes, ..Plan::default() };
+    let nodal = solver.model().mass.iter().flat_map(|m| [0.0, 0.0, -10.0 * m]);
     let force: Vec<f64> = std::iter::repeat_n(nodal, sources).flatten().collect();
     let ready = solver.begin(start, &plan).map_err(|fault| *fault.diagnostic)?;
     let mut output = ready.initial;
-    let window = Window { number: 1, iteration: 1, start: 0.0, length: step };
     // Each alone: what else the machine does at times makes few of them longer.
     let mut took = Vec::new();
-    for _ in 0..ROUNDS[usize::from(!explicit)] {
+    for round in 0..rounds {
+        let window =
+            Window { number: 1 + round as u64, iteration: 1, start: round as f64 * step, length: step };
         let started = Instant::now();
         // A step that fails has cost what it has cost; the run itself will show.
-        let _ = solver.solve(&window, &force, &mut output);
+        let _ = solver.solve(&window, &force, &mut output).and_then(|()| solver.commit());
         took.push(started.elapsed().as_secs_f64());
     }
     took.sort_by(f64::total_cmp);

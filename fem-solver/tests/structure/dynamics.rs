@@ -459,7 +459,7 @@ time_step = 2e-4
 "#
         )
     };
-    let check = |scaling: &str| fem_solver::solver::check::check(&crate::common::scene(&text(scaling)));
+    let check = |scaling: &str| fem_solver::solver::check::check(&crate::common::scene(&text(scaling)), None);
     assert!(check("").expect_err("is too long").to_string().contains("critical"));
     let report = check("mass_scaling = 3e-4").expect("is slow enough");
     // As modelled; sagged, strains of 1e-3 stiffen it by three times that.
@@ -491,7 +491,7 @@ form_finding = "none"
 "#,
             ends.map(|end| format!("{end:?}")).join(", ")
         );
-        let report = fem_solver::solver::check::check(&crate::common::scene(&text)).expect("a scene");
+        let report = fem_solver::solver::check::check(&crate::common::scene(&text), None).expect("a scene");
         ["critical_step_s", "loaded_critical_step_s"].map(|name| report.numbers[name])
     };
     let e = 1e-3;

@@ -85,7 +85,7 @@ group = "rope"
 quantity = "tension"
 "#
         );
-        let report = fem_solver::solver::check::check(&scene(&text)).expect("a scene").builds.join(" ");
+        let report = fem_solver::solver::check::check(&scene(&text), None).expect("a scene").builds.join(" ");
         let words: Vec<&str> = report.split_whitespace().collect();
         let at = words.windows(2).position(|pair| pair == ["Newton", "iterations)"]).expect("are counted");
         let iterations: u32 = words[at - 1].trim_start_matches('(').parse().expect("a number");

@@ -176,7 +176,7 @@ fn at_rest_nodes_are_where_form_finding_leaves_them() {
         let (deck, _) = Deck::of(&scene, at_rest).expect("written");
         deck.nodes.iter().map(|(_, at)| at.z).fold(f64::INFINITY, f64::min)
     };
-    let report = fem_solver::solver::check::check(&scene).expect("valid");
+    let report = fem_solver::solver::check::check(&scene, None).expect("valid");
     assert_eq!((lowest(false), -lowest(true)), (0.0, report.numbers["sag_m"]));
     assert!(report.numbers["sag_m"] > 1e-3);
 }

@@ -181,7 +181,7 @@ fn quadrilaterals_of_shell_are_split_and_that_is_said() {
     let skin = "element = \"shell\"\nthickness = 1e-3\ndensity = 1e3\nyoung = 1e8";
     let dir = tempfile::tempdir().unwrap();
     let scene = from_file(dir.path(), FILES[1], skin);
-    let report = fem_solver::solver::check::check(&scene).expect("a scene");
+    let report = fem_solver::solver::check::check(&scene, None).expect("a scene");
     let said = report.warnings.iter().any(|w| {
         w.message == "part `skin`: 2 quadrilaterals of shell are split into two triangles each, along the shorter diagonal"
     });

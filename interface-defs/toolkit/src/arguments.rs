@@ -293,8 +293,9 @@ pub struct EnsembleArguments {
     /// Most members that --until goes to [default: ten times those of the study]
     #[arg(long, value_name = "N", requires = "until", value_parser = clap::value_parser!(u64).range(1..), help_heading = "Computation")]
     pub at_most: Option<u64>,
-    /// Check the study, say what it would compute and what that costs, by some of its members; compute nothing: `rockfall check STUDY`
-    #[arg(long, conflicts_with_all = ["members", "chunks", "until", "force", "resume", "scene_of", "barrier"], help_heading = "Computation")]
+    /// Check the study, say what it would compute and what that costs, by some of its members, with --barrier also the barrier; compute
+    /// nothing: `rockfall check STUDY`
+    #[arg(long, conflicts_with_all = ["members", "chunks", "until", "force", "resume", "scene_of", "list_worst", "run_worst"], help_heading = "Computation")]
     pub dry_run: bool,
     /// Form of the answer to --dry-run
     #[arg(

@@ -176,7 +176,7 @@ fn as_table(name: &str, got: &Value, expected: &Expected) -> Option<String> {
 }
 
 /// Names that are listed, where there are more the nearest [`NEAREST`] of them.
-const LISTED: usize = 15;
+const LISTED: usize = 8;
 const NEAREST: usize = 5;
 
 /// "did you mean ...", with all that is known.

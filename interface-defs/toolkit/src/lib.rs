@@ -9,7 +9,7 @@
 //! - [`arguments`]: options that several programs have on their command lines
 //! - [`program`]: the `main` of a solver: run, check, serve
 //! - [`progress`]: lines from which a launcher draws its bar
-//! - [`check`]: what a program answers to `check`
+//! - [`check`]: what a program answers to `check`; [`trial`]: what a run costs, by its first part
 //! - [`words`]: words and numbers of a text file; [`raster`]: heights on a grid, and ESRI grids of them
 //! - [`ground`]: heights of the terrain for what is built on it
 //! - [`history`], [`summary`], [`vtu`]: result files; [`columns`]: tables of which every column is declared once
@@ -66,6 +66,7 @@ pub mod state_file;
 pub mod summary;
 mod syntax;
 pub mod tagged;
+pub mod trial;
 pub mod uncertainty;
 pub mod vtu;
 pub mod wide;

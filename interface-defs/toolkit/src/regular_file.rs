@@ -19,6 +19,10 @@ pub fn regular(path: &Path) -> Result<Metadata, Diagnostic> {
         ErrorKind::NotFound => refuse("there is no such file".into()).try_if(near(path)),
         _ => refuse(format!("the file cannot be read: {e}")),
     })?;
+    if data.is_dir() && path.as_os_str().as_encoded_bytes().ends_with(b"/") {
+        return Err(refuse("this is a directory: the path is empty, or ends with /".into())
+            .try_instead("name the file in it"));
+    }
     if data.is_dir() {
         return Err(refuse("this is a directory".into()).try_instead("name the file in it"));
     }
@@ -67,7 +71,9 @@ mod tests {
         #[cfg(unix)]
         assert!(of("data\\slope.asc").expect_err("missing").ends_with("data/slope.asc"));
         assert!(of("no/slope.asc").expect_err("missing").contains("there is no directory"));
-        assert!(of("").expect_err("itself").ends_with("this is a directory; name the file in it"));
+        assert!(
+            of("").expect_err("itself").contains("the path is empty, or ends with /; name the file in it")
+        );
         assert_eq!(read(&dir.path().join("slope.asc"), 1), Ok(b"x".to_vec()));
         assert_eq!(read(&dir.path().join("slope.asc"), 0).expect_err("too long").code, code::FILE);
         assert!(read(Path::new("/dev/zero"), 1).is_err());

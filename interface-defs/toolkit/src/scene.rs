@@ -4,7 +4,7 @@
 //! with `deny_unknown_fields`; an error, wherever it arises, names line and column of the file.
 
 use super::exact::{Exact, Mismatch};
-use super::explain::{suggestion, values};
+use super::explain::{of_reference, values};
 use super::files;
 use super::kit::{self, About, Kit};
 use super::library;
@@ -196,7 +196,12 @@ impl Scene {
             if !self.kind.keys.contains(&name) {
                 let what = format!("unknown key `{name}` at the top of the {}", self.kind.name);
                 let error = self.error(code::UNKNOWN_KEY, key.span(), what).about(name);
-                return Err(error.try_if(suggestion(name, self.kind.keys)));
+                return Err(error.try_if(of_reference(name, self.kind.keys)));
+            }
+            if name == "title" && value.get_ref().as_str().is_none() {
+                let what = format!("the title is a text, and not: {}", value.get_ref().type_str());
+                let error = self.error(code::WRONG_TYPE, value.span(), what).about(name);
+                return Err(error.try_instead("write it in quotes: title = \"...\""));
             }
             if name != UNCHECKED {
                 values(value, &mut |v| {

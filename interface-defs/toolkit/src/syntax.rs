@@ -64,18 +64,44 @@ pub(crate) fn hint(path: &Path, text: &str, at: usize) -> Option<String> {
             "a backslash in \"...\" begins an escape: write paths with /, which works everywhere".into(),
         );
     }
-    let Some((_, value)) = code.split_once('=') else { return no_equals(code) };
+    let Some((key, value)) = code.split_once('=') else { return no_equals(code) };
     let value = value.trim();
+    if let Some(value) = value.strip_prefix('=') {
+        return Some(format!("one = alone: {} = {}", key.trim(), value.trim()));
+    }
+    // A list of another language, or numbers with nothing between them.
+    let listed =
+        value.trim_matches(['(', ')', '[', ']']).split([';', ',', ' ']).filter(|word| !word.is_empty());
+    let listed: Vec<&str> = listed.collect();
+    if value.starts_with(['(', '['])
+        && listed.len() > 1
+        && listed.iter().all(|word| word.parse::<f64>().is_ok())
+    {
+        return Some(format!(
+            "a list stands in brackets, with commas between its values: [{}]",
+            listed.join(", ")
+        ));
+    }
     if let Some((before, after)) = value.split_once(',')
         && let (Ok(_), Ok(_)) = (before.trim().parse::<i64>(), after.trim().parse::<u64>())
     {
         let number = format!("{}.{}", before.trim(), after.trim());
         return Some(format!("a decimal comma? a number is written with a point: {number}"));
     }
+    if let Some(before) = value.strip_suffix(';') {
+        return Some(format!("a line ends without a semicolon: {}", before.trim_end()));
+    }
     if let Some(hint) = of_other_language(value) {
         return Some(hint.into());
     }
-    let digits = value.trim_end_matches(|c: char| c.is_alphabetic() || "/%*".contains(c)).trim_end();
+    if value.strip_suffix('.').is_some_and(|whole| whole.parse::<i64>().is_ok()) {
+        return Some(format!("digits stand behind the point, too: {value}0"));
+    }
+    let unit = |(_, unit): &(&str, &str)| unit.trim_start().starts_with(char::is_alphabetic);
+    let number = value.split_once(' ').filter(unit).map_or(value, |(number, _)| number);
+    let digits = number
+        .trim_end_matches(|c: char| c.is_alphabetic() || "/%*\u{b0}\u{b2}\u{b3}".contains(c))
+        .trim_end();
     if digits != value && digits.parse::<f64>().is_ok() {
         return Some(format!("a number is written without its unit: {digits}"));
     }
@@ -85,6 +111,7 @@ pub(crate) fn hint(path: &Path, text: &str, at: usize) -> Option<String> {
 /// What to try where a line has no `=`.
 fn no_equals(code: &str) -> Option<String> {
     let (key, value) = code.trim().split_once([':', ' '])?;
+    let value = value.trim_start_matches([':', ' ']);
     let is_key = !key.is_empty() && key.chars().all(|c| c.is_ascii_alphanumeric() || "._-".contains(c));
     (is_key && !value.trim().is_empty()).then(|| format!("a key and its value: {key} = {}", value.trim()))
 }
@@ -98,11 +125,11 @@ fn of_other_language(value: &str) -> Option<&'static str> {
     };
     if value.contains("//") {
         Some("a comment begins with #")
-    } else if matches!(value, "True" | "TRUE" | "False" | "FALSE")
+    } else if matches!(value, "True" | "TRUE" | "False" | "FALSE" | "yes" | "no" | "on" | "off")
         || value.contains(" = True")
         || value.contains(" = False")
     {
-        Some("in small letters: true, false")
+        Some("there are two, in small letters: true, false")
     } else if between("'") {
         Some("a number has no separators: 2600.0")
     } else if between("*/^") && !value.contains('"') {
@@ -146,6 +173,16 @@ mod tests {
         for (text, place, cure) in [
             ("end_time = 1,5\n", "s.toml:1:13", "a decimal comma? a number is written with a point: 1.5"),
             ("end_time = 1.5 s\n", "s.toml:1:12", "without its unit: 1.5"),
+            ("angle = 31\u{b0}\n", "s.toml:1:9", "without its unit: 31"),
+            ("end_time = 5.0 kg/m3\n", "s.toml:1:12", "without its unit: 5.0"),
+            ("end_time == 5.0\n", "s.toml:1:11", "one = alone: end_time = 5.0"),
+            ("end_time : 5.0\n", "s.toml:1:10", "a key and its value: end_time = 5.0"),
+            ("end_time = 5.\n", "s.toml:1:14", "digits stand behind the point, too: 5.0"),
+            ("output.iterations = yes\n", "s.toml:1:21", "true, false"),
+            ("gravity = (0, 0, -9.81)\n", "s.toml:1:12", "with commas between its values: [0, 0, -9.81]"),
+            ("gravity = [0; 0; -9.81]\n", "s.toml:1:12", "with commas between its values: [0, 0, -9.81]"),
+            ("gravity = [0 0 -9.81]\n", "s.toml:1:12", "with commas between its values: [0, 0, -9.81]"),
+            ("end_time = 5.0;\n", "s.toml:1:15", "a line ends without a semicolon: 5.0"),
             ("gravity = [0, 0, \u{2212}9.81]\n", "s.toml:1:18", "a minus is written as the hyphen -"),
             ("title = \u{201c}a\u{201d}\n", "s.toml:1:9", "quotes are straight"),
             ("end_time\u{a0}= 1.0\n", "s.toml:1:9", "a special space"),

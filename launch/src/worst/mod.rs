@@ -16,14 +16,17 @@ use crate::report;
 use crate::stop::Stop;
 use crate::sweep::{self, Task};
 use interface_defs::diagnostic::{Diagnostic, code};
+use serde_json::json;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 pub use table::outcome;
 use table::{Case, Chosen, Generated};
 use toolkit::arguments::{EnsembleArguments, Input};
+use toolkit::check::Format;
 use toolkit::exit::Exit;
 use toolkit::ground::Area;
+use toolkit::numbers::three;
 use toolkit::owner::{Claim, Owner, holder};
 use toolkit::run_dir::{self, BARRIER, CHOSEN};
 use toolkit::scene::Scene;
@@ -75,7 +78,10 @@ pub fn worst(arguments: &EnsembleArguments, json: bool) -> Result<Exit, Stop> {
     if let Some(member) = arguments.run_worst {
         return work.one(&out, member);
     }
-    work.check(out.parent().unwrap_or(&out))?;
+    if arguments.dry_run {
+        return work.preview();
+    }
+    work.check(Some(out.parent().unwrap_or(&out)))?;
     let exit = work.study()?;
     if !matches!(exit, Exit::Done | Exit::Unreliable) {
         return Ok(exit);
@@ -215,26 +221,52 @@ impl Work<'_> {
         Ok(children::one(job, rules, self.events)?.0)
     }
 
-    /// Refuse a barrier that cannot be run with the study's rock and terrain, before the study is computed.
-    fn check(&self, home: &Path) -> Result<(), Stop> {
-        let scratch = Scratch::new(Some(home))?;
+    /// What the study and the runs of its worst members would be, both checked.
+    fn preview(&self) -> Result<Exit, Stop> {
+        let seconds = self.check(None)?;
+        let (form, json) = match self.arguments.format {
+            Format::Text => ("text", false),
+            Format::Json => ("json", true),
+        };
+        let mut command = self.command()?;
+        command.args(["--dry-run", &format!("--format={form}")]);
+        let text = self.wait(Job::of(command))?.text()?;
+        let (barrier, worst) = (self.barrier.display().to_string(), self.arguments.worst);
+        toolkit::screen::show(&if json {
+            let broken = |e: serde_json::Error| Stop::failed(code::CONTRACT, e.to_string());
+            let mut found: serde_json::Value = serde_json::from_str(&text).map_err(broken)?;
+            found["barrier"] = json!({ "scene": barrier, "worst": worst, "seconds_per_run": seconds });
+            format!("{found}\n")
+        } else {
+            let each =
+                seconds.map_or(String::new(), |each| format!(", some {} s of wall time each", three(each)));
+            format!("{text}{:<28} {barrier}: the worst {worst} members again, coupled{each}\n", "barrier")
+        });
+        Ok(Exit::Done)
+    }
+
+    /// Refuse a barrier that cannot be run with the study's rock and terrain, before the study is computed; what a run costs [s].
+    fn check(&self, home: Option<&Path>) -> Result<Option<f64>, Stop> {
+        let scratch = Scratch::new(home)?;
         let file = scratch.file("member.toml");
         let mut command = self.command()?;
         command.arg("--scene-of=1").arg("--output").arg(&file);
         self.wait(Job::of(command))?.text()?;
         let generated = Generated { file: file.display().to_string(), barrier: &self.scene };
         let input = Input { scene: file, sets: Vec::new() };
-        let doubts = Prepared::of(&input, |_| None, self.events).and_then(|prepared| Ok(prepared.doubts()?));
+        let prepared = Prepared::of(&input, |_| None, self.events)
+            .and_then(|prepared| Ok((prepared.doubts()?, prepared.numbers.expected_cost())));
         let of_barrier = |stop: Stop| {
             let errors = stop.errors.into_iter().map(|error| generated.placed(error)).collect();
             let (study, barrier) = (self.arguments.study.display(), self.barrier.display());
             let scene = format!("rockfall ensemble {study} --barrier {barrier} --scene-of 1");
             Stop { errors, ..stop }.hinted(&format!("this is of member 1 of the study; its scene: {scene}"))
         };
-        for doubt in doubts.map_err(of_barrier)?.into_iter().filter(|_| !self.quiet) {
+        let (doubts, cost) = prepared.map_err(of_barrier)?;
+        for doubt in doubts.into_iter().filter(|_| !self.quiet) {
             tracing::warn!("{}", generated.placed(doubt));
         }
-        Ok(())
+        Ok(cost)
     }
 
     /// Run one chosen member, unless it has been run. A task that an engine gives out twice waits for the first one.

@@ -62,6 +62,17 @@ const COMMANDS: &[(&[&str], &[&str])] = &[
     (&["approve", "site.toml"], &["this is a study, not a kit", "rockfall ensemble site.toml"]),
     (&["approve", "scene.toml"], &["this is a scene, not a kit", "rockfall run scene.toml"]),
     (
+        &["approve", "observed.toml"],
+        &["this is a calibration, not a kit", "rockfall calibrate observed.toml"],
+    ),
+    (&["run", "observed.toml"], &["this is a calibration, not a scene", "rockfall calibrate observed.toml"]),
+    (&["ensemble", "kit.toml"], &["this is a kit, and a study is asked for here", "rockfall approve"]),
+    (&["calibrate", "kit.toml"], &["this is a kit, and a calibration is asked for here", "rockfall approve"]),
+    (&["status", "results"], &["results: this is a file, and the directory of results is asked for here"]),
+    (&["verify", "results"], &["results: this is a file, and the directory of results is asked for here"]),
+    (&["run", "scene.toml", "--out", "."], &["the scene itself lies here", "name a directory of its own"]),
+    (&["ensemble", "site.toml", "--barrier", "kit.toml", "--dry-run"], &["this is a kit, not a scene"]),
+    (
         &["ensemble", "site.toml", "--members", "1..500"],
         &["--members: 1..500", "members of this study are 1..20"],
     ),
@@ -99,6 +110,8 @@ fn a_command_line_that_no_one_can_mean_is_refused_and_changes_nothing() {
     write("falls.toml", "scene = \"fall.toml\"\n[[release]]\npoints = [[0.0, 0.0]]\n".into());
     write("site.toml", scenes::STUDY.replace("fall.toml", "one.toml"));
     write("one.toml", scenes::SLOPE.into());
+    write("kit.toml", scenes::KIT.into());
+    write("observed.toml", "study = \"site.toml\"\n[[observed]]\nname = \"a\"\n".into());
     write("valley.asc", scenes::valley());
     std::fs::create_dir(bench.path("held")).expect("made");
     write("held/summary.json", "{}".into());

@@ -54,6 +54,12 @@ pub fn of_files() -> Vec<Mistake> {
             "whose heights have decimals",
         ),
         heights(
+            "steep heights in whole metres",
+            scenes::grid(2.0, scenes::corner(), |z| format!("{:.0}", 1195.0 + 1.7 * (z - 1195.0))),
+            "are whole metres in cells of 2 m",
+            "whose heights have decimals",
+        ),
+        heights(
             "hillshade for the terrain",
             gentle(|z| format!("{:.0}", 150.0 + z)),
             "whole numbers from 0 to 255",

@@ -2,6 +2,7 @@
 
 use super::units::{DENSITY, Judged, doubted, judged, likely};
 use dem_contact::settings::ContactSettings;
+use interface_defs::diagnostic::Diagnostic;
 use toolkit::numbers::four;
 use toolkit::ranges::Gate;
 use toolkit::scene::Scene;
@@ -111,10 +112,30 @@ pub fn of_contact(number: usize, contact: &ContactSettings, scene: &Scene) -> Ju
     judged(all, &format!("contact.{number}"), scene)
 }
 
+/// What is said of ground that takes no energy from a rock.
+pub fn lossless(number: usize, contact: &ContactSettings) -> impl Iterator<Item = Diagnostic> {
+    let elastic = [
+        ("restitution", contact.restitution == Some(1.0)),
+        ("damping_ratio", contact.damping_ratio == Some(0.0)),
+    ];
+    let bounces = elastic.into_iter().filter(|(_, elastic)| *elastic).map(|(key, _)| {
+        let what = "no loss on the ground: a rock rebounds as fast as it came, and never comes to rest";
+        (key, what, "rock on rock has a restitution of some 0.3 to 0.6, on soil less")
+    });
+    let slips = (contact.friction == 0.0).then_some((
+        "friction",
+        "0 on the ground: a rock slides without end, and does not roll",
+        "rock on ground has some 0.4 to 0.8",
+    ));
+    bounces.chain(slips).map(move |(key, what, cure)| {
+        let found = doubted(key, what.into(), cure);
+        found.about(format!("contact.{number}.{key}"))
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use interface_defs::diagnostic::Diagnostic;
 
     fn of(keys: &str) -> Result<Vec<Diagnostic>, String> {
         let contact = ContactSettings::of("contact.0", keys.parse().expect("TOML")).expect("a table");

@@ -26,7 +26,7 @@ pub mod units;
 
 use crate::model::Model;
 use dem_contact::rock::Rock;
-use dem_contact::settings::Settings;
+use dem_contact::settings::{ContactSettings, STRUCTURE, Settings};
 use interface_defs::diagnostic::Diagnostic;
 use toolkit::scene::Scene;
 use units::Judged;
@@ -65,6 +65,9 @@ pub fn of_model(model: &Model, scene: &Scene) -> Judged {
     if let Some(ground) = &model.ground {
         warnings.extend(place::below_all_land(ground));
         warnings.extend(place::heights(ground));
+        let of_ground = |law: &ContactSettings| !law.between.iter().flatten().any(|name| name == STRUCTURE);
+        let laws = model.settings.contacts.iter().enumerate().filter(|(_, law)| of_ground(law));
+        warnings.extend(laws.flat_map(|(number, law)| contacts::lossless(number, law)));
         for at in 0..model.rocks.len() {
             start::on_terrain(model, ground, at, scene)?;
         }

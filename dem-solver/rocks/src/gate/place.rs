@@ -91,10 +91,11 @@ pub fn below_all_land(ground: &Terrain) -> Option<Diagnostic> {
     })
 }
 
-/// Nodes of a terrain from which on its heights are judged as a whole; share of its triangles that are level and that are not, from
-/// which on whole metres are steps; edges of its triangles that are coarse, and how far a node alone may stand out [m].
+/// Nodes of a terrain from which on its heights are judged as a whole; share of its triangles that are level, or of its nodes at which
+/// not all triangles lie in one plane, from which on whole metres are steps; edges of its triangles that are coarse, and how far a node alone may stand out [m].
 const NODES: usize = 1000;
 const STEPS: f64 = 0.1;
+const CREASED: f64 = 0.3;
 const COARSE: f64 = 20.0;
 const ALONE: f64 = 100.0;
 
@@ -128,10 +129,14 @@ pub fn heights(ground: &Terrain) -> Option<Diagnostic> {
             );
             return said(what, "take the terrain's heights in metres, with decimals");
         }
-        if (STEPS..1.0 - STEPS).contains(&level) {
+        let (creased, edge) = (creased(ground), edge(ground));
+        if (STEPS..1.0 - STEPS).contains(&level) || creased > CREASED && edge <= COARSE {
             let what = format!(
-                "all {count} heights of the terrain are whole metres, and {} of its triangles are level: it has steps that the ground has not",
-                percent(level)
+                "all {count} heights of the terrain are whole metres in cells of {} m, {} of its triangles are level, and {} of its nodes lie \
+                 on edges: it has steps that the ground has not",
+                four(edge),
+                percent(level),
+                percent(creased)
             );
             return said(what, "take a terrain whose heights have decimals");
         }
@@ -158,7 +163,7 @@ pub fn heights(ground: &Terrain) -> Option<Diagnostic> {
             "an error of the survey, or a mark of cells without height: correct it, or name it with nodata_value",
         );
     }
-    let edge = (2.0 * (high.x - low.x) * (high.y - low.y) / all as f64).sqrt();
+    let edge = edge(ground);
     if edge > COARSE {
         let what = format!(
             "triangles of the terrain are {} m wide: rocks bounce on ground as flat as that",
@@ -167,6 +172,26 @@ pub fn heights(ground: &Terrain) -> Option<Diagnostic> {
         return said(what, "a terrain model of 0.5 to 5 m cells shows the ground that rocks hit");
     }
     None
+}
+
+/// Edges of the triangles, as of a grid [m].
+fn edge(ground: &Terrain) -> f64 {
+    let [low, high] = ground.extent();
+    (2.0 * (high.x - low.x) * (high.y - low.y) / ground.triangles.len() as f64).sqrt()
+}
+
+/// Share of the nodes whose triangles do not all lie in one plane.
+fn creased(ground: &Terrain) -> f64 {
+    let mut normals: Vec<Option<Vector3<f64>>> = vec![None; ground.nodes.len()];
+    let mut creased = vec![false; ground.nodes.len()];
+    for (at, nodes) in ground.triangles.iter().enumerate() {
+        let [a, b, c] = ground.corners(at as u32);
+        let normal = (b - a).cross(&(c - a)).normalize();
+        for node in nodes.map(|node| node as usize) {
+            creased[node] |= (*normals[node].get_or_insert(normal) - normal).norm() > 1e-3;
+        }
+    }
+    creased.iter().filter(|creased| **creased).count() as f64 / creased.len() as f64
 }
 
 /// What is said of a rock that starts very high above the terrain.

@@ -2,7 +2,9 @@
 
 use super::lengths::distance;
 use crate::model::Model;
+use crate::model::state::{Body, State};
 use dem_contact::interface_mesh::ContactMesh;
+use dem_contact::rock::Rock;
 use dem_solid::geometry::bounds;
 use dem_terrain::Terrain;
 use dem_terrain::queries::Parabola;
@@ -19,13 +21,29 @@ const LONGEST: f64 = 60.0;
 /// Distance of a net from the map of the terrain from which on something is said [m].
 const APART: f64 = 5.0;
 
-/// The box around the net at rest.
-struct Net {
+/// The nodes of the net at rest, and the box around them.
+pub struct Net {
     low: Vector3<f64>,
     high: Vector3<f64>,
+    nodes: Vec<Vector3<f64>>,
 }
 
 impl Net {
+    /// Around nodes at these places, local; `None`: there are none.
+    pub fn around(nodes: Vec<Vector3<f64>>) -> Option<Self> {
+        let [low, high] = (!nodes.is_empty()).then(|| bounds(nodes.iter().copied()))?;
+        Some(Self { low, high, nodes })
+    }
+
+    /// Whether a rock may touch a node, or one within so long [s]. The box around a barrier holds its anchors, too.
+    pub fn is_near(&self, model: &Model, state: &State, time: f64) -> bool {
+        let near = |(body, rock): (&Body, &Rock)| {
+            let (at, within) = (&body.motion.position, rock.reach + body.motion.velocity.norm() * time);
+            self.gap(at) <= within && self.nodes.iter().any(|node| (node - at).norm() <= within)
+        };
+        state.bodies.iter().zip(&model.rocks).any(near)
+    }
+
     fn gap(&self, place: &Vector3<f64>) -> f64 {
         (self.low - place).sup(&(place - self.high)).sup(&Vector3::zeros()).norm()
     }
@@ -38,11 +56,7 @@ impl Net {
 
 /// What the user should know of rocks that never reach the net.
 pub fn check(model: &Model, contact_mesh: &ContactMesh) -> Vec<Diagnostic> {
-    if contact_mesh.nodes.is_empty() {
-        return Vec::new();
-    }
-    let [low, high] = bounds(contact_mesh.nodes.iter().copied());
-    let net = Net { low, high };
+    let Some(net) = Net::around(contact_mesh.nodes.clone()) else { return Vec::new() };
     let of_rock = |at| match &model.ground {
         Some(ground) => on_terrain(model, ground, &net, at),
         None => in_flight(model, contact_mesh, &net, at),
@@ -50,13 +64,12 @@ pub fn check(model: &Model, contact_mesh: &ContactMesh) -> Vec<Diagnostic> {
     (0..model.settings.named()).filter_map(of_rock).collect()
 }
 
-/// When the first rock comes in free flight to the box around a net with these nodes, local [s]; `None`: over terrain, or none does.
-pub fn arrival(model: &Model, nodes: impl Iterator<Item = Vector3<f64>>) -> Option<f64> {
+/// When the first rock comes in free flight to the box around a net [s]; `None`: over terrain, or none does.
+pub fn arrival(model: &Model, net: &Net) -> Option<f64> {
     if model.ground.is_some() {
         return None;
     }
-    let [low, high] = bounds(nodes);
-    let (net, end) = (Net { low, high }, model.settings.end_time);
+    let end = model.settings.end_time;
     let of = |at: usize| net.arrival(&throw(model, at), model.rocks[at].reach, end);
     (0..model.settings.named()).filter_map(of).reduce(f64::min)
 }
@@ -74,10 +87,14 @@ fn throw(model: &Model, at: usize) -> Parabola {
 fn in_flight(model: &Model, contact_mesh: &ContactMesh, net: &Net, at: usize) -> Option<Diagnostic> {
     let (rock, end) = (&model.rocks[at], model.settings.end_time);
     let throw = throw(model, at);
-    if touches_another(model, &throw, at)
-        || throw.velocity == Vector3::zeros() && throw.gravity == Vector3::zeros()
-    {
+    if touches_another(model, &throw, at) {
         return None;
+    }
+    if throw.velocity == Vector3::zeros() && throw.gravity == Vector3::zeros() {
+        let what =
+            format!("rock `{}` has no velocity, and there is no gravity: it stays where it is", rock.name);
+        let found = Diagnostic::warning(code::PLACE, what).about("gravity");
+        return Some(found.try_instead("write gravity = [0.0, 0.0, -9.81], or a velocity"));
     }
     // A net sways and sags: a rock that passes it by less than this may still touch it.
     let margin = 0.05 * (net.high - net.low).norm();

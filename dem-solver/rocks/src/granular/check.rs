@@ -10,7 +10,7 @@ use toolkit::program::Options;
 use toolkit::scene::Scene;
 
 /// Seconds per sphere and step, as measured for a packing with friction on one core of 2.5 GHz.
-const SECONDS_PER_SPHERE: f64 = 4e-7;
+const SECONDS_PER_SPHERE: f64 = 2e-7;
 
 /// Build everything of the scene, and say what it is.
 pub fn check(scene: &Scene) -> Result<CheckReport, Diagnostic> {

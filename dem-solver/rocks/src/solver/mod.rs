@@ -77,7 +77,7 @@ pub struct DemSolver {
     fields: Option<FieldFiles>,
     trajectory: Option<Trajectory>,
     /// Whether rows of the trajectories are kept although no file of them is written.
-    keeps_rows: bool,
+    pub(crate) keeps_rows: bool,
     /// The state from which it is to go on.
     resume: Option<Box<Kept>>,
 }
