@@ -90,6 +90,51 @@ fn closed_forms() {
     );
 }
 
+/// Clusters of 64 spheres are made; more of them are in the table that the example `covers` has printed.
+#[test]
+fn clusters_fit() {
+    let bench = Bench::new();
+    let covers = text("dem-solver/examples/README.md");
+    let page = text("docs/clusters.md");
+    let rows: Vec<&str> =
+        page.lines().filter(|line| line.matches('`').count() == 2 && line.starts_with("| ")).collect();
+    assert!(rows.len() > 5, "{page}");
+    for row in rows {
+        let cells: Vec<&str> = row.split('|').map(str::trim).collect();
+        let shape = cells[2].trim_matches('`');
+        if cells[1] == "shape" {
+            continue;
+        }
+        let mut command = Command::new(program("rockfall"));
+        command.args(["cluster", shape, "--spheres", "64", "--output"]).arg(bench.path(shape));
+        let output = command.output().expect("started");
+        let said = String::from_utf8_lossy(&output.stdout).into_owned();
+        // In metres: from the surface mean and largest, to the surface the same.
+        let errors: Vec<f64> =
+            said.lines().last().expect("a line").split(' ').filter_map(|word| word.parse().ok()).collect();
+        let listed = |count: &str| {
+            let of = |line: &&str| {
+                line.starts_with(&format!("| {shape} |"))
+                    && line.split('|').nth(3).map(str::trim) == Some(count)
+            };
+            let line = covers.lines().find(of).unwrap_or_else(|| panic!("no {count} spheres of {shape}"));
+            line.split('|').nth(5).and_then(|cell| cell.trim().parse::<f64>().ok()).expect("a number")
+        };
+        let more = ["300", "1000", "4000", "20000"].map(listed);
+        let values = [&[1e3 * errors[1].max(errors[3])], &more[..]].concat();
+        // Behind a number may stand how many spheres were enough.
+        let template: Vec<String> = cells[3..8]
+            .iter()
+            .map(|cell| cell.find(" (").map_or("{}".to_owned(), |at| format!("{{}}{}", &cell[at..])))
+            .collect();
+        holds(
+            "docs/clusters.md",
+            &format!("| {} | {} | {} |", cells[1], cells[2], template.join(" | ")),
+            &values,
+        );
+    }
+}
+
 /// What the reference says of a key in its table, behind the key's name.
 fn reference(table: &str, key: &str) -> String {
     let all = text("docs/reference.md");
@@ -232,6 +277,7 @@ fn the_cable_net() {
         "dem.time_step=2e-5",
         "contact.0.effective_mass=local",
     ];
+    let mut soft = Vec::new();
     for selection in ["nearest", "continuous"] {
         let select = format!("dem.contact_selection={selection}");
         let peaks = ["1e5", "1e6", "1e7", "1e8"].map(|young| {
@@ -245,7 +291,10 @@ fn the_cable_net() {
             "`continuous`"
         };
         holds(page, &format!("| {whose} | {{}} | {{}} | {{}} | {{}} |"), &peaks);
+        soft.push(100.0 * (1.0 - peaks[0] / peaks[3]));
     }
+    holds(page, "1e5 Pa, hides {} to {} % of the deflection", &soft);
+    holds("README.md", "1e5 Pa, deflection is {} to {} % too small", &soft);
     for (mass, scheme, window, samples) in [
         ("rock", "weak", "1e-5", 1),
         ("rock", "strong", "5e-4", 1),
