@@ -132,24 +132,26 @@ impl Numbers {
         };
         let (Some(windows), Some(length)) = (self.windows, self.window) else {
             // One solver alone: its steps over the whole time.
-            for side in [&self.net, &self.contact] {
-                if let (Some(steps), Some(seconds)) = (side.steps(self.end_time), side.seconds) {
-                    let cost = three(side.run.unwrap_or(steps * seconds));
-                    let [tried, ends] = [side.tried, side.ends].map(|time| time.map(short));
+            for (side, less) in [(&self.net, ""), (&self.contact, "; less if all come to rest")] {
+                let steps = side.steps(self.end_time);
+                let Some(cost) = side.run.or_else(|| Some(steps? * side.seconds?)) else { continue };
+                let cost = three(cost);
+                let [tried, ends] = [side.tried, side.ends].map(|time| time.map(short));
+                if let Some(steps) = steps {
                     line("steps", format!("up to {}", short(steps)));
-                    line(
-                        "expected cost",
-                        match (tried, ends) {
-                            (_, Some(ends)) => {
-                                format!("{cost} s of wall time, as tried: the run ends at {ends} s")
-                            }
-                            (Some(tried), _) => format!(
-                                "up to {cost} s of wall time, as tried as far as {tried} s; less if all come to rest"
-                            ),
-                            _ => format!("up to {cost} s of wall time"),
-                        },
-                    );
                 }
+                line(
+                    "expected cost",
+                    match (tried, ends) {
+                        (_, Some(ends)) => {
+                            format!("{cost} s of wall time, as tried: the run ends at {ends} s")
+                        }
+                        (Some(tried), _) => {
+                            format!("up to {cost} s of wall time, as tried as far as {tried} s{less}")
+                        }
+                        _ => format!("up to {cost} s of wall time"),
+                    },
+                );
             }
             return text;
         };
@@ -282,7 +284,7 @@ mod tests {
             ("contact_stiffness_n_per_m", 1e6),
             ("contact_exponent", 1.0 / 3.0),
         ]);
-        Numbers::of(&[(Part::Coupler, coupler), (Part::Fem, net), (Part::Dem, contact)], 1.0)
+        Numbers::of(&[(Part::Coupler, coupler), (Part::Fem, net), (Part::Dem, contact)], 0.05)
     }
 
     #[test]

@@ -176,7 +176,7 @@ mod tests {
             ("angle = 31\u{b0}\n", "s.toml:1:9", "without its unit: 31"),
             ("end_time = 5.0 kg/m3\n", "s.toml:1:12", "without its unit: 5.0"),
             ("end_time == 5.0\n", "s.toml:1:11", "one = alone: end_time = 5.0"),
-            ("end_time : 5.0\n", "s.toml:1:10", "a key and its value: end_time = 5.0"),
+            ("title = \"a\"\nend_time : 5.0\n", "s.toml:2:10", "a key and its value: end_time = 5.0"),
             ("end_time = 5.\n", "s.toml:1:14", "digits stand behind the point, too: 5.0"),
             ("output.iterations = yes\n", "s.toml:1:21", "true, false"),
             ("gravity = (0, 0, -9.81)\n", "s.toml:1:12", "with commas between its values: [0, 0, -9.81]"),
