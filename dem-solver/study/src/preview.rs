@@ -20,7 +20,7 @@ const TRIED: u64 = 8;
 const LIMIT: Duration = Duration::from_millis(500);
 
 /// Bytes on disk of a member, with maps, and at each line: as a million of them took (docs/performance.md).
-const BYTES: [f64; 3] = [1230.0, 400.0, 230.0];
+const BYTES: [f64; 3] = [1230.0, 130.0, 230.0];
 /// What is worth a word on disk [bytes].
 const LARGE: f64 = 1e10;
 
@@ -47,20 +47,20 @@ impl<'a> Preview<'a> {
     pub fn new(base: &'a Base, file: &'a Scene, threads: usize) -> Result<Self, Diagnostic> {
         let (members, settings) = (base.members(), &base.settings);
         let tried = members.min(TRIED);
-        // Where those that were tried went.
-        let ways = RefCell::new(Vec::new());
+        // The paths of those that were tried.
+        let paths = RefCell::new(Vec::new());
         let place = |solver: &DemSolver| solver.state().bodies[0].motion.position;
         let fall = |at: u64| {
             let model = base.model(&base.member(1 + at * members / tried), None)?;
             let mut solver = DemSolver::of_model(model, &base.scene, base.follows());
-            let mut way = vec![place(&solver)];
+            let mut path = vec![place(&solver)];
             let times = [settings.end_time, settings.interval, LOOK * solver.model().steps.step];
-            let passed = RefCell::new(&mut way);
+            let passed = RefCell::new(&mut path);
             let trial = Trial::new(&mut solver, times, LIMIT, |solver| {
                 passed.borrow_mut().push(place(solver));
                 false
             });
-            ways.borrow_mut().push(way);
+            paths.borrow_mut().push(path);
             trial.map_err(|fault| *fault.diagnostic)
         };
         // One that cannot be computed is a row with its reason, and costs little.
@@ -70,7 +70,7 @@ impl<'a> Preview<'a> {
         let cost = Cost { tried: trials.len(), cut, each: each / trials.len() as f64 };
         let warnings = base.warnings.iter().map(|warning| base.scene.placed(warning.clone())).collect();
         let mut preview = Self { base, file, threads, cost, warnings };
-        preview.warnings.extend(beside(base, file, &ways.into_inner()));
+        preview.warnings.extend(beside(base, file, &paths.into_inner()));
         let (days, disk) = (preview.whole() / 86_400.0, preview.disk());
         if days > 1.0 || disk > LARGE {
             let what = format!(
@@ -190,21 +190,21 @@ impl<'a> Preview<'a> {
 }
 
 /// Lines that most of the members tried leave above them, and none passes.
-fn beside(base: &Base, file: &Scene, ways: &[Vec<Vector3<f64>>]) -> Vec<Diagnostic> {
+fn beside(base: &Base, file: &Scene, paths: &[Vec<Vector3<f64>>]) -> Vec<Diagnostic> {
     let of_line = |(at, line): (usize, &Vec<plan::Point>)| {
         let lowest = line.iter().filter_map(|p| base.ground.ground_at(*p)).fold(f64::INFINITY, f64::min);
-        let passes = |way: &Vec<Vector3<f64>>| {
-            let mut steps = way.windows(2).map(|step| [0, 1].map(|k| [step[k].x, step[k].y]));
+        let passes = |path: &Vec<Vector3<f64>>| {
+            let mut steps = path.windows(2).map(|step| [0, 1].map(|k| [step[k].x, step[k].y]));
             steps.any(|step| line.windows(2).any(|own| plan::cross(&[own[0], own[1]], &step)))
         };
-        let below = ways.iter().filter(|way| way.last().is_some_and(|end| end.z < lowest)).count();
-        (2 * below > ways.len() && !ways.iter().any(passes)).then(|| {
-            let (name, all) = (&base.study.lines[at].name, ways.len());
+        let below = paths.iter().filter(|path| path.last().is_some_and(|end| end.z < lowest)).count();
+        (2 * below > paths.len() && !paths.iter().any(passes)).then(|| {
+            let (name, all) = (&base.study.lines[at].name, paths.len());
             let what = format!(
                 "none of {all} members that were tried passes the line `{name}`, and {below} of them end lower than it lies: they pass beside it"
             );
             let found = Diagnostic::warning(code::PLACE, what).about(format!("line.{at}.points"));
-            file.placed(found.try_instead("is it where rocks go? trajectory.svg of a member shows its way"))
+            file.placed(found.try_instead("is it where rocks go? trajectory.svg of a member shows its path"))
         })
     };
     base.lines.iter().enumerate().filter_map(of_line).collect()
