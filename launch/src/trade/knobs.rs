@@ -77,7 +77,9 @@ const TOLERANCES: &[(&str, i32)] = &[("coupling.tolerance", 2), ("coupling.absol
 const YIELDING: &str = "yielding";
 const YIELDING_NET: &str = "coupling.yielding_net";
 /// Both its tolerances.
-const OF_YIELDING: &[(&str, i32)] = &[("coupling.yielding_tolerance", 2), ("coupling.yielding_share", 2)];
+const OF_YIELDING: &[(&str, i32)] = &[("coupling.yielding_tolerance", 2), (SHARE, 2)];
+/// A share of a whole: 1 and more are refused.
+const SHARE: &str = "coupling.yielding_share";
 /// A rectangular net of half the cells, its wires thicker: of the same mass and stiffness per metre of its width.
 const CELLS: &[(&str, i32)] =
     &[("structure.generator.cells", -1), ("structure.generator.spacing", 1), ("structure.cable.area", 1)];
@@ -227,7 +229,11 @@ impl Knob {
     /// The `--set`s of a rung; `None` if it has none there, or if it is what another one is.
     pub fn sets(&self, rung: i32) -> Option<Vec<String>> {
         if self.is_ladder() {
-            let set = |part: &Part| Some(format!("{}={}", part.key, part.base.scaled(part.power * rung)?));
+            let set = |part: &Part| {
+                let value = part.base.scaled(part.power * rung)?;
+                let is_valid = part.key != SHARE || value.parse().is_ok_and(|share: f64| share < 1.0);
+                is_valid.then(|| format!("{}={value}", part.key))
+            };
             return self.parts.iter().map(set).collect();
         }
         let name = self.value(rung)?;

@@ -177,6 +177,8 @@ fn a_preset_is_another_start_of_all_knobs() {
         turned(&preset).contains(&"yielding_tolerance")
             && !turned(&Point::new()).contains(&"yielding_tolerance")
     );
+    // 0.3 of the increment four times is more than all of it.
+    assert_eq!(space.sets(&with(&preset, "yielding_tolerance", 1)), None);
     // The share is a part of what is computed, though a person is shown the tolerance alone.
     assert!(space.key(&preset).expect("a point").contains("yielding_share=0.3"), "{:?}", space.key(&preset));
     assert_eq!(space.refined(&preset, 1)[PRESET], 1);
