@@ -14,6 +14,11 @@ fn page(dir: &Path) -> String {
     std::fs::read_to_string(dir.join("report.html")).expect("a report")
 }
 
+/// A page with what is set as code between backquotes, as the programs write it.
+fn without_code(page: &str) -> String {
+    page.replace("<code>", "`").replace("</code>", "`")
+}
+
 fn report(dir: &Path, arguments: &[&str], path: Option<&Path>) -> Output {
     let mut command = Command::new(program("rockfall"));
     command.arg("report").arg(dir).args(arguments).stdin(Stdio::null());
@@ -85,7 +90,7 @@ fn every_number_of_the_page_is_that_of_the_summary_and_the_same_run_gives_the_sa
     }
     let hash = &record["inputs"][record["scene"].as_str().expect("a path")];
     assert!(first.contains(hash.as_str().expect("a hash")));
-    let plain = first.replace("<code>", "`").replace("</code>", "`");
+    let plain = without_code(&first);
     for sentence in toolkit::summary::Summary::read(&coupled.out).expect("a summary").sentences() {
         assert!(plain.contains(&sentence), "{sentence}");
     }
@@ -167,7 +172,7 @@ fn a_run_that_is_not_to_be_trusted_says_so_on_every_page() {
     let bound = format!("limits.energy_error={:e}", error / 3.0);
     let ended = bench.run(&scene("sphere-on-cable"), "out", &["--set", &bound]);
     assert_eq!(ended.code, Some(3), "{}", ended.stderr);
-    let page = page(&ended.out);
+    let page = without_code(&page(&ended.out));
     assert!(page.contains("<body class=\"unreliable\">") && page.contains("do not use the numbers"));
     let message = ended.summary()["message"].as_str().expect("why").to_owned();
     assert!(page.contains(message.split(['<', '>', '&', '"', '`']).next().expect("a begin")), "{message}");
