@@ -109,6 +109,11 @@ impl Written {
         Some(Self { bytes: end, decimals, power, value, unit })
     }
 
+    /// To one in the last digit; nothing is NaN.
+    fn is(&self, value: f64) -> bool {
+        (self.value - value).abs() <= self.unit * (1.0 + 1e-9)
+    }
+
     /// `value` with as many digits.
     fn renewed(&self, old: &str, value: f64) -> String {
         let value = (value / self.unit).round() * self.unit;
@@ -177,10 +182,7 @@ pub fn holds(page: &str, template: &str, values: &[f64]) {
     let mut all = text(page);
     let found = only(page, &all, template);
     assert_eq!(found.len(), values.len(), "{page}: {template}");
-    let off = found
-        .iter()
-        .zip(values)
-        .filter(|((_, n), value)| !((n.value - *value).abs() <= n.unit * (1.0 + 1e-9)));
+    let off = found.iter().zip(values).filter(|((_, n), value)| !n.is(**value));
     let off: Vec<_> = off.map(|((at, n), value)| (*at..*at + n.bytes, n, *value)).collect();
     if std::env::var_os("ROCKFALL_BLESS").is_some() {
         for (place, number, value) in off.into_iter().rev() {

@@ -1,5 +1,6 @@
 //! The presets of `[coupling]` keep what `rockfall check` quotes of them.
 
+use tests::manual::holds;
 use tests::{Bench, program, scene};
 
 /// A scene of the project without its tables `[coupling]`, `[dem]` and `[fem]`.
@@ -55,6 +56,10 @@ fn keeps(name: &str, common: &[&str], measures: [&str; 2]) {
         assert!(energy <= bound.max(1.1 * own), "{name}, {preset}: energy {energy}, weakly {own}");
         let resolved = std::fs::read_to_string(found.out.join("scene.toml")).expect("a resolved scene");
         assert!(resolved.contains("yielding_net = true") && !resolved.contains("preset"), "{resolved}");
+        let coupling = &resolved.parse::<toml::Table>().expect("TOML")["coupling"];
+        let parts = coupling["samples"].as_integer().expect("a count") as f64;
+        let share = coupling["yielding_share"].as_float().expect("a share");
+        holds("docs/coupling.md", &format!("| {preset} | {{}} | {{}} |"), &[parts, share]);
     }
 }
 
