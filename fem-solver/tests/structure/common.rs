@@ -1,9 +1,11 @@
 //! A structure driven window by window, as a coupler would.
 
 use fem_solver::FemSolver;
+use interface_defs::diagnostic::Diagnostic;
 use interface_defs::field::{FieldSpec, Layout, Sampling, name};
 use interface_defs::message::{Fault, Plan, Ready, Role};
 use interface_defs::solver::{Solver, Window};
+use toolkit::check::CheckReport;
 use toolkit::program::Options;
 use toolkit::scene::Scene;
 
@@ -22,6 +24,11 @@ area = 1.256637061e-5
 density = 7850.0
 prestress = 0.0
 "#;
+
+/// What `check` says of a scene without a trial.
+pub fn check(scene: &Scene) -> Result<CheckReport, Diagnostic> {
+    fem_solver::solver::check::check(scene, None)
+}
 
 /// A scene from text.
 pub fn scene(text: &str) -> Scene {

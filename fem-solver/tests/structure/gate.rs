@@ -1,8 +1,7 @@
 //! Mistakes of a user: certainly wrong is an error, possible but unusual a warning, each with numbers and the cure.
 
-use crate::common::scene;
+use crate::common::{check, scene};
 use fem_solver::FemSolver;
-use fem_solver::solver::check::check;
 use interface_defs::diagnostic::Severity;
 use toolkit::program::Options;
 

@@ -1,8 +1,7 @@
 //! Nodes on the ground: rest, slip, energy, nets that are draped over it; what no one can mean.
 
-use crate::common::{Run, coupled_plan, off, scene};
+use crate::common::{Run, check, coupled_plan, off, scene};
 use fem_solver::FemSolver;
-use fem_solver::solver::check::check;
 use interface_defs::Sampling;
 use std::fs;
 use tempfile::TempDir;

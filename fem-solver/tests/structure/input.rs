@@ -1,8 +1,7 @@
 //! Bad input: refused with a place, a number and a way out.
 
-use crate::common::{WALENSTADT, scene};
+use crate::common::{WALENSTADT, check, scene};
 use fem_solver::FemSolver;
-use fem_solver::solver::check::check;
 use toolkit::program::Options;
 
 /// The message with which a scene is refused.

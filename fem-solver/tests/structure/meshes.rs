@@ -1,8 +1,7 @@
 //! Structures from mesh files: the coarse net of V-F5 d) through every format, names, refusals.
 
-use crate::common::{Run, off, scene};
+use crate::common::{Run, check, off, scene};
 use fem_solver::FemSolver;
-use fem_solver::solver::check::check;
 use std::path::Path;
 use toolkit::program::Options;
 use toolkit::scene::Scene;
