@@ -386,6 +386,10 @@ fn picture(study: &Study, facts: &Facts) -> report::Picture {
     };
     report::Picture {
         title: format!("{}: accuracy against cost", facts.scene),
+        error: match study.is_alone() {
+            true => "difference from the scene as it is, whose own error is unknown",
+            false => "error of the measures, at most",
+        },
         date: provenance::now(),
         groups: arms.iter().map(|arm| space.label(arm)).collect(),
         marks: study.trades().into_iter().map(|(point, trade)| (trade, group(point))).collect(),

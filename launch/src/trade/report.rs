@@ -371,6 +371,8 @@ pub fn screen(study: &Study, facts: &Facts) -> String {
 pub struct Picture {
     /// Above it.
     pub title: String,
+    /// Beside its axis of errors.
+    pub error: &'static str,
     /// When it was drawn, at its foot.
     pub date: String,
     /// Names of the groups.
@@ -489,7 +491,7 @@ fn chart(root: &Area, picture: &Picture) -> Drawn {
         .label_style(font(13))
         .axis_desc_style(font(15))
         .x_desc("processor time of a run [s]")
-        .y_desc("error of the measures, at most")
+        .y_desc(picture.error)
         .x_label_formatter(&|seconds| number(*seconds))
         .y_label_formatter(&|error| percent(*error))
         .draw()?;
@@ -518,6 +520,7 @@ mod tests {
         let marks = [(1.0, 0.1, 0), (3.0, 0.01, 1), (2.0, 0.5, 0)];
         let picture = Picture {
             title: "Drop & test".into(),
+            error: "error",
             date: "2026-01-01".into(),
             groups: vec!["as it is".into(), "strong".into()],
             marks: marks.iter().map(|(c, e, group)| (at(*c, *e), *group)).collect(),
