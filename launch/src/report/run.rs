@@ -211,7 +211,7 @@ pub fn pairs(rows: &[(String, String)]) -> String {
 }
 
 /// All numbers and texts of a map and of those in it.
-pub fn all_of(map: &Map<String, Value>) -> String {
+fn all_of(map: &Map<String, Value>) -> String {
     let mut rows = Vec::new();
     flat("", map, &mut rows);
     pairs(&rows)

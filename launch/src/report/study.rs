@@ -2,7 +2,7 @@
 
 use super::curves::floats;
 use super::page::{Page, escape, file_name, list, number, picture, table};
-use super::run::{FIRST, all_of, bar, facts, measures, pairs, ranked, verdict};
+use super::run::{FIRST, bar, facts, measures, pairs, ranked, verdict};
 use interface_defs::Measure;
 use interface_defs::diagnostic::code;
 use interface_defs::verdict::Fate;
@@ -317,7 +317,14 @@ fn inputs(dir: &Path, study: &toml::Table, record: &Value) -> String {
             .chain(settings.iter().map(shown))
             .collect::<Vec<_>>(),
     );
-    text += &record.as_object().map_or(String::new(), all_of);
+    // Their names alone: where they lay is nobody's business who is handed the page.
+    let hashes =
+        record["inputs"].as_object().into_iter().flatten().map(|(path, hash)| {
+            (escape(&file_name(Path::new(path))), escape(hash.as_str().unwrap_or_default()))
+        });
+    let sets = record["sets"].as_array().into_iter().flatten().filter_map(Value::as_str);
+    let sets = sets.map(|set| ("--set".to_owned(), escape(set)));
+    text += &pairs(&hashes.chain(sets).collect::<Vec<_>>());
     for name in FILES {
         if let Ok(file) = files::read_text(&dir.join(name)) {
             text += &format!(
