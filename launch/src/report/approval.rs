@@ -113,13 +113,13 @@ fn text(of: &Value) -> String {
 
 /// A number of a row in the unit in which people read it.
 fn value(row: &Value, key: &str) -> String {
-    let Some(value) = row[key].as_f64().map(unless_noise) else { return String::new() };
+    let Some(value) = row[key].as_f64() else { return String::new() };
     let (factor, unit) = match row["unit"].as_str().unwrap_or_default() {
         "1" => (1.0, String::new()),
         unit if ["J", "N", "N m"].contains(&unit) => (1e-3, format!("&nbsp;k{unit}")),
         unit => (1.0, format!("&nbsp;{unit}")),
     };
-    number(value, &short(factor * value)) + &unit
+    number(value, &short(factor * unless_noise(value))) + &unit
 }
 
 /// Kit, site and blocks.
