@@ -95,19 +95,16 @@ pub fn run(request: &Arguments, json: bool) -> Result<Exit, Stop> {
         return Err(Stop::interrupted());
     }
     start_from::refuse_own(&scene, &out)?;
-    let lies = scene.path().canonicalize().ok();
-    if lies
-        .as_deref()
-        .and_then(Path::parent)
-        .is_some_and(|lies| out.canonicalize().is_ok_and(|out| out == lies))
-    {
+    // A run's own directory has its scene in it.
+    let own = out.join(run_dir::RECORD).exists();
+    let folder = scene.path().canonicalize().ok().and_then(|file| file.parent().map(Path::to_owned));
+    if !own && folder.is_some() && out.canonicalize().ok() == folder {
         let what = format!(
             "--out {}: the scene itself lies here, and results would lie among its files",
             out.display()
         );
-        return Err(
-            Stop::input(code::ARGUMENT, what).hinted("name a directory of its own, as in --out out/first")
-        );
+        let cure = "name a directory of its own, as in --out out/first";
+        return Err(Stop::input(code::ARGUMENT, what).hinted(cure));
     }
     let resume = match request.results.resume {
         true => {
