@@ -459,7 +459,7 @@ fn draw_page(root: &Area, picture: &Picture) -> Drawn {
 fn mark(group: usize) -> Polygon<(i32, i32)> {
     let ((corners, turn, inner), (r, g, b)) = (FORMS[group % FORMS.len()], COLOURS[group % COLOURS.len()]);
     let corner = |k: u8| {
-        let far = if k % 2 == 0 { 6.0 } else { 6.0 * inner };
+        let far = if k.is_multiple_of(2) { 6.0 } else { 6.0 * inner };
         let angle = std::f64::consts::PI * (0.5 * turn + f64::from(k) / f64::from(corners));
         ((far * angle.cos()).round() as i32, (far * angle.sin()).round() as i32)
     };
