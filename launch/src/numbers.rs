@@ -73,7 +73,7 @@ pub struct Side {
     pub longest: Option<f64>,
     /// Seconds of a step.
     pub seconds: Option<f64>,
-    /// Wall time of the whole run, from a trial of it; of rocks that fall on a net that of their way to it [s].
+    /// Wall time of the whole run, from a trial of it; of rocks that fall on a net that of their fall as far as to it [s].
     pub run: Option<f64>,
     /// Time up to which it was tried, and when the run ends, if that was reached [s].
     pub tried: Option<f64>,

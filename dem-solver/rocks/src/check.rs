@@ -55,7 +55,7 @@ pub fn check(scene: &Scene) -> Result<CheckReport, Diagnostic> {
 }
 
 /// The same with the `net` that the structure offers: rocks that start in it are refused. A fall is tried for so long, over terrain as
-/// far as to the net: how much of it is flight, and when it ends, no count of steps tells.
+/// far as to the net: how much of it is flight, and when it ends, does not follow from a count of steps.
 pub fn check_with(
     scene: &Scene,
     net: Option<&InterfaceMesh>,

@@ -638,7 +638,7 @@ fn judge_supports(at: &mut Judge) -> Result<(), Diagnostic> {
 /// Longest and shortest that a cable is usually made over the distance of its nodes.
 const MADE: [f64; 2] = [0.9, 1.5];
 
-/// Cables whose length is hardly that of the way between their nodes.
+/// Cables whose length is hardly that of the distance of their nodes.
 fn judge_lengths(at: &mut Judge) {
     for (i, cable) in at.config.structure.cables.iter().enumerate() {
         let span = (at.model.nodes[cable.nodes[1]] - at.model.nodes[cable.nodes[0]]).norm();

@@ -103,7 +103,9 @@ pub(crate) fn hint(path: &Path, text: &str, at: usize) -> Option<String> {
         .trim_end_matches(|c: char| c.is_alphabetic() || "/%*\u{b0}\u{b2}\u{b3}".contains(c))
         .trim_end();
     if digits != value && digits.parse::<f64>().is_ok() {
-        return Some(format!("a number is written without its unit: {digits}"));
+        return Some(format!(
+            "a number is written without its unit: {digits}, if that is in m, kg, s, N, Pa"
+        ));
     }
     None
 }

@@ -33,10 +33,13 @@ pub enum Geometry {
     LineString = 1002,
 }
 
-/// A layer: its name, what it holds, and how QGIS shows it (the text of a `.qml` file).
+/// A layer, and how QGIS shows it.
 pub struct Layer {
+    /// Its name, which is that of its table.
     pub name: &'static str,
+    /// What each feature is.
     pub geometry: Geometry,
+    /// The text of the `.qml` file.
     pub style: &'static str,
 }
 
