@@ -308,6 +308,7 @@ pub fn describe(
     let known = Known { balance: coupling.has_balance.then_some(&balance.system), chance: summary.chance() };
     uncertainty::estimate(&mut summary.measures, known);
     coupling.limits.judge(summary, &coupling.causes().evidence());
+    uncertainty::scatter(&mut summary.measures);
 }
 
 /// Take in what a program reports; a name that another one has given fails the run.

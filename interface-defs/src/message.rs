@@ -390,6 +390,9 @@ pub enum Found {
     /// Not known: the rock slipped through meshes of the net, or was still being stopped at the end, and small differences decide
     /// between which wires it passed.
     Passage,
+    /// From how far a reaction swings about its mean over 10 ms: posts and ropes that slide vibrate, hardly damped, and small
+    /// differences decide how large a peak is. No step makes that smaller.
+    Vibration,
 }
 
 impl Measure {

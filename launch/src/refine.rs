@@ -92,9 +92,15 @@ fn table(first: &Summary, fine: &Summary) -> String {
 fn take(first: &mut Summary, fine: &Summary, limits: &Limits) {
     for measure in &mut first.measures {
         let other = fine.measures.iter().find(|other| other.name == measure.name);
-        let value = other.map(|other| OF_DIFFERENCE * (other.value - measure.value).abs());
-        measure.uncertainty =
-            value.map(|value| Uncertainty { value: Some(value), by: Found::Refinement, beyond: false });
+        let chance = measure.uncertainty.filter(|known| known.by == Found::Vibration);
+        measure.uncertainty = other.map(|other| {
+            let value = OF_DIFFERENCE * (other.value - measure.value).abs();
+            match chance {
+                // Two runs may be alike by chance.
+                Some(known) => Uncertainty { value: known.value.map(|chance| chance.max(value)), ..known },
+                None => Uncertainty { value: Some(value), by: Found::Refinement, beyond: false },
+            }
+        });
     }
     let by_estimate = |reason: &Diagnostic| {
         reason.code == code::NEAR_RUPTURE || reason.key.as_deref() == Some(Limits::OF_MEASURES)

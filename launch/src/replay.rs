@@ -3,6 +3,7 @@
 use crate::children::{self, Events, Goes, Job, Rules};
 use crate::crossed::{Picture, Rows};
 use crate::plan::own_program;
+use crate::report::page::file_name;
 use crate::stop::Stop;
 use clap::Args;
 use interface_defs::RunId;
@@ -17,6 +18,7 @@ use toolkit::exit::Exit;
 use toolkit::files::{self, Scratch};
 use toolkit::recording::{Entry, Reader};
 use toolkit::screen::show;
+use toolkit::summary::{RunStatus, Summary};
 
 /// What the command line asks for.
 #[derive(Debug, Args)]
@@ -138,14 +140,18 @@ fn show_crossed(request: &Arguments) -> Result<Exit, Stop> {
     if let Some(path) = &request.picture {
         let title = format!(
             "{}: {exchanges} exchanges (line: last of each window; dots: iterates before it and examinations)",
-            request.file.display()
+            file_name(&request.file)
         );
-        let drawn = picture.draw(&title).ok_or_else(|| {
+        let mut drawn = picture.draw(&title).ok_or_else(|| {
             Stop::input(
                 code::ARGUMENT,
                 "--picture: no solver in it has both displacement and force on its nodes",
             )
         })?;
+        let ran = request.file.parent().and_then(|dir| Summary::read(dir).ok());
+        if ran.is_some_and(|ran| ran.status == RunStatus::Unreliable) {
+            drawn = toolkit::picture::marked(&drawn);
+        }
         files::write(path, drawn.as_bytes()).map_err(|e| refused(path, &e))?;
         show(&format!("{exchanges} exchanges: {}\n", path.display()));
     }

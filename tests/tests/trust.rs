@@ -182,3 +182,30 @@ fn the_screen_shows_ten_numbers_then_warnings_then_where_the_files_are() {
         assert!((shown - ended.measure(name)).abs() <= 1e-5 * shown.abs(), "{line}");
     }
 }
+
+/// A barrier's posts and ropes vibrate, hardly damped: starts that differ by rounding give reactions that differ by percents.
+#[test]
+fn what_is_left_to_chance_in_a_barrier_is_within_what_each_run_says_of_itself() {
+    let sets = ["end_time=0.9", "coupling.scheme=weak"];
+    let runs = ["rock.0.mass=800.0", "rock.0.mass=800.0000008", "rock.0.mass=800.0008"]
+        .map(|mass| run("slope-barrier", &[&sets[..], &[mass]].concat()));
+    let known = |ended: &Ended, name: &str| {
+        assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+        let measure = &ended.summary()["measures"][name];
+        let number = |key: &str| measure[key].as_f64().expect("a number");
+        (number("value"), number("uncertainty"), text(&measure["uncertainty_by"]).to_owned())
+    };
+    for name in ["max_reaction_1ms", "max_reaction_10ms", "max_cable_force", "max_travel"] {
+        let of_runs: Vec<_> = runs.iter().map(|(_bench, ended)| known(ended, name)).collect();
+        let mut values: Vec<f64> = of_runs.iter().map(|of| of.0).collect();
+        values.sort_by(f64::total_cmp);
+        for (value, off, _) in &of_runs {
+            assert!((value - values[1]).abs() <= *off, "{name}: {of_runs:?}");
+        }
+        if name == "max_reaction_1ms" {
+            assert!(of_runs.iter().all(|of| of.2 == "vibration"), "{of_runs:?}");
+            // Else the test shows nothing.
+            assert!(values[2] - values[0] > 1e-3 * values[1], "the runs do not differ: {values:?}");
+        }
+    }
+}

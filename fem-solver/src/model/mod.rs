@@ -265,6 +265,12 @@ impl Model {
         self.held.contains(&true) || !self.until.is_empty() || !springs
     }
 
+    /// Whether reactions swing with parts that hardly anything damps, so that small differences decide how large a peak is: posts,
+    /// and ropes that slide.
+    pub fn vibrates(&self) -> bool {
+        self.elements.iter().any(|of| matches!(of, AnyElement::Beam(_) | AnyElement::SlidingCable(_)))
+    }
+
     /// Whether a node is held in all directions.
     pub fn fully_held(&self, node: usize) -> bool {
         (0..3).all(|c| self.held[self.dof(node, c)])

@@ -1,10 +1,7 @@
-//! Mean of the support reaction over any 1 ms, from its impulse.
+//! Mean of the support reaction over any time of one length, from its impulse.
 
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
-
-/// Length of the mean [s].
-const SPAN: f64 = 1e-3;
 
 /// Impulse since t = 0 at one instant.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -15,23 +12,26 @@ pub struct Sample {
 
 /// The history of an impulse, as far back as the mean reaches, straight between the ends of steps.
 ///
-/// The mean is taken at the end of each step: `|J(t) - J(t - 1 ms)| / 1 ms`. What a window adds
+/// The mean is taken at the end of each step: `|J(t) - J(t - span)| / span`. What a window adds
 /// stays apart until it is committed.
 #[derive(Debug, Clone)]
 pub struct MovingMean {
+    /// Length of the mean [s].
+    span: f64,
     samples: VecDeque<Sample>,
     /// How many of them are committed.
     committed: usize,
-    /// Sample behind which `t - SPAN` lay last.
+    /// Sample behind which `t - span` lay last.
     cursor: usize,
 }
 
 impl MovingMean {
-    /// A history that has been at the constant force `at_rest` [N] before t = 0, with memory for
-    /// `samples` steps within the span and a window.
-    pub fn new(at_rest: [f64; 3], samples: usize) -> Self {
-        let mut mean = Self { samples: VecDeque::with_capacity(2 * samples), committed: 0, cursor: 0 };
-        let before = Sample { time: -SPAN, impulse: at_rest.map(|r| -r * SPAN) };
+    /// Over `span` [s], of a force that has been `at_rest` [N] before t = 0, with memory for `samples` steps within the span and a
+    /// window.
+    pub fn new(at_rest: [f64; 3], span: f64, samples: usize) -> Self {
+        let samples = VecDeque::with_capacity(2 * samples);
+        let mut mean = Self { span, samples, committed: 0, cursor: 0 };
+        let before = Sample { time: -span, impulse: at_rest.map(|r| -r * span) };
         mean.go_on(vec![before, Sample { time: 0.0, impulse: [0.0; 3] }]);
         mean
     }
@@ -60,7 +60,7 @@ impl MovingMean {
         let last = self.samples[self.samples.len() - 1].impulse;
         let impulse = [0, 1, 2].map(|c: usize| last[c] + impulse[c]);
         self.samples.push_back(Sample { time, impulse });
-        let back = time - SPAN;
+        let back = time - self.span;
         while self.cursor + 2 < self.samples.len() && self.samples[self.cursor + 1].time <= back {
             self.cursor += 1;
         }
@@ -70,12 +70,12 @@ impl MovingMean {
             let before = a.impulse[c] + part * (b.impulse[c] - a.impulse[c]);
             (impulse[c] - before).powi(2)
         });
-        squares.iter().sum::<f64>().sqrt() / SPAN
+        squares.iter().sum::<f64>().sqrt() / self.span
     }
 
     /// The window is accepted.
     pub fn commit(&mut self) {
-        let back = self.samples.back().map_or(0.0, |s| s.time) - SPAN;
+        let back = self.samples.back().map_or(0.0, |s| s.time) - self.span;
         while self.samples.len() > 2 && self.samples[1].time <= back {
             self.samples.pop_front();
         }
@@ -89,7 +89,7 @@ mod tests {
 
     #[test]
     fn a_constant_force_is_its_own_mean_from_the_start() {
-        let mut mean = MovingMean::new([3.0, 0.0, 4.0], 8);
+        let mut mean = MovingMean::new([3.0, 0.0, 4.0], 1e-3, 8);
         for window in 0..40 {
             mean.begin();
             for step in 0..3 {
@@ -104,7 +104,7 @@ mod tests {
 
     #[test]
     fn a_short_pulse_is_spread_over_one_millisecond_and_forgotten_after() {
-        let mut mean = MovingMean::new([0.0; 3], 8);
+        let mut mean = MovingMean::new([0.0; 3], 1e-3, 8);
         let mut values = Vec::new();
         for k in 1..=30 {
             mean.begin();
@@ -120,7 +120,7 @@ mod tests {
 
     #[test]
     fn a_step_longer_than_the_span_is_cut() {
-        let mut mean = MovingMean::new([0.0; 3], 8);
+        let mut mean = MovingMean::new([0.0; 3], 1e-3, 8);
         mean.begin();
         assert!((mean.push(4e-3, [8.0, 0.0, 0.0]) - 2000.0).abs() < 1e-9);
     }

@@ -87,14 +87,17 @@ pub struct Step<'a> {
 /// Value, smallest and largest of one number.
 pub type Triple = [f64; 3];
 
+/// Lengths of the means of the reaction [s].
+pub const MEANS: [f64; 2] = [1e-3, 1e-2];
+
 /// The recorder: gauges of the window at hand, and the impulse of the supports.
 pub struct Recorder {
     total: Supports,
     probes: Vec<Probe>,
     /// Displacement at t = 0 [m].
     origin: Vec<f64>,
-    /// The mean reaction, from the impulse of the supports.
-    pub mean: MovingMean,
+    /// Mean reactions over 1 ms and, where [`Model::vibrates`], over 10 ms.
+    pub means: Vec<MovingMean>,
     /// Impulse of the window: of all supports, then of each probe of force, its sum and its members.
     impulses: Vec<[f64; 3]>,
     reaction: [Triple; 3],
@@ -156,9 +159,9 @@ impl Recorder {
         Ok((Probes(probes), declared))
     }
 
-    /// A recorder that starts at t = 0 with `form`, where load and elements leave `force` to the supports; memory for `samples`
-    /// steps within 1 ms and a window.
-    pub fn new(model: &Model, probes: &Probes, form: &Form, force: &[f64], samples: usize) -> Self {
+    /// A recorder that starts at t = 0 with `form`, where load and elements leave `force` to the supports; memory for
+    /// so many `samples` of steps within each mean and a window.
+    pub fn new(model: &Model, probes: &Probes, form: &Form, force: &[f64], samples: [usize; 2]) -> Self {
         let (total, origin) = (Supports::of(model), &form.displacement);
         let at_rest = total.reaction(force, origin, &form.history, f64::NEG_INFINITY);
         let probes = probes.0.clone();
@@ -167,7 +170,11 @@ impl Recorder {
         Self {
             total,
             origin: origin.clone(),
-            mean: MovingMean::new(at_rest, samples),
+            means: MEANS[..1 + usize::from(model.vibrates())]
+                .iter()
+                .zip(samples)
+                .map(|(span, samples)| MovingMean::new(at_rest, *span, samples))
+                .collect(),
             impulses: vec![[0.0; 3]; impulses],
             reaction: [[0.0; 3]; 3],
             values: vec![[0.0; 3]; probes.iter().map(|probe| probe.slots).sum()],
@@ -190,7 +197,7 @@ impl Recorder {
 
     /// A window begins.
     pub fn begin(&mut self) {
-        self.mean.begin();
+        self.means.iter_mut().for_each(MovingMean::begin);
         self.impulses.fill([0.0; 3]);
         let nothing = [0.0, f64::INFINITY, f64::NEG_INFINITY];
         self.reaction = [nothing; 3];
@@ -221,7 +228,9 @@ impl Recorder {
             widen(triple, r);
         }
         peaks.reaction.take(norm(&reaction), step.at);
-        peaks.reaction_1ms.take(self.mean.push(step.end, impulse), step.end - 0.5e-3);
+        for ((mean, peak), span) in self.means.iter_mut().zip(&mut peaks.mean_reaction).zip(MEANS) {
+            peak.take(mean.push(step.end, impulse), step.end - 0.5 * span);
+        }
         peaks.take_tension(step.tension, step.at);
         if !self.probes.is_empty() {
             self.probe(model, (state, elements), step, groups);

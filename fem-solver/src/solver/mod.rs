@@ -20,7 +20,7 @@ use crate::model::rope_ends::{self, RopeEnd};
 use crate::results::energy::Energies;
 use crate::results::fields::{Fields, KeptFields};
 use crate::results::parts;
-use crate::results::record::{Probes, Recorder};
+use crate::results::record::{MEANS, Probes, Recorder};
 use crate::state::inherited::{End, Inherited};
 use crate::state::{Critical, Peak, State};
 use interface_defs::diagnostic::{Diagnostic, Place, Severity, code};
@@ -32,6 +32,7 @@ use interface_defs::selection::Selection;
 use interface_defs::solver::{OnProgress, Solver, Window};
 use interface_defs::verdict::Torn;
 use serde::{Deserialize, Serialize};
+use std::array::from_fn;
 use std::ops::Range;
 use std::rc::Rc;
 use toolkit::checkpoint::{pack, unpack};
@@ -41,7 +42,7 @@ use toolkit::run_dir;
 use toolkit::scene::Scene;
 use toolkit::start_from::At;
 
-/// Steps within 1 ms and a window for which memory is set aside, at most.
+/// Steps within a mean of the reaction and a window for which memory is set aside, at most.
 const MOST_REMEMBERED: f64 = 2e5;
 /// Share of its time at which a run has come to its end, but for rounding.
 const AT_END: f64 = 1e-9;
@@ -49,8 +50,8 @@ const AT_END: f64 = 1e-9;
 const HALVINGS: f64 = 64.0;
 /// What broke or yielded is named one by one up to so many.
 const MOST_NAMED: usize = 20;
-/// Ranks of `max_reaction_1ms`, `max_cable_force`, `max_reaction` and `sag` among all measures of a run.
-const RANKS: [u16; 4] = [60, 70, 260, 270];
+/// Ranks of `max_reaction_1ms`, `max_cable_force`, `max_reaction`, `sag` and `max_reaction_10ms` among all measures of a run.
+const RANKS: [u16; 5] = [60, 70, 260, 270, 65];
 
 /// A structure of cables, springs and masses.
 pub struct FemSolver {
@@ -155,8 +156,11 @@ impl FemSolver {
                  (`_tension` and `_elongation`: the largest; `_fx` ...: the sum; `_ux`, `_vx` ...: the mean) are kept for one version"
             );
         }
-        let shortest = start.time_step.min(plan.window) / HALVINGS;
-        let samples = ((1e-3 + plan.window) / shortest).min(MOST_REMEMBERED) as usize + 16;
+        let step = start.time_step.min(plan.window);
+        // Steps are that short for longer than 1 ms where hardly any run goes on.
+        let shortest = [step / HALVINGS, 0.5 * step];
+        let samples: [usize; 2] =
+            from_fn(|i| ((MEANS[i] + plan.window) / shortest[i]).min(MOST_REMEMBERED) as usize + 16);
         let recorder = Recorder::new(&self.model, &self.probes, &start.form, &start.force, samples);
         let warnings = [&start.warnings[..], &load_warnings].concat();
         let sag = self.model.sag(&start.form.displacement);
@@ -498,7 +502,10 @@ impl Solver for FemSolver {
         }
         if model.is_supported() {
             measures.push(peak("max_reaction", peaks.reaction, RANKS[2]));
-            measures.push(peak("max_reaction_1ms", peaks.reaction_1ms, RANKS[0]));
+            measures.push(peak("max_reaction_1ms", peaks.mean_reaction[0], RANKS[0]));
+            if model.vibrates() {
+                measures.push(peak("max_reaction_10ms", peaks.mean_reaction[1], RANKS[4]));
+            }
         } else {
             warnings.push(Diagnostic::absent("max_reaction", "the structure has no supports"));
         }

@@ -72,6 +72,7 @@ entries! {
         "<gauge>_height_<field>_end", "m", "the same of each field between two posts, from 1";
         "max_reaction", "N", "largest magnitude of the total support reaction, dead load included, at any solver step";
         "max_reaction_1ms", "N", "the same of its mean over any 1 ms; the one to compare";
+        "max_reaction_10ms", "N", "the same over any 10 ms, of a structure with posts or ropes that slide: they vibrate";
         "max_cable_force", "N", "largest axial force of any cable";
         "cable_force_beside", "N", "mean of the largest axial forces in the steps before and after that of `max_cable_force`: where it lies below, steps hardly resolve how wires swing";
         "max_plastic_strain", "1", "largest accumulated plastic strain of any beam at the end, and when that beam began to yield";

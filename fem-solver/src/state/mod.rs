@@ -197,8 +197,8 @@ impl Peak {
 pub struct Peaks {
     /// Total support reaction [N].
     pub reaction: Peak,
-    /// Its mean over any 1 ms [N].
-    pub reaction_1ms: Peak,
+    /// Its means over any 1 ms, and over any 10 ms [N].
+    pub mean_reaction: [Peak; 2],
     /// Axial force of a cable [N].
     pub cable_force: Peak,
     /// The largest axial forces of the last two steps, the last one first [N].

@@ -4,6 +4,7 @@ use super::numbers::{percent, rounded, short, three};
 use super::scene::Scene;
 use super::summary::{RunStatus, Summary};
 use interface_defs::diagnostic::{Diagnostic, code};
+use interface_defs::message::Found;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -199,7 +200,9 @@ impl Limits {
             else {
                 continue;
             };
-            let share = uncertainty.value.map_or(0.0, |value| value / size);
+            // Shorter steps do not help against chance.
+            let of_steps = uncertainty.value.filter(|_| uncertainty.by != Found::Vibration);
+            let share = of_steps.map_or(0.0, |value| value / size);
             uncertainty.beyond = share > bound;
             if !uncertainty.beyond {
                 continue;
@@ -271,7 +274,7 @@ pub(super) fn cure(role: &str) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use interface_defs::message::{Found, Measure, Uncertainty};
+    use interface_defs::message::{Measure, Uncertainty};
 
     fn limits(text: &str) -> Result<Limits, String> {
         let scene = Scene::from_text("s.toml", text).map_err(|e| e.to_string())?;

@@ -43,6 +43,11 @@ fn words([width, height]: [i32; 2]) -> String {
     format!("{UNSEEN} font-size=\"{size}\" {style}>\n{}</g>\n</svg>", (0..parts).map(at).collect::<String>())
 }
 
+/// The picture `svg` with the words shown.
+pub fn marked(svg: &str) -> String {
+    svg.replacen(UNSEEN, "<g", 1)
+}
+
 /// Show the words across all pictures of the run or study in `dir`.
 ///
 /// # Errors
@@ -54,7 +59,7 @@ pub fn reveal(dir: &Path) -> io::Result<()> {
         all.extend(names.filter(|path| path.extension().is_some_and(|end| end == "svg")));
     }
     for path in all.iter().filter(|path| path.is_file()) {
-        files::write(path, files::read_text(path)?.replacen(UNSEEN, "<g", 1).as_bytes())?;
+        files::write(path, marked(&files::read_text(path)?).as_bytes())?;
     }
     Ok(())
 }

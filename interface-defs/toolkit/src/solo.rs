@@ -133,6 +133,7 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
     let chance = summary.chance();
     uncertainty::estimate(&mut summary.measures, Known { balance: balance.as_ref(), chance });
     stage.limits.judge(&mut summary, &Evidence { energy: cure(stage.role).into(), ..Evidence::default() });
+    uncertainty::scatter(&mut summary.measures);
     let (own, total) = (with_cost(statistics, 0.0), started.elapsed().as_secs_f64());
     summary.cost.insert("wall_s".into(), json!(total));
     summary.cost.insert("stages".into(), json!({ "prepare_s": prepared, "loop_s": total - prepared }));

@@ -19,7 +19,7 @@ use toolkit::screen::show;
 mod approval;
 mod curves;
 mod frames;
-mod page;
+pub mod page;
 mod run;
 mod study;
 mod trade;

@@ -152,6 +152,7 @@ fn uncertainty(of: &Measure) -> String {
         Found::Estimate => "estimate",
         Found::Refinement => "run with half the steps",
         Found::Rupture => "not known: something tore before",
+        Found::Vibration => "how posts and ropes vibrate",
         Found::Passage => "not known: small differences decide how the rock passes",
     };
     text += &off
@@ -210,6 +211,12 @@ pub fn pairs(rows: &[(String, String)]) -> String {
     format!("<dl>\n{rows}</dl>")
 }
 
+/// A text; of the path of a file its name: folders of a machine are not for whoever reads the page.
+fn without_folders(text: &str) -> String {
+    let path = Path::new(text);
+    escape(&if path.is_absolute() { file_name(path) } else { text.to_owned() })
+}
+
 /// All numbers and texts of a map and of those in it.
 fn all_of(map: &Map<String, Value>) -> String {
     let mut rows = Vec::new();
@@ -219,7 +226,7 @@ fn all_of(map: &Map<String, Value>) -> String {
 
 fn flat(before: &str, map: &Map<String, Value>, rows: &mut Vec<(String, String)>) {
     for (name, value) in map {
-        let name = format!("{before}{}", escape(name));
+        let name = format!("{before}{}", without_folders(name));
         let shown = match value {
             Value::Null => continue,
             Value::Object(inner) => {
@@ -229,9 +236,9 @@ fn flat(before: &str, map: &Map<String, Value>, rows: &mut Vec<(String, String)>
             // A count has no digits behind its point.
             Value::Number(of) if of.is_f64() => number(of, &short(of.as_f64().unwrap_or_default())),
             Value::Array(words) => {
-                escape(&words.iter().filter_map(Value::as_str).collect::<Vec<_>>().join(" "))
+                words.iter().filter_map(Value::as_str).map(without_folders).collect::<Vec<_>>().join(" ")
             }
-            other => escape(other.as_str().unwrap_or(&other.to_string())),
+            other => without_folders(other.as_str().unwrap_or(&other.to_string())),
         };
         rows.push((name, shown));
     }

@@ -20,7 +20,7 @@ use crate::internal_force::line_contact::LineContact;
 use crate::linear_algebra::lanes::{add, add_to, work, work_at};
 use crate::model::Model;
 use crate::results::energy::Energies;
-use crate::results::moving_mean::Sample;
+use crate::results::moving_mean::{MovingMean, Sample};
 use crate::results::record::{Recorder, Step};
 use crate::state::{Peak, Peaks, State};
 use answer::{Answer, travel};
@@ -139,8 +139,8 @@ struct Booked {
 pub struct KeptWindows {
     committed: State,
     booked: Booked,
-    /// Impulse of the supports within the last 1 ms.
-    impulse: Vec<Sample>,
+    /// Impulse of the supports within each mean of the reaction.
+    impulses: Vec<Vec<Sample>>,
     counts: Counts,
 }
 
@@ -569,7 +569,7 @@ impl WindowSolver {
     pub fn commit(&mut self) {
         std::mem::swap(&mut self.committed, &mut self.trial);
         self.booked.swap(0, 1);
-        self.recorder.mean.commit();
+        self.recorder.means.iter_mut().for_each(MovingMean::commit);
         self.counts.skipped += u64::from(self.skipped);
     }
 
@@ -643,7 +643,7 @@ impl WindowSolver {
         KeptWindows {
             committed: self.committed.clone(),
             booked: self.booked[1].clone(),
-            impulse: self.recorder.mean.kept(),
+            impulses: self.recorder.means.iter().map(MovingMean::kept).collect(),
             counts: self.counts,
         }
     }
@@ -670,13 +670,18 @@ impl WindowSolver {
             .iter()
             .chain(&kept.committed.yields)
             .all(|event| (event.element as usize) < self.model.elements.len());
-        if own != sizes(&kept.committed, kept.booked.gauges.len()) || kept.impulse.is_empty() || !torn {
+        if own != sizes(&kept.committed, kept.booked.gauges.len())
+            || kept.impulses.len() != self.recorder.means.len()
+            || kept.impulses.iter().any(Vec::is_empty)
+            || !torn
+        {
             return Err(other_structure());
         }
         self.committed.copy_from(&kept.committed);
         self.trial.copy_from(&kept.committed);
         self.booked = [kept.booked.clone(), kept.booked];
-        self.recorder.mean.go_on(kept.impulse);
+        let means = self.recorder.means.iter_mut().zip(kept.impulses);
+        means.for_each(|(mean, impulse)| mean.go_on(impulse));
         self.counts = kept.counts;
         Ok(())
     }
@@ -743,7 +748,7 @@ fn first_state(model: &Model, config: &Config, start: &Start, recorder: &Recorde
     let tension = at_start(start.cable_force);
     state.peaks = Peaks {
         reaction: size,
-        reaction_1ms: size,
+        mean_reaction: [size; 2],
         cable_force: tension,
         tensions: [tension.value; 2],
         cable_force_beside: tension.value,
