@@ -241,9 +241,11 @@ impl CouplingSettings {
         }
         let what =
             format!("a window of {} s is longer than the run, end_time = {end_time} s", self.time_window);
-        Err(scene.invalid("coupling.time_window", what).try_instead(
+        scene.refuse(
+            "coupling.time_window",
+            what,
             "it is written in seconds: 0.2 ms is 2e-4; or leave it out, and `rockfall` computes it",
-        ))
+        )
     }
 
     /// What the user should know: windows that resolve no reaction, and keys that weak coupling does not use.

@@ -64,9 +64,11 @@ pub fn check_with(
     let mut solver = DemSolver::new(scene, &Options { out: None, shortcuts: true })?;
     let fem = scene.read::<toml::Table>("processes")?.is_some_and(|p| p.contains_key("fem"));
     if (fem || scene.has("structure")) && solver.model().laws.is_none() {
-        return Err(scene
-            .invalid("structure", "there is a net and no contact law: the rock would fall through it")
-            .try_instead("add a table [[contact]]"));
+        return scene.refuse(
+            "structure",
+            "there is a net and no contact law: the rock would fall through it",
+            "add a table [[contact]]",
+        );
     }
     if let Some(what) = solver.idle_selection().filter(|_| !fem && !scene.has("structure")) {
         let refused = scene.invalid("dem.contact_selection", what);

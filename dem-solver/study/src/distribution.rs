@@ -114,7 +114,7 @@ impl Distribution {
         }
         if !Self::is_one(value) {
             let what = format!("a distribution has one of {}", FORMS.join(", "));
-            return Err(study.invalid(key, what).try_instead("write { uniform = [0.2, 0.4] }"));
+            return study.refuse(key, what, "write { uniform = [0.2, 0.4] }");
         }
         let spec = study.read_value::<Spec>(key, value)?;
         let levels = spec.levels.map_or(1, u64::from);

@@ -460,7 +460,7 @@ const DEGREES: [u32; 22] = [
 /// The code of the maps: one that is possible, in metres, and that of the terrain.
 fn of_system(base: &Base, file: &Scene) -> Result<Option<Diagnostic>, Diagnostic> {
     let Some(epsg) = base.study.maps.as_ref().and_then(|maps| maps.epsg) else { return Ok(None) };
-    let refuse = |what: String, cure: &str| Err(file.invalid("maps.epsg", what).try_instead(cure));
+    let refuse = |what: String, cure: &str| file.refuse("maps.epsg", what, cure);
     if !(CODES[0]..=CODES[1]).contains(&epsg) {
         let [low, high] = CODES;
         let what = format!("epsg = {epsg}: the codes of coordinate systems go from {low} to {high}");

@@ -127,9 +127,7 @@ fn plant(
     }
     if drag.is_none() && height.is_some() {
         let what = "`forest_height` without `forest_drag` does nothing";
-        return Err(scene
-            .invalid(&format!("{place}.forest_height"), what)
-            .try_instead("write forest = \"medium\""));
+        return scene.refuse(&format!("{place}.forest_height"), what, "write forest = \"medium\"");
     }
     if drag.is_some() {
         height.get_or_insert(FOREST_HEIGHT);
@@ -228,9 +226,11 @@ impl TerrainSettings {
         positive(scene, "terrain", &lengths)?;
         if self.rest_speed > FAST {
             let what = format!("rest_speed = {} m/s: a rock that fast is not at rest", self.rest_speed);
-            return Err(scene
-                .invalid("terrain.rest_speed", what)
-                .try_instead(format!("it is written in m/s: 10 mm/s is {}", rest_speed())));
+            return scene.refuse(
+                "terrain.rest_speed",
+                what,
+                format!("it is written in m/s: 10 mm/s is {}", rest_speed()),
+            );
         }
         self.check_use(scene)?;
         if self.zone.len() > MOST_MATERIALS {

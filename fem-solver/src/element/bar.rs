@@ -224,7 +224,7 @@ impl BrakePart {
                     row[1] / self.stiffness,
                     row[0]
                 );
-                return Err(key.invalid("curve", what).try_instead("a larger stiffness"));
+                return key.refuse("curve", what, "a larger stiffness");
             }
             if hardening.is_empty() {
                 hardening.push((0.0, row[1]));

@@ -6,7 +6,7 @@ use crate::config::structure::{StructureConfig, SupportEntry, TurningConfig};
 use crate::config::{Config, Integrator};
 use crate::element::SupportSpring;
 use crate::element::material::Rupture;
-use crate::read::{Key, refuse};
+use crate::read::Key;
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::Vector3;
 use std::collections::HashMap;
@@ -79,7 +79,7 @@ impl Model {
                         format!("another support holds node {}: it cannot give way", self.node_name(node));
                     let hint =
                         "name each node in one row of supports, with all of its directions and rotations";
-                    return refuse(scene, &format!("structure.supports.{i}.stiffness"), what, hint);
+                    return scene.refuse(&format!("structure.supports.{i}.stiffness"), what, hint);
                 }
             }
         }
@@ -300,7 +300,7 @@ impl Model {
             let key = Key { scene, key: format!("structure.velocities.{i}") };
             if config.fem.integrator == Integrator::Static {
                 let what = "statics has no inertia: a velocity at t = 0 changes nothing";
-                return refuse(scene, &key.key, what, "an integrator with inertia, as generalized_alpha");
+                return scene.refuse(&key.key, what, "an integrator with inertia, as generalized_alpha");
             }
             set.resize(self.dof_count(), None);
             for node in self.place(&key, entry.place())? {

@@ -10,7 +10,6 @@ use crate::element::cable::{CableConfig, Stated};
 use crate::element::part::{Key, Surroundings};
 use crate::element::{AnyElement, PartConfig};
 use crate::model::{Model, Part};
-use crate::read::refuse;
 use interface_defs::diagnostic::{Code, Diagnostic, code};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -359,11 +358,11 @@ fn judge_extent(at: &mut Judge) -> Result<(), Diagnostic> {
     let (made, flat) =
         (table.mesh.is_some() || table.generator.is_some(), model.nodes.len() > 1 && extent < SHORTEST);
     if extent > LONGEST[0] && made {
-        return Err(scene.invalid(key, format!("{what}, more than {} m", LONGEST[0])).try_instead(cure));
+        return scene.refuse(key, format!("{what}, more than {} m", LONGEST[0]), cure);
     }
     if flat && made {
         let cure = cure.replace("scale it by 0.001", "scale it by 1000 if it is in kilometres");
-        return Err(scene.invalid(key, format!("{what}, less than {SHORTEST} m")).try_instead(cure));
+        return scene.refuse(key, format!("{what}, less than {SHORTEST} m"), cure);
     }
     let key = if table.nodes.is_empty() { key } else { "structure.nodes" };
     if extent > LONGEST[1] {
@@ -673,7 +672,7 @@ fn judge_motions(at: &mut Judge) -> Result<(), Diagnostic> {
             let what = format!(
                 "a support moves by {most} m, and the whole structure has an extent of {extent:.4} m"
             );
-            return refuse(scene, &key, what, "rows are [t, ux, uy, uz] in s and m: 100 mm is 0.1");
+            return scene.refuse(&key, what, "rows are [t, ux, uy, uz] in s and m: 100 mm is 0.1");
         }
         let hint = "rows are [t, ux, uy, uz] in s and m: 100 ms is 0.1";
         warnings.extend(late(key, entry.motion.last().map(|row| row[0]), end_time, hint));

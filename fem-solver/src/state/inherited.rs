@@ -6,7 +6,6 @@
 use crate::config::Integrator;
 use crate::internal_force::assembly::Event;
 use crate::model::Model;
-use crate::read::refuse;
 use crate::state::State;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc::run_id::fnv1a;
@@ -202,7 +201,7 @@ impl Inherited {
         if origin.at == At::Motion && integrator == Integrator::Static {
             let what = "at = \"motion\" goes on with the velocities of that run, and statics has none";
             let hint = "at = \"rest\", or an integrator with inertia in [fem]";
-            return refuse(scene, "start_from.at", what, hint);
+            return scene.refuse("start_from.at", what, hint);
         }
         let (file, warning) = origin.state(scene)?;
         let shown = file.display();
@@ -210,7 +209,7 @@ impl Inherited {
         let end: End = state_file::read(&file, VERSION).map_err(|why| {
             let what = format!("the state {shown} cannot be used: {why}");
             match why {
-                Unreadable::Foreign(_) | Unreadable::Version(..) => refused(code::PROVENANCE, what, AGAIN),
+                Unreadable::Foreign(_) => refused(code::PROVENANCE, what, AGAIN),
                 Unreadable::File(_) => refused(code::FILE, what, AGAIN),
                 Unreadable::Damaged(_) => refused(code::FILE_CONTENT, what, COPIED),
             }
@@ -271,7 +270,7 @@ impl Inherited {
              {begins} m here"
         );
         let hint = "begin the rows of its motion with the displacement at which that run has left it";
-        refuse(scene, KEY, what, hint)
+        scene.refuse(KEY, what, hint)
     }
 
     /// Velocity and acceleration at the end, for the scheme `integrator`: another one finds its accelerations itself. Nothing

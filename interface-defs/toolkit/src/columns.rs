@@ -100,26 +100,27 @@ impl<'a, R> Columns<'a, R> {
 
     /// As Markdown, with an empty line behind it.
     pub fn markdown(&self, rows: &[R]) -> String {
-        let cell = |cell: &String| cell.replace('|', "\\|").replace('\n', " ");
-        let line =
-            |cells: &Vec<String>| format!("| {} |\n", cells.iter().map(cell).collect::<Vec<_>>().join(" | "));
-        let mut lines: Vec<String> = self.lines(rows).iter().map(line).collect();
-        lines.insert(1, format!("|{}\n", "---|".repeat(self.0.len())));
-        lines.concat() + "\n"
+        let mut lines = self.lines(rows);
+        lines.iter_mut().flatten().for_each(|cell| *cell = cell.replace('|', "\\|").replace('\n', " "));
+        let mut lines = padded(lines);
+        lines.insert(1, lines[0].iter().map(|cell| "-".repeat(cell.chars().count().max(1))).collect());
+        lines.iter().map(|cells| format!("| {} |\n", cells.join(" | "))).collect::<String>() + "\n"
     }
 
     /// In columns for a screen.
     pub fn aligned(&self, rows: &[R]) -> String {
-        let lines = self.lines(rows);
-        let width = |k: usize| lines.iter().map(|line| line[k].chars().count()).max().unwrap_or(0);
-        let widths: Vec<usize> = (0..self.0.len()).map(width).collect();
-        lines.iter().fold(String::new(), |mut text, line| {
-            let cells: Vec<String> =
-                line.iter().zip(&widths).map(|(cell, width)| format!("{cell:<width$}")).collect();
-            let _ = writeln!(text, "{}", cells.join("  ").trim_end());
-            text
-        })
+        let lines = padded(self.lines(rows));
+        lines.iter().map(|cells| cells.join("  ").trim_end().to_owned() + "\n").collect()
     }
+}
+
+/// Every cell as wide as the widest of its column.
+fn padded(mut lines: Vec<Vec<String>>) -> Vec<Vec<String>> {
+    for column in 0..lines[0].len() {
+        let width = lines.iter().map(|line| line[column].chars().count()).max().unwrap_or(0);
+        lines.iter_mut().for_each(|line| line[column] = format!("{:width$}", line[column]));
+    }
+    lines
 }
 
 #[cfg(test)]
@@ -132,7 +133,7 @@ mod tests {
             Columns::new().text("name", |row: &(&str, f64)| row.0.into()).number("x_m", |row| Some(row.1));
         let rows = [("=cmd", -1.53125), ("a|b", 20.0)];
         assert_eq!(table.csv(&rows).expect("text"), "name,x_m\n'=cmd,-1.53125\na|b,20\n");
-        assert_eq!(table.markdown(&rows[1..]), "| name | x_m |\n|---|---|\n| a\\|b | 20 |\n\n");
+        assert_eq!(table.markdown(&rows[1..]), "| name | x_m |\n| ---- | --- |\n| a\\|b | 20  |\n\n");
         assert_eq!(table.aligned(&rows), "name  x_m\n=cmd  -1.53\na|b   20\n");
     }
 }

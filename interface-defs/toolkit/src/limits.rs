@@ -74,14 +74,14 @@ impl Limits {
             if let Some(bound) = bound.filter(|bound| *bound <= 0.0) {
                 let what = format!("a bound of {bound} would be passed by every run, it must lie above 0");
                 let default = "leave the key out for the default, or raise the bound to accept more";
-                return Err(scene.invalid(&format!("limits.{key}"), what).try_instead(default));
+                return scene.refuse(&format!("limits.{key}"), what, default);
             }
         }
         if let Some(bound) = limits.penetration.filter(|bound| *bound > DEEPEST) {
             let meant = 0.01 * bound;
             let what = format!("a bound of {bound} radii: no run passes it, two spheres part at 2");
             let cure = format!("it is a share of the radius: 50 % is 0.5, here perhaps {meant:?}");
-            return Err(scene.invalid("limits.penetration", what).try_instead(cure));
+            return scene.refuse("limits.penetration", what, cure);
         }
         Ok(limits)
     }
@@ -129,7 +129,6 @@ impl Limits {
     /// Judge a run that has ended: each bound that it passed becomes a sentence of its message (of its
     /// warnings, where it has not come to its end).
     pub fn judge(&self, summary: &mut Summary, evidence: &Evidence) {
-        let mut nearly = Vec::new();
         let [mut passed, mut noticed] = [const { Vec::<(String, &str)>::new() }; 2];
         for measure in &summary.measures {
             let (name, value) = (measure.name.as_str(), measure.value);
@@ -164,9 +163,8 @@ impl Limits {
         }
         let notice = |(what, cure): (String, &str)| Diagnostic::warning(code::LIMIT, what).try_instead(cure);
         summary.warnings.extend(noticed.into_iter().map(notice));
-        for near in summary.warnings.extract_if(.., |warning| warning.code == code::NEAR_RUPTURE) {
-            nearly.push(near);
-        }
+        let is_near = |warning: &mut Diagnostic| warning.code == code::NEAR_RUPTURE;
+        let nearly: Vec<_> = summary.warnings.extract_if(.., is_near).collect();
         if let Some(what) = evidence.weak_window.and_then(|windows| self.of_weak_window(windows)) {
             passed.push((what, SHORTEN));
         }

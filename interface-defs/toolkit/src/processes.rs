@@ -60,8 +60,6 @@ impl Processes {
             return Ok(processes);
         }
         let what = format!("a deadline of {timeout} s; it must lie above 0, up to {LONGEST} s");
-        Err(scene
-            .invalid("processes.timeout", what)
-            .try_instead(format!("it is written in seconds: {TIMEOUT} is the default")))
+        scene.refuse("processes.timeout", what, format!("it is written in seconds: {TIMEOUT} is the default"))
     }
 }

@@ -4,7 +4,7 @@ use super::PartnerKind;
 use super::elastic::Elastic;
 use super::normal::{LawName, names};
 use super::presets;
-use crate::keys::{Checked, Keys, refused};
+use crate::keys::{Checked, Keys};
 use interface_defs::diagnostic::{Diagnostic, code};
 use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Serialize};
@@ -372,11 +372,11 @@ pub fn check_all(contacts: &[ContactSettings], known: &[String], scene: &Scene) 
                 None => format!("two tables [[contact]] without `between`, the first is number {first}"),
             };
             let cure = "keep one of them, or name another pair: between = [\"rock\", \"structure\"]";
-            return refused(scene, &key, what, cure);
+            return scene.refuse(&key, what, cure);
         }
         if let Some(unknown) = contact.between.iter().flatten().find(|name| !known.contains(name)) {
             let what = format!("nothing is of the material `{unknown}`");
-            return refused(scene, &key, what, format!("the scene has {}", known.join(", ")));
+            return scene.refuse(&key, what, format!("the scene has {}", known.join(", ")));
         }
     }
     Ok(())

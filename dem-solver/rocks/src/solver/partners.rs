@@ -66,7 +66,7 @@ pub(super) fn are_apart(model: &Model, state: &mut State, scene: &Scene) -> Resu
         name_of(model, a),
         name_of(model, b)
     );
-    Err(scene.invalid(&model.settings.place_key(b), what).try_instead("move them apart"))
+    scene.refuse(&model.settings.place_key(b), what, "move them apart")
 }
 
 /// Put the sides of the scene's box around the rocks, if it has one.
