@@ -12,7 +12,6 @@ use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc;
 use serde_json::json;
 use std::ffi::OsString;
-use std::io::{self, Write};
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use toolkit::arguments::{
@@ -20,7 +19,7 @@ use toolkit::arguments::{
 };
 use toolkit::check::Format;
 use toolkit::exit::Exit;
-use toolkit::files::{self, Dir};
+use toolkit::files::Dir;
 use toolkit::log::{self, LogFormat};
 use toolkit::provenance;
 use toolkit::screen::{complain, show};
@@ -286,20 +285,23 @@ fn shown(answered: Result<(String, Exit), Stop>, format: Format) -> Result<Exit,
     answered.map(|(_, exit)| exit)
 }
 
-/// The manual page on stdout, or all pages in a directory.
+/// The manual pages, one after the other on stdout, or each as a file of a directory.
 fn print_manual(dir: Option<&Path>) -> Result<Exit, Stop> {
-    match dir {
-        None => {
-            let mut page = Vec::new();
-            let rendered = one_page(Cli::command(), &mut page);
-            rendered
-                .map_err(|e| Stop::failed(code::OTHER, format!("the manual page cannot be made: {e}")))?;
-            show(&String::from_utf8_lossy(&page));
-        }
-        Some(dir) => write_manual(Cli::command(), dir).map_err(|e| {
+    let mut program = Cli::command();
+    if let Some(dir) = dir {
+        Dir::create(dir).and_then(|_| clap_mangen::generate_to(program, dir)).map_err(|e| {
             Stop::input(code::FILE, format!("{}: the manual pages cannot be written: {e}", dir.display()))
-        })?,
+        })?;
+        return Ok(Exit::Done);
     }
+    program.build();
+    let (mut pages, commands) = (Vec::new(), program.get_subcommands());
+    let shown = commands.filter(|command| !command.is_hide_set() && command.get_name() != "help");
+    std::iter::once(&program)
+        .chain(shown)
+        .try_for_each(|command| Man::new(command.clone()).render(&mut pages))
+        .map_err(|e| Stop::failed(code::OTHER, format!("the manual page cannot be made: {e}")))?;
+    show(&String::from_utf8_lossy(&pages));
     Ok(Exit::Done)
 }
 
@@ -319,65 +321,6 @@ fn become_with(program: &str, arguments: impl Iterator<Item = OsString>) -> Resu
     // It returns only where the program cannot be started.
     let e = std::process::Command::new(own_program(program)?).args(arguments).exec();
     Err(Stop::input(code::PROCESS, format!("{program} cannot be started: {e}")))
-}
-
-/// All pages, one for the program and one for each command, into `dir`.
-fn write_manual(mut program: clap::Command, dir: &Path) -> io::Result<()> {
-    Dir::create(dir)?;
-    let mut page = Vec::new();
-    one_page(program.clone(), &mut page)?;
-    program.build();
-    clap_mangen::generate_to(program.clone(), dir)?;
-    // The page of the program has everything.
-    files::write(&dir.join(format!("{}.1", program.get_name())), &page)
-}
-
-/// One page with synopsis and options of every command of `program`.
-fn one_page(mut program: clap::Command, page: &mut Vec<u8>) -> io::Result<()> {
-    program.build();
-    let man = Man::new(program.clone());
-    man.render_title(page)?;
-    man.render_name_section(page)?;
-    man.render_synopsis_section(page)?;
-    man.render_description_section(page)?;
-    man.render_options_section(page)?;
-    for command in program.get_subcommands().filter(|c| !c.is_hide_set() && c.get_name() != "help") {
-        section(program.get_name(), command, page)?;
-    }
-    man.render_version_section(page)
-}
-
-/// One command: a section with subsections for its synopsis and options.
-fn section(program: &str, command: &clap::Command, page: &mut Vec<u8>) -> io::Result<()> {
-    writeln!(page, ".SH \"{program} {}\"", command.get_name())?;
-    // Those of the whole program are listed above.
-    let hidden = ["log_format", "help"];
-    let own = command.clone().mut_args(|arg| {
-        let hide = hidden.contains(&arg.get_id().as_str());
-        arg.hide(hide)
-    });
-    let has_options = own.get_arguments().any(|arg| !arg.is_hide_set());
-    let man = Man::new(own);
-    let mut part = Vec::new();
-    man.render_description_section(&mut part)?;
-    man.render_synopsis_section(&mut part)?;
-    if has_options {
-        man.render_options_section(&mut part)?;
-    }
-    if command.get_after_help().is_some() {
-        man.render_extra_section(&mut part)?;
-    }
-    let text = String::from_utf8_lossy(&part);
-    for line in text.lines() {
-        match line.strip_prefix(".SH ") {
-            // The description follows the heading at once.
-            Some("DESCRIPTION") => {}
-            Some("EXTRA") => writeln!(page, ".SS NOTES")?,
-            Some(heading) => writeln!(page, ".SS {heading}")?,
-            None => writeln!(page, "{line}")?,
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]

@@ -2,7 +2,6 @@
 
 use super::history::csv_text;
 use super::numbers::three;
-use std::fmt::Write;
 
 /// What stands in a cell.
 type Value<'a, R> = Box<dyn Fn(&R) -> String + 'a>;
