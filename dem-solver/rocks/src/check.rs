@@ -40,11 +40,10 @@ struct ResolvedTables<'a> {
     rock: &'a [RockSettings],
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     spheres: &'a [SpheresSettings],
-    #[serde(rename = "box", skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "box")]
     sides: Option<&'a BoxSettings>,
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     contact: &'a [ContactSettings],
-    #[serde(skip_serializing_if = "Option::is_none")]
     terrain: Option<&'a TerrainSettings>,
     dem: DemSettings,
 }

@@ -15,6 +15,7 @@ struct Column<'a, R> {
 }
 
 /// A table of rows `R`.
+#[must_use]
 pub struct Columns<'a, R>(Vec<Column<'a, R>>);
 
 impl<'a, R> Default for Columns<'a, R> {
@@ -40,20 +41,17 @@ impl<'a, R> Columns<'a, R> {
     }
 
     /// The same with one more.
-    #[must_use]
     pub fn with(self, name: impl Into<String>, value: impl Fn(&R) -> String + Copy + 'a) -> Self {
         self.and(name, value, value)
     }
 
     /// The same with one of numbers: for programs at full precision, empty where there is none; for people of three digits.
-    #[must_use]
     pub fn number(self, name: impl Into<String>, value: impl Fn(&R) -> Option<f64> + Copy + 'a) -> Self {
         let people = move |row: &R| value(row).map_or("-".into(), three);
         self.and(name, people, move |row| value(row).map_or(String::new(), |number| number.to_string()))
     }
 
     /// The same with several of numbers, the parts of a vector.
-    #[must_use]
     pub fn numbers<const N: usize>(
         self,
         names: [&str; N],
@@ -66,7 +64,6 @@ impl<'a, R> Columns<'a, R> {
     }
 
     /// The same with one of texts of a user, which stay texts in a spreadsheet.
-    #[must_use]
     pub fn text(self, name: impl Into<String>, value: impl Fn(&R) -> String + Copy + 'a) -> Self {
         self.and(name, value, move |row| csv_text(&value(row)).into_owned())
     }

@@ -18,13 +18,11 @@ pub struct Limits {
     pub energy_error: f64,
     /// Deepest overlap of a sphere, relative to its radius: laws of contact are ones of small overlaps. Default: none; above 0.5 a
     /// run is done with a warning.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub penetration: Option<f64>,
     /// Largest interface residual, as energy: the work of the contact force over the displacement on which the two solvers
     /// disagree, summed over the windows without regard to sign, relative to the energy to which `energy_error` relates. It
     /// shows noise at the interface, and windows that were accepted although they had not converged. Default: none; above 0.5
     /// a run is done with a warning.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub residual: Option<f64>,
     /// Longest window of weak coupling, relative to the longest one that `rockfall check` reports: up to that
     /// one disturbances stay small and the reaction over 1 ms is resolved; far beyond it the answer can be wrong
@@ -32,7 +30,6 @@ pub struct Limits {
     pub weak_window: f64,
     /// Largest `uncertainty` of `max_deflection`, `max_travel` and `max_elongation` of a coupled run, relative to their values; of
     /// `max_reaction_1ms` and `max_cable_force` three times as much, as their estimates are larger. Default: a tenth of `energy_error`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub deflection_error: Option<f64>,
 }
 

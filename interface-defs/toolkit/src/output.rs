@@ -13,7 +13,6 @@ pub struct Output {
     /// `end_time / 200`.
     pub interval: f64,
     /// Interval of the field files in `fields/` [s]; absent: none are written.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub fields: Option<f64>,
     /// Whether the coupler writes `iterations.csv`.
     pub iterations: bool,

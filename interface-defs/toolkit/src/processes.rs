@@ -17,13 +17,10 @@ const LONGEST: f64 = 86_400.0;
 #[serde(deny_unknown_fields, default)]
 pub struct Processes {
     /// Command line in the place of `dem-solver`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub dem: Option<String>,
     /// Command line in the place of `fem-solver`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub fem: Option<String>,
     /// Command line in the place of `coupler`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub coupler: Option<String>,
     /// Deadline for one answer [s].
     pub timeout: f64,

@@ -85,6 +85,7 @@ pub struct Share {
 }
 
 /// Collects the share of a program.
+#[must_use]
 pub struct Tables {
     generator: SchemaGenerator,
     share: Share,
@@ -110,7 +111,6 @@ impl Tables {
     }
 
     /// The top-level key `key` holds a `T`: a table, or a list of tables as `Vec<T>`.
-    #[must_use]
     pub fn key<T: JsonSchema>(mut self, key: &str) -> Self {
         let schema = self.generator.subschema_for::<T>();
         self.share.properties.insert(key.into(), tidied(schema));
@@ -118,7 +118,6 @@ impl Tables {
     }
 
     /// The same for a key that holds a plain value, with what it means.
-    #[must_use]
     pub fn value<T: JsonSchema>(mut self, key: &str, meaning: &str) -> Self {
         let mut schema = self.generator.subschema_for::<T>();
         schema.insert("description".into(), json!(meaning));
@@ -127,7 +126,6 @@ impl Tables {
     }
 
     /// What the program writes.
-    #[must_use]
     pub fn results(mut self, entries: &[Entry]) -> Self {
         self.share.results.extend_from_slice(entries);
         self
