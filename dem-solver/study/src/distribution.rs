@@ -11,7 +11,7 @@ use schemars::{JsonSchema, Schema, json_schema};
 use serde::Deserialize;
 use statrs::distribution::{ContinuousCDF, Normal};
 use std::borrow::Cow;
-use toolkit::scene::Scene;
+use toolkit::scene::{Scene, number};
 
 /// Deviations from the middle beyond which normal values are cut off unless the study says where.
 const TAILS: f64 = 3.0;
@@ -89,11 +89,6 @@ enum Form {
     },
     /// Values, and the share of all up to each.
     Table(Vec<[f64; 2]>),
-}
-
-/// A number or not.
-pub fn number(value: &toml::Value) -> Option<f64> {
-    value.as_float().or_else(|| value.as_integer().map(|i| i as f64))
 }
 
 /// The normal distribution of mean 0 and deviation 1.

@@ -425,6 +425,11 @@ impl Scene {
     }
 }
 
+/// A number, as it may be written; `None` for any other value.
+pub fn number(value: &toml::Value) -> Option<f64> {
+    value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64))
+}
+
 /// The value at a dotted key of a document, as `rock.0.mass`.
 pub fn at<'a>(document: &'a toml::Table, key: &str) -> Option<&'a toml::Value> {
     let mut parts = key.split('.');

@@ -9,7 +9,7 @@ use interface_defs::diagnostic::{Diagnostic, code};
 use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Serialize};
 use toolkit::explain::of_reference;
-use toolkit::scene::{KEYS, Scene, read_value};
+use toolkit::scene::{KEYS, Scene, number, read_value};
 
 // Keys that one law alone has are set aside in `own` (`ContactSettings::of`), and read by that law.
 
@@ -236,8 +236,7 @@ impl ContactSettings {
 
     /// A number of the law's own keys.
     pub fn own_number(&self, key: &str) -> Option<f64> {
-        let value = self.own.get(key)?;
-        value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64))
+        self.own.get(key).and_then(number)
     }
 
     /// `ground_pressure` of `law = "ground"` [Pa].

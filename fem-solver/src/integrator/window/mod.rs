@@ -32,6 +32,7 @@ use interface_defs::mesh::InterfaceMesh;
 use interface_defs::message::{Fault, FaultKind, Plan};
 use interface_defs::selection::Selection;
 use interface_defs::solver::Window;
+use num_integer::lcm;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::rc::Rc;
@@ -214,7 +215,7 @@ impl WindowSolver {
             shortcuts,
             skipped: false,
             booked: Default::default(),
-            parts: least_common_multiple(loads.parts(), answer.parts()),
+            parts: lcm(loads.parts(), answer.parts()),
             loads,
             answer,
             loaded: false,
@@ -749,12 +750,4 @@ fn first_state(model: &Model, config: &Config, start: &Start, recorder: &Recorde
         cable_force_beside: tension.value,
     };
     state
-}
-
-fn least_common_multiple(a: usize, b: usize) -> usize {
-    let (mut x, mut y) = (a, b);
-    while y != 0 {
-        (x, y) = (y, x % y);
-    }
-    a / x * b
 }
