@@ -98,9 +98,12 @@ impl<'a, R> Columns<'a, R> {
     pub fn markdown(&self, rows: &[R]) -> String {
         let mut lines = self.lines(rows);
         lines.iter_mut().flatten().for_each(|cell| *cell = cell.replace('|', "\\|").replace('\n', " "));
-        let mut lines = padded(lines);
-        lines.insert(1, lines[0].iter().map(|cell| "-".repeat(cell.chars().count().max(1))).collect());
-        lines.iter().map(|cells| format!("| {} |\n", cells.join(" | "))).collect::<String>() + "\n"
+        let lines = padded(lines);
+        let rule: Vec<String> = lines[0].iter().map(|cell| "-".repeat(cell.chars().count() + 2)).collect();
+        let mut rows: Vec<String> =
+            lines.iter().map(|cells| format!("| {} |\n", cells.join(" | "))).collect();
+        rows.insert(1, format!("|{}|\n", rule.join("|")));
+        rows.concat() + "\n"
     }
 
     /// In columns for a screen.
@@ -129,7 +132,7 @@ mod tests {
             Columns::new().text("name", |row: &(&str, f64)| row.0.into()).number("x_m", |row| Some(row.1));
         let rows = [("=cmd", -1.53125), ("a|b", 20.0)];
         assert_eq!(table.csv(&rows).expect("text"), "name,x_m\n'=cmd,-1.53125\na|b,20\n");
-        assert_eq!(table.markdown(&rows[1..]), "| name | x_m |\n| ---- | --- |\n| a\\|b | 20  |\n\n");
+        assert_eq!(table.markdown(&rows[1..]), "| name | x_m |\n|------|-----|\n| a\\|b | 20  |\n\n");
         assert_eq!(table.aligned(&rows), "name  x_m\n=cmd  -1.53\na|b   20\n");
     }
 }
