@@ -220,10 +220,9 @@ fn check_push(
             continue;
         }
         let along = dot(&change, &step) / (norm(&change) * norm(&step));
+        let [before, after] = [norm(&mean), norm(&pushed.mean())];
         let numbers = format!(
-            "the mesh goes {distance:e} m against a force of {:.4e} N, which becomes {:.4e} N",
-            norm(&mean),
-            norm(&pushed.mean())
+            "the mesh goes {distance:e} m against a force of {before:.4e} N, which becomes {after:.4e} N"
         );
         if along > 0.2 {
             let what = format!("{numbers}, and changes along the motion: contact must push back");

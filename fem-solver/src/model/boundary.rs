@@ -283,11 +283,10 @@ impl Model {
         let turned =
             edges.iter().filter(|(_, [ahead, back])| ahead.len() + back.len() == 2 && ahead.len() != 1);
         let Some(edge) = turned.map(|(edge, _)| *edge).min() else { return Ok(()) };
+        let [from, to] = [edge[0], edge[1]].map(|node| self.node_name(node));
         let what = format!(
-            "two neighbouring faces of `{name}` have normals to opposite sides, at the edge from node {} to node {}: the \
-             pressure would turn round there",
-            self.node_name(edge[0]),
-            self.node_name(edge[1])
+            "two neighbouring faces of `{name}` have normals to opposite sides, at the edge from node {from} to node {to}: the \
+             pressure would turn round there"
         );
         let hint = "let the nodes of all faces run the same way round (in Gmsh: Reverse Surface), or write a pressure for each side";
         key.refuse("group", what, hint)

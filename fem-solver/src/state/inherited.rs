@@ -125,12 +125,10 @@ impl Fingerprint {
         let away = |i: usize| (Vector3::from(self.nodes[i]) - Vector3::from(there.nodes[i])).norm();
         let moved: Vec<usize> = (0..self.nodes.len()).filter(|i| self.nodes[*i] != there.nodes[*i]).collect();
         if let Some(farthest) = moved.iter().copied().max_by(|a, b| away(*a).total_cmp(&away(*b))) {
+            let (off, node) = (away(farthest), model.node_name(farthest));
+            let (count, all) = (moved.len(), self.nodes.len());
             return Some(format!(
-                "{} of its {} nodes lie elsewhere, the farthest by {:.3e} m: node {}",
-                moved.len(),
-                self.nodes.len(),
-                away(farthest),
-                model.node_name(farthest)
+                "{count} of its {all} nodes lie elsewhere, the farthest by {off:.3e} m: node {node}"
             ));
         }
         let named = |part: &LeftPart| match part.name.starts_with("the ") {

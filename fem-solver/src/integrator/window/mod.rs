@@ -486,12 +486,11 @@ impl WindowSolver {
                     let half = 0.5 * h;
                     self.trial.along.stride = half;
                     if half < settings.shortest() {
+                        let (least, why) = (settings.shortest(), failure.describe(&self.model));
                         outcome = Err(format!(
                             "statics ends at t = {time:.6e} s, the last equilibrium: from there no load step of {h:.3e} s, and \
-                             fem.load_steps allows none below {:.3e} s. {}; where the structure snaps or buckles, \
-                             fem.path_speed follows it",
-                            settings.shortest(),
-                            failure.describe(&self.model)
+                             fem.load_steps allows none below {least:.3e} s. {why}; where the structure snaps or buckles, \
+                             fem.path_speed follows it"
                         ));
                     }
                 }
