@@ -19,7 +19,7 @@ use toolkit::arguments::{
 };
 use toolkit::check::Format;
 use toolkit::exit::Exit;
-use toolkit::files::Dir;
+use toolkit::files::{self, Dir};
 use toolkit::log::{self, LogFormat};
 use toolkit::provenance;
 use toolkit::screen::{complain, show};
@@ -285,23 +285,28 @@ fn shown(answered: Result<(String, Exit), Stop>, format: Format) -> Result<Exit,
     answered.map(|(_, exit)| exit)
 }
 
-/// The manual pages, one after the other on stdout, or each as a file of a directory.
+/// The manual: the pages of the program and of its commands, one after the other; or a file of a directory for each, of which that of
+/// the program has them all.
 fn print_manual(dir: Option<&Path>) -> Result<Exit, Stop> {
     let mut program = Cli::command();
-    if let Some(dir) = dir {
-        Dir::create(dir).and_then(|_| clap_mangen::generate_to(program, dir)).map_err(|e| {
-            Stop::input(code::FILE, format!("{}: the manual pages cannot be written: {e}", dir.display()))
-        })?;
-        return Ok(Exit::Done);
-    }
     program.build();
-    let (mut pages, commands) = (Vec::new(), program.get_subcommands());
+    let mut pages = Vec::new();
+    let commands = program.get_subcommands();
     let shown = commands.filter(|command| !command.is_hide_set() && command.get_name() != "help");
     std::iter::once(&program)
         .chain(shown)
         .try_for_each(|command| Man::new(command.clone()).render(&mut pages))
         .map_err(|e| Stop::failed(code::OTHER, format!("the manual page cannot be made: {e}")))?;
-    show(&String::from_utf8_lossy(&pages));
+    let Some(dir) = dir else {
+        show(&String::from_utf8_lossy(&pages));
+        return Ok(Exit::Done);
+    };
+    let written = Dir::create(dir)
+        .and_then(|_| clap_mangen::generate_to(program, dir))
+        .and_then(|()| files::write(&dir.join("rockfall.1"), &pages));
+    written.map_err(|e| {
+        Stop::input(code::FILE, format!("{}: the manual pages cannot be written: {e}", dir.display()))
+    })?;
     Ok(Exit::Done)
 }
 
@@ -326,7 +331,6 @@ fn become_with(program: &str, arguments: impl Iterator<Item = OsString>) -> Resu
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::{Arg, ArgAction};
 
     #[test]
     fn the_command_line_is_consistent() {
@@ -360,6 +364,9 @@ mod tests {
         }
         let page = std::fs::read_to_string(dir.path().join("rockfall.1")).expect("a page");
         assert!(page.contains("Exit codes"), "{page}");
+        // What programs say to each other is not for the user, as below.
+        let hidden = Cli::command().get_subcommands().filter(|c| c.is_hide_set()).count();
+        assert_eq!(page.matches(".TH ").count(), 1 + commands.len() - hidden);
         // Every option of every command.
         for option in
             Cli::command().get_subcommands().flat_map(|c| c.get_arguments().cloned().collect::<Vec<_>>())
@@ -369,30 +376,5 @@ mod tests {
             let name = format!("\\-\\-{}", name.replace('-', "\\-"));
             assert!(page.contains(&name), "{name} is not in\n{page}");
         }
-    }
-
-    fn program() -> clap::Command {
-        let flag = Arg::new("dry").long("dry-run").action(ArgAction::SetTrue).help("Write nothing");
-        let run = clap::Command::new("run").about("Do it").arg(flag);
-        clap::Command::new("tool").version("1.2").about("A tool").subcommand(run)
-    }
-
-    #[test]
-    fn one_page_has_the_options_of_the_commands() {
-        let mut page = Vec::new();
-        one_page(program(), &mut page).expect("rendered");
-        let page = String::from_utf8(page).expect("text");
-        let at = |what: &str| page.find(what).unwrap_or_else(|| panic!("no `{what}` in\n{page}"));
-        assert!(at(".SH NAME") < at(".SH \"tool run\"") && at(".SH \"tool run\"") < at("Write nothing"));
-        assert!(at("\\-\\-dry\\-run") > at(".SS SYNOPSIS"), "{page}");
-        assert_eq!(page.matches(".TH ").count(), 1);
-    }
-
-    #[test]
-    fn a_directory_gets_a_page_for_each_command_too() {
-        let dir = tempfile::tempdir().expect("a directory");
-        write_manual(program(), dir.path()).expect("written");
-        let read = |name: &str| std::fs::read_to_string(dir.path().join(name)).expect("a page");
-        assert!(read("tool.1").contains("Write nothing") && read("tool-run.1").contains("Write nothing"));
     }
 }

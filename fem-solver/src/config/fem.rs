@@ -110,6 +110,7 @@ pub struct NewtonConfig {
     pub floor: f64,
     /// Most iterations of one step, and of each time that form finding begins anew. Default: 30 of a step, 120 of one of statics,
     /// 200 of form finding.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub max_iterations: Option<u32>,
     /// Whether a step that overshoots is shortened. Default true; false is for comparison.
     pub line_search: bool,
