@@ -54,11 +54,9 @@ pub fn write(path: &Path, version: u32, state: &impl Serialize) -> io::Result<()
 pub fn read<S: DeserializeOwned>(path: &Path, version: u32) -> Result<S, Unreadable> {
     let bytes = files::read(path, files::STATE).map_err(Unreadable::File)?;
     if !bytes.starts_with(MARK) {
-        let what = "it does not begin as the state of a run that this version writes";
-        return Err(match bytes.starts_with(&MARK[..MARK.len() - 1]) {
-            true => Unreadable::Foreign(what.into()),
-            false => Unreadable::Damaged(what.into()),
-        });
+        let what = "it does not begin as the state of a run that this version writes".to_owned();
+        let other = bytes.len() > MARK.len() && bytes.starts_with(&MARK[..MARK.len() - 1]);
+        return Err(if other { Unreadable::Foreign(what) } else { Unreadable::Damaged(what) });
     }
     let Some((head, rest)) = bytes.split_at_checked(HEAD) else {
         return Err(Unreadable::Damaged(format!("it ends after {} bytes", bytes.len())));
