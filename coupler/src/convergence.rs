@@ -81,10 +81,8 @@ pub struct Measure {
     #[serde(default = "largest")]
     pub norm: Norm,
     /// Largest residual, relative as the norm says. Default: `coupling.tolerance`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
     /// Largest residual [m; N for forces]. Default: `coupling.absolute_tolerance`; 0 for forces.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub absolute: Option<f64>,
 }
 

@@ -412,12 +412,10 @@ impl<'a> Coupling<'a> {
             ));
         }
         (apart > MOST_DEFECT * reference).then(|| {
+            let (structure, mesh, share) = (work.structure, work.mesh, 100.0 * apart / reference);
             format!(
-                "contact forces do {:.3e} J on the structure and {:.3e} J on the net as the contact solver moves it, {:.3} % of the \
-                 energy at impact apart",
-                work.structure,
-                work.mesh,
-                100.0 * apart / reference
+                "contact forces do {structure:.3e} J on the structure and {mesh:.3e} J on the net as the contact solver moves it, \
+                 {share:.3} % of the energy at impact apart"
             )
         })
     }

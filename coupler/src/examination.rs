@@ -129,11 +129,7 @@ impl Examination {
             let mut asked = Asked { seat: dem, side: dem_side, span, iteration: 1, gauges: gauges[0], found };
             // Who cannot repeat a window was asked for none, and was watched in all.
             if dem_side.hello.repeats.is_none() && !bodies.is_empty() {
-                asked.note(
-                    clause::VELOCITY,
-                    Outcome::Kept,
-                    "bodies go through the run as their velocities say",
-                );
+                asked.kept(clause::VELOCITY, "bodies go through the run as their velocities say");
             }
             let watched = |answer: &[f64]| bodies.read(&answer[dem_side.layout.gauges()]).concat();
             let start = bodies.read(gauges[0]).concat();

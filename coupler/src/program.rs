@@ -12,6 +12,7 @@ use interface_defs::{
     Diagnostic, Failure, Participant, Progress, code,
     ipc::{self, Wait, interrupt, remote::Host, remote::HostOptions, remote::Remote},
 };
+use serde_json::json;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -180,24 +181,13 @@ fn run(arguments: &RunArguments) -> Result<Exit, Diagnostic> {
     let started = Instant::now();
     let prepared = Prepared::new(arguments)?;
     interrupt::install();
-    let options = HostOptions {
-        run: arguments.membership.run.clone(),
-        timeout: Duration::from_secs_f64(prepared.processes.timeout),
-        wait: prepared.processes.wait,
-        supervisor: arguments.membership.supervised.supervisor,
-    };
-    let created = ipc::clean().and_then(|_| Host::create(options, &SOLVERS));
-    let (host, mut remotes) = match created {
+    let Processes { timeout, wait, .. } = prepared.processes;
+    let (host, mut remotes) = match host(&arguments.membership, timeout, wait, &SOLVERS) {
         Ok(created) => created,
-        Err(failure) => {
-            complain(&Diagnostic::from(&failure));
-            return Ok(Exit::Failed);
-        }
+        Err(failure) => return Ok(ended(&Diagnostic::from(&failure), false)),
     };
     let (mut summary, outcome) = couple(&prepared, arguments, started, &mut remotes);
-    remotes.iter().for_each(Remote::wait_gone);
-    drop(remotes);
-    host.close();
+    close(host, remotes);
     prepared.owner.conclude(&mut summary);
     let exit = summary.present(prepared.owner.dir(), arguments.leader.quiet);
     Ok(match outcome {
@@ -206,48 +196,55 @@ fn run(arguments: &RunArguments) -> Result<Exit, Diagnostic> {
     })
 }
 
+/// Channels of a run with these solvers; what dead runs left behind is removed.
+fn host(of: &Membership, timeout: f64, wait: Wait, names: &[&str]) -> Result<(Host, Vec<Remote>), Failure> {
+    ipc::clean()?;
+    let (run, supervisor) = (of.run.clone(), of.supervised.supervisor);
+    Host::create(HostOptions { run, timeout: Duration::from_secs_f64(timeout), wait, supervisor }, names)
+}
+
+/// Close the channels once the solvers are gone.
+fn close(host: Host, remotes: Vec<Remote>) {
+    remotes.iter().for_each(Remote::wait_gone);
+    drop(remotes);
+    host.close();
+}
+
+/// Say why a run has failed; its exit code.
+fn ended(why: &Diagnostic, is_input: bool) -> Exit {
+    complain(why);
+    if is_input { Exit::BadInput } else { Exit::Failed }
+}
+
 /// Lead a run that examines a solver, and print what was found.
 fn examine(arguments: &ConformArguments) -> Result<Exit, Diagnostic> {
     let scene = arguments.input.load()?;
     let settings = CouplingSettings::of(&scene)?;
-    let processes = Processes::of(&scene)?;
+    let (Processes { timeout, wait, .. }, end_time) = (Processes::of(&scene)?, scene.end_time()?);
     interrupt::install();
-    let Membership { run, supervised } = &arguments.membership;
-    let options = HostOptions {
-        run: run.clone(),
-        timeout: Duration::from_secs_f64(processes.timeout),
-        wait: processes.wait,
-        supervisor: supervised.supervisor,
-    };
     let names = if arguments.alone { &SOLVERS[1..] } else { &SOLVERS };
-    let failed = |failure: Failure| Diagnostic::from(&failure);
-    let (host, mut remotes) = Host::create(options, names).map_err(failed)?;
-    let end_time = scene.end_time()?;
+    let created = host(&arguments.membership, timeout, wait, names);
+    let (host, mut remotes) = created.map_err(|failure| Diagnostic::from(&failure))?;
     let judged = match &mut remotes[..] {
         [dem, fem] => conform(&arguments.role, (settings, end_time), (dem, fem)),
         [fem] => conform(&arguments.role, (settings, end_time), (&mut Load::default(), fem)),
         _ => unreachable!("as many as names"),
     };
     remotes.iter_mut().for_each(|remote| remote.abort("the examination is over"));
-    remotes.iter().for_each(Remote::wait_gone);
-    drop(remotes);
-    host.close();
+    close(host, remotes);
     let judged = match judged {
         Ok(judged) => judged,
         Err(error) => {
-            complain(&Diagnostic::from(&error));
             let is_input = matches!(&error, CouplingError::Failed(failure) if failure.is_input());
-            return Ok(if is_input { Exit::BadInput } else { Exit::Failed });
+            return Ok(ended(&Diagnostic::from(&error), is_input));
         }
     };
     let broken = judged.iter().any(|judged| judged.outcome == Outcome::Broken);
     show(&match arguments.answer.format {
         Format::Text => text(&judged),
         Format::Json => {
-            format!(
-                "{}\n",
-                serde_json::json!({ "role": arguments.role, "conforms": !broken, "clauses": judged })
-            )
+            let answer = json!({ "role": arguments.role, "conforms": !broken, "clauses": judged });
+            format!("{answer}\n")
         }
     });
     Ok(if broken { Exit::Failed } else { Exit::Done })
@@ -262,31 +259,20 @@ fn replay(arguments: &ReplayArguments) -> Result<Exit, Diagnostic> {
         return Err(Diagnostic::error(code::ARGUMENT, what));
     }
     interrupt::install();
-    let options = HostOptions {
-        run: arguments.membership.run.clone(),
-        timeout: Duration::from_secs_f64(arguments.timeout),
-        wait: Wait::default(),
-        supervisor: arguments.membership.supervised.supervisor,
-    };
-    let created = ipc::clean().and_then(|_| Host::create(options, &[&arguments.solver]));
+    let created = host(&arguments.membership, arguments.timeout, Wait::default(), &[&arguments.solver]);
     let (host, mut remotes) = created.map_err(|failure| Diagnostic::from(&failure))?;
     let outcome = replay::replay(&mut remotes[0], &mut recording, arguments.tolerance);
     if let Err(failure) = &outcome {
         remotes[0].abort(&failure.to_string());
     }
-    remotes[0].wait_gone();
-    drop(remotes);
-    host.close();
+    close(host, remotes);
     match outcome {
         Ok(report) => {
             let json = || serde_json::to_string_pretty(&report).expect("plain data") + "\n";
             show(&if arguments.answer.format == Format::Json { json() } else { report.to_text() });
             Ok(if report.first.is_none() && !report.cut { Exit::Done } else { Exit::Failed })
         }
-        Err(failure) => {
-            complain(&Diagnostic::from(&failure));
-            Ok(if failure.is_input() { Exit::BadInput } else { Exit::Failed })
-        }
+        Err(failure) => Ok(ended(&Diagnostic::from(&failure), failure.is_input())),
     }
 }
 

@@ -60,7 +60,6 @@ pub struct CouplingSettings {
     pub time_window: f64,
     /// Longest window [s] in which weak coupling is stable and resolves the reaction, as `rockfall` estimates it; see
     /// `limits.weak_window`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub longest_weak_window: Option<f64>,
     /// Largest residual, relative to the window's increment. A window is accepted when displacement and velocity each
     /// pass this or the absolute tolerance.
@@ -97,12 +96,10 @@ pub struct CouplingSettings {
     /// What to do with a window that did not converge.
     pub on_no_convergence: OnNoConvergence,
     /// Shortest window that halving may reach [s]. Default: `time_window / 64`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub min_window: Option<f64>,
     /// How a residual becomes the next iterate.
     pub acceleration: AnyAcceleration,
     /// How the meshes are connected. Default: node to node for equal meshes; for others one must be named.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub mapping: Option<AnyMapper>,
     /// Fingerprint of the scene that was read, compared with those of the solvers; `None`: it is not compared.
     #[serde(skip)]
@@ -241,9 +238,11 @@ impl CouplingSettings {
         }
         let what =
             format!("a window of {} s is longer than the run, end_time = {end_time} s", self.time_window);
-        Err(scene.invalid("coupling.time_window", what).try_instead(
+        scene.refuse(
+            "coupling.time_window",
+            what,
             "it is written in seconds: 0.2 ms is 2e-4; or leave it out, and `rockfall` computes it",
-        ))
+        )
     }
 
     /// What the user should know: windows that resolve no reaction, and keys that weak coupling does not use.

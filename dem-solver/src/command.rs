@@ -152,30 +152,17 @@ fn header(
     accuracy: &Accuracy,
     arguments: &ClusterArguments,
 ) -> Vec<String> {
-    let inertia = solid.inertia(solid.volume());
-    let centre = solid.body.centre;
+    let volume = solid.volume();
+    let [[i1, i2, i3], [x, y, z]]: [[f64; 3]; 2] = [solid.inertia(volume).into(), solid.body.centre.into()];
+    let ClusterArguments { shape: named, method, fit, .. } = arguments;
     let (least, most) =
         spheres.iter().fold((f64::INFINITY, 0.0_f64), |(l, m), s| (l.min(s.radius), m.max(s.radius)));
     vec![
-        format!("dem-solver {} cluster {}", env!("CARGO_PKG_VERSION"), arguments.shape),
+        format!("dem-solver {} cluster {named}", env!("CARGO_PKG_VERSION")),
         format!("shape: {}", shape.describe()),
-        format!(
-            "volume {:.9e} m3 = mass over density; centre of mass {:.9e} {:.9e} {:.9e} m",
-            solid.volume(),
-            centre.x,
-            centre.y,
-            centre.z
-        ),
-        format!(
-            "principal moments of inertia over density {:.9e} {:.9e} {:.9e} m5",
-            inertia.x, inertia.y, inertia.z
-        ),
-        format!(
-            "{} spheres ({}, {}), radius {least:.6e} to {most:.6e} m",
-            spheres.len(),
-            arguments.method,
-            arguments.fit
-        ),
+        format!("volume {volume:.9e} m3 = mass over density; centre of mass {x:.9e} {y:.9e} {z:.9e} m"),
+        format!("principal moments of inertia over density {i1:.9e} {i2:.9e} {i3:.9e} m5"),
+        format!("{} spheres ({method}, {fit}), radius {least:.6e} to {most:.6e} m", spheres.len()),
         format!("error: {accuracy}"),
     ]
 }

@@ -206,6 +206,7 @@ impl Place {
 ///    = did you mean `young`? known here: `density`, `young`
 /// ```
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[must_use]
 pub struct Diagnostic {
     /// How bad it is.
     pub severity: Severity,
@@ -253,35 +254,30 @@ impl Diagnostic {
     }
 
     /// The same at a place.
-    #[must_use]
     pub fn at(mut self, place: Place) -> Self {
         self.place = Some(Box::new(place));
         self
     }
 
     /// The same about this dotted key.
-    #[must_use]
     pub fn about(mut self, key: impl Into<String>) -> Self {
         self.key = Some(key.into());
         self
     }
 
     /// The same of this kind.
-    #[must_use]
     pub fn coded(mut self, code: Code) -> Self {
         self.code = code;
         self
     }
 
     /// The same, saying what to try.
-    #[must_use]
     pub fn try_instead(mut self, hint: impl Into<String>) -> Self {
         self.hint = Some(hint.into());
         self
     }
 
     /// The same, saying what to try where there is something.
-    #[must_use]
     pub fn try_if(mut self, hint: Option<String>) -> Self {
         self.hint = hint.or(self.hint);
         self

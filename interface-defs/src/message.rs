@@ -324,6 +324,7 @@ pub enum Worse {
 
 /// A result of the whole run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[must_use]
 pub struct Measure {
     /// Name, in `snake_case`, without the unit. No two programs may give one name.
     pub name: String,
@@ -416,21 +417,18 @@ impl Measure {
     }
 
     /// The same at this time [s], where there is one.
-    #[must_use]
     pub fn at(mut self, time: impl Into<Option<f64>>) -> Self {
         self.time = time.into();
         self
     }
 
     /// The same of this member of a group.
-    #[must_use]
     pub fn of_member(mut self, member: Option<String>) -> Self {
         self.member = member;
         self
     }
 
     /// The same with this place on the screen, and worse in this direction.
-    #[must_use]
     pub fn ranked(mut self, rank: u16, worse: Worse) -> Self {
         (self.rank, self.worse) = (rank, worse);
         self

@@ -277,7 +277,7 @@ impl Preset {
             ),
         ];
         match refused.into_iter().find(|(refused, ..)| *refused) {
-            Some((_, what, cure)) => Err(scene.invalid("coupling.preset", what).try_instead(cure)),
+            Some((_, what, cure)) => scene.refuse("coupling.preset", what, cure),
             None => Ok(()),
         }
     }

@@ -12,7 +12,6 @@ use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc;
 use serde_json::json;
 use std::ffi::OsString;
-use std::io::{self, Write};
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use toolkit::arguments::{
@@ -286,20 +285,28 @@ fn shown(answered: Result<(String, Exit), Stop>, format: Format) -> Result<Exit,
     answered.map(|(_, exit)| exit)
 }
 
-/// The manual page on stdout, or all pages in a directory.
+/// The manual: the pages of the program and of its commands, one after the other; or a file of a directory for each, of which that of
+/// the program has them all.
 fn print_manual(dir: Option<&Path>) -> Result<Exit, Stop> {
-    match dir {
-        None => {
-            let mut page = Vec::new();
-            let rendered = one_page(Cli::command(), &mut page);
-            rendered
-                .map_err(|e| Stop::failed(code::OTHER, format!("the manual page cannot be made: {e}")))?;
-            show(&String::from_utf8_lossy(&page));
-        }
-        Some(dir) => write_manual(Cli::command(), dir).map_err(|e| {
-            Stop::input(code::FILE, format!("{}: the manual pages cannot be written: {e}", dir.display()))
-        })?,
-    }
+    let mut program = Cli::command();
+    program.build();
+    let mut pages = Vec::new();
+    let commands = program.get_subcommands();
+    let shown = commands.filter(|command| !command.is_hide_set() && command.get_name() != "help");
+    std::iter::once(&program)
+        .chain(shown)
+        .try_for_each(|command| Man::new(command.clone()).render(&mut pages))
+        .map_err(|e| Stop::failed(code::OTHER, format!("the manual page cannot be made: {e}")))?;
+    let Some(dir) = dir else {
+        show(&String::from_utf8_lossy(&pages));
+        return Ok(Exit::Done);
+    };
+    let written = Dir::create(dir)
+        .and_then(|_| clap_mangen::generate_to(program, dir))
+        .and_then(|()| files::write(&dir.join("rockfall.1"), &pages));
+    written.map_err(|e| {
+        Stop::input(code::FILE, format!("{}: the manual pages cannot be written: {e}", dir.display()))
+    })?;
     Ok(Exit::Done)
 }
 
@@ -321,69 +328,9 @@ fn become_with(program: &str, arguments: impl Iterator<Item = OsString>) -> Resu
     Err(Stop::input(code::PROCESS, format!("{program} cannot be started: {e}")))
 }
 
-/// All pages, one for the program and one for each command, into `dir`.
-fn write_manual(mut program: clap::Command, dir: &Path) -> io::Result<()> {
-    Dir::create(dir)?;
-    let mut page = Vec::new();
-    one_page(program.clone(), &mut page)?;
-    program.build();
-    clap_mangen::generate_to(program.clone(), dir)?;
-    // The page of the program has everything.
-    files::write(&dir.join(format!("{}.1", program.get_name())), &page)
-}
-
-/// One page with synopsis and options of every command of `program`.
-fn one_page(mut program: clap::Command, page: &mut Vec<u8>) -> io::Result<()> {
-    program.build();
-    let man = Man::new(program.clone());
-    man.render_title(page)?;
-    man.render_name_section(page)?;
-    man.render_synopsis_section(page)?;
-    man.render_description_section(page)?;
-    man.render_options_section(page)?;
-    for command in program.get_subcommands().filter(|c| !c.is_hide_set() && c.get_name() != "help") {
-        section(program.get_name(), command, page)?;
-    }
-    man.render_version_section(page)
-}
-
-/// One command: a section with subsections for its synopsis and options.
-fn section(program: &str, command: &clap::Command, page: &mut Vec<u8>) -> io::Result<()> {
-    writeln!(page, ".SH \"{program} {}\"", command.get_name())?;
-    // Those of the whole program are listed above.
-    let hidden = ["log_format", "help"];
-    let own = command.clone().mut_args(|arg| {
-        let hide = hidden.contains(&arg.get_id().as_str());
-        arg.hide(hide)
-    });
-    let has_options = own.get_arguments().any(|arg| !arg.is_hide_set());
-    let man = Man::new(own);
-    let mut part = Vec::new();
-    man.render_description_section(&mut part)?;
-    man.render_synopsis_section(&mut part)?;
-    if has_options {
-        man.render_options_section(&mut part)?;
-    }
-    if command.get_after_help().is_some() {
-        man.render_extra_section(&mut part)?;
-    }
-    let text = String::from_utf8_lossy(&part);
-    for line in text.lines() {
-        match line.strip_prefix(".SH ") {
-            // The description follows the heading at once.
-            Some("DESCRIPTION") => {}
-            Some("EXTRA") => writeln!(page, ".SS NOTES")?,
-            Some(heading) => writeln!(page, ".SS {heading}")?,
-            None => writeln!(page, "{line}")?,
-        }
-    }
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::{Arg, ArgAction};
 
     #[test]
     fn the_command_line_is_consistent() {
@@ -417,6 +364,9 @@ mod tests {
         }
         let page = std::fs::read_to_string(dir.path().join("rockfall.1")).expect("a page");
         assert!(page.contains("Exit codes"), "{page}");
+        // What programs say to each other is not for the user, as below.
+        let hidden = Cli::command().get_subcommands().filter(|c| c.is_hide_set()).count();
+        assert_eq!(page.matches(".TH ").count(), 1 + commands.len() - hidden);
         // Every option of every command.
         for option in
             Cli::command().get_subcommands().flat_map(|c| c.get_arguments().cloned().collect::<Vec<_>>())
@@ -426,30 +376,5 @@ mod tests {
             let name = format!("\\-\\-{}", name.replace('-', "\\-"));
             assert!(page.contains(&name), "{name} is not in\n{page}");
         }
-    }
-
-    fn program() -> clap::Command {
-        let flag = Arg::new("dry").long("dry-run").action(ArgAction::SetTrue).help("Write nothing");
-        let run = clap::Command::new("run").about("Do it").arg(flag);
-        clap::Command::new("tool").version("1.2").about("A tool").subcommand(run)
-    }
-
-    #[test]
-    fn one_page_has_the_options_of_the_commands() {
-        let mut page = Vec::new();
-        one_page(program(), &mut page).expect("rendered");
-        let page = String::from_utf8(page).expect("text");
-        let at = |what: &str| page.find(what).unwrap_or_else(|| panic!("no `{what}` in\n{page}"));
-        assert!(at(".SH NAME") < at(".SH \"tool run\"") && at(".SH \"tool run\"") < at("Write nothing"));
-        assert!(at("\\-\\-dry\\-run") > at(".SS SYNOPSIS"), "{page}");
-        assert_eq!(page.matches(".TH ").count(), 1);
-    }
-
-    #[test]
-    fn a_directory_gets_a_page_for_each_command_too() {
-        let dir = tempfile::tempdir().expect("a directory");
-        write_manual(program(), dir.path()).expect("written");
-        let read = |name: &str| std::fs::read_to_string(dir.path().join(name)).expect("a page");
-        assert!(read("tool.1").contains("Write nothing") && read("tool-run.1").contains("Write nothing"));
     }
 }

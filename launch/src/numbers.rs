@@ -260,8 +260,3 @@ impl Numbers {
         Some(2.0 / (w * w + k / m).sqrt())
     }
 }
-
-/// A number, as it may be written.
-pub fn number(value: Option<&toml::Value>) -> Option<f64> {
-    value.and_then(|value| value.as_float().or_else(|| value.as_integer().map(|n| n as f64)))
-}

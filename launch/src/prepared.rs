@@ -91,8 +91,11 @@ impl Prepared {
         }
         let of_programs = self.reports.iter().flat_map(|(_, report)| report.warnings.iter().cloned());
         let of_tables = Output::warnings(&self.scene)?.into_iter().chain(Limits::of(&self.scene)?.warnings());
+        let twice = self.scene.set_twice();
         let mut all: Vec<Diagnostic> = Vec::new();
-        for warning in of_programs.chain(self.numbers.of_window()).chain(of_cost).chain(of_tables) {
+        for warning in
+            of_programs.chain(self.numbers.of_window()).chain(of_cost).chain(of_tables).chain(twice)
+        {
             if !all.contains(&warning) {
                 all.push(warning);
             }

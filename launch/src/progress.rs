@@ -1,6 +1,5 @@
 //! How far runs are: on a terminal (simulated time, windows, iterations, residual, expected end), and by the files of a run.
 
-use crate::numbers::number;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{self, IsTerminal, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -8,6 +7,7 @@ use std::time::{Duration, Instant};
 use toolkit::files;
 use toolkit::progress::Line;
 use toolkit::run_dir::{HISTORY, SCENE};
+use toolkit::scene::number;
 
 /// Bytes at the end of a table in which its last row is looked for.
 const TAIL: u64 = 1 << 16;
@@ -95,7 +95,7 @@ pub fn far(dir: &Path) -> String {
         let search = if hangs { ": the shape of the structure at rest is being searched" } else { "" };
         return format!("no row yet{search}");
     };
-    let end_time = scene().and_then(|scene| number(scene.get("end_time")));
+    let end_time = scene().and_then(|scene| scene.get("end_time").and_then(number));
     let share = end_time.map_or(String::new(), |end| format!(" of {end} s, {:.1} %", 100.0 * time / end));
     format!("{time:.4} s{share}")
 }

@@ -4,6 +4,7 @@
 //! Every word of it comes from the schema, that is from the doc comments of what the programs read.
 
 use crate::children::{self, Events};
+use crate::new::fill;
 use crate::plan::own_program;
 use crate::stop::Stop;
 use interface_defs::diagnostic::code;
@@ -14,41 +15,6 @@ use toolkit::processes::Processes;
 use toolkit::scene::KEYS;
 use toolkit::schema::{Entry, Share, Tables};
 
-const HEAD: &str = "\
-# Reference
-
-All keys of a scene and of a study, and all numbers in the result files. This page is made by `rockfall schema --reference` from the
-doc comments of the programs; do not edit it.
-
-A scene is one TOML file in SI units; paths in it are relative to the scene file. A table that is absent builds nothing
-and starts nothing. `[name]` is a table, `[[name]]` a table that may occur several times. For completion and checks in an
-editor (Even Better TOML, taplo): `rockfall schema > rockfall.schema.json`, and `#:schema rockfall.schema.json` as the
-first line of the scene.
-";
-
-const STUDY: &str = "
-## Study
-
-All keys of a study, the file of `rockfall ensemble` ([ensemble.md](ensemble.md)). Paths are relative to it. For editors:
-`rockfall schema --study > rockfall-study.schema.json`, and `#:schema rockfall-study.schema.json` as its first line.
-
-";
-
-const CALIBRATION: &str = "
-## Calibration
-
-All keys of a calibration, the file of `rockfall calibrate` ([calibrate.md](calibrate.md)). Paths are relative to it.
-
-";
-
-const CODES: &str = "
-## Codes
-
-Errors and warnings are objects with `severity` (`note`, `warning` or `error`), `code`, `key` (dotted, of the scene or study),
-`place`, `message` and `hint`: in `summary.json`, and in the answer to `rockfall check --format json`. Codes are stable over versions.
-
-";
-
 const MEASURES: &str = "\
 Measures, each with `value`, `unit` and, where it has one, `time_s`. With several rocks those of a rock begin with `<rock>_`. What is \
 absent has its reason in `warnings`.
@@ -57,18 +23,19 @@ absent has its reason in `warnings`.
 
 /// The whole page: of a scene, of a study, of a calibration, of the results.
 pub fn text(share: &Share, study: &Share, calibration: &Share) -> String {
-    let mut page = Page { share, text: HEAD.into() };
     let known: Vec<&str> = KEYS.into_iter().filter(|key| share.properties.contains_key(*key)).collect();
-    let _ = write!(page.text, "\n## Top level\n\n");
-    page.document(&known, "end_time", 2);
-    for (share, head, required) in [(study, STUDY, "scene"), (calibration, CALIBRATION, "study")] {
-        let mut own = Page { share, text: head.into() };
-        let known: Vec<&str> = share.properties.keys().map(String::as_str).collect();
-        own.document(&known, required, 3);
-        page.text += &own.text;
-    }
-    page.results();
-    page.text + CODES + &code::reference()
+    let all = |share: &Share, required| {
+        let keys: Vec<&str> = share.properties.keys().map(String::as_str).collect();
+        Page::document(share, &keys, required, 3)
+    };
+    let values = [
+        ("SCENE", Page::document(share, &known, "end_time", 2)),
+        ("STUDY", all(study, "scene")),
+        ("CALIBRATION", all(calibration, "study")),
+        ("RESULTS", results(share)),
+        ("CODES", code::reference()),
+    ];
+    fill(include_str!("reference.md").trim_end(), &values)
 }
 
 /// What a value is.
@@ -167,16 +134,17 @@ struct Page<'a> {
 
 impl<'a> Page<'a> {
     /// A whole document: the values at its top, of which one is required, then its tables.
-    fn document(&mut self, known: &[&str], required: &str, level: usize) {
-        let share = self.share;
+    fn document(share: &'a Share, known: &[&str], required: &str, level: usize) -> String {
         let plain = |key: &&str| Kind::of(&share.properties[*key], share).is_plain();
         let (values, tables): (Vec<&str>, Vec<&str>) = known.iter().copied().partition(plain);
         let top: Map<String, Value> =
             values.iter().map(|key| ((*key).to_owned(), share.properties[*key].clone())).collect();
-        self.keys(&top, &[required.into()], None);
+        let mut page = Self { share, text: String::new() };
+        page.keys(&top, &[required.into()], None);
         for key in tables {
-            self.section(key, &share.properties[key], level);
+            page.section(key, &share.properties[key], level);
         }
+        page.text
     }
 
     /// A table of a scene, and the tables in it.
@@ -265,23 +233,24 @@ impl<'a> Page<'a> {
             let _ = writeln!(self.text, "{text}\n");
         }
     }
+}
 
-    fn results(&mut self) {
-        let results = &self.share.results;
-        self.text += "\n## Results\n";
-        for (at, Entry { file, .. }) in results.iter().enumerate() {
-            if results[..at].iter().any(|entry| entry.file == *file) {
-                continue;
-            }
-            let what = if file == "summary.json" { MEASURES } else { "" };
-            let _ = write!(self.text, "\n### `{file}`\n\n{what}| name | unit | meaning |\n|---|---|---|\n");
-            for entry in results.iter().filter(|entry| entry.file == *file) {
-                let name = entry.full_name();
-                let name = if name.is_empty() { name } else { format!("`{name}`") };
-                let _ = writeln!(self.text, "| {name} | {} | {} |", entry.unit, cell(&entry.meaning));
-            }
+/// A table for each file of results.
+fn results(share: &Share) -> String {
+    let (mut text, all) = (String::new(), &share.results);
+    for (at, Entry { file, .. }) in all.iter().enumerate() {
+        if all[..at].iter().any(|entry| entry.file == *file) {
+            continue;
+        }
+        let what = if file == "summary.json" { MEASURES } else { "" };
+        let _ = write!(text, "\n### `{file}`\n\n{what}| name | unit | meaning |\n|---|---|---|\n");
+        for entry in all.iter().filter(|entry| entry.file == *file) {
+            let (name, meaning) = (entry.full_name(), cell(&entry.meaning));
+            let name = if name.is_empty() { name } else { format!("`{name}`") };
+            let _ = writeln!(text, "| {name} | {} | {meaning} |", entry.unit);
         }
     }
+    text
 }
 
 /// Text in one cell of a table.

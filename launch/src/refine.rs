@@ -8,6 +8,7 @@ use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::message::{Found, Measure, Uncertainty};
 use std::path::Path;
 use toml::Table;
+use toolkit::columns::Columns;
 use toolkit::exit::Exit;
 use toolkit::limits::Limits;
 use toolkit::numbers::{percent, short};
@@ -70,22 +71,19 @@ pub fn refine(
 
 /// Both values of each measure that matters, and their difference.
 fn table(first: &Summary, fine: &Summary) -> String {
-    let mut text = String::from("half the steps:\n");
     let mut ranked: Vec<&Measure> = first.measures.iter().filter(|m| m.rank < Measure::ORDINARY).collect();
     ranked.sort_by_key(|measure| measure.rank);
-    for measure in ranked {
-        let Some(other) = fine.measure(&measure.name) else { continue };
-        let (value, off) = (measure.value, other - measure.value);
-        let share = if value == 0.0 { short(off) } else { percent((off / value).abs()) };
-        text += &format!(
-            "{:<18} {:>12} {:>12} {:<4} {share}\n",
-            measure.name,
-            short(value),
-            short(other),
-            measure.unit
-        );
-    }
-    text
+    let both = ranked.into_iter().filter_map(|measure| Some((measure, fine.measure(&measure.name)?)));
+    let table = Columns::new()
+        .with("half the steps:", |(measure, _): &(&Measure, f64)| measure.name.clone())
+        .with("before", |(measure, _)| short(measure.value))
+        .with("after", |(_, other)| short(*other))
+        .with("unit", |(measure, _)| measure.unit.clone())
+        .with("difference", |(measure, other)| {
+            let off = other - measure.value;
+            if measure.value == 0.0 { short(off) } else { percent((off / measure.value).abs()) }
+        });
+    table.aligned(&both.collect::<Vec<_>>())
 }
 
 /// What the finer run says of the first one.

@@ -9,6 +9,7 @@ use toolkit::summary::Summary;
 
 /// The exit code, and what is wrong: at least one error.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[must_use]
 pub struct Stop {
     /// Exit code.
     pub exit: Exit,
@@ -44,7 +45,6 @@ impl Stop {
     }
 
     /// The same, with one more thing to try, or to look at, about each error.
-    #[must_use]
     pub fn hinted(mut self, cure: &str) -> Self {
         for error in &mut self.errors {
             error.hint =
@@ -54,7 +54,6 @@ impl Stop {
     }
 
     /// The same, with more behind the last of its errors.
-    #[must_use]
     pub fn and(mut self, more: &str) -> Self {
         if let Some(last) = self.errors.last_mut() {
             last.message += more;

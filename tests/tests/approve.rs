@@ -274,8 +274,6 @@ fn every_criterion_has_the_number_of_its_run_and_an_interrupted_study_gives_the_
         "h_N m",
         "run again",
         "failed criteria",
-        "highest utilisation (strength or stroke)",
-        "MEL, largest forces of supports (means over a row): foot_",
         "after MEL (A from 0.5, B from 0.3, else C; no criterion)",
         "small at 50 kJ, as defined: it keeps every criterion that was assessed. 1 of 1 variations change that",
         "This is a computation, and no approval.",

@@ -303,7 +303,7 @@ fn every_column_and_measure_stands_in_the_reference_with_its_unit() {
     for (name, sets) in runs {
         let ended = bench.done(&scene(name), name, sets);
         let missing = undescribed(&ended, &all);
-        assert!(missing.is_empty(), "{name}: without an entry in the program's reference.rs: {missing:#?}");
+        assert!(missing.is_empty(), "{name}: without an entry in the program's results.txt: {missing:#?}");
     }
 }
 

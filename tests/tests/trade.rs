@@ -43,7 +43,7 @@ fn a_recommendation_holds_and_a_study_goes_on() {
     let line = page.lines().find(|line| line.starts_with("rockfall run ") && line.contains("--set coupling"));
     let words: Vec<&str> = line.expect("a line to copy").split(' ').skip(3).collect();
     let by_hand = bench.done(&scene("sphere-on-cable"), "by_hand", &words);
-    let row = page.lines().find(|line| line.starts_with("| `max_deflection` |")).expect("a reference");
+    let row = page.lines().find(|line| line.starts_with("| `max_deflection` ")).expect("a reference");
     let value = row.split('|').nth(3).and_then(|cell| cell.trim().strip_suffix(" m")).expect("a value");
     let reference: f64 = value.parse().expect("a number");
     let found = by_hand.summary()["measures"]["max_deflection"]["value"].as_f64().expect("a measure");

@@ -34,6 +34,21 @@ impl Asked<'_, '_> {
         self.found.push(Finding { clause, outcome, what });
     }
 
+    /// Note that a clause is kept.
+    pub fn kept(&mut self, clause: &'static str, what: impl Into<String>) {
+        self.note(clause, Outcome::Kept, what);
+    }
+
+    /// Note that a clause is kept, or if not `holds`, that it could not be examined.
+    pub fn kept_if(&mut self, holds: bool, clause: &'static str, what: impl Into<String>) {
+        self.note(clause, if holds { Outcome::Kept } else { Outcome::NotExamined }, what);
+    }
+
+    /// Note that a clause could not be examined.
+    pub fn unknown(&mut self, clause: &'static str, why: impl Into<String>) {
+        self.note(clause, Outcome::NotExamined, why);
+    }
+
     /// It breaks a clause.
     pub fn breach(&self, clause: &'static str, what: impl Into<String>) -> Failure {
         breach(self.seat.participant.name(), clause, what)
@@ -44,7 +59,7 @@ impl Asked<'_, '_> {
         let repeats = self.side.hello.repeats;
         if repeats.is_none() {
             let why = "it says that it cannot repeat a window";
-            all.iter().for_each(|clause| self.note(clause, Outcome::NotExamined, why));
+            all.iter().for_each(|clause| self.unknown(clause, why));
         }
         repeats
     }
@@ -96,12 +111,8 @@ impl Asked<'_, '_> {
         let (share, what) = worst;
         let says = if repeats == 0.0 { "equal bytes".to_string() } else { format!("{repeats:e}") };
         if share <= repeats {
-            self.note(
-                clause::REPEATS,
-                Outcome::Kept,
-                format!("a window solved twice: {share:.1e}, promised {says}"),
-            );
-            self.note(clause::COMMITTED, Outcome::Kept, "a window is the same after another one");
+            self.kept(clause::REPEATS, format!("a window solved twice: {share:.1e}, promised {says}"));
+            self.kept(clause::COMMITTED, "a window is the same after another one");
             return Ok(());
         }
         let numbers = format!(

@@ -3,7 +3,7 @@
 
 use super::asked::Asked;
 use super::bodies::Bodies;
-use super::{Outcome, clause};
+use super::clause;
 use crate::schedule::Span;
 use crate::side::Side;
 use interface_defs::{Failure, Sampling, name};
@@ -64,7 +64,7 @@ pub(crate) fn examine_contact(
     }
     if !touches {
         let why = "it touches nothing";
-        [clause::FORCE, clause::REACTION].into_iter().for_each(|c| asked.note(c, Outcome::NotExamined, why));
+        [clause::FORCE, clause::REACTION].into_iter().for_each(|c| asked.unknown(c, why));
         return Ok(());
     }
     check_push(asked, motion, &forces, repeats)?;
@@ -117,11 +117,7 @@ pub(crate) fn hold_still(side: &Side, payload: &mut [f64]) {
 /// The bodies' path is the integral of their velocity over the window, and half of a window is not the whole.
 fn check_clock(asked: &mut Asked, bodies: &Bodies, first: &[f64], half: &[f64]) -> Result<(), Failure> {
     if bodies.is_empty() {
-        asked.note(
-            clause::VELOCITY,
-            Outcome::NotExamined,
-            "no gauges NAME_x and NAME_vx tell of a body's motion",
-        );
+        asked.unknown(clause::VELOCITY, "no gauges NAME_x and NAME_vx tell of a body's motion");
         return Ok(());
     }
     let (length, gauges) = (asked.span.length, asked.side.layout.gauges());
@@ -163,13 +159,9 @@ fn check_clock(asked: &mut Asked, bodies: &Bodies, first: &[f64], half: &[f64]) 
         );
         return Err(asked.breach(clause::VELOCITY, what));
     }
-    asked.note(
-        clause::VELOCITY,
-        Outcome::Kept,
-        format!("bodies go {went:.4e} m, their velocities make it {ways:.4e} m"),
-    );
+    asked.kept(clause::VELOCITY, format!("bodies go {went:.4e} m, their velocities make it {ways:.4e} m"));
     let shown = format!("half a window takes bodies {of_way:.3} times as far as a whole one");
-    asked.note(clause::LENGTH, if went > rounding { Outcome::Kept } else { Outcome::NotExamined }, shown);
+    asked.kept_if(went > rounding, clause::LENGTH, shown);
     Ok(())
 }
 
@@ -178,11 +170,11 @@ fn check_length(asked: &mut Asked, long: &[f64], short: &[f64]) -> Result<(), Fa
     let (account, gauges) = (&asked.side.account, asked.side.layout.gauges());
     let changes = account.energies(&long[gauges]).kinetic != account.energies(asked.gauges).kinetic;
     if long != short {
-        asked.note(clause::LENGTH, Outcome::Kept, "half a window has another answer than the whole");
+        asked.kept(clause::LENGTH, "half a window has another answer than the whole");
         return Ok(());
     }
     if !changes {
-        asked.note(clause::LENGTH, Outcome::NotExamined, "nothing is known to move in a window");
+        asked.unknown(clause::LENGTH, "nothing is known to move in a window");
         return Ok(());
     }
     let what = format!(
@@ -228,27 +220,18 @@ fn check_push(
             continue;
         }
         let along = dot(&change, &step) / (norm(&change) * norm(&step));
+        let [before, after] = [norm(&mean), norm(&pushed.mean())];
         let numbers = format!(
-            "the mesh goes {distance:e} m against a force of {:.4e} N, which becomes {:.4e} N",
-            norm(&mean),
-            norm(&pushed.mean())
+            "the mesh goes {distance:e} m against a force of {before:.4e} N, which becomes {after:.4e} N"
         );
         if along > 0.2 {
             let what = format!("{numbers}, and changes along the motion: contact must push back");
             return Err(asked.breach(clause::REACTION, what));
         }
-        asked.note(
-            clause::REACTION,
-            if along < -0.2 { Outcome::Kept } else { Outcome::NotExamined },
-            numbers,
-        );
+        asked.kept_if(along < -0.2, clause::REACTION, numbers);
         return Ok(());
     }
-    asked.note(
-        clause::REACTION,
-        Outcome::NotExamined,
-        "its force does not change with the motion of the mesh",
-    );
+    asked.unknown(clause::REACTION, "its force does not change with the motion of the mesh");
     Ok(())
 }
 
@@ -263,7 +246,7 @@ fn check_work(
     let means = side.layout.sample(name::FORCE, Sampling::Means, 0).is_some();
     if !side.account.receives || !means {
         let why = "no gauge tells the work that it received, or it gives no mean force";
-        asked.note(clause::FORCE, Outcome::NotExamined, why);
+        asked.unknown(clause::FORCE, why);
         return Ok(());
     }
     let (mut booked, mut size) = (0.0, 0.0);
@@ -281,7 +264,7 @@ fn check_work(
     if (booked - received).abs() > MOST_WORK_APART * size + rounding {
         return Err(asked.breach(clause::FORCE, numbers));
     }
-    asked.note(clause::FORCE, Outcome::Kept, numbers);
+    asked.kept(clause::FORCE, numbers);
     Ok(())
 }
 
@@ -296,7 +279,7 @@ fn check_momentum(
     let unknown =
         "no single body tells place, velocity and kinetic energy, and flew without spin before it touched";
     let Some(body) = contact.bodies.single(asked.gauges).filter(|_| contact.momentum) else {
-        asked.note(clause::REACTION, Outcome::NotExamined, format!("momentum: {unknown}"));
+        asked.unknown(clause::REACTION, format!("momentum: {unknown}"));
         return Ok(());
     };
     let (length, mean) = (asked.span.length, forces.mean());
@@ -318,11 +301,11 @@ fn check_momentum(
     if much && apart > MOST_IMPULSE_APART * given.max(taken) {
         return Err(asked.breach(clause::REACTION, numbers));
     }
-    asked.note(clause::REACTION, if much { Outcome::Kept } else { Outcome::NotExamined }, numbers);
+    asked.kept_if(much, clause::REACTION, numbers);
     let spins = contact.bodies.spins(gauges).iter().any(|w| *w != 0.0);
     if spins || !body.tells_spin {
         let why = "moment: its body spins, or does not tell";
-        asked.note(clause::REACTION, Outcome::NotExamined, why);
+        asked.unknown(clause::REACTION, why);
         return Ok(());
     }
     let (mut moment, mut lever) = ([0.0; 3], 0.0);
@@ -339,6 +322,6 @@ fn check_momentum(
         return Err(asked
             .breach(clause::REACTION, format!("{numbers}: forces of {lever:.4e} N m on the wrong nodes?")));
     }
-    asked.note(clause::REACTION, Outcome::Kept, numbers);
+    asked.kept(clause::REACTION, numbers);
     Ok(())
 }

@@ -190,11 +190,10 @@ impl Motion {
         if self.seen < FEW || self.sums.is_a_motion(MOST_DEFECT) {
             return Ok(());
         }
+        let (at, times) = (at(), now.times());
         let what = format!(
-            "{at}, {:.3} times as far; displacement must be the integral of velocity over each part of the window, from the \
-             committed state",
-            now.times(),
-            at = at()
+            "{at}, {times:.3} times as far; displacement must be the integral of velocity over each part of the window, from the \
+             committed state"
         );
         Err(breach(solver, clause::VELOCITY, what))
     }

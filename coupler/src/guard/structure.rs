@@ -82,7 +82,7 @@ pub(crate) fn examine_structure(
     if repeats * fastest > 0.1 * LOOSE * it.push() {
         let why = "what a short force does is less than what repeated windows differ by";
         for clause in [clause::SAMPLES, clause::LENGTH, clause::MASSES, clause::FORCE] {
-            it.asked.note(clause, Outcome::NotExamined, why);
+            it.asked.unknown(clause, why);
         }
         return Ok(());
     }
@@ -120,13 +120,13 @@ pub(crate) fn add_windows(
     );
     let size: f64 = whole.iter().map(|x| x * x).sum::<f64>().sqrt();
     if went <= 1e-9 * size {
-        asked.note(clause::COMMIT, Outcome::NotExamined, "nothing moves");
+        asked.unknown(clause::COMMIT, "nothing moves");
         return Ok(());
     }
     if off > 0.25 * went.max(halfway) {
         return Err(asked.breach(clause::COMMIT, numbers));
     }
-    asked.note(clause::COMMIT, Outcome::Kept, numbers);
+    asked.kept(clause::COMMIT, numbers);
     Ok(())
 }
 
@@ -209,7 +209,7 @@ impl Structure<'_, '_, '_> {
             }
         }
         let shown = format!("a window of {length:e} s begins at the committed state");
-        self.asked.note(if start == 0.0 { clause::INITIAL } else { clause::COMMIT }, Outcome::Kept, shown);
+        self.asked.kept(if start == 0.0 { clause::INITIAL } else { clause::COMMIT }, shown);
         Ok(())
     }
 
@@ -228,8 +228,7 @@ impl Structure<'_, '_, '_> {
             }
         }
         let held = self.mesh.masses.iter().filter(|mass| mass.is_infinite()).count();
-        let outcome = if held > 0 { Outcome::Kept } else { Outcome::NotExamined };
-        self.asked.note(clause::HELD, outcome, format!("{held} nodes have infinite mass"));
+        self.asked.kept_if(held > 0, clause::HELD, format!("{held} nodes have infinite mass"));
         Ok(())
     }
 
@@ -258,7 +257,7 @@ impl Structure<'_, '_, '_> {
         if (ratio - 2.0).abs() < LOOSE {
             let why = "half of the window gives twice the velocity: statics, without inertia";
             for clause in [clause::SAMPLES, clause::MASSES, clause::FORCE] {
-                self.asked.note(clause, Outcome::NotExamined, why);
+                self.asked.unknown(clause, why);
             }
             return Ok(());
         }
@@ -274,11 +273,7 @@ impl Structure<'_, '_, '_> {
         let [a, b] = [pushed, mixed].map(|answer| sum(&|i| gain(answer, i).powi(2)));
         let alike = own / (a * b).sqrt();
         let along = sum(&|i| gain(pushed, i)) / whole;
-        self.asked.note(
-            clause::LENGTH,
-            Outcome::Kept,
-            format!("half of a window makes {ratio:.3} of the velocity"),
-        );
+        self.asked.kept(clause::LENGTH, format!("half of a window makes {ratio:.3} of the velocity"));
         self.check_samples(rest, pushed)?;
         if along < 0.0 || alike.is_nan() || alike < 0.5 {
             let what = format!(
@@ -304,7 +299,7 @@ impl Structure<'_, '_, '_> {
         let (Some(rest), Some(pushed)) = (rest, pushed) else { return Ok(()) };
         if numbers.is_empty() || self.u(&rest) != self.u(&pushed) {
             for clause in [clause::MASSES, clause::FORCE] {
-                self.asked.note(clause, Outcome::NotExamined, "all of its nodes are held");
+                self.asked.unknown(clause, "all of its nodes are held");
             }
             return Ok(());
         }
@@ -327,14 +322,14 @@ impl Structure<'_, '_, '_> {
         };
         let share = gain(&first) / gain(&last);
         if first == last {
-            self.asked.note(clause::SAMPLES, Outcome::NotExamined, "the scene has one sample per window");
+            self.asked.unknown(clause::SAMPLES, "the scene has one sample per window");
             return Ok(());
         }
         let what = format!(
             "under a constant force its first sample of velocity has {share:.3} of what the last has"
         );
         if share < 1.0 - LOOSE {
-            self.asked.note(clause::SAMPLES, Outcome::Kept, what);
+            self.asked.kept(clause::SAMPLES, what);
             return Ok(());
         }
         let what = format!("{what}: samples are those at the ends of equal parts of the window");
@@ -347,11 +342,7 @@ impl Structure<'_, '_, '_> {
         // From a force at the end of a window before, work is counted as the structure's own scheme has it.
         let means = side.request.sample(name::FORCE, Sampling::Means, 0).is_some();
         if !side.account.receives || (!means && self.asked.span.start > 0.0) {
-            self.asked.note(
-                clause::FORCE,
-                Outcome::Kept,
-                "every node follows its force; no gauge tells the work of it",
-            );
+            self.asked.kept(clause::FORCE, "every node follows its force; no gauge tells the work of it");
             return Ok(());
         }
         let gone = self.u(pushed).iter().zip(self.committed.0);
@@ -365,7 +356,7 @@ impl Structure<'_, '_, '_> {
         );
         let rounding = 1e-12 * before.abs().max(1e-3);
         if self.believes(share) || (received - work).abs() <= rounding {
-            self.asked.note(clause::FORCE, Outcome::Kept, numbers);
+            self.asked.kept(clause::FORCE, numbers);
             return Ok(());
         }
         Err(self.asked.breach(clause::FORCE, format!("{numbers}: it takes {share:.3} times the force")))
@@ -399,16 +390,12 @@ impl Structure<'_, '_, '_> {
         let mean =
             numbers.iter().map(|(i, mass)| mass * (v[*i] - v0[*i])).sum::<f64>() / (masses * self.push());
         if masses == 0.0 {
-            self.asked.note(
-                clause::MASSES,
-                Outcome::NotExamined,
-                "it knows no masses, or all of its nodes are held",
-            );
+            self.asked.unknown(clause::MASSES, "it knows no masses, or all of its nodes are held");
             return Ok(());
         }
         let shown = format!("{masses:.4e} kg answer as {:.4e} kg", masses / mean);
         let Some((node, mass, gained, share)) = odd else {
-            self.asked.note(clause::MASSES, Outcome::Kept, shown);
+            self.asked.kept(clause::MASSES, shown);
             return Ok(());
         };
         if KICKS.contains(&mean) {
@@ -417,10 +404,9 @@ impl Structure<'_, '_, '_> {
             let free = |at: usize| shares[at] + (shares[at] - shares[at + 1]) / 3.0;
             let right = [0, 1].into_iter().any(|at| (free(at) - 1.0).abs() <= LOOSE);
             if right || (free(0) / mean - 1.0).abs() > WRONG {
-                let outcome = if right { Outcome::Kept } else { Outcome::NotExamined };
                 let what =
                     format!("{shown} in {:e} s, and over more and more windows by {shares:.3?}", self.length);
-                self.asked.note(clause::MASSES, outcome, what);
+                self.asked.kept_if(right, clause::MASSES, what);
                 return Ok(());
             }
         }
@@ -439,16 +425,12 @@ impl Structure<'_, '_, '_> {
         let (mut before, mut shares) = (None, Vec::new());
         for length in std::iter::once(1.0).chain(SOME).map(|times| times * window) {
             let too_long = length > self.asked.side.hello.largest_window;
-            let pair = if too_long {
-                None
-            } else {
-                Some((self.solve(length, &|_| 0.0)?, self.solve(length, &|_| 1.0)?))
-            };
-            let Some((Some(rest), Some(pushed))) = pair else {
+            let mut solve = |kick: f64| if too_long { Ok(None) } else { self.solve(length, &|_| kick) };
+            let (Some(rest), Some(pushed)) = (solve(0.0)?, solve(1.0)?) else {
+                let most = self.asked.side.hello.largest_window;
                 let why = format!(
                     "either its masses are wrong, or its steps begin with half a kick: a window of {length:e} s would show which, and it \
-                     takes {:e} s at most",
-                    self.asked.side.hello.largest_window
+                     takes {most:e} s at most"
                 );
                 self.asked.note(clause::MASSES, Outcome::Unsettled, format!("{seen}: {why}"));
                 return Ok(None);

@@ -6,11 +6,6 @@ use toolkit::scene::Scene;
 /// Whether a table passes.
 pub(crate) type Checked<T = ()> = Result<T, Diagnostic>;
 
-/// Refuse what the scene has at `key`: what is wrong, and what to try.
-pub fn refused<T>(scene: &Scene, key: &str, what: impl Into<String>, cure: impl Into<String>) -> Checked<T> {
-    Err(scene.invalid(key, what).try_instead(cure))
-}
-
 /// The keys of one table of a scene.
 pub(crate) struct Keys<'a> {
     scene: &'a Scene,

@@ -40,11 +40,10 @@ struct ResolvedTables<'a> {
     rock: &'a [RockSettings],
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     spheres: &'a [SpheresSettings],
-    #[serde(rename = "box", skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "box")]
     sides: Option<&'a BoxSettings>,
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     contact: &'a [ContactSettings],
-    #[serde(skip_serializing_if = "Option::is_none")]
     terrain: Option<&'a TerrainSettings>,
     dem: DemSettings,
 }
@@ -64,9 +63,11 @@ pub fn check_with(
     let mut solver = DemSolver::new(scene, &Options { out: None, shortcuts: true })?;
     let fem = scene.read::<toml::Table>("processes")?.is_some_and(|p| p.contains_key("fem"));
     if (fem || scene.has("structure")) && solver.model().laws.is_none() {
-        return Err(scene
-            .invalid("structure", "there is a net and no contact law: the rock would fall through it")
-            .try_instead("add a table [[contact]]"));
+        return scene.refuse(
+            "structure",
+            "there is a net and no contact law: the rock would fall through it",
+            "add a table [[contact]]",
+        );
     }
     if let Some(what) = solver.idle_selection().filter(|_| !fem && !scene.has("structure")) {
         let refused = scene.invalid("dem.contact_selection", what);
@@ -143,19 +144,13 @@ pub fn check_with(
 
 fn add_rock(model: &Model, at: usize, report: &mut CheckReport) -> Result<(), Diagnostic> {
     let (rock, settings) = (&model.rocks[at], &model.settings.rocks[at]);
+    let (name, shape, mass, [x, y, z]) =
+        (&rock.name, rock.solid.shape.describe(), rock.mass, rock.inertia.into());
+    let (count, origin, radius) = (rock.spheres.len(), &rock.origin, rock.smallest_radius);
+    let more = if rock.has_equal_spheres() { "" } else { " and more" };
     report.builds.push(format!(
-        "rock `{}`: {}, {:.6} kg, moments of inertia {:.4} {:.4} {:.4} kg m2, {} spheres ({}) of \
-         radius {:.6} m{}",
-        rock.name,
-        rock.solid.shape.describe(),
-        rock.mass,
-        rock.inertia.x,
-        rock.inertia.y,
-        rock.inertia.z,
-        rock.spheres.len(),
-        rock.origin,
-        rock.smallest_radius,
-        if rock.has_equal_spheres() { "" } else { " and more" },
+        "rock `{name}`: {shape}, {mass:.6} kg, moments of inertia {x:.4} {y:.4} {z:.4} kg m2, {count} spheres ({origin}) of \
+         radius {radius:.6} m{more}"
     ));
     if rock.spheres.len() > 1 || !matches!(settings.shape, Shape::Sphere { .. }) {
         let accuracy = rock.accuracy(settings)?;
@@ -184,12 +179,10 @@ fn add_steps(model: &Model, report: &mut CheckReport) {
     match &model.laws {
         Some(laws) => {
             report.builds.extend(laws.describe());
+            let (step, critical, speed) = (steps.step, steps.critical, steps.speed);
+            let of = if model.ground.is_some() { "all its energy" } else { "free fall until end_time" };
             report.builds.push(format!(
-                "step {:.4e} s; critical {:.4e} s for a landing at {:.2} m/s ({}) on a rigid fixed surface",
-                steps.step,
-                steps.critical,
-                steps.speed,
-                if model.ground.is_some() { "all its energy" } else { "free fall until end_time" }
+                "step {step:.4e} s; critical {critical:.4e} s for a landing at {speed:.2} m/s ({of}) on a rigid fixed surface"
             ));
         }
         None => report.builds.push(format!("no contact; step {:.4e} s", steps.step)),

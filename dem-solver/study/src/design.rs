@@ -3,12 +3,11 @@
 //! Both take quantiles of what passes the line and multiply them by factors. The factors depend on how well block and slope are
 //! known, and on what is at risk: the study states them. Only two have a default, which is in the standard itself.
 
-use super::distribution::number;
 use interface_defs::diagnostic::Diagnostic;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toolkit::ranges::Gate;
-use toolkit::scene::{Scene, at};
+use toolkit::scene::{Scene, at, number};
 
 /// What a barrier there must be able to do: the barrier, as far as it is known, and by which standards it is judged.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]

@@ -11,7 +11,7 @@ use schemars::{JsonSchema, Schema, json_schema};
 use serde::Deserialize;
 use statrs::distribution::{ContinuousCDF, Normal};
 use std::borrow::Cow;
-use toolkit::scene::Scene;
+use toolkit::scene::{Scene, number};
 
 /// Deviations from the middle beyond which normal values are cut off unless the study says where.
 const TAILS: f64 = 3.0;
@@ -91,11 +91,6 @@ enum Form {
     Table(Vec<[f64; 2]>),
 }
 
-/// A number or not.
-pub fn number(value: &toml::Value) -> Option<f64> {
-    value.as_float().or_else(|| value.as_integer().map(|i| i as f64))
-}
-
 /// The normal distribution of mean 0 and deviation 1.
 fn standard() -> Normal {
     Normal::new(0.0, 1.0).expect("a deviation above 0")
@@ -114,7 +109,7 @@ impl Distribution {
         }
         if !Self::is_one(value) {
             let what = format!("a distribution has one of {}", FORMS.join(", "));
-            return Err(study.invalid(key, what).try_instead("write { uniform = [0.2, 0.4] }"));
+            return study.refuse(key, what, "write { uniform = [0.2, 0.4] }");
         }
         let spec = study.read_value::<Spec>(key, value)?;
         let levels = spec.levels.map_or(1, u64::from);

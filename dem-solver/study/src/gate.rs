@@ -344,11 +344,9 @@ fn of_slope(base: &Base, release: usize, file: &Scene) -> Option<Diagnostic> {
     let all = (0..=8).all(|k| up(low + f64::from(k) / 8.0 * (high - low)));
     (all && east.hypot(north) > STEEP && high - low < 360.0).then(|| {
         let down = four((-east).atan2(-north).to_degrees().rem_euclid(360.0).round());
+        let (name, [low, high]) = (&base.study.releases[release].name, [low, high].map(four));
         let what = format!(
-            "azimuth from {} to {}: all rocks of `{}` start up the slope, which falls towards {down} degrees",
-            four(low),
-            four(high),
-            base.study.releases[release].name
+            "azimuth from {low} to {high}: all rocks of `{name}` start up the slope, which falls towards {down} degrees"
         );
         warning(file, &azimuth.key, what).try_instead("it counts clockwise from north: 90 is east")
     })
@@ -460,7 +458,7 @@ const DEGREES: [u32; 22] = [
 /// The code of the maps: one that is possible, in metres, and that of the terrain.
 fn of_system(base: &Base, file: &Scene) -> Result<Option<Diagnostic>, Diagnostic> {
     let Some(epsg) = base.study.maps.as_ref().and_then(|maps| maps.epsg) else { return Ok(None) };
-    let refuse = |what: String, cure: &str| Err(file.invalid("maps.epsg", what).try_instead(cure));
+    let refuse = |what: String, cure: &str| file.refuse("maps.epsg", what, cure);
     if !(CODES[0]..=CODES[1]).contains(&epsg) {
         let [low, high] = CODES;
         let what = format!("epsg = {epsg}: the codes of coordinate systems go from {low} to {high}");

@@ -1,7 +1,6 @@
 //! One member: its numbers, the model that it is computed with, and its scene: what a run of it computes is what the study has computed.
 
 use super::base::{Base, put_shape, rock_of};
-use super::distribution::number;
 use super::place::{above_ground, line_of_fall};
 use super::settings::{Place, Quantity};
 use dem_contact::contact::whole_rock::Whole;
@@ -17,6 +16,7 @@ use std::f64::consts::TAU;
 use toml::{Table, Value};
 use toolkit::coordinates::Form;
 use toolkit::input_file::with_absolute_files;
+use toolkit::scene::number;
 
 /// Numbers that are drawn for every member: two of its place, three of its orientation, two of the axis of its spin.
 const DRAWN: usize = 7;

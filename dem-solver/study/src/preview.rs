@@ -73,10 +73,9 @@ impl<'a> Preview<'a> {
         preview.warnings.extend(beside(base, file, &paths.into_inner()));
         let (days, disk) = (preview.whole() / 86_400.0, preview.disk());
         if days > 1.0 || disk > LARGE {
+            let [days, disk] = [days, disk / 1e9].map(three);
             let what = format!(
-                "the study would take some {} days of wall time on this machine and {} GB of disk",
-                three(days),
-                three(disk / 1e9)
+                "the study would take some {days} days of wall time on this machine and {disk} GB of disk"
             );
             let cure = "fewer members show first what matters; `--chunks` divides the study between machines";
             let found = Diagnostic::warning(code::SIZE, what).about("release.0.count").try_instead(cure);

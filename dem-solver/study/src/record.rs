@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use toolkit::files::{self, Dir, Stream};
 use toolkit::history::column;
-use toolkit::provenance::{self, Reader};
+use toolkit::provenance;
 use toolkit::scene::Scene;
 use toolkit::summary::RunStatus;
 
@@ -279,7 +279,7 @@ fn fault(path: &Path) -> impl Fn(io::Error) -> Diagnostic {
 
 /// What a file of this study begins with: a line, then what wrote its records.
 fn head(fingerprint: &str) -> Vec<u8> {
-    [format!("{MAGIC} {fingerprint}\n").into_bytes(), provenance::head::<Record>()].concat()
+    [format!("{MAGIC} {fingerprint}\n").into_bytes(), provenance::head()].concat()
 }
 
 /// A record's place in a file.
@@ -299,11 +299,11 @@ fn scan(file: &File, path: &Path, fingerprint: &str) -> Result<(Vec<Found>, u64)
     if begins.len() < own.len() && own.starts_with(&begins) {
         return Ok((Vec::new(), 0));
     }
-    let line = own.len() - provenance::head::<Record>().len();
+    let line = own.len() - provenance::head().len();
     if !begins.starts_with(&own[..line]) {
         return Err(refused(path, code::PROVENANCE, "belongs to another study, scene or terrain"));
     }
-    provenance::open::<Record>(&begins[line..], Reader::SameBuild)
+    provenance::open(&begins[line..])
         .map_err(|of_another| refused(path, of_another.code, of_another.message))?;
     let (mut found, mut at) = (Vec::new(), own.len() as u64);
     let mut frame = Vec::new();

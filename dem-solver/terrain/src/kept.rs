@@ -11,7 +11,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use toolkit::files::{self, Map};
-use toolkit::provenance::{self, Reader, Running, hash_of};
+use toolkit::provenance::{self, Running, hash_of};
 use toolkit::scene::Scene;
 
 /// Name of the file in its folder.
@@ -47,7 +47,7 @@ fn read(path: &Path, scene: &Scene, settings: &TerrainSettings) -> io::Result<Op
 
 /// What a surface follows from, the surface, and where it ends.
 fn open(map: &Arc<Map>) -> Option<(String, Terrain, usize)> {
-    let rest = provenance::open::<Head>(map, Reader::SameBuild).ok()?;
+    let rest = provenance::open(map).ok()?;
     let (length, rest) = rest.split_first_chunk::<8>()?;
     let head = rest.get(..usize::try_from(u64::from_le_bytes(*length)).ok()?)?;
     let mut at = (map.len() - rest.len() + head.len()).next_multiple_of(ALIGNED);
@@ -73,8 +73,7 @@ impl Terrain {
         let mut counts = vec![self.nodes.len(), self.triangles.len()];
         counts.extend(levels.iter().map(|level| level.len()));
         let head = pack(&(key(scene, settings)?, &*self, counts));
-        let mut begin =
-            [provenance::head::<Head>(), (head.len() as u64).to_le_bytes().to_vec(), head].concat();
+        let mut begin = [provenance::head(), (head.len() as u64).to_le_bytes().to_vec(), head].concat();
         begin.resize(begin.len().next_multiple_of(ALIGNED), 0);
         let mut parts = vec![&begin[..], self.nodes.bytes(), self.triangles.bytes()];
         parts.extend(levels.iter().map(Row::bytes));

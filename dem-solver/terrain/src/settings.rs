@@ -21,29 +21,23 @@ pub struct TerrainSettings {
     #[serde(default)]
     pub nodata: NoData,
     /// Height [m] that marks cells without height, beside the one that the raster declares.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub nodata_value: Option<f64>,
     /// Points of these classes are taken from `.las` and `.laz`; default `[2]`, ground. Empty: all.
     #[serde(default = "ground_class")]
     pub classes: Vec<u8>,
     /// Points: triangles with a longer edge [m] are cut out, such as those across a bay of the outline.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub longest_edge: Option<f64>,
     /// Material of everything that no zone names. Default `ground`.
     #[serde(default = "ground_name")]
     pub material: String,
     /// Forest where no zone lies: `open`, `medium` or `dense`, the drag of 20, 35 and 50 m2 of trunks per hectare. It fills in
     /// `forest_drag` and `forest_height`, uncalibrated.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub forest: Option<ForestName>,
     /// Drag of that forest on a rock over its velocity [kg/s]. Default: none.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub forest_drag: Option<f64>,
     /// Height over the ground up to which it acts on the rock's centre [m]. Default 30.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub forest_height: Option<f64>,
     /// Raster of zone numbers, which `[[terrain.zone]]` gives materials by `number`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub zones: Option<PathBuf>,
     /// Materials of parts of the terrain, by polygon or number. Of polygons that overlap the last counts.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -74,19 +68,14 @@ pub struct ZoneSettings {
     /// Its material.
     pub material: String,
     /// Corners `[x, y]` [m], closed by itself, or a GeoJSON file.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub polygon: Option<Coordinates>,
     /// Number in the raster `zones`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub number: Option<i64>,
     /// Forest in it, as `terrain.forest`. Default: none, whatever stands around it.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub forest: Option<ForestName>,
     /// As `terrain.forest_drag` [kg/s].
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub forest_drag: Option<f64>,
     /// As `terrain.forest_height` [m].
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub forest_height: Option<f64>,
 }
 
@@ -127,9 +116,7 @@ fn plant(
     }
     if drag.is_none() && height.is_some() {
         let what = "`forest_height` without `forest_drag` does nothing";
-        return Err(scene
-            .invalid(&format!("{place}.forest_height"), what)
-            .try_instead("write forest = \"medium\""));
+        return scene.refuse(&format!("{place}.forest_height"), what, "write forest = \"medium\"");
     }
     if drag.is_some() {
         height.get_or_insert(FOREST_HEIGHT);
@@ -228,9 +215,11 @@ impl TerrainSettings {
         positive(scene, "terrain", &lengths)?;
         if self.rest_speed > FAST {
             let what = format!("rest_speed = {} m/s: a rock that fast is not at rest", self.rest_speed);
-            return Err(scene
-                .invalid("terrain.rest_speed", what)
-                .try_instead(format!("it is written in m/s: 10 mm/s is {}", rest_speed())));
+            return scene.refuse(
+                "terrain.rest_speed",
+                what,
+                format!("it is written in m/s: 10 mm/s is {}", rest_speed()),
+            );
         }
         self.check_use(scene)?;
         if self.zone.len() > MOST_MATERIALS {

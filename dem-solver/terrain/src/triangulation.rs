@@ -71,11 +71,9 @@ pub fn from_raster(raster: &Raster, nodata: NoData) -> Result<Triangulated, Read
     if missing > 0 {
         if nodata == NoData::Refuse {
             let first = raster.heights.iter().position(|z| z.is_nan()).unwrap_or(0);
+            let (all, row, column) = (raster.heights.len(), first / columns + 1, first % columns + 1);
             let what = format!(
-                "{missing} of {} cells have no height, the first in row {} from the north and column {}",
-                raster.heights.len(),
-                first / columns + 1,
-                first % columns + 1
+                "{missing} of {all} cells have no height, the first in row {row} from the north and column {column}"
             );
             let cure = "fill them, or write nodata = \"cut\" under [terrain]: rocks fall through such holes";
             return Err(ReadError::new(what).try_instead(cure));

@@ -44,9 +44,7 @@ pub fn check_polygons(
                  ({:.1}, {:.1})",
                 low.x, low.y, high.x, high.y
             );
-            return Err(scene
-                .invalid(&key, what)
-                .try_instead("corners are [x, y] in the terrain's coordinates, in metres; leave the zone out where it lies elsewhere"));
+            return scene.refuse(&key, what, "corners are [x, y] in the terrain's coordinates, in metres; leave the zone out where it lies elsewhere");
         }
     }
     Ok(())
@@ -92,9 +90,11 @@ impl Zones {
         for (corners, _, number) in &self.polygons {
             if !middles().any(|middle| contains(corners, middle.x, middle.y)) {
                 let what = "it covers nothing: no triangle of the terrain has its middle in it, by which it belongs to a zone or not";
-                return Err(scene
-                    .invalid(&format!("terrain.zone.{number}.polygon"), what)
-                    .try_instead("draw it larger than a cell of the terrain, or leave it out"));
+                return scene.refuse(
+                    &format!("terrain.zone.{number}.polygon"),
+                    what,
+                    "draw it larger than a cell of the terrain, or leave it out",
+                );
             }
         }
         Ok(())

@@ -218,13 +218,11 @@ impl BrakePart {
             let before = hardening.last().map_or(0.0, |(a, _)| *a);
             let least = -1e-9 * row[0].abs();
             if travel < before + least || (!hardening.is_empty() && travel <= before) {
+                let ([length, force], elastic) = (*row, row[1] / self.stiffness);
                 let what = format!(
-                    "under {} N the stiffness alone gives an elongation of {} m, the curve says {} m: its travel must grow",
-                    row[1],
-                    row[1] / self.stiffness,
-                    row[0]
+                    "under {force} N the stiffness alone gives an elongation of {elastic} m, the curve says {length} m: its travel must grow"
                 );
-                return Err(key.invalid("curve", what).try_instead("a larger stiffness"));
+                return key.refuse("curve", what, "a larger stiffness");
             }
             if hardening.is_empty() {
                 hardening.push((0.0, row[1]));

@@ -245,33 +245,9 @@ impl Fibres {
 /// Stretch and curvatures of a section of a beam of the length `rest` [m], over all deformations.
 fn strains(&(x, _, first, second): &(f64, f64, f64, f64), rest: f64) -> SMatrix<f64, 3, ALL> {
     let [start, end] = [(6.0 * x - 4.0) / rest, (6.0 * x - 2.0) / rest];
-    SMatrix::<f64, 3, ALL>::from_row_slice(&[
-        1.0 / rest,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        first,
-        second,
-        0.0,
-        0.0, //
-        0.0,
-        start,
-        end,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        second,
-        0.0, //
-        0.0,
-        0.0,
-        0.0,
-        start,
-        end,
-        0.0,
-        0.0,
-        0.0,
-        second,
-    ])
+    let mut shape = SMatrix::<f64, 3, ALL>::zeros();
+    let along = [(0, 0, 1.0 / rest), (0, 5, first), (0, 6, second)];
+    let about = [(1, 1, start), (1, 2, end), (1, 7, second), (2, 3, start), (2, 4, end), (2, 8, second)];
+    along.into_iter().chain(about).for_each(|(row, column, slope)| shape[(row, column)] = slope);
+    shape
 }

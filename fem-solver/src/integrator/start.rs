@@ -78,11 +78,8 @@ impl Start {
     ) -> Result<Self, Fault> {
         let (whole, at_start) = (model, model.at_start());
         let model = &*at_start;
-        on_progress(format!(
-            "{} nodes, {} elements: analysing",
-            model.node_count(),
-            model.cables.len() + model.elements.len()
-        ))?;
+        let (nodes, elements) = (model.node_count(), model.cables.len() + model.elements.len());
+        on_progress(format!("{nodes} nodes, {elements} elements: analysing"))?;
         let mut newton = Newton::new(model);
         let moves = inherited.filter(|inherited| inherited.origin.at == At::Motion);
         let basis = inherited
@@ -182,10 +179,9 @@ fn notes(model: &Model, inherited: Option<&Inherited>, smoothed: bool) -> Vec<Di
     warnings.extend(inherited.iter().flat_map(|from| from.warnings.iter().cloned()));
     if model.added_mass > 0.0 {
         let all: f64 = model.mass.iter().sum();
+        let (added, own) = (model.added_mass, all - model.added_mass);
         let what = format!(
-            "mass scaling added {:.4} kg to {:.4} kg: impacts are slower and forces of inertia larger by as much",
-            model.added_mass,
-            all - model.added_mass
+            "mass scaling added {added:.4} kg to {own:.4} kg: impacts are slower and forces of inertia larger by as much"
         );
         warnings.push(Diagnostic::warning(code::TRUST, what));
     }
@@ -309,11 +305,10 @@ fn time_step(
         }
         warnings.push(Diagnostic::warning(code::TIME_STEP, what).about("fem.time_step"));
     } else if step > LOADED * critical {
+        let (share, most) = (100.0 * step / critical, 100.0 * LOADED);
         let what = format!(
-            "the time step is {:.0} % of the critical one at rest; in a loaded net more wires pull a node the same way, and more than {:.0} \
-             % may become unstable",
-            100.0 * step / critical,
-            100.0 * LOADED
+            "the time step is {share:.0} % of the critical one at rest; in a loaded net more wires pull a node the same way, and \
+             more than {most:.0} % may become unstable"
         );
         warnings.push(Diagnostic::warning(code::TIME_STEP, what).about("fem.time_step"));
     }

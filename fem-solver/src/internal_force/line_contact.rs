@@ -150,12 +150,10 @@ impl LineContact {
         let (share, pair) = std::mem::take(&mut self.deepest);
         let ends = |i: u32| self.of.lines[i as usize].nodes;
         (share > TOO_DEEP).then(|| {
+            let (a, b, percent) = (ends(pair[0]), ends(pair[1]), 100.0 * share);
             format!(
-                "the lines between the nodes {:?} and {:?} are pressed into each other by {:.0} % of their radii, and may pass through \
-                 each other; a larger structure.contact.stiffness does",
-                ends(pair[0]),
-                ends(pair[1]),
-                100.0 * share
+                "the lines between the nodes {a:?} and {b:?} are pressed into each other by {percent:.0} % of their radii, and may pass through \
+                 each other; a larger structure.contact.stiffness does"
             )
         })
     }

@@ -7,7 +7,7 @@ use crate::config::structure::{PlaceConfig, StructureConfig};
 use crate::element::part::PartHead;
 use crate::read::heights::Heights;
 use crate::read::mesh::{Kind, Mesh};
-use crate::read::{Key, named, nearest, read, refuse};
+use crate::read::{Key, named, nearest, read};
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::Vector3;
 use std::collections::HashMap;
@@ -69,9 +69,11 @@ impl Base {
 
     fn listed(scene: &Scene, table: &StructureConfig) -> Result<Self, Diagnostic> {
         if table.nodes.is_empty() {
-            return Err(scene.invalid("structure", "the structure has no nodes").try_instead(
+            return scene.refuse(
+                "structure",
+                "the structure has no nodes",
                 "write mesh = \"file\", a generator, or nodes = [[x, y, z], ...] and cables between them",
-            ));
+            );
         }
         let mut base = Self { cells: vec![Vec::new(); table.parts.len()], ..Self::default() };
         base.mesh.nodes.extend(table.nodes.iter().map(|p| Vector3::from(*p)));
@@ -94,7 +96,7 @@ impl Base {
                 cells[i] = join(std::mem::take(&mut cells[i]), number).or_else(|why| {
                     let what = format!("the lines of `{}` make no ropes: {why}", part.head().name);
                     let hint = "put ropes that share nodes into groups of their own";
-                    refuse(scene, &format!("structure.parts.{i}.name"), what, hint)
+                    scene.refuse(&format!("structure.parts.{i}.name"), what, hint)
                 })?;
             }
         }
@@ -168,13 +170,13 @@ fn given(scene: &Scene, table: &StructureConfig) -> Result<Option<Generated>, Di
     let generated = match (&table.mesh, &table.generator) {
         (Some(_), Some(_)) => {
             let hint = "keep either `mesh` or `generator`";
-            return refuse(scene, "structure.mesh", "state either a mesh file or a generator", hint);
+            return scene.refuse("structure.mesh", "state either a mesh file or a generator", hint);
         }
         (Some(path), None) => {
             let path = named(scene, "structure.mesh", "mesh file", path)?;
             if let Some(key) = counts_nodes(table) {
                 let hint = "name the nodes in the mesh and write group = \"name\", or at = [x, y, z]";
-                return refuse(scene, &key, "a mesh file is bound by names, not by node numbers", hint);
+                return scene.refuse(&key, "a mesh file is bound by names, not by node numbers", hint);
             }
             Generated { mesh: read(&path)?, held: Vec::new(), parts: Vec::new() }
         }
@@ -221,7 +223,7 @@ impl Binding<'_> {
                     let what = format!(
                         "the part `{name}` has cells, and the mesh has a group of elements of that name"
                     );
-                    return refuse(scene, &key, what, "leave out `cells`, or choose another name");
+                    return scene.refuse(&key, what, "leave out `cells`, or choose another name");
                 }
                 // Nothing is made of it: its nodes do.
                 (None, true) if part.head().kinds.is_empty() && has_nodes(mesh, name) => continue,
@@ -229,7 +231,7 @@ impl Binding<'_> {
                     let names: Vec<_> = mesh.element_groups.iter().map(|g| g.name.as_str()).collect();
                     let none = "the mesh has no groups of elements: name them in the program that made it";
                     let hint = nearest(name, &names, none);
-                    return refuse(scene, &key, format!("there is no group of elements `{name}`"), hint);
+                    return scene.refuse(&key, format!("there is no group of elements `{name}`"), hint);
                 }
             };
             for element in &group.elements {
@@ -250,7 +252,7 @@ impl Binding<'_> {
                 let hint = format!(
                     "write [[structure.parts]] with name = \"{group}\" and an element; \"none\" makes nothing of it"
                 );
-                return refuse(scene, "structure.generator", what, hint);
+                return scene.refuse("structure.generator", what, hint);
             }
         }
         Ok(owners)
@@ -281,7 +283,7 @@ impl Binding<'_> {
                 }
                 _ => "write a part with another element for the group; \"none\" makes nothing of it",
             };
-            return refuse(scene, &key, what, hint);
+            return scene.refuse(&key, what, hint);
         }
         if part.is_none() && table.cable.is_none() {
             let what = format!("{} is in no part, and there is no table [structure.cable]", one());
@@ -292,7 +294,7 @@ impl Binding<'_> {
                  or [structure.cable] with young, area and density for all lines that are in no part",
                 group.map_or("GROUP", |group| &group.name)
             );
-            return refuse(scene, &key, what, hint);
+            return scene.refuse(&key, what, hint);
         }
         let mut nodes: Vec<usize> = mesh.nodes_of(element).iter().map(|n| *n as usize).collect();
         if part.is_some_and(|part| part.closes(element.kind)) {
@@ -409,7 +411,7 @@ pub(super) fn put(
     let height = |at: &Vector3<f64>, what: &str| {
         let hint = "origin is in the coordinates of the terrain, azimuth in degrees from y, clockwise";
         let below = ground.below(at.x, at.y, what);
-        below.or_else(|what| refuse(scene, "structure.place.origin", what, hint))
+        below.or_else(|what| scene.refuse("structure.place.origin", what, hint))
     };
     if place.draped {
         for (number, node) in nodes.iter_mut().enumerate() {
@@ -440,7 +442,7 @@ pub(super) fn needs_ground(table: &StructureConfig) -> bool {
 fn check(scene: &Scene, table: &StructureConfig, place: &PlaceConfig) -> Result<(), Diagnostic> {
     if table.generator.as_ref().is_some_and(|generator| generator.is_placed()) {
         let what = "the line or position of the barrier says where it stands, and place says it again";
-        return Err(scene.invalid("structure.place", what).try_instead("leave out [structure.place]"));
+        return scene.refuse("structure.place", what, "leave out [structure.place]");
     }
     check_point(scene, "structure.place", ("origin", &place.origin), place.azimuth)?;
     let idle = |key: &str| {
@@ -460,10 +462,8 @@ fn ground(scene: &Scene, table: &StructureConfig, place: &PlaceConfig) -> Result
     let of_contact = table.ground.as_ref().and_then(|ground| ground.file.as_ref());
     let Some(path) = place.ground.as_ref().or(of_contact) else {
         let what = "an origin of two numbers is on the ground, and its heights are not known here";
-        return Err(scene.invalid("structure.place.origin", what).try_instead(
-            "name a raster with ground = \"FILE.asc\", or write [x, y, z]; in a scene with [terrain], `rockfall run` and `rockfall \
-             check` make the raster",
-        ));
+        return scene.refuse("structure.place.origin", what, "name a raster with ground = \"FILE.asc\", or write [x, y, z]; in a scene with [terrain], `rockfall run` and `rockfall \
+             check` make the raster");
     };
     Heights::read(scene, "structure.place.ground", path)
 }

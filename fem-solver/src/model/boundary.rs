@@ -6,7 +6,7 @@ use crate::config::structure::{StructureConfig, SupportEntry, TurningConfig};
 use crate::config::{Config, Integrator};
 use crate::element::SupportSpring;
 use crate::element::material::Rupture;
-use crate::read::{Key, refuse};
+use crate::read::Key;
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::Vector3;
 use std::collections::HashMap;
@@ -79,7 +79,7 @@ impl Model {
                         format!("another support holds node {}: it cannot give way", self.node_name(node));
                     let hint =
                         "name each node in one row of supports, with all of its directions and rotations";
-                    return refuse(scene, &format!("structure.supports.{i}.stiffness"), what, hint);
+                    return scene.refuse(&format!("structure.supports.{i}.stiffness"), what, hint);
                 }
             }
         }
@@ -283,11 +283,10 @@ impl Model {
         let turned =
             edges.iter().filter(|(_, [ahead, back])| ahead.len() + back.len() == 2 && ahead.len() != 1);
         let Some(edge) = turned.map(|(edge, _)| *edge).min() else { return Ok(()) };
+        let [from, to] = [edge[0], edge[1]].map(|node| self.node_name(node));
         let what = format!(
-            "two neighbouring faces of `{name}` have normals to opposite sides, at the edge from node {} to node {}: the \
-             pressure would turn round there",
-            self.node_name(edge[0]),
-            self.node_name(edge[1])
+            "two neighbouring faces of `{name}` have normals to opposite sides, at the edge from node {from} to node {to}: the \
+             pressure would turn round there"
         );
         let hint = "let the nodes of all faces run the same way round (in Gmsh: Reverse Surface), or write a pressure for each side";
         key.refuse("group", what, hint)
@@ -300,7 +299,7 @@ impl Model {
             let key = Key { scene, key: format!("structure.velocities.{i}") };
             if config.fem.integrator == Integrator::Static {
                 let what = "statics has no inertia: a velocity at t = 0 changes nothing";
-                return refuse(scene, &key.key, what, "an integrator with inertia, as generalized_alpha");
+                return scene.refuse(&key.key, what, "an integrator with inertia, as generalized_alpha");
             }
             set.resize(self.dof_count(), None);
             for node in self.place(&key, entry.place())? {

@@ -7,8 +7,8 @@ use crate::config::Config;
 use crate::config::structure::{StructureConfig, Where};
 use crate::element::PartConfig;
 use crate::element::part::{NewElements, PartCell, PartHead};
+use crate::read::Key;
 use crate::read::mesh::{ElementGroup, MeshElement};
-use crate::read::{Key, refuse};
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::mesh::Group;
 use nalgebra::Vector3;
@@ -79,7 +79,7 @@ impl Model {
         }
         if self.live_load.iter().all(|p| *p == 0.0) && self.live_pressures.is_empty() {
             let hint = "write [[structure.loads]] or [[structure.pressures]] as they are at the factor 1";
-            return refuse(scene, key, "there are no loads that could grow", hint);
+            return scene.refuse(key, "there are no loads that could grow", hint);
         }
         Ok(())
     }
@@ -184,7 +184,7 @@ impl Model {
         if let Some(node) = (0..self.nodes.len()).find(lonely) {
             let what = format!("node {} is held by no element", self.node_name(node));
             let hint = "connect it with a cable, give it a mass or a spring, or remove it";
-            return refuse(scene, &format!("structure.nodes.{node}"), what, hint);
+            return scene.refuse(&format!("structure.nodes.{node}"), what, hint);
         }
         if config.fem.integrator == crate::config::Integrator::Static {
             return Ok(());
@@ -194,13 +194,13 @@ impl Model {
             let PartHead { name, plural, .. } = parts[i].head();
             let what = format!("the {plural} `{name}` have no density: nothing resists their turning");
             let hint = "write density, for steel 7850; or choose integrator = \"static\"";
-            return refuse(scene, &format!("structure.parts.{i}"), what, hint);
+            return scene.refuse(&format!("structure.parts.{i}"), what, hint);
         }
         let without_mass = |n: &usize| self.mass[*n] <= 0.0 && !self.fully_held(*n);
         let Some(node) = (0..self.nodes.len()).find(without_mass) else { return Ok(()) };
         let what = format!("node {} is free to move and has no mass", self.node_name(node));
         let hint = "give its cables a density, or it a mass; or choose integrator = \"static\"";
-        refuse(scene, &format!("structure.nodes.{node}"), what, hint)
+        scene.refuse(&format!("structure.nodes.{node}"), what, hint)
     }
 
     /// Refuse nodes that are not there.

@@ -3,7 +3,7 @@
 use super::Model;
 use crate::config::structure::FormFinding;
 use crate::config::{Config, Integrator};
-use crate::read::{Key, nearest, refuse};
+use crate::read::{Key, nearest};
 use interface_defs::diagnostic::Diagnostic;
 use toolkit::scene::Scene;
 
@@ -43,11 +43,11 @@ impl Lines {
         key.not_negative(&[("friction", table.friction, "")])?;
         if config.fem.integrator != Integrator::CentralDifference {
             let what = "lines touch each other in explicit steps alone";
-            return refuse(scene, "structure.contact", what, "fem.integrator = \"central_difference\"");
+            return scene.refuse("structure.contact", what, "fem.integrator = \"central_difference\"");
         }
         if config.structure.form_finding != FormFinding::None {
             let what = "form finding knows nothing of lines that touch each other";
-            return refuse(scene, "structure.contact", what, "structure.form_finding = \"none\"");
+            return scene.refuse("structure.contact", what, "structure.form_finding = \"none\"");
         }
         let mut lines = Vec::new();
         for (i, name) in table.parts.iter().enumerate() {
@@ -77,7 +77,7 @@ impl Lines {
         hang_together(&mut lines, model);
         if lines.iter().all(|line| line.body == 0) {
             let what = "all its lines hang together by nodes: nothing touches";
-            return refuse(scene, "structure.contact", what, "name parts of which some are apart");
+            return scene.refuse("structure.contact", what, "name parts of which some are apart");
         }
         Ok(Some(Self { lines, stiffness: table.stiffness, friction: table.friction }))
     }

@@ -8,8 +8,8 @@ use crate::config::structure::{FormFinding, GroundConfig, StructureConfig};
 use crate::element::ground_contact::damping_ratio;
 use crate::element::{AnyElement, GroundContact};
 use crate::ground::Surface;
+use crate::read::Key;
 use crate::read::heights::Heights;
-use crate::read::{Key, refuse};
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::Vector3;
 use std::path::PathBuf;
@@ -53,7 +53,7 @@ impl Model {
                         "node {} has no mass, of which its stiffness in the ground would follow",
                         self.node_name(node)
                     );
-                    return refuse(scene, "structure.ground", what, "write stiffness in N/m, as 1e5");
+                    return scene.refuse("structure.ground", what, "write stiffness in N/m, as 1e5");
                 }
             };
             let contact = GroundContact {
@@ -73,7 +73,7 @@ impl Model {
                     self.node_name(node)
                 );
                 let hint = "a larger raster, in the coordinates of the structure; or `groups` of the nodes that touch the ground";
-                return refuse(scene, &self.ground_key(table), what, hint);
+                return scene.refuse(&self.ground_key(table), what, hint);
             }
             self.elements.push(contact.into());
             self.element_numbers[0].push(None);
@@ -105,7 +105,7 @@ impl Model {
             (0..self.node_count()).filter(|n| takes[*n] && !self.fully_held(*n)).collect();
         if nodes.is_empty() {
             let what = "no node takes part: those that are named are held, or none is named";
-            return Err(scene.invalid("structure.ground", what).try_instead("leave out groups and except"));
+            return scene.refuse("structure.ground", what, "leave out groups and except");
         }
         Ok(nodes)
     }
@@ -115,9 +115,7 @@ impl Model {
         let key = self.ground_key(table);
         let Some(path) = ground_file(table) else {
             let what = "the heights of the ground are not known here";
-            return Err(scene.invalid("structure.ground", what).try_instead(
-                "name a raster with file = \"FILE.asc\"; in a scene with [terrain], `rockfall run` and `rockfall check` make it",
-            ));
+            return scene.refuse("structure.ground", what, "name a raster with file = \"FILE.asc\"; in a scene with [terrain], `rockfall run` and `rockfall check` make it");
         };
         let heights = Heights::read(scene, &key, &path)?;
         let (low, high) = around(&self.nodes);
@@ -157,9 +155,11 @@ impl Model {
             let what = format!(
                 "{far} modelled more than {DEEPEST} m below the ground, the deepest by {depth:.2} m: node {node}"
             );
-            return Err(scene.invalid("structure.ground", what).try_instead(
+            return scene.refuse(
+                "structure.ground",
+                what,
                 "raise the structure, or is the raster that of another place? `except` leaves nodes out",
-            ));
+            );
         }
         let so = if config.structure.form_finding == FormFinding::None {
             let energy: f64 = in_it.iter().map(|(depth, _, k)| 0.5 * k * depth * depth).sum();

@@ -76,11 +76,10 @@ pub fn watch(ends: &[RopeEnd], model: &Model, state: &mut State, time: f64) {
 pub fn warnings(ends: &[RopeEnd], model: &Model, state: &State) -> Vec<Diagnostic> {
     let jammed = state.jammed.iter().map(|(at, time)| {
         let end = &ends[*at as usize];
+        let (brake, node) = (model.member_name(end.brake, None), model.node_name(end.nodes[1]));
+        let room = end.room();
         let what = format!(
-            "{} ran into {}, which its rope slides through, at {time:.4} s, after {:.3} m: from there on the rope gives way no more",
-            model.member_name(end.brake, None),
-            model.node_name(end.nodes[1]),
-            end.room()
+            "{brake} ran into {node}, which its rope slides through, at {time:.4} s, after {room:.3} m: from there on the rope gives way no more"
         );
         Diagnostic::warning(code::LIMIT, what).try_instead("anchors that lie further beyond the post, or a shorter brake")
     });

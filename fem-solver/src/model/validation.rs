@@ -10,14 +10,13 @@ use crate::element::cable::{CableConfig, Stated};
 use crate::element::part::{Key, Surroundings};
 use crate::element::{AnyElement, PartConfig};
 use crate::model::{Model, Part};
-use crate::read::refuse;
 use interface_defs::diagnostic::{Code, Diagnostic, code};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 use toolkit::ranges::Gate;
-use toolkit::scene::{Scene, at};
+use toolkit::scene::{self, Scene};
 
 /// Longest structure that a mesh or generator may make [m], and that from which on it is asked whether metres are meant.
 const LONGEST: [f64; 2] = [2000.0, 500.0];
@@ -77,23 +76,28 @@ struct Judge<'a> {
     warnings: &'a mut Vec<Diagnostic>,
 }
 
+impl Judge<'_> {
+    /// Say something about `key`; an empty `hint` is none.
+    fn warn(&mut self, code: Code, key: impl Into<String>, what: impl Into<String>, hint: &str) {
+        self.warnings.push(warning(code, key, what, hint));
+    }
+}
+
 /// Judge `model`. What is possible, but unusual goes into its warnings.
 pub fn judge(scene: &Scene, config: &Config, model: &mut Model) -> Result<(), Diagnostic> {
     let mut warnings = Vec::new();
     let mut at = Judge { scene, config, model, warnings: &mut warnings };
     judge_extent(&mut at)?;
     for section in sections(config, model) {
-        let statics = Scheme::of(&config.fem).is_some_and(|scheme| !scheme.inertia);
-        let mut judge = SectionJudge { scene, statics, section, warnings: at.warnings };
-        judge.material()?;
-        judge.shape()?;
-        judge.strength()?;
+        section.material(&mut at)?;
+        section.shape(&mut at)?;
+        section.strength(&mut at)?;
     }
     judge_parts(&mut at)?;
     judge_supports(&mut at)?;
     // What is generated is connected where it should be; a post's nodes lie beside those of the net's edge.
     if config.structure.generator.is_none() {
-        warnings.extend(twins(model).into_iter().chain(doubled(config)));
+        at.warnings.extend(twins(model).into_iter().chain(doubled(config)));
     }
     model.warnings.extend(warnings);
     Ok(())
@@ -189,91 +193,79 @@ fn sections(config: &Config, model: &Model) -> Vec<Section> {
     sections
 }
 
-/// Judges one section.
-struct SectionJudge<'a> {
-    scene: &'a Scene,
-    /// Whether nothing has inertia.
-    statics: bool,
-    section: Section,
-    warnings: &'a mut Vec<Diagnostic>,
-}
-
-impl SectionJudge<'_> {
-    fn error(&self, name: &str, what: String, hint: &str) -> Diagnostic {
-        self.scene.invalid(&format!("{}.{name}", self.section.key), what).try_instead(hint)
+impl Section {
+    fn error(&self, at: &Judge, name: &str, what: String, hint: &str) -> Diagnostic {
+        at.scene.invalid(&format!("{}.{name}", self.key), what).try_instead(hint)
     }
 
-    fn warn(&mut self, code: Code, name: &str, what: String, hint: &str) {
-        self.warnings.push(warning(code, format!("{}.{name}", self.section.key), what, hint));
+    fn warn(&self, at: &mut Judge, code: Code, name: &str, what: String, hint: &str) {
+        at.warn(code, format!("{}.{name}", self.key), what, hint);
     }
 
-    fn pass(&mut self, gate: &Gate, value: Option<f64>) -> Result<(), Diagnostic> {
-        value.map_or(Ok(()), |value| gate.pass(self.scene, &self.section.key, value, self.warnings))
+    fn pass(&self, at: &mut Judge, gate: &Gate, value: Option<f64>) -> Result<(), Diagnostic> {
+        value.map_or(Ok(()), |value| gate.pass(at.scene, &self.key, value, at.warnings))
     }
 
     /// Modulus and density.
-    fn material(&mut self) -> Result<(), Diagnostic> {
-        let (young, density) = (self.section.young, self.section.density);
-        self.pass(&YOUNG, young)?;
+    fn material(&self, at: &mut Judge) -> Result<(), Diagnostic> {
+        let (young, density) = (self.young, self.density);
+        let statics = Scheme::of(&at.config.fem).is_some_and(|scheme| !scheme.inertia);
+        self.pass(at, &YOUNG, young)?;
         // What its prestress alone makes longer than its double is no material, but a stiffness by prestress.
-        let stretched = self.section.prestress.zip(young).is_some_and(|(stress, young)| stress >= young);
+        let stretched = self.prestress.zip(young).is_some_and(|(stress, young)| stress >= young);
         if density.is_some_and(|d| d >= METAL) && !stretched {
-            self.pass(&YOUNG_OF_METAL, young.filter(|young| *young >= YOUNG.usual[0]))?;
+            self.pass(at, &YOUNG_OF_METAL, young.filter(|young| *young >= YOUNG.usual[0]))?;
         }
         // What has no mass is meant. In statics mass is weight alone, and textbooks take next to none.
         let light = Gate { possible: [0.0, DENSITY.possible[1]], ..DENSITY };
-        self.pass(if self.statics { &light } else { &DENSITY }, density.filter(|density| *density > 0.0))
+        self.pass(at, if statics { &light } else { &DENSITY }, density.filter(|density| *density > 0.0))
     }
 
     /// Area, moments of inertia and radius, against each other and the length of the elements.
-    fn shape(&mut self) -> Result<(), Diagnostic> {
-        let longest = self.section.longest;
+    fn shape(&self, at: &mut Judge) -> Result<(), Diagnostic> {
+        let longest = self.longest;
         if longest == 0.0 {
             return Ok(());
         }
-        let radius = self.section.radius.unwrap_or(0.0);
-        let key = format!("{}.radius", self.section.key);
-        if radius == 0.0 && at(&self.scene.document()?, &key).is_some() {
+        let radius = self.radius.unwrap_or(0.0);
+        let key = format!("{}.radius", self.key);
+        if radius == 0.0 && scene::at(&at.scene.document()?, &key).is_some() {
             let what = "0 m: rocks touch it as a line without thickness".into();
-            self.warn(
-                code::UNUSUAL_VALUE,
-                "radius",
-                what,
-                "half of its diameter in metres, 0.004 of 8 mm; left out it is 0, too",
-            );
+            let hint = "half of its diameter in metres, 0.004 of 8 mm; left out it is 0, too";
+            self.warn(at, code::UNUSUAL_VALUE, "radius", what, hint);
         }
         if radius > longest {
             let what = format!("radius is {radius} m, and the longest element of it has {longest:.4} m");
-            return Err(self.error("radius", what, "metres: 8 mm is 0.008"));
+            return Err(self.error(at, "radius", what, "metres: 8 mm is 0.008"));
         }
         if radius > 0.2 * longest {
             let what = format!("{radius} m beside elements of {longest:.4} m at most");
-            self.warn(code::LIKELY_UNIT, "radius", what, "8 mm is 0.008");
+            self.warn(at, code::LIKELY_UNIT, "radius", what, "8 mm is 0.008");
         }
-        let Some(area) = self.section.area else { return Ok(()) };
-        let (width, beam) = (2.0 * (area / PI).sqrt(), self.section.inertia.is_some());
+        let Some(area) = self.area else { return Ok(()) };
+        let (width, beam) = (2.0 * (area / PI).sqrt(), self.inertia.is_some());
         let what = format!(
             "area is {area} m2, a rod {width:.3} m thick, and the longest element of it has {longest:.4} m"
         );
         if width > if beam { 5.0 * longest } else { longest } {
-            return Err(self.error("area", what, "square metres: 240 mm2 is 2.4e-4"));
+            return Err(self.error(at, "area", what, "square metres: 240 mm2 is 2.4e-4"));
         }
         if width > if beam { longest } else { 0.1 * longest.max(1.0) } {
-            self.warn(code::LIKELY_UNIT, "area", what, "240 mm2 is 2.4e-4");
+            self.warn(at, code::LIKELY_UNIT, "area", what, "240 mm2 is 2.4e-4");
         }
         if radius > 0.0 && !beam && (1.9..=2.1).contains(&(radius / (0.5 * width))) {
             let what = format!("{radius} m is twice the radius of a rod of the section, {area} m2");
             let hint = format!("is it the diameter? Then write {:?}", 0.5 * radius);
-            self.warn(code::UNUSUAL_VALUE, "radius", what, &hint);
+            self.warn(at, code::UNUSUAL_VALUE, "radius", what, &hint);
         }
         if radius > 0.0 && !beam && (area > 1.2 * PI * radius * radius || PI * radius * radius > 50.0 * area)
         {
             let rod = 0.5 * width;
             let what =
                 format!("a contact sees {radius} m, and the section of {area} m2 alone has {rod:.2e} m");
-            self.warn(code::UNUSUAL_VALUE, "radius", what, "");
+            self.warn(at, code::UNUSUAL_VALUE, "radius", what, "");
         }
-        for inertia in self.section.inertia.unwrap_or_default() {
+        for inertia in self.inertia.unwrap_or_default() {
             let gyration = (inertia / area).sqrt();
             let what = format!(
                 "inertia is {inertia} m4 with an area of {area} m2: a radius of gyration of {gyration:.2e} m, of a beam \
@@ -281,18 +273,18 @@ impl SectionJudge<'_> {
             );
             let hint = "metres to the fourth: 2490 cm4 (HE 160 B) is 2.49e-5";
             if gyration > longest {
-                return Err(self.error("inertia", what, hint));
+                return Err(self.error(at, "inertia", what, hint));
             }
             if beam && (gyration > 0.2 * longest || gyration < 0.01 * width) {
-                self.warn(code::LIKELY_UNIT, "inertia", what, hint);
+                self.warn(at, code::LIKELY_UNIT, "inertia", what, hint);
             }
         }
         Ok(())
     }
 
     /// Prestress, against the modulus.
-    fn prestress(&mut self) -> Result<(), Diagnostic> {
-        let (Some(stress), Some(young)) = (self.section.prestress, self.section.strained) else {
+    fn tension(&self, at: &mut Judge) -> Result<(), Diagnostic> {
+        let (Some(stress), Some(young)) = (self.prestress, self.strained) else {
             return Ok(());
         };
         let strain = stress / young;
@@ -301,47 +293,47 @@ impl SectionJudge<'_> {
                 "{stress} Pa strains it by {strain:.1e} only (young is {young:e} Pa), which changes nothing"
             );
             let hint = format!("were it in MPa, it would be {:e} Pa", 1e6 * stress);
-            self.warn(code::LIKELY_UNIT, "prestress", what, &hint);
+            self.warn(at, code::LIKELY_UNIT, "prestress", what, &hint);
         }
         if strain <= -LOOSE {
             let longer = -100.0 * strain;
             let what = format!("{stress:e} Pa makes it {longer:.1} % longer than the distance of its nodes");
-            self.warn(code::UNUSUAL_VALUE, "prestress", what, "below 0 is slack, a tension is above 0");
+            self.warn(at, code::UNUSUAL_VALUE, "prestress", what, "below 0 is slack, a tension is above 0");
         }
-        self.pass(&PRESTRESS, Some(stress))
+        self.pass(at, &PRESTRESS, Some(stress))
     }
 
     /// Strength, against prestress and what a section of its size carries.
-    fn strength(&mut self) -> Result<(), Diagnostic> {
-        if let Some(strain) = self.section.rupture_strain.filter(|s| *s > 1.0) {
+    fn strength(&self, at: &mut Judge) -> Result<(), Diagnostic> {
+        if let Some(strain) = self.rupture_strain.filter(|s| *s > 1.0) {
             let hint = format!("{strain} % is {}", 0.01 * strain);
             let what = format!("{strain} is a strain, no percentage");
-            self.warn(code::LIKELY_UNIT, "rupture_strain", what, &hint);
+            self.warn(at, code::LIKELY_UNIT, "rupture_strain", what, &hint);
         }
-        self.prestress()?;
-        let (Some(force), Some(area)) = (self.section.rupture_force, self.section.area) else {
+        self.tension(at)?;
+        let (Some(force), Some(area)) = (self.rupture_force, self.area) else {
             return Ok(());
         };
-        let prestress = self.section.prestress.unwrap_or(0.0);
+        let prestress = self.prestress.unwrap_or(0.0);
         if prestress * area > force {
             let what = format!(
                 "rupture_force is {force} N, and the prestress alone is {:.4e} N ({prestress:e} Pa on {area} m2)",
                 prestress * area
             );
-            return Err(self.error("rupture_force", what, "newtons: 300 kN is 3e5; or less prestress"));
+            return Err(self.error(at, "rupture_force", what, "newtons: 300 kN is 3e5; or less prestress"));
         }
         let strength = force / area;
         if !(5e6..=1e10).contains(&strength) {
             let than = if strength < 5e6 { "weaker than wood" } else { "stronger than any wire" };
             let what = format!("{force} N on {area} m2 is a strength of {strength:.1e} Pa, {than}");
-            self.warn(code::LIKELY_UNIT, "rupture_force", what, "300 kN is 3e5");
+            self.warn(at, code::LIKELY_UNIT, "rupture_force", what, "300 kN is 3e5");
         }
         Ok(())
     }
 }
 
 fn judge_extent(at: &mut Judge) -> Result<(), Diagnostic> {
-    let Judge { scene, config, model, ref mut warnings } = *at;
+    let Judge { scene, config, model, .. } = *at;
     let table = &config.structure;
     if model.nodes.is_empty() {
         let what = "no element of the mesh becomes anything: the structure is empty";
@@ -359,18 +351,18 @@ fn judge_extent(at: &mut Judge) -> Result<(), Diagnostic> {
     let (made, flat) =
         (table.mesh.is_some() || table.generator.is_some(), model.nodes.len() > 1 && extent < SHORTEST);
     if extent > LONGEST[0] && made {
-        return Err(scene.invalid(key, format!("{what}, more than {} m", LONGEST[0])).try_instead(cure));
+        return scene.refuse(key, format!("{what}, more than {} m", LONGEST[0]), cure);
     }
     if flat && made {
         let cure = cure.replace("scale it by 0.001", "scale it by 1000 if it is in kilometres");
-        return Err(scene.invalid(key, format!("{what}, less than {SHORTEST} m")).try_instead(cure));
+        return scene.refuse(key, format!("{what}, less than {SHORTEST} m"), cure);
     }
     let key = if table.nodes.is_empty() { key } else { "structure.nodes" };
     if extent > LONGEST[1] {
         let hint = format!("are these centimetres or millimetres? {cure}");
-        warnings.push(warning(code::LIKELY_UNIT, key, what, &hint));
+        at.warn(code::LIKELY_UNIT, key, what, &hint);
     } else if flat {
-        warnings.push(warning(code::LIKELY_UNIT, key, what, "its coordinates count in metres"));
+        at.warn(code::LIKELY_UNIT, key, what, "its coordinates count in metres");
     }
     Ok(())
 }
@@ -386,11 +378,9 @@ fn twins(model: &Model) -> Option<Diagnostic> {
         pairs.extend((first != node).then_some((first, node)));
     }
     let (a, b) = *pairs.first()?;
+    let (count, [a, b]) = (pairs.len(), [a, b].map(|node| model.node_name(node)));
     let what = format!(
-        "{} nodes lie where another one does, first node {} and node {}: elements that end there are not connected",
-        pairs.len(),
-        model.node_name(a),
-        model.node_name(b)
+        "{count} nodes lie where another one does, first node {a} and node {b}: elements that end there are not connected"
     );
     Some(warning(code::GEOMETRY, "structure", what, "join them (in Gmsh: Coherence)"))
 }
@@ -415,7 +405,7 @@ fn warning(code: Code, key: impl Into<String>, what: impl Into<String>, hint: &s
 
 /// Every part against the structure that it is in.
 fn judge_parts(at: &mut Judge) -> Result<(), Diagnostic> {
-    let Judge { scene, config, model, ref mut warnings } = *at;
+    let Judge { scene, config, model, .. } = *at;
     let extent = model.extent();
     for (i, (part, built)) in config.structure.parts.iter().zip(&model.parts).enumerate() {
         let key = Key { scene, key: format!("structure.parts.{i}") };
@@ -425,9 +415,9 @@ fn judge_parts(at: &mut Judge) -> Result<(), Diagnostic> {
         });
         let size = size.fold(0.0, f64::max);
         let pulled = || pulled(config, model, i);
-        warnings.extend(part.judge(&Surroundings { key: &key, extent, size, pulled: &pulled })?);
-        warnings.extend(weak_axis(config, model, i));
-        warnings.extend(late_brake(config, model, i));
+        at.warnings.extend(part.judge(&Surroundings { key: &key, extent, size, pulled: &pulled })?);
+        at.warnings.extend(weak_axis(config, model, i));
+        at.warnings.extend(late_brake(config, model, i));
     }
     check_rope_ends(scene, config, model)
 }
@@ -584,18 +574,13 @@ fn judge_supports(at: &mut Judge) -> Result<(), Diagnostic> {
         let nodes = model.place(&Key { scene, key: key.clone() }, entry.place())?;
         if nodes.iter().all(|n| !used[*n]) {
             let what = format!("{key} holds nothing: no element ends at its {} nodes", nodes.len());
-            at.warnings.push(warning(code::UNUSED_KEY, key, what, ""));
+            at.warn(code::UNUSED_KEY, key, what, "");
         }
     }
     for (i, spring) in config.structure.springs.iter().enumerate() {
         if spring.stiffness == [0.0; 3] {
             let what = "all its stiffnesses are 0: it holds nothing";
-            at.warnings.push(warning(
-                code::UNUSED_KEY,
-                format!("structure.springs.{i}"),
-                what,
-                "300 kN/m is 3e5",
-            ));
+            at.warn(code::UNUSED_KEY, format!("structure.springs.{i}"), what, "300 kN/m is 3e5");
         }
     }
     judge_lengths(at);
@@ -610,7 +595,7 @@ fn judge_supports(at: &mut Judge) -> Result<(), Diagnostic> {
     if damping > HEAVY {
         let what = format!("at {damping:e} 1/s a velocity falls to a third within {:.1e} s", 1.0 / damping);
         let hint = "5 % of critical damping at 10 Hz are 6.3 1/s";
-        at.warnings.push(warning(code::UNUSUAL_VALUE, "structure.damping", what, hint));
+        at.warn(code::UNUSUAL_VALUE, "structure.damping", what, hint);
     }
     judge_velocities(at)?;
     let all_held = (0..model.node_count()).filter(|n| used[*n]).all(|n| model.fully_held(n));
@@ -624,13 +609,13 @@ fn judge_supports(at: &mut Judge) -> Result<(), Diagnostic> {
             return Err(scene.invalid(key, what).coded(code::GEOMETRY).try_instead(hint));
         }
         // Someone may want its reactions alone.
-        at.warnings.push(warning(code::GEOMETRY, key, what, "hold the frame alone"));
+        at.warn(code::GEOMETRY, key, what, "hold the frame alone");
         return Ok(());
     }
     if !model.is_supported() && model.ground.is_empty() && model.down.is_some() {
         let what = "nothing holds the structure: it falls";
         let hint = "supports = [{ group = \"name of a group\" }]";
-        at.warnings.push(warning(code::GEOMETRY, "structure", what, hint));
+        at.warn(code::GEOMETRY, "structure", what, hint);
     }
     Ok(())
 }
@@ -650,22 +635,22 @@ fn judge_lengths(at: &mut Judge) {
             span / length - 1.0
         );
         let hint = "metres, when nothing pulls it; left out it is the distance of its nodes";
-        at.warnings.push(warning(code::UNUSUAL_VALUE, format!("structure.cables.{i}.length"), what, hint));
+        at.warn(code::UNUSUAL_VALUE, format!("structure.cables.{i}.length"), what, hint);
     }
 }
 
 /// Motions of supports that are longer than the structure, what takes place after the end, and angles in degrees.
 fn judge_motions(at: &mut Judge) -> Result<(), Diagnostic> {
-    let Judge { scene, config, model, ref mut warnings } = *at;
+    let Judge { scene, config, model, .. } = *at;
     let (extent, Ok(end_time)) = (model.extent(), scene.end_time()) else { return Ok(()) };
     for (i, entry) in config.structure.supports.iter().enumerate() {
         let key = format!("structure.supports.{i}");
         if let Some(time) = entry.released_at.filter(|time| *time > end_time) {
             let what = format!("it lets go at {time} s, and the run ends at end_time = {end_time} s");
-            warnings.push(warning(code::UNUSED_KEY, format!("{key}.released_at"), what, "100 ms is 0.1"));
+            at.warn(code::UNUSED_KEY, format!("{key}.released_at"), what, "100 ms is 0.1");
         }
         let angles = entry.turning.iter().flat_map(|turning| &turning.angles);
-        ANGLE.pass(scene, &key, angles.map(|row| row[1].abs()).fold(0.0, f64::max), warnings)?;
+        ANGLE.pass(scene, &key, angles.map(|row| row[1].abs()).fold(0.0, f64::max), at.warnings)?;
         let key = format!("{key}.motion");
         let furthest = |row: &[f64; 4]| norm(&[row[1], row[2], row[3]]);
         let most = entry.motion.iter().map(furthest).fold(0.0, f64::max);
@@ -673,10 +658,10 @@ fn judge_motions(at: &mut Judge) -> Result<(), Diagnostic> {
             let what = format!(
                 "a support moves by {most} m, and the whole structure has an extent of {extent:.4} m"
             );
-            return refuse(scene, &key, what, "rows are [t, ux, uy, uz] in s and m: 100 mm is 0.1");
+            return scene.refuse(&key, what, "rows are [t, ux, uy, uz] in s and m: 100 mm is 0.1");
         }
         let hint = "rows are [t, ux, uy, uz] in s and m: 100 ms is 0.1";
-        warnings.extend(late(key, entry.motion.last().map(|row| row[0]), end_time, hint));
+        at.warnings.extend(late(key, entry.motion.last().map(|row| row[0]), end_time, hint));
     }
     Ok(())
 }
@@ -690,7 +675,12 @@ fn late(key: String, last: Option<f64>, end_time: f64, hint: &str) -> Option<Dia
 
 /// Loads that go straight into supports, or stretch cables as nothing is stretched.
 fn judge_loads(at: &mut Judge) -> Result<(), Diagnostic> {
-    let Judge { scene, config, model, ref mut warnings } = *at;
+    let Judge { scene, config, model, .. } = *at;
+    let supports = &config.structure.supports;
+    for (i, _) in supports.iter().enumerate().filter(|(i, entry)| supports[..*i].contains(entry)) {
+        let what = format!("row {i} is as one before it: it changes nothing");
+        at.warn(code::UNUSED_KEY, format!("structure.supports.{i}"), what, "leave one of them out");
+    }
     let rigid = model.cables.iter().map(|c| c.of.young * c.of.area).fold(0.0, f64::max);
     for (i, entry) in config.structure.loads.iter().enumerate() {
         let key = format!("structure.loads.{i}");
@@ -701,19 +691,19 @@ fn judge_loads(at: &mut Judge) -> Result<(), Diagnostic> {
             let what = format!(
                 "{force:e} N would stretch the stiffest cable of the structure to {times:.1} times its length"
             );
-            warnings.push(warning(code::LIKELY_UNIT, format!("{key}.force"), what, "a load of 5 kN is 5e3"));
+            at.warn(code::LIKELY_UNIT, format!("{key}.force"), what, "a load of 5 kN is 5e3");
         }
         if entry.moment != [0.0; 3] {
             continue;
         }
         if entry.force == [0.0; 3] {
             let what = "force and moment are 0, so it loads nothing";
-            warnings.push(warning(code::UNUSED_KEY, key, what, ""));
+            at.warn(code::UNUSED_KEY, key, what, "");
         } else if all_held(&nodes, &entry.force, |node, c| model.held[model.dof(node, c)]) {
             let count = nodes.len();
             let what =
                 format!("supports hold its {count} nodes in the direction of the force, so it moves nothing");
-            warnings.push(warning(code::UNUSED_KEY, key, what, "name nodes that are free"));
+            at.warn(code::UNUSED_KEY, key, what, "name nodes that are free");
         }
     }
     Ok(())
@@ -761,32 +751,32 @@ pub fn unseen_rows(config: &Config, step: f64) -> Vec<Diagnostic> {
 
 /// Histories of loads that do nothing, or nothing before the end.
 fn judge_histories(at: &mut Judge) {
-    let Judge { scene, config, ref mut warnings, .. } = *at;
+    let Judge { scene, config, .. } = *at;
     let Ok(end_time) = scene.end_time() else { return };
     let hint = "rows are [t, factor] in s: 100 ms is 0.1";
     for (key, rows) in histories(config) {
         let Some([begin, factor]) = rows.first() else { continue };
         // Before the first row the factor is that of the first row.
         if rows.iter().all(|row| row[1] == 0.0) {
-            warnings.push(warning(code::UNUSED_KEY, key, "all factors are 0: it loads nothing", ""));
+            at.warn(code::UNUSED_KEY, key, "all factors are 0: it loads nothing", "");
         } else if *factor == 0.0 && *begin >= end_time {
             let what = format!(
                 "it is 0 until {begin} s, and the run ends at end_time = {end_time} s, so it loads nothing"
             );
-            warnings.push(warning(code::LIKELY_UNIT, key, what, hint));
+            at.warn(code::LIKELY_UNIT, key, what, hint);
         } else {
-            warnings.extend(late(key, rows.last().map(|row| row[0]), end_time, hint));
+            at.warnings.extend(late(key, rows.last().map(|row| row[0]), end_time, hint));
         }
     }
 }
 
 /// Velocities that no net has, and those of nodes that are held.
 fn judge_velocities(at: &mut Judge) -> Result<(), Diagnostic> {
-    let Judge { scene, config, model, ref mut warnings } = *at;
+    let Judge { scene, config, model, .. } = *at;
     for (i, entry) in config.structure.velocities.iter().enumerate() {
         let key = format!("structure.velocities.{i}");
         let speed = norm(&entry.velocity);
-        SPEED.pass(scene, &key, speed, warnings)?;
+        SPEED.pass(scene, &key, speed, at.warnings)?;
         let nodes = model.place(&Key { scene, key: key.clone() }, entry.place())?;
         let held = |node, c| model.held_first(model.dof(node, c));
         if speed > 0.0 && all_held(&nodes, &entry.velocity, held) {
@@ -794,7 +784,7 @@ fn judge_velocities(at: &mut Judge) -> Result<(), Diagnostic> {
             let what = format!(
                 "supports hold its {count} nodes in the direction of the velocity, so they stay at rest"
             );
-            warnings.push(warning(code::UNUSED_KEY, key, what, ""));
+            at.warn(code::UNUSED_KEY, key, what, "");
         }
     }
     Ok(())
@@ -802,7 +792,7 @@ fn judge_velocities(at: &mut Judge) -> Result<(), Diagnostic> {
 
 /// Whether there is weight; where there are rocks, who computes them judges gravity.
 fn judge_gravity(at: &mut Judge) {
-    let Judge { scene, config, ref mut warnings, .. } = *at;
+    let Judge { scene, config, .. } = *at;
     if scene.has("rock") || !config.structure.dead_load {
         return;
     }
@@ -813,11 +803,11 @@ fn judge_gravity(at: &mut Judge) {
     if size == 0.0 && !scene.has("gravity") && !moved {
         let what = "there is no gravity: the structure has no weight";
         let hint = "gravity = [0.0, 0.0, -9.81], or structure.dead_load = false";
-        warnings.push(warning(code::UNUSUAL_VALUE, "structure", what, hint));
+        at.warn(code::UNUSUAL_VALUE, "structure", what, hint);
     }
     if size > 0.0 && z > 0.9 * size {
         let what = format!("[{x}, {y}, {z}] points up along z, so the structure hangs upward");
-        warnings.push(warning(code::UNUSUAL_VALUE, "gravity", what, "usual is gravity = [0.0, 0.0, -9.81]"));
+        at.warn(code::UNUSUAL_VALUE, "gravity", what, "usual is gravity = [0.0, 0.0, -9.81]");
     }
-    warnings.extend(GRAVITY.judge("", size));
+    at.warnings.extend(GRAVITY.judge("", size));
 }

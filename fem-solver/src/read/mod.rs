@@ -73,9 +73,11 @@ pub(crate) fn named(scene: &Scene, key: &str, what: &str, path: &Path) -> Result
     if path.exists() {
         return Ok(path);
     }
-    Err(scene
-        .invalid(key, format!("there is no {what} {}", path.display()))
-        .try_instead("the path counts from the directory of the scene file"))
+    scene.refuse(
+        key,
+        format!("there is no {what} {}", path.display()),
+        "the path counts from the directory of the scene file",
+    )
 }
 
 /// Read the mesh file at `path`; its extension says the format.
@@ -109,16 +111,6 @@ pub fn parse(file: &str, format: Format, bytes: &[u8]) -> Result<Mesh, Diagnosti
 /// What to try instead of `name`, which is none of the `known` ones; `none` where there are none.
 pub(crate) fn nearest(name: &str, known: &[&str], none: &str) -> String {
     if known.is_empty() { none.into() } else { suggestion(name, known).unwrap_or_default() }
-}
-
-/// An error about `key` of `scene`: what is wrong there, and what to try instead.
-pub(crate) fn refuse<T>(
-    scene: &Scene,
-    key: &str,
-    what: impl Into<String>,
-    hint: impl Into<String>,
-) -> Result<T, Diagnostic> {
-    Err(scene.invalid(key, what).try_instead(hint))
 }
 
 /// Where a table stands in the scene, for messages.
@@ -168,6 +160,6 @@ impl Key<'_> {
         what: impl Into<String>,
         hint: impl Into<String>,
     ) -> Result<T, Diagnostic> {
-        refuse(self.scene, &self.at(name), what, hint)
+        self.scene.refuse(&self.at(name), what, hint)
     }
 }

@@ -8,7 +8,6 @@
 use crate::config::GaugeConfig;
 
 use crate::model::Model;
-use crate::read::refuse;
 use crate::state::State;
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::{Matrix3, Vector3};
@@ -74,7 +73,7 @@ impl Height {
     ) -> Result<Self, Diagnostic> {
         let Some(below) = gauge.above.as_deref() else {
             let what = format!("the gauge `{}` does not say above what its height is taken", gauge.name);
-            return refuse(scene, key, what, "add above = \"name of a group\"");
+            return scene.refuse(key, what, "add above = \"name of a group\"");
         };
         let above = model.group(scene, &format!("{key}.above.group"), below)?;
         let normal = normal(scene, key, model, gauge)?;
@@ -85,7 +84,7 @@ impl Height {
         if gauge.at.is_some() {
             let what = format!("the gauge `{}` is at a point: no rope is above the other", gauge.name);
             let hint = "group = \"name of the upper rope\" in place of `at`, or leave out posts";
-            return refuse(scene, &posts, what, hint);
+            return scene.refuse(&posts, what, hint);
         }
         let upper = gauge.group.as_deref();
         let ropes = [(upper, &nodes), (Some(below), &above)].map(|(name, nodes)| lines(model, name, nodes));
@@ -96,7 +95,7 @@ impl Height {
                 "the nodes of `{name}` stand at one place along the barrier: there is no field between them"
             );
             let hint = "a group with nodes of each post, as \"posts\" of the generated barrier";
-            return refuse(scene, &posts, what, hint);
+            return scene.refuse(&posts, what, hint);
         }
         fields.check(scene, key, (model, &normal), [upper.unwrap_or_default(), below])?;
         Ok(Self { nodes, above, normal, fields: Some(fields) })
@@ -201,9 +200,7 @@ impl BarrierFields {
                     format!("`{}` and `{}` have no lines one above the other in {place}", names[0], names[1])
                 }
             };
-            return Err(scene.invalid(key, what).try_instead(
-                "a group with all nodes of each rope from post to post; normal = [x, y, z] is across the barrier",
-            ));
+            return scene.refuse(key, what, "a group with all nodes of each rope from post to post; normal = [x, y, z] is across the barrier");
         }
         Ok(())
     }

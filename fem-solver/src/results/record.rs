@@ -9,7 +9,6 @@ use crate::equilibrium::form_finding::Form;
 use crate::internal_force::assembly::Assembly;
 use crate::model::Model;
 use crate::read::Key;
-use crate::read::refuse;
 use crate::results::height::Height;
 use crate::results::moving_mean::MovingMean;
 use crate::state::{Peaks, Range, State};
@@ -125,11 +124,11 @@ impl Recorder {
             if name.is_empty() || gauges[..i].iter().any(taken) {
                 let what = format!("the gauge `{name}` needs a name of its own");
                 let hint = "its columns in history.csv begin with it, as name = \"middle_2\"";
-                return refuse(scene, &format!("{key}.name"), what, hint);
+                return scene.refuse(&format!("{key}.name"), what, hint);
             }
             if !name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-') {
                 let what = format!("`{name}` cannot begin a column: letters, digits, `_` and `-` can");
-                return refuse(scene, &format!("{key}.name"), what, "middle_2 can");
+                return scene.refuse(&format!("{key}.name"), what, "middle_2 can");
             }
             let of_heights = [
                 ("above", gauge.above.is_some()),
@@ -151,7 +150,7 @@ impl Recorder {
             for own in gauges {
                 if declared.iter().any(|d| d.name == own.name) {
                     let what = format!("two gauges give the column `{}`", own.name);
-                    return refuse(scene, &format!("{key}.name"), what, "give this gauge another name");
+                    return scene.refuse(&format!("{key}.name"), what, "give this gauge another name");
                 }
                 declared.push(own);
             }

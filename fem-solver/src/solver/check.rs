@@ -113,11 +113,8 @@ fn narrower_extent(coordinates: &[f64]) -> Option<f64> {
 fn describe(config: &Config, model: &Model, start: &Start, sag: Option<f64>) -> Vec<String> {
     let mass: f64 = model.mass.iter().sum();
     let held = (0..model.node_count()).filter(|n| model.held_at_first(*n)).count();
-    let mut lines = vec![format!(
-        "structure: {} nodes ({held} held), {mass:.4} kg; {}",
-        model.node_count(),
-        counts(model)
-    )];
+    let (nodes, parts) = (model.node_count(), counts(model));
+    let mut lines = vec![format!("structure: {nodes} nodes ({held} held), {mass:.4} kg; {parts}")];
     let at_rest = match start.at_rest {
         _ if start.motion.is_some() => "moves".to_owned(),
         true => "at rest in static equilibrium".to_owned(),
@@ -152,12 +149,11 @@ fn on_ground(model: &Model, start: &Start) -> Option<String> {
     });
     let forces: Vec<_> = forces.filter(|force| force.norm() > 0.0).collect();
     let total = forces.iter().sum::<nalgebra::Vector3<f64>>().norm();
+    let (friction, restitution) = (first.friction, first.restitution);
+    let (nodes, touching) = (model.ground.len(), forces.len());
     Some(format!(
-        "ground: {} nodes may touch it (stiffness {least:.3e} to {most:.3e} N/m, friction {}, restitution {}); at t = 0 {} do, with {total:.4e} N",
-        model.ground.len(),
-        first.friction,
-        first.restitution,
-        forces.len()
+        "ground: {nodes} nodes may touch it (stiffness {least:.3e} to {most:.3e} N/m, friction {friction}, restitution {restitution}); at t = 0 \
+         {touching} do, with {total:.4e} N"
     ))
 }
 

@@ -252,12 +252,9 @@ impl FemSolver {
 /// What broke: the first ones one by one.
 fn ruptures(model: &Model, events: &[Event]) -> Vec<Diagnostic> {
     let named = events.iter().take(MOST_NAMED).map(|event| {
-        format!(
-            "rupture at t = {:.6} s: {} broke under {:.4e} N",
-            event.time,
-            model.member_name(event.element as usize, None),
-            event.tension,
-        )
+        let (time, force) = (event.time, event.tension);
+        let member = model.member_name(event.element as usize, None);
+        format!("rupture at t = {time:.6} s: {member} broke under {force:.4e} N")
     });
     let mut named: Vec<_> = named.collect();
     if let Some(last) = events.get(MOST_NAMED..).and_then(|rest| rest.last()) {
@@ -492,11 +489,10 @@ impl Solver for FemSolver {
             && prepared.touched
             && prepared.broken.is_none()
         {
+            let (from, count) = (first.time, events.len());
             let what = format!(
-                "what is broken is still touched, from t = {:.6} s on ({} elements): the contact solver does not take the \
-                 field \"broken\"",
-                first.time,
-                events.len()
+                "what is broken is still touched, from t = {from:.6} s on ({count} elements): the contact solver does not take the \
+                 field \"broken\""
             );
             warnings.push(Diagnostic::warning(code::TRUST, what));
         }

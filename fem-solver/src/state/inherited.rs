@@ -6,7 +6,6 @@
 use crate::config::Integrator;
 use crate::internal_force::assembly::Event;
 use crate::model::Model;
-use crate::read::refuse;
 use crate::state::State;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc::run_id::fnv1a;
@@ -126,12 +125,10 @@ impl Fingerprint {
         let away = |i: usize| (Vector3::from(self.nodes[i]) - Vector3::from(there.nodes[i])).norm();
         let moved: Vec<usize> = (0..self.nodes.len()).filter(|i| self.nodes[*i] != there.nodes[*i]).collect();
         if let Some(farthest) = moved.iter().copied().max_by(|a, b| away(*a).total_cmp(&away(*b))) {
+            let (off, node) = (away(farthest), model.node_name(farthest));
+            let (count, all) = (moved.len(), self.nodes.len());
             return Some(format!(
-                "{} of its {} nodes lie elsewhere, the farthest by {:.3e} m: node {}",
-                moved.len(),
-                self.nodes.len(),
-                away(farthest),
-                model.node_name(farthest)
+                "{count} of its {all} nodes lie elsewhere, the farthest by {off:.3e} m: node {node}"
             ));
         }
         let named = |part: &LeftPart| match part.name.starts_with("the ") {
@@ -202,7 +199,7 @@ impl Inherited {
         if origin.at == At::Motion && integrator == Integrator::Static {
             let what = "at = \"motion\" goes on with the velocities of that run, and statics has none";
             let hint = "at = \"rest\", or an integrator with inertia in [fem]";
-            return refuse(scene, "start_from.at", what, hint);
+            return scene.refuse("start_from.at", what, hint);
         }
         let (file, warning) = origin.state(scene)?;
         let shown = file.display();
@@ -210,7 +207,7 @@ impl Inherited {
         let end: End = state_file::read(&file, VERSION).map_err(|why| {
             let what = format!("the state {shown} cannot be used: {why}");
             match why {
-                Unreadable::Foreign(_) | Unreadable::Version(..) => refused(code::PROVENANCE, what, AGAIN),
+                Unreadable::Foreign(_) => refused(code::PROVENANCE, what, AGAIN),
                 Unreadable::File(_) => refused(code::FILE, what, AGAIN),
                 Unreadable::Damaged(_) => refused(code::FILE_CONTENT, what, COPIED),
             }
@@ -271,7 +268,7 @@ impl Inherited {
              {begins} m here"
         );
         let hint = "begin the rows of its motion with the displacement at which that run has left it";
-        refuse(scene, KEY, what, hint)
+        scene.refuse(KEY, what, hint)
     }
 
     /// Velocity and acceleration at the end, for the scheme `integrator`: another one finds its accelerations itself. Nothing

@@ -8,7 +8,7 @@
 use super::files::{self, Dir};
 use super::input_file::{hash, named_files, with_absolute_files};
 use super::processes::without_waiting;
-use super::provenance::{self, BuildId, Reader, build_id};
+use super::provenance::{self, BuildId, build_id};
 use super::run_dir::CHECKPOINT;
 use super::scene::Scene;
 use super::state_file::{self, Unreadable};
@@ -103,15 +103,15 @@ impl Subject {
 }
 
 /// What a solver or coupler keeps, as bytes that say which program wrote them, and as what.
-pub fn pack<S: Serialize + DeserializeOwned>(state: &S) -> Vec<u8> {
-    let mut bytes = provenance::head::<S>();
+pub fn pack<S: Serialize>(state: &S) -> Vec<u8> {
+    let mut bytes = provenance::head();
     interface_defs::message::append(state, &mut bytes);
     bytes
 }
 
 /// What [`pack`] made in this build of this program.
 pub fn unpack<S: DeserializeOwned>(bytes: &[u8]) -> Result<S, Fault> {
-    interface_defs::message::unpack(provenance::open::<S>(bytes, Reader::SameBuild)?)
+    interface_defs::message::unpack(provenance::open(bytes)?)
         .map_err(|e| Fault::broken(format!("a state that was kept cannot be read: {e}")))
 }
 
@@ -139,7 +139,7 @@ impl Found {
                 Ok(_) => {}
                 Err(Unreadable::File(e)) if e.kind() == io::ErrorKind::NotFound => {}
                 Err(why) => {
-                    found.foreign |= matches!(why, Unreadable::Version(..) | Unreadable::Foreign(_));
+                    found.foreign |= matches!(why, Unreadable::Foreign(_));
                     found.unusable.push(format!("{}: {why}", path.display()));
                 }
             }

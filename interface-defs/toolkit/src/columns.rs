@@ -2,7 +2,6 @@
 
 use super::history::csv_text;
 use super::numbers::three;
-use std::fmt::Write;
 
 /// What stands in a cell.
 type Value<'a, R> = Box<dyn Fn(&R) -> String + 'a>;
@@ -16,6 +15,7 @@ struct Column<'a, R> {
 }
 
 /// A table of rows `R`.
+#[must_use]
 pub struct Columns<'a, R>(Vec<Column<'a, R>>);
 
 impl<'a, R> Default for Columns<'a, R> {
@@ -41,20 +41,17 @@ impl<'a, R> Columns<'a, R> {
     }
 
     /// The same with one more.
-    #[must_use]
     pub fn with(self, name: impl Into<String>, value: impl Fn(&R) -> String + Copy + 'a) -> Self {
         self.and(name, value, value)
     }
 
     /// The same with one of numbers: for programs at full precision, empty where there is none; for people of three digits.
-    #[must_use]
     pub fn number(self, name: impl Into<String>, value: impl Fn(&R) -> Option<f64> + Copy + 'a) -> Self {
         let people = move |row: &R| value(row).map_or("-".into(), three);
         self.and(name, people, move |row| value(row).map_or(String::new(), |number| number.to_string()))
     }
 
     /// The same with several of numbers, the parts of a vector.
-    #[must_use]
     pub fn numbers<const N: usize>(
         self,
         names: [&str; N],
@@ -67,7 +64,6 @@ impl<'a, R> Columns<'a, R> {
     }
 
     /// The same with one of texts of a user, which stay texts in a spreadsheet.
-    #[must_use]
     pub fn text(self, name: impl Into<String>, value: impl Fn(&R) -> String + Copy + 'a) -> Self {
         self.and(name, value, move |row| csv_text(&value(row)).into_owned())
     }
@@ -100,26 +96,30 @@ impl<'a, R> Columns<'a, R> {
 
     /// As Markdown, with an empty line behind it.
     pub fn markdown(&self, rows: &[R]) -> String {
-        let cell = |cell: &String| cell.replace('|', "\\|").replace('\n', " ");
-        let line =
-            |cells: &Vec<String>| format!("| {} |\n", cells.iter().map(cell).collect::<Vec<_>>().join(" | "));
-        let mut lines: Vec<String> = self.lines(rows).iter().map(line).collect();
-        lines.insert(1, format!("|{}\n", "---|".repeat(self.0.len())));
-        lines.concat() + "\n"
+        let mut lines = self.lines(rows);
+        lines.iter_mut().flatten().for_each(|cell| *cell = cell.replace('|', "\\|").replace('\n', " "));
+        let lines = padded(lines);
+        let rule: Vec<String> = lines[0].iter().map(|cell| "-".repeat(cell.chars().count() + 2)).collect();
+        let mut rows: Vec<String> =
+            lines.iter().map(|cells| format!("| {} |\n", cells.join(" | "))).collect();
+        rows.insert(1, format!("|{}|\n", rule.join("|")));
+        rows.concat() + "\n"
     }
 
     /// In columns for a screen.
     pub fn aligned(&self, rows: &[R]) -> String {
-        let lines = self.lines(rows);
-        let width = |k: usize| lines.iter().map(|line| line[k].chars().count()).max().unwrap_or(0);
-        let widths: Vec<usize> = (0..self.0.len()).map(width).collect();
-        lines.iter().fold(String::new(), |mut text, line| {
-            let cells: Vec<String> =
-                line.iter().zip(&widths).map(|(cell, width)| format!("{cell:<width$}")).collect();
-            let _ = writeln!(text, "{}", cells.join("  ").trim_end());
-            text
-        })
+        let lines = padded(self.lines(rows));
+        lines.iter().map(|cells| cells.join("  ").trim_end().to_owned() + "\n").collect()
     }
+}
+
+/// Every cell as wide as the widest of its column.
+fn padded(mut lines: Vec<Vec<String>>) -> Vec<Vec<String>> {
+    for column in 0..lines[0].len() {
+        let width = lines.iter().map(|line| line[column].chars().count()).max().unwrap_or(0);
+        lines.iter_mut().for_each(|line| line[column] = format!("{:width$}", line[column]));
+    }
+    lines
 }
 
 #[cfg(test)]
@@ -132,7 +132,7 @@ mod tests {
             Columns::new().text("name", |row: &(&str, f64)| row.0.into()).number("x_m", |row| Some(row.1));
         let rows = [("=cmd", -1.53125), ("a|b", 20.0)];
         assert_eq!(table.csv(&rows).expect("text"), "name,x_m\n'=cmd,-1.53125\na|b,20\n");
-        assert_eq!(table.markdown(&rows[1..]), "| name | x_m |\n|---|---|\n| a\\|b | 20 |\n\n");
+        assert_eq!(table.markdown(&rows[1..]), "| name | x_m |\n|------|-----|\n| a\\|b | 20  |\n\n");
         assert_eq!(table.aligned(&rows), "name  x_m\n=cmd  -1.53\na|b   20\n");
     }
 }

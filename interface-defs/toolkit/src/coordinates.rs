@@ -12,7 +12,7 @@ use interface_defs::diagnostic::{Diagnostic, code};
 use schemars::generate::SchemaGenerator;
 use schemars::{JsonSchema, Schema, json_schema};
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
-use serde::de::{MapAccess, SeqAccess, Visitor};
+use serde::de::{Error, MapAccess, SeqAccess, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
 use std::fmt;
@@ -161,25 +161,14 @@ impl<'de, P: Deserialize<'de>> Visitor<'de> for AsWritten<P> {
 }
 
 fn text_or_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<String>, D::Error> {
-    struct AsText;
-
-    impl Visitor<'_> for AsText {
-        type Value = Option<String>;
-
-        fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-            f.write_str("the attribute `name` of a feature: text or a whole number")
-        }
-
-        fn visit_str<E: serde::de::Error>(self, text: &str) -> Result<Self::Value, E> {
-            Ok(Some(text.to_owned()))
-        }
-
-        fn visit_i64<E: serde::de::Error>(self, number: i64) -> Result<Self::Value, E> {
-            Ok(Some(number.to_string()))
+    match toml::Value::deserialize(deserializer)? {
+        toml::Value::String(text) => Ok(Some(text)),
+        toml::Value::Integer(number) => Ok(Some(number.to_string())),
+        other => {
+            let due = "the attribute `name` of a feature: text or a whole number";
+            Err(D::Error::invalid_type(Unexpected::Other(other.type_str()), &due))
         }
     }
-
-    deserializer.deserialize_any(AsText)
 }
 
 impl<P: JsonSchema> JsonSchema for Coordinates<P> {

@@ -17,7 +17,6 @@ pub struct Area {
     /// Points of the line, x and y [m].
     pub line: Vec<[f64; 2]>,
     /// EPSG code of the layer that the line was read from, if it names one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub epsg: Option<u32>,
     /// How far from it they are needed [m].
     pub margin: f64,

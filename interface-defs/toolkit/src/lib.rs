@@ -37,7 +37,6 @@ pub mod ground;
 pub mod history;
 pub mod input_file;
 pub mod kit;
-mod layout;
 pub mod library;
 pub mod limits;
 pub mod log;

@@ -19,13 +19,11 @@ pub struct Limits {
     pub energy_error: f64,
     /// Deepest overlap of a sphere, relative to its radius: laws of contact are ones of small overlaps. Default: none; above 0.5 a
     /// run is done with a warning.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub penetration: Option<f64>,
     /// Largest interface residual, as energy: the work of the contact force over the displacement on which the two solvers
     /// disagree, summed over the windows without regard to sign, relative to the energy to which `energy_error` relates. It
     /// shows noise at the interface, and windows that were accepted although they had not converged. Default: none; above 0.5
     /// a run is done with a warning.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub residual: Option<f64>,
     /// Longest window of weak coupling, relative to the longest one that `rockfall check` reports: up to that
     /// one disturbances stay small and the reaction over 1 ms is resolved; far beyond it the answer can be wrong
@@ -33,7 +31,6 @@ pub struct Limits {
     pub weak_window: f64,
     /// Largest `uncertainty` of `max_deflection`, `max_travel` and `max_elongation` of a coupled run, relative to their values; of
     /// `max_reaction_1ms` and `max_cable_force` three times as much, as their estimates are larger. Default: a tenth of `energy_error`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub deflection_error: Option<f64>,
 }
 
@@ -75,14 +72,14 @@ impl Limits {
             if let Some(bound) = bound.filter(|bound| *bound <= 0.0) {
                 let what = format!("a bound of {bound} would be passed by every run, it must lie above 0");
                 let default = "leave the key out for the default, or raise the bound to accept more";
-                return Err(scene.invalid(&format!("limits.{key}"), what).try_instead(default));
+                return scene.refuse(&format!("limits.{key}"), what, default);
             }
         }
         if let Some(bound) = limits.penetration.filter(|bound| *bound > DEEPEST) {
             let meant = 0.01 * bound;
             let what = format!("a bound of {bound} radii: no run passes it, two spheres part at 2");
             let cure = format!("it is a share of the radius: 50 % is 0.5, here perhaps {meant:?}");
-            return Err(scene.invalid("limits.penetration", what).try_instead(cure));
+            return scene.refuse("limits.penetration", what, cure);
         }
         Ok(limits)
     }
@@ -130,7 +127,6 @@ impl Limits {
     /// Judge a run that has ended: each bound that it passed becomes a sentence of its message (of its
     /// warnings, where it has not come to its end).
     pub fn judge(&self, summary: &mut Summary, evidence: &Evidence) {
-        let mut nearly = Vec::new();
         let [mut passed, mut noticed] = [const { Vec::<(String, &str)>::new() }; 2];
         for measure in &summary.measures {
             let (name, value) = (measure.name.as_str(), measure.value);
@@ -165,9 +161,8 @@ impl Limits {
         }
         let notice = |(what, cure): (String, &str)| Diagnostic::warning(code::LIMIT, what).try_instead(cure);
         summary.warnings.extend(noticed.into_iter().map(notice));
-        for near in summary.warnings.extract_if(.., |warning| warning.code == code::NEAR_RUPTURE) {
-            nearly.push(near);
-        }
+        let is_near = |warning: &mut Diagnostic| warning.code == code::NEAR_RUPTURE;
+        let nearly: Vec<_> = summary.warnings.extract_if(.., is_near).collect();
         if let Some(what) = evidence.weak_window.and_then(|windows| self.of_weak_window(windows)) {
             passed.push((what, SHORTEN));
         }

@@ -13,7 +13,6 @@ pub struct Output {
     /// `end_time / 200`.
     pub interval: f64,
     /// Interval of the field files in `fields/` [s]; absent: none are written.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub fields: Option<f64>,
     /// Whether the coupler writes `iterations.csv`.
     pub iterations: bool,
@@ -76,7 +75,7 @@ impl Output {
         let checkpoint = table.checkpoint.unwrap_or(CHECKPOINT);
         if !(checkpoint >= 0.0 && checkpoint.is_finite()) {
             let what = format!("{checkpoint} s between two checkpoints: it must be 0 or above");
-            return Err(scene.invalid("output.checkpoint", what).try_instead("checkpoint = 0 writes none"));
+            return scene.refuse("output.checkpoint", what, "checkpoint = 0 writes none");
         }
         let interval = table.interval.map_or_else(|| scene.end_time().map(|end| end / 200.0), Ok)?;
         Ok(Self {

@@ -17,13 +17,10 @@ const LONGEST: f64 = 86_400.0;
 #[serde(deny_unknown_fields, default)]
 pub struct Processes {
     /// Command line in the place of `dem-solver`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub dem: Option<String>,
     /// Command line in the place of `fem-solver`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub fem: Option<String>,
     /// Command line in the place of `coupler`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub coupler: Option<String>,
     /// Deadline for one answer [s].
     pub timeout: f64,
@@ -60,8 +57,6 @@ impl Processes {
             return Ok(processes);
         }
         let what = format!("a deadline of {timeout} s; it must lie above 0, up to {LONGEST} s");
-        Err(scene
-            .invalid("processes.timeout", what)
-            .try_instead(format!("it is written in seconds: {TIMEOUT} is the default")))
+        scene.refuse("processes.timeout", what, format!("it is written in seconds: {TIMEOUT} is the default"))
     }
 }

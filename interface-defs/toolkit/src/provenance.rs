@@ -5,9 +5,7 @@
 //! because of a commit. Two builds of the same sources by the same compiler are the same program.
 
 use super::files;
-use super::layout::layout;
 use interface_defs::diagnostic::{Diagnostic, code};
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io;
@@ -98,49 +96,32 @@ pub fn hash_of(file: impl io::Read) -> io::Result<(Running, u64)> {
     Ok((hash, length))
 }
 
-/// What a kept state begins with: a mark, the hash of its layout, the program that wrote it.
-const MARK: &[u8; 4] = b"RKP1";
+/// What a kept state begins with.
+const MARK: &[u8; 4] = b"RKP2";
 /// Digits of the hash of a program.
 const DIGITS: usize = 32;
-/// Bytes before the state itself.
-const HEAD: usize = MARK.len() + 8 + DIGITS;
 
-/// What stands before a kept state of type `S`.
-pub fn head<S: DeserializeOwned>() -> Vec<u8> {
-    let mut bytes = MARK.to_vec();
-    bytes.extend_from_slice(&layout::<S>().to_le_bytes());
-    bytes.extend(build_id().program.bytes().chain(std::iter::repeat(b' ')).take(DIGITS));
-    bytes
+/// What stands before a kept state: a mark, and the program that writes it.
+pub fn head() -> Vec<u8> {
+    let program = build_id().program.bytes().chain(std::iter::repeat(b' ')).take(DIGITS);
+    MARK.iter().copied().chain(program).collect()
 }
 
-/// Who may read a kept state.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Reader {
-    /// The program that wrote it alone: it goes on to the same bytes.
-    SameBuild,
-    /// Every program that has the same layout of it.
-    SameLayout,
-}
-
-/// The state behind [`head`], if this program may read it as `S`. An error of kind [`code::PROVENANCE`] names both builds.
-pub fn open<S: DeserializeOwned>(bytes: &[u8], reader: Reader) -> Result<&[u8], Diagnostic> {
-    let refuse = |what: String| {
-        Diagnostic::error(code::PROVENANCE, what).try_instead(
-            "use the programs that wrote it, or run it anew with --force or into another directory",
-        )
+/// The state behind [`head`], if this program wrote it: states are bytes without names, and no other program knows their
+/// layout for certain. An error of kind [`code::PROVENANCE`] names both builds.
+pub fn open(bytes: &[u8]) -> Result<&[u8], Diagnostic> {
+    let own = head();
+    let what = match bytes.split_at_checked(own.len()) {
+        Some((head, state)) if head == own => return Ok(state),
+        Some((head, _)) if head.starts_with(MARK) => {
+            let theirs = String::from_utf8_lossy(&head[MARK.len()..]);
+            let (theirs, own) = (theirs.trim_end(), build_id());
+            format!("a kept state is of another build: it was written by program {theirs}, and this is {own}")
+        }
+        _ => "a kept state does not say which program wrote it".into(),
     };
-    let Some((head, state)) = bytes.split_at_checked(HEAD).filter(|(head, _)| head.starts_with(MARK)) else {
-        return Err(refuse("a kept state does not say which program wrote it".into()));
-    };
-    let (own, kept) = (self::head::<S>(), String::from_utf8_lossy(&head[HEAD - DIGITS..]).into_owned());
-    let theirs = format!("it was written by program {}, and this is {}", kept.trim_end(), build_id());
-    if head[..HEAD - DIGITS] != own[..HEAD - DIGITS] {
-        return Err(refuse(format!("the layout of a kept state is not that of this program: {theirs}")));
-    }
-    if reader == Reader::SameBuild && head != own {
-        return Err(refuse(format!("a kept state is of another build: {theirs}")));
-    }
-    Ok(state)
+    let cure = "use the programs that wrote it, or run it anew with --force or into another directory";
+    Err(Diagnostic::error(code::PROVENANCE, what).try_instead(cure))
 }
 
 #[cfg(test)]
@@ -156,19 +137,18 @@ mod tests {
     }
 
     #[test]
-    fn a_state_of_another_layout_or_build_is_refused_and_names_both() {
-        let mut bytes = head::<(f64, u8)>();
+    fn a_state_of_another_build_is_refused_and_names_both() {
+        let mut bytes = head();
+        let length = bytes.len();
         bytes.extend(b"state");
-        assert_eq!(open::<(f64, u8)>(&bytes, Reader::SameBuild), Ok(&b"state"[..]));
-        let layout = open::<(f64, i8)>(&bytes, Reader::SameLayout).expect_err("another");
-        assert!(layout.code == code::PROVENANCE && layout.message.contains("layout"), "{layout}");
-        bytes[HEAD - 1] ^= 1;
-        assert_eq!(open::<(f64, u8)>(&bytes, Reader::SameLayout), Ok(&b"state"[..]));
-        let build = open::<(f64, u8)>(&bytes, Reader::SameBuild).expect_err("another");
-        let theirs = String::from_utf8_lossy(&bytes[HEAD - DIGITS..HEAD]);
-        assert!(build.message.contains(&build_id().program) && build.message.contains(&*theirs), "{build}");
-        for length in 0..HEAD {
-            assert!(open::<(f64, u8)>(&bytes[..length], Reader::SameLayout).is_err(), "{length}");
+        assert_eq!(open(&bytes), Ok(&b"state"[..]));
+        bytes[length - 1] ^= 1;
+        let build = open(&bytes).expect_err("another");
+        let theirs = String::from_utf8_lossy(&bytes[length - DIGITS..length]);
+        assert!(build.code == code::PROVENANCE && build.message.contains(&*theirs), "{build}");
+        assert!(build.message.contains(&build_id().program), "{build}");
+        for length in 0..length {
+            assert!(open(&bytes[..length]).is_err(), "{length}");
         }
     }
 

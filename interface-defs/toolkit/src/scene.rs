@@ -257,6 +257,17 @@ impl Scene {
         self.kit.as_ref().map(|kit| (kit.path.as_path(), kit.text()))
     }
 
+    /// Warnings of what is set twice.
+    pub fn set_twice(&self) -> Vec<Diagnostic> {
+        let key =
+            |set: &Override| set.path.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(".");
+        let keys: Vec<String> = self.overrides.iter().map(key).collect();
+        let again =
+            keys.iter().zip(&self.overrides).enumerate().filter(|(i, (key, _))| keys[..*i].contains(key));
+        let what = |set: &Override| format!("it is set twice: the last one counts, --set {}", set.text);
+        again.map(|(_, (key, set))| Diagnostic::warning(code::UNUSED_KEY, what(set)).about(key)).collect()
+    }
+
     /// Every `--set` as it was typed.
     pub fn sets(&self) -> impl Iterator<Item = &str> {
         self.overrides.iter().map(|set| set.text.as_str())
@@ -423,6 +434,11 @@ impl Scene {
             None => Place::in_text(&self.path.display().to_string(), &self.text, span),
         }
     }
+}
+
+/// A number, as it may be written; `None` for any other value.
+pub fn number(value: &toml::Value) -> Option<f64> {
+    value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64))
 }
 
 /// The value at a dotted key of a document, as `rock.0.mass`.

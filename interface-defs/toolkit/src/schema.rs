@@ -11,43 +11,21 @@ use schemars::transform::{RecursiveTransform, Transform};
 use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
-use std::borrow::Cow;
 
 /// A number that a program writes into a result file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Entry {
     /// Where it stands: the name of a file in the output directory.
-    pub file: Cow<'static, str>,
+    pub file: String,
     /// Its name without unit; `<rock>`, `<gauge>` stand for names that the scene gives, `{x,y,z}` for one of these.
-    pub name: Cow<'static, str>,
+    pub name: String,
     /// Its unit, `1` for a number without.
-    pub unit: Cow<'static, str>,
+    pub unit: String,
     /// What it is.
-    pub meaning: Cow<'static, str>,
+    pub meaning: String,
 }
 
-type Text = &'static str;
-
 impl Entry {
-    /// An entry of a fixed list.
-    pub const fn new(file: Text, name: Text, unit: Text, meaning: Text) -> Self {
-        let (file, name) = (Cow::Borrowed(file), Cow::Borrowed(name));
-        Self { file, name, unit: Cow::Borrowed(unit), meaning: Cow::Borrowed(meaning) }
-    }
-
-    /// The entries of a table as text: a line with a file, then one `name | unit | meaning` for each of its numbers.
-    pub fn table(text: &'static str) -> Vec<Self> {
-        let mut file = "";
-        let mut entries = Vec::new();
-        for line in text.lines().map(str::trim).filter(|line| !line.is_empty()) {
-            match line.splitn(3, " | ").collect::<Vec<_>>()[..] {
-                [name, unit, meaning] => entries.push(Self::new(file, name, unit, meaning)),
-                _ => file = line,
-            }
-        }
-        entries
-    }
-
     /// Whether this describes the result `name` of its file, the placeholders of [`Entry::name`] filled in. Columns
     /// bear their unit in their name.
     pub fn describes(&self, name: &str) -> bool {
@@ -85,6 +63,7 @@ pub struct Share {
 }
 
 /// Collects the share of a program.
+#[must_use]
 pub struct Tables {
     generator: SchemaGenerator,
     share: Share,
@@ -110,7 +89,6 @@ impl Tables {
     }
 
     /// The top-level key `key` holds a `T`: a table, or a list of tables as `Vec<T>`.
-    #[must_use]
     pub fn key<T: JsonSchema>(mut self, key: &str) -> Self {
         let schema = self.generator.subschema_for::<T>();
         self.share.properties.insert(key.into(), tidied(schema));
@@ -118,7 +96,6 @@ impl Tables {
     }
 
     /// The same for a key that holds a plain value, with what it means.
-    #[must_use]
     pub fn value<T: JsonSchema>(mut self, key: &str, meaning: &str) -> Self {
         let mut schema = self.generator.subschema_for::<T>();
         schema.insert("description".into(), json!(meaning));
@@ -126,10 +103,18 @@ impl Tables {
         self
     }
 
-    /// What the program writes.
-    #[must_use]
-    pub fn results(mut self, entries: &[Entry]) -> Self {
-        self.share.results.extend_from_slice(entries);
+    /// What the program writes, as a text: a line with a file, then one `name | unit | meaning` for each of its numbers.
+    pub fn results(mut self, text: &str) -> Self {
+        let mut file = "";
+        for line in text.lines().map(str::trim) {
+            match line.splitn(3, " | ").collect::<Vec<_>>()[..] {
+                [name, unit, meaning] => {
+                    let [file, name, unit, meaning] = [file, name, unit, meaning].map(str::to_owned);
+                    self.share.results.push(Entry { file, name, unit, meaning });
+                }
+                _ => file = line,
+            }
+        }
         self
     }
 
@@ -286,11 +271,14 @@ mod tests {
 
     #[test]
     fn placeholders_stand_for_any_name() {
-        let entry = |name| Entry::new("history.csv", name, "m", "");
+        let one = |file: &str, name: &str, unit: &str| {
+            Tables::default().results(&format!("{file}\n {name} | {unit} | what")).share().results.remove(0)
+        };
+        let entry = |name| one("history.csv", name, "m");
         assert!(entry("<rock>_{x,y}").describes("rock_2_y_m"));
         assert!(entry("<gauge>_<quantity>_min").describes("centre_uz_min_m"));
-        assert!(Entry::new("history.csv", "iterations", "1", "").describes("iterations"));
-        assert!(Entry::new("summary.json", "sag", "m", "").describes("sag"));
+        assert!(one("history.csv", "iterations", "1").describes("iterations"));
+        assert!(one("summary.json", "sag", "m").describes("sag"));
         assert!(!entry("<rock>_{x,y}").describes("_x_m"));
         assert!(!entry("<rock>_{x,y}").describes("rock_z_m"));
     }

@@ -111,7 +111,7 @@ impl Origin {
         let shown = self.run.display();
         let refuse = |what: String| scene.invalid(KEY, what);
         if !self.run.is_dir() {
-            return Err(refuse(format!("there is no directory {shown}")).try_instead(self.elsewhere(scene)));
+            return scene.refuse(KEY, format!("there is no directory {shown}"), self.elsewhere(scene));
         }
         let summary = Summary::read(&self.run).map_err(|e| match e.kind() {
             io::ErrorKind::NotFound => {
@@ -132,21 +132,18 @@ impl Origin {
             )),
             status @ (RunStatus::Failed | RunStatus::Interrupted) => {
                 let why = summary.message.map_or(String::new(), |why| format!(": {why}"));
-                return Err(refuse(format!(
-                    "the run in {shown} did not come to its end, its status is \"{}\"{why}",
-                    status.word()
-                ))
-                .try_instead("start from a run that is done"));
+                let status = status.word();
+                let what =
+                    format!("the run in {shown} did not come to its end, its status is \"{status}\"{why}");
+                return scene.refuse(KEY, what, "start from a run that is done");
             }
         };
         let file = self.run.join(STRUCTURE_STATE);
         if !file.is_file() {
-            return Err(refuse(format!(
-                "the run in {shown} has left no state of a structure ({STRUCTURE_STATE})"
-            ))
-            .try_instead(
-                "start from a run with [structure], made by this version; one of rocks alone leaves none",
-            ));
+            let what = format!("the run in {shown} has left no state of a structure ({STRUCTURE_STATE})");
+            let cure =
+                "start from a run with [structure], made by this version; one of rocks alone leaves none";
+            return scene.refuse(KEY, what, cure);
         }
         Ok((file, warning))
     }
@@ -158,9 +155,7 @@ pub fn refuse_own(scene: &Scene, out: &Path) -> Result<(), Diagnostic> {
     let place = |path: &Path| std::fs::canonicalize(path).ok();
     if place(out).is_some() && place(out) == place(&from.run) {
         let what = format!("the run would start from its own directory of results, {}", out.display());
-        return Err(scene
-            .invalid(KEY, what)
-            .try_instead("choose another directory for the results with --out"));
+        return scene.refuse(KEY, what, "choose another directory for the results with --out");
     }
     Ok(())
 }

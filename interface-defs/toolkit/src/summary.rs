@@ -306,45 +306,34 @@ mod measures {
 
     pub fn serialize<S: Serializer>(measures: &[Measure], to: S) -> Result<S::Ok, S::Error> {
         to.collect_map(measures.iter().map(|m| {
-            let Measure { name, value, unit, time, member, rank, worse, source, uncertainty: of, interval } =
-                m.clone();
-            let (uncertainty, by) = (of.and_then(|of| of.value), of.map(|of| of.by));
-            let unreliable = of.is_some_and(|of| of.beyond);
+            let of = m.uncertainty;
             let written = Written {
-                value,
-                unit,
-                member,
-                time_s: time,
-                uncertainty,
-                uncertainty_by: by,
-                unreliable,
-                interval: interval.map(|of| [of.low, of.high]),
-                rank,
-                worse,
-                source,
+                value: m.value,
+                unit: m.unit.clone(),
+                member: m.member.clone(),
+                time_s: m.time,
+                uncertainty: of.and_then(|of| of.value),
+                uncertainty_by: of.map(|of| of.by),
+                unreliable: of.is_some_and(|of| of.beyond),
+                interval: m.interval.map(|of| [of.low, of.high]),
+                rank: m.rank,
+                worse: m.worse,
+                source: m.source.clone(),
             };
-            (name, written)
+            (&m.name, written)
         }))
     }
 
     pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<Measure>, D::Error> {
-        let measure = |(name, written)| {
-            let Written {
-                value,
-                unit,
-                member,
-                time_s: time,
-                uncertainty,
-                uncertainty_by: by,
-                unreliable,
-                interval,
-                rank,
-                worse,
-                source,
-            } = written;
-            let uncertainty = by.map(|by| Uncertainty { value: uncertainty, by, beyond: unreliable });
-            let interval = interval.map(|[low, high]| Interval { low, high });
-            Measure { name, value, unit, time, member, rank, worse, source, uncertainty, interval }
+        let measure = |(name, it): (String, Written)| {
+            let (value, beyond) = (it.uncertainty, it.unreliable);
+            Measure {
+                time: it.time_s,
+                source: it.source,
+                uncertainty: it.uncertainty_by.map(|by| Uncertainty { value, by, beyond }),
+                interval: it.interval.map(|[low, high]| Interval { low, high }),
+                ..Measure::new(name, it.value, it.unit).of_member(it.member).ranked(it.rank, it.worse)
+            }
         };
         Ok(IndexMap::<String, Written>::deserialize(from)?.into_iter().map(measure).collect())
     }

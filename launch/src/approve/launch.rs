@@ -8,7 +8,6 @@ use super::layout::{Layout, table_at};
 use super::measured::{Ended, Launch};
 use super::site::{BLOCK, Test, Which};
 use crate::children::Events;
-use crate::numbers::number;
 use crate::progress::{Progress, far};
 use crate::stop::{Stop, unwritten, write};
 use crate::sweep::{self, Task};
@@ -19,6 +18,7 @@ use toml::{Table, Value};
 use toolkit::files::Dir;
 use toolkit::input_file::hash;
 use toolkit::numbers::seconds;
+use toolkit::scene::number;
 use toolkit::summary::{RunStatus, Summary};
 
 /// Damping with which block and net come to rest [1/s], and for how long in one run [s]: at 1 000 kJ the residual height is within 2 % of
@@ -45,7 +45,7 @@ const COSTS: [(f64, f64); 2] = [(1.5, 1.0), (3.0, ROUNDS as f64)];
 
 /// Wall time that all runs of a case are expected to take, least and most [s]; `None`: nothing is known.
 pub fn cost(test: &Test) -> Option<[f64; 2]> {
-    let length = number(test.document.get("end_time"))?;
+    let length = test.document.get("end_time").and_then(number)?;
     let (launches, settle) = if test.kit.sel.is_some() { (3.0, 2.0) } else { (1.0, 1.0) };
     let per_second = test.cost? / length;
     Some(
@@ -122,7 +122,7 @@ impl Runs<'_> {
         // A block that is pressed into the net may start there with softer contacts, and forces are small from here on.
         for contact in scene.get_mut("contact").and_then(Value::as_array_mut).into_iter().flatten() {
             if let Some(stiffness) = contact.get_mut("stiffness") {
-                *stiffness = number(Some(stiffness)).map_or(stiffness.clone(), |of| (SOFTER * of).into());
+                *stiffness = number(stiffness).map_or(stiffness.clone(), |of| (SOFTER * of).into());
             }
         }
         // Its deflections are small, and none is a result: what still swings is judged by itself.
@@ -236,7 +236,7 @@ fn take_over(scene: &mut Table, run: &str, at: &str, rests: bool) {
 /// The scene has so much more damping, and ends at that time.
 fn damp(scene: &mut Table, (damping, end): (f64, f64)) {
     if let Some(structure) = table_at(scene, "structure") {
-        let own = number(structure.get("damping")).unwrap_or(0.0);
+        let own = structure.get("damping").and_then(number).unwrap_or(0.0);
         structure.insert("damping".into(), (own + damping).into());
     }
     scene.insert("end_time".into(), end.into());

@@ -1,14 +1,13 @@
 //! The structure of a kit as its program builds it: which parts there are, what each member of them is, and gauges for the report.
 
 use crate::children::{self, Events};
-use crate::numbers::number;
 use crate::plan::own_program;
 use crate::stop::Stop;
 use interface_defs::InterfaceMesh;
 use toml::{Table, Value};
 use toolkit::arguments::Input;
 use toolkit::check::CheckReport;
-use toolkit::scene::at;
+use toolkit::scene::{at, number};
 
 /// What all names of the gauges and groups begin with that are no kit's own.
 pub const OWN: &str = "approve";
@@ -62,7 +61,7 @@ impl Layout {
 
     /// A number of its generator.
     pub fn number(&self, key: &str) -> f64 {
-        number(at(&self.resolved, &format!("structure.generator.{key}"))).unwrap_or(0.0)
+        at(&self.resolved, &format!("structure.generator.{key}")).and_then(number).unwrap_or(0.0)
     }
 
     /// Place of a node [m].
@@ -191,11 +190,11 @@ impl Part {
         let breaks = ["rupture_force", "rupture_strain", "fracture_strain", "strength"];
         Some(Self {
             members,
-            strength: number(table.get("rupture_force")),
+            strength: table.get("rupture_force").and_then(number),
             can_break: breaks.iter().any(|key| table.contains_key(*key)),
-            stiffness: number(table.get("stiffness")),
-            stroke: number(table.get("stroke")),
-            length: number(table.get("length")),
+            stiffness: table.get("stiffness").and_then(number),
+            stroke: table.get("stroke").and_then(number),
+            length: table.get("length").and_then(number),
             element,
             name,
         })

@@ -1,7 +1,7 @@
 //! What the test came to: `approval.json`, `approval.csv`, and `approval.txt`, which is what the screen shows.
 
 use super::judge::{CATEGORIES, Criterion, Result as Judged, category};
-use super::measured::{END_STOP, Launch, Row, TORN};
+use super::measured::{Launch, Row, TORN};
 use super::site::{Block, Kit, Which};
 use super::{Case, RUNS, folder};
 use crate::progress::far;
@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use toolkit::columns::Columns;
 use toolkit::exit::Exit;
 use toolkit::files::{self, Dir};
-use toolkit::numbers::{percent, three};
+use toolkit::numbers::three;
 use toolkit::provenance;
 use toolkit::run_dir::APPROVAL;
 
@@ -22,14 +22,8 @@ const VERSION: &str = env!("CARGO_PKG_VERSION");
 const TABLE: &str = "approval.csv";
 /// What the screen shows.
 pub const TEXT: &str = "approval.txt";
-/// Supports by their names, without their numbers.
-const SUPPORTS: [&str; 3] = ["foot", "side_anchor", "upslope_anchor"];
-/// Most rows of utilisation on the screen.
-const SHOWN: usize = 6;
-/// A column of the screen.
-type Column = (&'static str, &'static str, f64);
 /// Columns of the screen: title, number of a launch, factor to its unit there.
-const OF_LAUNCH: [Column; 9] = [
+const OF_LAUNCH: [(&str, &str, f64); 9] = [
     ("impact kJ", "impact_energy", 1e-3),
     ("absorbed kJ", "absorbed_energy", 1e-3),
     ("elongation m", "max_elongation", 1.0),
@@ -67,7 +61,8 @@ impl Case {
         let of = self.criteria.iter().filter(|criterion| criterion.result == result);
         let named =
             |of: &Criterion| format!("{} {} {}", of.launch, of.name, of.number()).trim_end().to_owned();
-        listed(of.map(named))
+        let named: Vec<String> = of.map(named).collect();
+        if named.is_empty() { "-".into() } else { named.join(", ") }
     }
 
     /// Its verdict, with the criteria that decide it.
@@ -75,12 +70,6 @@ impl Case {
         let verdict = self.verdict();
         format!("{}: {}", verdict.words(), self.criteria_of(verdict))
     }
-}
-
-/// One after the other; `-`: there are none.
-fn listed(all: impl Iterator<Item = String>) -> String {
-    let all = all.collect::<Vec<_>>().join(", ");
-    if all.is_empty() { "-".into() } else { all }
 }
 
 impl Criterion {
@@ -137,26 +126,6 @@ fn category_of(case: &Case) -> String {
     };
     let named = category(share);
     format!("category {named}: h_R/h_N {} after MEL ({a}, {b}, else C; no criterion)", three(share))
-}
-
-/// Of a launch: largest forces of feet and anchors, brakes at their end stops, what tore.
-fn details(launch: &Launch) -> String {
-    let largest = |kind: &&str| {
-        let rows = launch.rows.iter().filter(|row| row.vector.is_some() && row.name.starts_with(*kind));
-        let row = rows.max_by(|a, b| a.value.unwrap_or(0.0).total_cmp(&b.value.unwrap_or(0.0)))?;
-        Some(format!("{} {} kN", row.name.trim_end_matches(" force"), three(1e-3 * row.value?)))
-    };
-    let stops = launch.rows.iter().filter(|row| row.note.as_deref() == Some(END_STOP));
-    let lines = [
-        (
-            "largest forces of supports (means over a row)",
-            SUPPORTS.iter().filter_map(largest).collect::<Vec<_>>(),
-        ),
-        ("brakes at their end stop", stops.map(|row| row.name.trim_end_matches(" travel").into()).collect()),
-        ("torn", launch.torn.iter().flatten().map(ToString::to_string).collect()),
-    ];
-    let lines = lines.iter().filter(|(_, found)| !found.is_empty());
-    lines.map(|(what, found)| format!("{}, {what}: {}\n", launch.which.name(), found.join(", "))).collect()
 }
 
 /// Everything as JSON. Nothing of it depends on when and where the runs were made.
@@ -246,26 +215,15 @@ pub fn write(kit: &Kit, cases: &[Case], all: usize, out: &Path) -> io::Result<()
     files::write(&out.join(TABLE), table.csv(&lines.collect::<Vec<_>>())?.as_bytes())
 }
 
-/// A table for the screen with these columns of numbers.
-fn numbered<'a, R: 'a>(
-    table: Columns<'a, R>,
-    columns: &'a [Column],
-    value: impl Fn(&R, &str) -> Option<f64> + Copy + 'a,
-) -> Columns<'a, R> {
-    columns.iter().fold(table, |table, (title, name, factor)| {
-        table.number(*title, move |row| value(row, name).map(|value| factor * value))
-    })
-}
-
-/// What the screen shows.
+/// What the screen shows; all numbers are in the other files, and in the report.
 pub fn screen(kit: &Kit, cases: &[Case], out: &Path) -> String {
     let Some(first) = cases.first() else { return String::new() };
     let of_launch = Columns::new()
         .with("launch", |launch: &Launch| launch.which.name().into())
         .with("run again", |launch| if launch.finer { "accurate".into() } else { "-".into() })
         .with("fate", Launch::words);
-    let of_launch = numbered(of_launch, &OF_LAUNCH, Launch::value).with("broken", |launch| {
-        launch.torn.iter().flatten().map(|torn| torn.elements).sum::<u64>().to_string()
+    let of_launch = OF_LAUNCH.iter().fold(of_launch, |table, (title, name, factor)| {
+        table.number(*title, move |launch| launch.value(name).map(|value| factor * value))
     });
     let of_criterion = Columns::new()
         .with("launch", |of: &Criterion| of.launch.into())
@@ -275,22 +233,9 @@ pub fn screen(kit: &Kit, cases: &[Case], out: &Path) -> String {
         .with("how", |of| of.why.clone());
     let of_case = Columns::new()
         .with("case", |case: &Case| case.name.clone())
-        .with("verdict", |case| case.verdict().words().into());
-    let of_case = numbered(of_case, &OF_LAUNCH[2..], |case, name| case.value(Which::Mel, name))
-        .number("SEL 1 h_R/h_N", |case| case.value(Which::Sel1, SHARE))
-        .with("highest utilisation (strength or stroke)", |case| {
-            let most = case.utilisation().into_iter().next();
-            most.map_or("-".into(), |(name, share, to, _)| format!("{} {name} ({to})", percent(share)))
-        })
-        .with("run again, accurate", |case| {
-            let finer = case.launches.iter().filter(|launch| launch.finer).map(|launch| launch.which.name());
-            listed(finer.map(str::to_owned))
-        })
+        .with("verdict", |case| case.verdict().words().into())
         .with("failed criteria", |case| case.criteria_of(Judged::Fail))
         .with("not settled", |case| case.criteria_of(Judged::NotSettled));
-    let used = first.utilisation().into_iter().take(SHOWN);
-    let used =
-        used.map(|(name, share, to, which)| format!("{} {name} ({to}, {})", percent(share), which.name()));
     let Block { mass, size } = kit.block(kit.mel);
     let [mass, size, speed] = [mass, size, kit.speed].map(three);
     let (Kit { name, class, hash, .. }, file, out, date) =
@@ -299,12 +244,10 @@ pub fn screen(kit: &Kit, cases: &[Case], out: &Path) -> String {
         (category_of(first), stands(cases, cases.len()), conclusion(kit, cases));
     format!(
         "{name}: class {class}; block of {mass} kg, {size} m, {speed} m/s; vertical site\nkit file {file}, {hash}; rockfall {VERSION}; \
-         {date}\n\n{}{}\n{}\n{category}\nhighest utilisation (strength or stroke): {}\n\n{}\nverdict: {stands}\n{conclusion}\n\
+         {date}\n\n{}\n{}\n{category}\n\n{}\nverdict: {stands}\n{conclusion}\n\
          results: {out}/{APPROVAL}, {TABLE}, {TEXT}; runs: {out}/{RUNS}\n",
         of_launch.aligned(&first.launches),
-        first.launches.iter().map(details).collect::<String>(),
         of_criterion.aligned(&first.criteria),
-        used.collect::<Vec<_>>().join(", "),
         of_case.aligned(cases),
     )
 }

@@ -1,7 +1,6 @@
 //! What is uncertain of a kit, varied one at a time.
 
 use super::Arguments;
-use crate::numbers::number as float;
 use crate::stop::Stop;
 use interface_defs::diagnostic::{Diagnostic, Place, code};
 use toml::{Table, Value};
@@ -86,7 +85,7 @@ fn sets_of(document: &Table, key: &str, number: f64) -> Vec<String> {
         "bundle_factor" => ("structure.parts", Some("wire_ring"), &["bundle_factor"]),
         _ => return vec![format!("{key}={}", Value::Float(number))],
     };
-    let times = |value: &Value| Some(Value::Float(number * float(Some(value))?));
+    let times = |value: &Value| Some(Value::Float(number * toolkit::scene::number(value)?));
     let changed = |item: &Value, field: &str| match item.get(field) {
         Some(Value::Array(rows)) => {
             let scaled = |row: &Value| Some(Value::Array(vec![row.get(0)?.clone(), times(row.get(1)?)?]));

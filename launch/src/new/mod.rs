@@ -100,7 +100,7 @@ fn ask(question: &str) -> Option<String> {
 }
 
 /// A template with its places `@KEY@` filled in.
-fn fill(template: &str, values: &[(&str, String)]) -> String {
+pub fn fill(template: &str, values: &[(&str, String)]) -> String {
     values.iter().fold(template.to_owned(), |text, (key, value)| text.replace(&format!("@{key}@"), value))
 }
 

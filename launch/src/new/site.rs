@@ -134,7 +134,7 @@ pub fn project(dir: &Path, asked: Arguments) -> Result<Project, Stop> {
             grounds.push(material.clone());
         }
     }
-    let impact = impact(&ground);
+    let [low, high] = [0.6, 1.4].map(|share| share * impact(&ground));
     let mut contacts = contact("ground", &ground);
     grounds.iter().for_each(|material| contacts += &contact(material, material));
 
@@ -150,14 +150,7 @@ pub fn project(dir: &Path, asked: Arguments) -> Result<Project, Stop> {
         ("CONTACTS", contacts),
         ("POLYGON", quoted(&source.name)),
         ("COUNT", asked.count.to_string()),
-        (
-            "VARIED",
-            format!(
-                "contact.0.rolling_friction_impact = {{ uniform = [{:.2}, {:.2}] }}",
-                0.6 * impact,
-                1.4 * impact
-            ),
-        ),
+        ("VARIED", format!("contact.0.rolling_friction_impact = {{ uniform = [{low:.2}, {high:.2}] }}")),
     ];
     let above = height(&terrain, place, source.points.system())? + 1.5 * volume.cbrt();
     values.push(("POSITION", format!("[{:.2}, {:.2}, {above:.2}]", place[0], place[1])));
@@ -168,10 +161,8 @@ pub fn project(dir: &Path, asked: Arguments) -> Result<Project, Stop> {
     values.push(("LINE", lines));
     files.push(("study.toml", fill(include_str!("study.toml"), &values)));
     let file = |name: &str| shell::join([dir.join(name)]);
-    let mut next = vec![
-        format!("rockfall run {}", file("fall.toml")),
-        format!("rockfall ensemble {}", file("study.toml")),
-    ];
+    let [fall, study, barrier] = ["fall.toml", "study.toml", "barrier.toml"].map(file);
+    let mut next = vec![format!("rockfall run {fall}"), format!("rockfall ensemble {study}")];
     if let Some(line) = line {
         let kit = asked.kit.as_deref().unwrap_or(KITS[1].0);
         let text = match KITS.iter().find(|(name, _)| *name == kit) {
@@ -195,11 +186,7 @@ pub fn project(dir: &Path, asked: Arguments) -> Result<Project, Stop> {
         ];
         files.push(("barrier.toml", fill(include_str!("barrier.toml"), &values)));
         files.push(("kit.toml", text));
-        next.push(format!(
-            "rockfall ensemble {} --barrier {} --worst 10",
-            file("study.toml"),
-            file("barrier.toml")
-        ));
+        next.push(format!("rockfall ensemble {study} --barrier {barrier} --worst 10"));
     }
     Ok(Project { files, next })
 }

@@ -14,7 +14,7 @@ use toolkit::columns::Columns;
 use toolkit::files::{self, Dir};
 use toolkit::numbers::{percent, short, three};
 use toolkit::run_dir::{BARRIER, REPORT, STUDY_RECORD};
-use toolkit::scene::{STUDY, Scene, at};
+use toolkit::scene::{self, STUDY, Scene, at};
 use toolkit::summary::Summary;
 
 /// Bytes of all maps that are shown.
@@ -144,8 +144,7 @@ fn toml_list<'a>(study: &'a toml::Table, key: &str) -> impl Iterator<Item = &'a 
 
 /// A number of a table.
 fn number_at(table: Option<&toml::Table>, key: &str) -> Option<f64> {
-    let value = at(table?, key)?;
-    value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64))
+    at(table?, key).and_then(scene::number)
 }
 
 /// What comes to a line against what the barrier there bears, where that is known.

@@ -342,28 +342,11 @@ pub fn table(study: &Study, facts: &Facts) -> Result<String, csv::Error> {
     table.csv(&study.runs.iter().enumerate().collect::<Vec<_>>())
 }
 
-/// The recommendations, for the screen.
+/// What the page begins with, for the screen.
 pub fn screen(study: &Study, facts: &Facts) -> String {
-    let mut text = format!("{}\n", unvaried(study, facts));
-    for (name, known) in &study.reference.0 {
-        let off = known.uncertainty.map_or(String::new(), |u| format!(", uncertainty {}", percent(u)));
-        let unit = unit(study, name);
-        let _ =
-            writeln!(text, "reference    {name} = {} {unit} ({}{off})", short(known.value), known.words());
-    }
-    for one in study.recommended() {
-        let what = match &one.point {
-            None => unreached(study),
-            Some(point) => {
-                let confirmed = study.confirmation(point).map_or("not run again".into(), |run| {
-                    format!("run again: {}, {}", again(study, one.accuracy, run), seconds(run.cost()))
-                });
-                let (error, cost) = (error(study, study.outcome(point)), dash(study.cost(point), seconds));
-                format!("{}: error {error}, {cost}; {confirmed}", study.space.label(point))
-            }
-        };
-        let _ = writeln!(text, "{:<12} {what}", percent(one.accuracy));
-    }
+    let mut text = String::new();
+    references(study, &mut text);
+    recommendations(study, facts, &mut text);
     text
 }
 

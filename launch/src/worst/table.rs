@@ -123,13 +123,9 @@ pub fn outcome(summary: &Summary) -> Option<String> {
     let failed = std::iter::once((of("members_failed"), "failed"));
     let counts = fates.chain(failed).filter_map(|(count, words)| Some((count.filter(|n| *n > 0.0)?, words)));
     let words: Vec<String> = counts.map(|(n, words)| format!("{n} {words}")).collect();
-    Some(format!(
-        "{} of {} members reach the line; of the {} worst: {}",
-        of("members_at_line")?,
-        of("members")?,
-        of("members_computed")? + of("members_failed")?,
-        words.join(", ")
-    ))
+    let (reach, all, words) = (of("members_at_line")?, of("members")?, words.join(", "));
+    let worst = of("members_computed")? + of("members_failed")?;
+    Some(format!("{reach} of {all} members reach the line; of the {worst} worst: {words}"))
 }
 
 /// Counts of fates; of every measure that is worse in one direction the worst, with its member. Members that were chosen as the

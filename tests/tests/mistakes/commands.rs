@@ -135,3 +135,19 @@ fn a_command_line_that_no_one_can_mean_is_refused_and_changes_nothing() {
     }
     assert_eq!(std::fs::read_to_string(bench.path("results")).expect("there"), "mine\n");
 }
+
+#[test]
+fn what_is_set_twice_is_named_and_the_last_one_counts() {
+    let bench = Bench::new();
+    bench.scene(NET);
+    let arguments = ["check", "scene.toml", "--set", "end_time=0.7", "--set", "end_time=0.75"];
+    let output = Command::new(tests::program("rockfall"))
+        .args(arguments)
+        .current_dir(bench.path(""))
+        .output()
+        .expect("started");
+    let said =
+        [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned()).concat();
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert!(said.contains("it is set twice: the last one counts, --set end_time=0.75"), "{said}");
+}

@@ -4,12 +4,12 @@ use super::PartnerKind;
 use super::elastic::Elastic;
 use super::normal::{LawName, names};
 use super::presets;
-use crate::keys::{Checked, Keys, refused};
+use crate::keys::{Checked, Keys};
 use interface_defs::diagnostic::{Diagnostic, code};
 use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Serialize};
 use toolkit::explain::of_reference;
-use toolkit::scene::{KEYS, Scene, read_value};
+use toolkit::scene::{KEYS, Scene, number, read_value};
 
 // Keys that one law alone has are set aside in `own` (`ContactSettings::of`), and read by that law.
 
@@ -236,8 +236,7 @@ impl ContactSettings {
 
     /// A number of the law's own keys.
     pub fn own_number(&self, key: &str) -> Option<f64> {
-        let value = self.own.get(key)?;
-        value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64))
+        self.own.get(key).and_then(number)
     }
 
     /// `ground_pressure` of `law = "ground"` [Pa].
@@ -372,11 +371,11 @@ pub fn check_all(contacts: &[ContactSettings], known: &[String], scene: &Scene) 
                 None => format!("two tables [[contact]] without `between`, the first is number {first}"),
             };
             let cure = "keep one of them, or name another pair: between = [\"rock\", \"structure\"]";
-            return refused(scene, &key, what, cure);
+            return scene.refuse(&key, what, cure);
         }
         if let Some(unknown) = contact.between.iter().flatten().find(|name| !known.contains(name)) {
             let what = format!("nothing is of the material `{unknown}`");
-            return refused(scene, &key, what, format!("the scene has {}", known.join(", ")));
+            return scene.refuse(&key, what, format!("the scene has {}", known.join(", ")));
         }
     }
     Ok(())

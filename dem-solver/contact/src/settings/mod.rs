@@ -17,7 +17,7 @@ use dem_terrain::settings::{rest_speed, rest_time};
 pub use rock::{Cluster, RockSettings, Shape};
 pub use spheres::{BoxSettings, SpheresSettings};
 
-use crate::keys::{Checked, refused};
+use crate::keys::Checked;
 use crate::law::settings::check_all;
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::Vector3;
@@ -59,14 +59,14 @@ impl Settings {
         let mut rocks: Vec<RockSettings> = scene.read("rock")?.unwrap_or_default();
         if rocks.is_empty() && !scene.has("spheres") {
             let cure = "add a table [[rock]] with position, mass and shape";
-            return refused(scene, "rock", "the scene has no rock", cure);
+            return scene.refuse("rock", "the scene has no rock", cure);
         }
         rock::complete(&mut rocks, scene)?;
         let common = Self::without_rocks(scene)?;
         let group = placement::as_rocks(&common.spheres, &mut rocks, scene)?;
         if common.dem.threads.is_some() {
             let what = "`threads` beside [[rock]], [terrain] or [structure]: they share the work of [[spheres]] alone";
-            return refused(scene, "dem.threads", what, "leave it out");
+            return scene.refuse("dem.threads", what, "leave it out");
         }
         let mut terrain = TerrainSettings::of(scene)?;
         let notices = terrain.as_mut().map_or(Ok(Vec::new()), |terrain| terrain.plant(scene))?;
@@ -83,7 +83,7 @@ impl Settings {
         check_all(&it.contacts, &materials.cloned().collect::<Vec<_>>(), scene)?;
         if it.contacts.is_empty() {
             let what = "there are spheres and no contact law";
-            return refused(scene, "spheres", what, "add a table [[contact]]");
+            return scene.refuse("spheres", what, "add a table [[contact]]");
         }
         Ok(it)
     }
@@ -211,13 +211,13 @@ fn refuse_of_rocks(scene: &Scene) -> Checked {
         if ["hertz_rock", "ground"].contains(&name) {
             let what = format!("`{name}` is a contact of rocks with terrain");
             let cure = "separate spheres take hertz_mindlin: each is a rock of its own";
-            return refused(scene, &format!("{place}.law"), what, cure);
+            return scene.refuse(&format!("{place}.law"), what, cure);
         }
     }
     for (place, table, keys) in tables {
         if let Some((key, why)) = keys.iter().find(|(key, _)| table.contains_key(*key)) {
             let what = format!("`{key}` beside [[spheres]]: {why}");
-            return refused(scene, &format!("{place}.{key}"), what, "leave it out");
+            return scene.refuse(&format!("{place}.{key}"), what, "leave it out");
         }
     }
     Ok(())

@@ -3,7 +3,6 @@
 
 use super::rock::{RockSettings, Shape};
 use super::spheres::SpheresSettings;
-use crate::keys::refused;
 use dem_solid::cluster::index::SphereIndex;
 use dem_solid::geometry::sphere::Sphere;
 use dem_solid::random::SplitMix;
@@ -132,7 +131,7 @@ pub(super) fn as_rocks(
             rocks.iter().map(|rock| &rock.name).chain(groups[..number].iter().map(|other| &other.name));
         if known.into_iter().any(|name| *name == group.name) {
             let what = format!("`{}` is the name of a rock or of other spheres", group.name);
-            return refused(scene, &format!("spheres.{number}.name"), what, "give each a name of its own");
+            return scene.refuse(&format!("spheres.{number}.name"), what, "give each a name of its own");
         }
     }
     let start = Start::of(groups, scene)?;

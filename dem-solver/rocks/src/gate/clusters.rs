@@ -29,15 +29,13 @@ pub fn check(at: usize, rock: &Rock, table: &RockSettings, scene: &Scene) -> Jud
     let off = rock.lowest_corner * 0.5 + rock.highest_corner * 0.5 - (low * 0.5 + high * 0.5);
     let name =
         file.file_name().map_or_else(|| file.display().to_string(), |n| n.to_string_lossy().into_owned());
-    let sizes = format!(
-        "the spheres of {name} fill a box of {}, the shape one of {}",
-        extents(theirs),
-        extents(ours)
-    );
+    let [found, due] = [theirs, ours].map(extents);
+    let sizes = format!("the spheres of {name} fill a box of {found}, the shape one of {due}");
     let ratios = [0, 1, 2].map(|a| theirs[a] / ours[a]);
     let worst = ratios.iter().map(|r| r.max(1.0 / r)).fold(1.0, f64::max);
     let shift = (0..3).map(|a| off[a].abs() / ours[a]).fold(0.0, f64::max);
-    let described = format!("rock `{}`: {sizes}", rock.name);
+    let (whose, off) = (&rock.name, extents(off.into()));
+    let described = format!("rock `{whose}`: {sizes}");
     let key = format!("rock.{at}.cluster.file");
     let refuse = |what: String, cure: &str| {
         Err(scene.invalid(&key, what).coded(code::GEOMETRY).try_instead(cure.to_owned()))
@@ -52,16 +50,11 @@ pub fn check(at: usize, rock: &Rock, table: &RockSettings, scene: &Scene) -> Jud
         };
         return refuse(described, cure);
     }
-    let shifted = format!(
-        "rock `{}`: the middle of the spheres of {name} lies {} off that of the shape",
-        rock.name,
-        extents(off.into())
-    );
+    let shifted =
+        format!("rock `{whose}`: the middle of the spheres of {name} lies {off} off that of the shape");
     if shift > MIDDLES[1] {
-        return refuse(
-            shifted,
-            "both are written in the shape's own axes; make one with `dem-solver cluster`",
-        );
+        let cure = "both are written in the shape's own axes; make one with `dem-solver cluster`";
+        return refuse(shifted, cure);
     }
     let mut warnings = Vec::new();
     if worst > EDGES[0] {
@@ -73,11 +66,9 @@ pub fn check(at: usize, rock: &Rock, table: &RockSettings, scene: &Scene) -> Jud
     }
     let volume = 1.0 + excess(&rock.solid.drawn, &rock.spheres, COLUMNS);
     if !(VOLUME[0]..=VOLUME[1]).contains(&volume) {
+        let [share, volume] = [volume, rock.solid.volume()].map(four);
         let what = format!(
-            "rock `{}`: the spheres of {name} fill {} of the volume of the shape, {} m3",
-            rock.name,
-            four(volume),
-            four(rock.solid.volume())
+            "rock `{whose}`: the spheres of {name} fill {share} of the volume of the shape, {volume} m3"
         );
         warnings.push(doubt(what).try_instead("radii are in the fourth column, in metres"));
     }

@@ -101,10 +101,9 @@ pub fn of_contact(number: usize, contact: &ContactSettings, scene: &Scene) -> Ju
     }));
     let rolling = contact.rolling_friction;
     if rolling > STEEP {
+        let (rolling, slope) = (four(rolling), rolling.atan().to_degrees());
         let what = format!(
-            "a rolling friction of {}, at which nothing rolls down a slope of {:.0} degrees",
-            four(rolling),
-            rolling.atan().to_degrees()
+            "a rolling friction of {rolling}, at which nothing rolls down a slope of {slope:.0} degrees"
         );
         let cure = "it is a length over the radius, without unit: 0.1 is much";
         all.push(doubted("rolling_friction", what, cure));

@@ -34,11 +34,9 @@ pub fn check(model: &Model) -> Vec<Diagnostic> {
         warnings.push(doubt(code::LIKELY_UNIT, what).try_instead(cure));
     }
     if let Some(terrain) = settings.terrain.as_ref().filter(|t| t.rest_time > settings.end_time) {
-        let what = format!(
-            "{} s is longer than the run, end_time = {} s, so no rock counts as at rest",
-            four(terrain.rest_time),
-            four(settings.end_time)
-        );
+        let [rest, end] = [terrain.rest_time, settings.end_time].map(four);
+        let what =
+            format!("{rest} s is longer than the run, end_time = {end} s, so no rock counts as at rest");
         let doubted = Diagnostic::warning(code::LIKELY_UNIT, what).about("terrain.rest_time");
         warnings.push(doubted.try_instead("500 ms is 0.5"));
     }
@@ -67,11 +65,8 @@ fn flight(model: &Model, ground: &Terrain, at: usize) -> Option<Diagnostic> {
     let g = settings.gravity.norm();
     (ends && g > 0.0 && fall > 0.0).then(|| {
         let speed = flight.velocity.dot(&settings.down());
-        let what = format!(
-            "rock `{}` is still in its first flight at end_time = {} s",
-            rock.name,
-            four(settings.end_time)
-        );
+        let (name, end) = (&rock.name, four(settings.end_time));
+        let what = format!("rock `{name}` is still in its first flight at end_time = {end} s");
         let takes = four(dem_terrain::queries::arrival(fall, speed, g));
         let cure = format!("a fall of {} m takes {takes} s", four(fall));
         Diagnostic::warning(code::UNUSUAL_VALUE, what).about(END_TIME).try_instead(cure)

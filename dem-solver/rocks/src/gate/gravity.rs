@@ -55,12 +55,12 @@ pub fn check(g: Vector3<f64>, terrain: bool, scene: &Scene) -> Judged {
         let [x, y, z] = g.into();
         if angle > 90.0 {
             let what = format!("gravity [{x}, {y}, {z}] points up, and z is upward on a terrain");
-            return Err(scene.invalid("gravity", what).try_instead(format!("turn its sign round: {EARTH}")));
+            return scene.refuse("gravity", what, format!("turn its sign round: {EARTH}"));
         }
         if angle >= LYING {
             let what =
                 format!("gravity [{x}, {y}, {z}] is {angle:.0} degrees off -z, and z is upward on a terrain");
-            return Err(scene.invalid("gravity", what).try_instead(format!("turn it down: {EARTH}")));
+            return scene.refuse("gravity", what, format!("turn it down: {EARTH}"));
         }
         if angle > UPRIGHT {
             let what = format!(

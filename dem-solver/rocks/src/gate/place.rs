@@ -24,10 +24,9 @@ pub fn beside(place: &Vector3<f64>, low: &Vector3<f64>, high: &Vector3<f64>, siz
         |what: &str, [x, y, z]: [f64; 3]| Some(format!("{what} Then write position = [{x:?}, {y:?}, {z:?}]"));
     let width = (high.x - low.x).max(high.y - low.y);
     if width < 2.0 * size {
+        let [width, size] = [width, size].map(four);
         return Some(format!(
-            "it is {} m wide and the rock {} m: are its coordinates in kilometres, or is it the file of a rock?",
-            four(width),
-            four(size)
+            "it is {width} m wide and the rock {size} m: are its coordinates in kilometres, or is it the file of a rock?"
         ));
     }
     if on(y, x) {
@@ -81,11 +80,10 @@ pub fn other_heights(ground: f64, z: f64) -> Option<&'static str> {
 pub fn below_all_land(ground: &Terrain) -> Option<Diagnostic> {
     let [low, high] = ground.extent().map(|corner| corner.z);
     (high < DEEPEST_LAND).then(|| {
+        let [low, high] = [low, high].map(four);
         let what = format!(
-            "its heights reach from {} to {} m, and no land lies below {DEEPEST_LAND} m (the Dead Sea): do they \
-             count downwards? z must be upward: turn their sign round",
-            four(low),
-            four(high)
+            "its heights reach from {low} to {high} m, and no land lies below {DEEPEST_LAND} m (the Dead Sea): do they \
+             count downwards? z must be upward: turn their sign round"
         );
         Diagnostic::warning(code::LIKELY_UNIT, what).about("terrain.file")
     })
@@ -131,12 +129,10 @@ pub fn heights(ground: &Terrain) -> Option<Diagnostic> {
         }
         let (creased, edge) = (creased(ground), edge(ground));
         if (STEPS..1.0 - STEPS).contains(&level) || creased > CREASED && edge <= COARSE {
+            let (edge, [level, creased]) = (four(edge), [level, creased].map(percent));
             let what = format!(
-                "all {count} heights of the terrain are whole metres in cells of {} m, {} of its triangles are level, and {} of its nodes lie \
-                 on edges: it has steps that the ground has not",
-                four(edge),
-                percent(level),
-                percent(creased)
+                "all {count} heights of the terrain are whole metres in cells of {edge} m, {level} of its triangles are level, and \
+                 {creased} of its nodes lie on edges: it has steps that the ground has not"
             );
             return said(what, "take a terrain whose heights have decimals");
         }

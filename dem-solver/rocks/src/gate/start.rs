@@ -154,12 +154,10 @@ pub fn in_box(model: &Model, scene: &Scene) -> Result<(), Diagnostic> {
             let Some(Deepest { overlap, sphere, .. }) = start.stuck(deepest, laws) else { continue };
             let axis = plane.normal.iamax();
             let sign = if plane.normal[axis] > 0.0 { "+" } else { "-" };
+            let (name, axis, [depth, radius]) =
+                (&start.rock.name, ["x", "y", "z"][axis], [overlap, start.radius(sphere)].map(four));
             let what = format!(
-                "rock `{}` starts {} m beyond the side `{sign}{}` of the box (sphere {sphere} of radius {} m)",
-                start.rock.name,
-                four(overlap),
-                ["x", "y", "z"][axis],
-                four(start.radius(sphere))
+                "rock `{name}` starts {depth} m beyond the side `{sign}{axis}` of the box (sphere {sphere} of radius {radius} m)"
             );
             let free = start.free(&-plane.normal, |motion| beyond(&start, plane, motion));
             return Err(start.refused(scene, what, free));
@@ -224,12 +222,10 @@ pub fn in_net(model: &Model, contact_mesh: &ContactMesh, scene: &Scene) -> Judge
             Kind::Point => format!("node {a}"),
         };
         let [x, y, z] = (contact_mesh.nodes[a as usize] + model.origin).into();
+        let (name, sphere, [radius, depth]) =
+            (&start.rock.name, deepest.sphere, [start.radius(deepest.sphere), deepest.overlap].map(four));
         let what = format!(
-            "rock `{}` starts inside the net: its sphere {} of radius {} m overlaps {what} at ({x:.3}, {y:.3}, {z:.3}) by {} m",
-            start.rock.name,
-            deepest.sphere,
-            four(start.radius(deepest.sphere)),
-            four(deepest.overlap)
+            "rock `{name}` starts inside the net: its sphere {sphere} of radius {radius} m overlaps {what} at ({x:.3}, {y:.3}, {z:.3}) by {depth} m"
         );
         // Back where it comes from; a rock at rest comes from above.
         let direction = -start.motion.velocity.try_normalize(1e-9).unwrap_or_else(|| settings.down());
@@ -261,10 +257,9 @@ fn slips_through(model: &Model, net: &ContactMesh, at: usize) -> Option<Diagnost
     let (opening, wide) = (lengths[lengths.len() / 2], 2.0 * model.rocks[at].reach);
     (wide < OPEN * opening).then(|| {
         let name = &model.rocks[at].name;
+        let [wide, opening] = [wide, opening].map(four);
         let what = format!(
-            "rock `{name}` is {} m wide, and the lines of the net are {} m apart: it may fly through",
-            four(wide),
-            four(opening)
+            "rock `{name}` is {wide} m wide, and the lines of the net are {opening} m apart: it may fly through"
         );
         let cure = "smaller cells in the net, or a larger rock";
         Diagnostic::warning(code::UNUSUAL_VALUE, what).about(model.settings.table(at)).try_instead(cure)
@@ -291,24 +286,21 @@ fn too_soft(model: &Model, net: &ContactMesh, at: usize) -> Option<Diagnostic> {
     extents.sort_by(f64::total_cmp);
     let distance = BRAKES * extents[1];
     let force = rock.mass * model.start(at).velocity.norm_squared() / distance;
+    let (name, smallest) = (&rock.name, four(radius));
     // A modulus makes deep contacts stiffer.
     let judged = key == "stiffness" && share <= LIMIT && extents[1] > 2.0 * rock.reach;
     if judged && resting(&laws.surfaces[number], radius, force / rock.facing) > 0.5 * radius {
+        let distance = four(distance);
         let what = format!(
-            "the net presses rock `{}` in by more than half the radius of its spheres (smallest {} m) where it brakes it over {} m: the rock \
-             may go through it",
-            rock.name,
-            four(radius),
-            four(distance)
+            "the net presses rock `{name}` in by more than half the radius of its spheres (smallest {smallest} m) where it brakes it over \
+             {distance} m: the rock may go through it"
         );
         return Some(likely(&about, what, cure));
     }
     (share > LIMIT).then(|| {
         let what = format!(
-            "rock `{}` at rest on the net overlaps it by more than {LIMIT} of the radius of its spheres (smallest {} m, above {LIMIT} \
-             the law does not hold)",
-            rock.name,
-            four(radius)
+            "rock `{name}` at rest on the net overlaps it by more than {LIMIT} of the radius of its spheres (smallest {smallest} m, above \
+             {LIMIT} the law does not hold)"
         );
         likely(&about, what, cure)
     })

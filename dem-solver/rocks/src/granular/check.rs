@@ -21,13 +21,8 @@ pub fn check(scene: &Scene) -> Result<CheckReport, Diagnostic> {
     for (number, group) in settings.spheres.iter().enumerate() {
         let of = |i: &usize| usize::from(model.group[*i]) == number;
         let mass: f64 = (0..model.mass.len()).filter(of).map(|i| model.mass[i]).sum();
-        report.builds.push(format!(
-            "`{}`: {} spheres of {} to {} m radius, {mass:.6} kg",
-            group.name,
-            group.total(),
-            group.radii()[0],
-            group.radii()[1]
-        ));
+        let (name, total, [least, most]) = (&group.name, group.total(), group.radii());
+        report.builds.push(format!("`{name}`: {total} spheres of {least} to {most} m radius, {mass:.6} kg"));
     }
     report.builds.push(format!("box of {} planes", model.planes.len()));
     report.builds.extend(Laws::new(&settings.contacts).iter().flat_map(Laws::describe));

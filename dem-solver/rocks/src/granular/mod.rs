@@ -191,9 +191,11 @@ fn overlapping(
         let reach = |a: usize| (groups[a].lowest, groups[a].highest);
         let same = (1..groups.len()).find(|b| (0..*b).any(|a| reach(a) == reach(*b)));
         let at = same.unwrap_or(groups.len() - 1);
-        return Err(scene
-            .invalid(&format!("spheres.{at}.count"), what)
-            .try_instead("give each table a region of its own, inside the box: lowest, highest"));
+        return scene.refuse(
+            &format!("spheres.{at}.count"),
+            what,
+            "give each table a region of its own, inside the box: lowest, highest",
+        );
     }
     let Some((i, j, share)) = start.deepest() else { return Ok(None) };
     let of = |k: usize| usize::from(start.group[k]);
@@ -204,9 +206,11 @@ fn overlapping(
         a.x, a.y, a.z, b.x, b.y, b.z
     );
     if share > RESTING {
-        return Err(scene.invalid(&format!("spheres.{at}.file"), deepest).try_instead(
+        return scene.refuse(
+            &format!("spheres.{at}.file"),
+            deepest,
             "beyond 10 % they fly apart: move them apart, or write smaller radii (radii, not diameters)",
-        ));
+        );
     }
     Ok(Some(Diagnostic::warning(code::GEOMETRY, deepest).about(format!("spheres.{at}.file"))))
 }

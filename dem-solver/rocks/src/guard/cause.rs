@@ -86,11 +86,10 @@ impl<'a> Case<'a> {
         if stride <= share * radius {
             return Ok(());
         }
+        let (whose, cure) = (self.whose(), self.too_far(now, speed, share));
         Err(Fault::window(format!(
-            "{}: {moves} by {stride:.3e} m in one step of {h:.3e} s, more than {share} times the radius {radius:.3e} m of what \
-             touches, and might pass through unseen; {}",
-            self.whose(),
-            self.too_far(now, speed, share)
+            "{whose}: {moves} by {stride:.3e} m in one step of {h:.3e} s, more than {share} times the radius {radius:.3e} m of what \
+             touches, and might pass through unseen; {cure}"
         )))
     }
 
@@ -147,12 +146,11 @@ impl<'a> Case<'a> {
 
     /// Why motion is not finite after `before`.
     pub fn not_finite(&self, before: &Motion, overlap: f64) -> String {
+        let (speed, radius, modulus) =
+            (before.velocity.norm(), self.rock().smallest_radius, self.modulus(" at "));
         let seen = format!(
-            "before it moved with {:.4e} m/s, its spheres (smallest radius {:.3e} m) had overlapped by up to {overlap:.2} \
-             radii{}",
-            before.velocity.norm(),
-            self.rock().smallest_radius,
-            self.modulus(" at ")
+            "before it moved with {speed:.4e} m/s, its spheres (smallest radius {radius:.3e} m) had overlapped by up to {overlap:.2} \
+             radii{modulus}"
         );
         let why = self.made_energy(before, 0.0).unwrap_or_else(|| {
             format!(
@@ -248,11 +246,10 @@ impl<'a> Case<'a> {
             Some((key, value)) => format!("raise contact.{key} from {value:.3e} to {:.2e}", value * times),
             None => format!("make it {times:.1} times as stiff"),
         };
+        let large = radius * larger(normal, times);
         format!(
-            "for {speed:.4} m/s and {:.4} kg the contact is too soft, {stiffness}, or make the spheres as large as {:.2e} m \
-             (cluster.smallest_radius, or fewer): either keeps the overlap below {AIM} radii even if nothing yields",
-            mass,
-            radius * larger(normal, times)
+            "for {speed:.4} m/s and {mass:.4} kg the contact is too soft, {stiffness}, or make the spheres as large as {large:.2e} m \
+             (cluster.smallest_radius, or fewer): either keeps the overlap below {AIM} radii even if nothing yields"
         )
     }
 }

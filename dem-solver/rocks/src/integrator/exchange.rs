@@ -104,12 +104,10 @@ impl RockIntegrator {
         if !(window.length > 0.0 && window.length.is_finite()) {
             return Err(Fault::broken(format!("a window of {} s cannot be solved", window.length)));
         }
-        let (takes, gives) = (self.takes.len(), self.gives.len());
-        if (input.len(), output.len()) != (takes, gives) {
+        let (takes, gives, has, room) = (self.takes.len(), self.gives.len(), input.len(), output.len());
+        if (has, room) != (takes, gives) {
             return Err(Fault::broken(format!(
-                "the request has {} numbers and room for {}, by the plan they are {takes} and {gives}",
-                input.len(),
-                output.len()
+                "the request has {has} numbers and room for {room}, by the plan they are {takes} and {gives}"
             )));
         }
         Ok(())

@@ -4,6 +4,7 @@ use crate::model::{Model, Span};
 use dem_contact::contact::broad_phase::mesh_pairs::Instant;
 use dem_contact::interface_mesh::local_net::NetStep;
 use interface_defs::Window;
+use num_integer::lcm;
 
 /// How a window is cut.
 #[derive(Debug, Clone, Copy)]
@@ -145,14 +146,6 @@ impl SubStep<'_> {
     }
 }
 
-fn lcm(a: usize, b: usize) -> usize {
-    let (mut x, mut y) = (a, b);
-    while y != 0 {
-        (x, y) = (y, x % y);
-    }
-    a / x * b
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -164,11 +157,6 @@ mod tests {
         assert_eq!((at.segment, at.along, at.elapsed), (1, 0.5, 2.25));
         let at = cut.end(2);
         assert_eq!((at.segment, at.along, at.elapsed), (0, 1.0, 1.5));
-    }
-
-    #[test]
-    fn the_least_common_multiple_is_one() {
-        assert_eq!([lcm(1, 1), lcm(4, 6), lcm(64, 8), lcm(3, 5)], [1, 12, 64, 15]);
     }
 
     #[test]

@@ -238,10 +238,9 @@ impl RockIntegrator {
             let against = if model.rows.is_empty() { Against::Terrain } else { Against::Net };
             let case = Case { impact: body.track.touch, ..Case::new(model, rock, against, span) };
             let overlap = body.deepest.largest().map_or(0.0, |(overlap, _)| overlap);
+            let (name, why) = (&it.name, case.not_finite(&before, overlap));
             return Err(Fault::window(format!(
-                "rock `{}` has left the finite numbers at {start:.6} s, in a step of {h:.3e} s: {}",
-                it.name,
-                case.not_finite(&before, overlap)
+                "rock `{name}` has left the finite numbers at {start:.6} s, in a step of {h:.3e} s: {why}"
             )));
         }
         let after = body.motion;

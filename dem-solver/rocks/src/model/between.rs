@@ -40,12 +40,14 @@ pub fn whole_rocks(
         match row.find(|(_, other)| *other != first) {
             Some((other, second)) => {
                 let name = first.or(second).expect("one of two that differ").name();
-                Err(scene
-                    .invalid(
-                        &format!("contact.{other}.law"),
-                        format!("rock `{}` has `{name}` with one part of the terrain and another law with the next", rock.name),
-                    )
-                    .try_instead(format!("write law = \"{name}\" in all its tables, or in none")))
+                scene.refuse(
+                    &format!("contact.{other}.law"),
+                    format!(
+                        "rock `{}` has `{name}` with one part of the terrain and another law with the next",
+                        rock.name
+                    ),
+                    format!("write law = \"{name}\" in all its tables, or in none"),
+                )
             }
             None => Ok(first.map(|_| whole(rock))),
         }
@@ -114,7 +116,7 @@ impl Between {
                         let [first, second] = [first, second].map(|r| &settings.rocks[r].name);
                         let [what, advice] = no_table(one, other);
                         let what = format!("{what}, of which rocks `{first}` and `{second}` are");
-                        return Err(scene.invalid("rock", what).try_instead(advice));
+                        return scene.refuse("rock", what, advice);
                     }
                     (None, _) => table.push(0),
                 }

@@ -129,7 +129,7 @@ impl Steps {
         let what =
             format!("a step of {step:.3e} s is above the critical step of {critical:.3e} s ({impact})");
         let cure = format!("leave {key} out, shorten the step, or write allow_unstable = true");
-        Err(scene.invalid(key, what).try_instead(cure))
+        scene.refuse(key, what, cure)
     }
 
     fn limit(&mut self, rock: &Rock, law: &Law, speed: f64) -> Mode {

@@ -61,12 +61,11 @@ fn laws_with<'a>(model: &'a Model, key: &str, missing: &str, scene: &Scene) -> R
 pub(super) fn are_apart(model: &Model, state: &mut State, scene: &Scene) -> Result<(), Diagnostic> {
     let worst = RockStage::new(model).energy(model, state);
     let Some(([a, b], radii)) = worst.filter(|(_, radii)| *radii > DEEPEST_AT_START) else { return Ok(()) };
+    let [one, two] = [a, b].map(|rock| name_of(model, rock));
     let what = format!(
-        "rock `{}` and rock `{}` overlap at the start, by {radii:.2} radii of the smaller sphere",
-        name_of(model, a),
-        name_of(model, b)
+        "rock `{one}` and rock `{two}` overlap at the start, by {radii:.2} radii of the smaller sphere"
     );
-    Err(scene.invalid(&model.settings.place_key(b), what).try_instead("move them apart"))
+    scene.refuse(&model.settings.place_key(b), what, "move them apart")
 }
 
 /// Put the sides of the scene's box around the rocks, if it has one.

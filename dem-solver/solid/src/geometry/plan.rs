@@ -63,9 +63,7 @@ pub fn check_polygon(polygon: &[Point], key: &str, scene: &Scene) -> Result<(), 
             format!("from ({}, {}) to ({}, {})", from[0], from[1], to[0], to[1])
         };
         let what = format!("the polygon crosses itself: its side {} and {}", side(a), side(b));
-        return Err(scene
-            .invalid(key, what)
-            .try_instead("list its corners in order around it, or make two of it"));
+        return scene.refuse(key, what, "list its corners in order around it, or make two of it");
     }
     if area(polygon) <= 0.0 {
         return Err(scene.invalid(key, "a polygon without area"));

@@ -174,12 +174,11 @@ impl Surface {
         let Some((edge, t)) = open.clone().min_by_key(|(edge, t)| (t[0], **edge)) else { return Ok(sides) };
         let count = open.count();
         let sheet = "; so many are those of a sheet, as a terrain is: [terrain] file = \"...\"";
+        let (first, triangle) = (ends(*edge), numbers[t[0] as usize]);
+        let more = if count > MANY { sheet } else { "" };
         Err(format!(
-            "the surface is open: {count} edges have a triangle on one side only, the first {}, of triangle {}; \
-             small holes are closed with `--close-holes`, in a scene with `shape.close_holes = true`{}",
-            ends(*edge),
-            numbers[t[0] as usize],
-            if count > MANY { sheet } else { "" }
+            "the surface is open: {count} edges have a triangle on one side only, the first {first}, of triangle {triangle}; \
+             small holes are closed with `--close-holes`, in a scene with `shape.close_holes = true`{more}"
         ))
     }
 

@@ -77,7 +77,6 @@ tagged! {
             #[serde(default, skip_serializing_if = "std::ops::Not::not")]
             close_holes: bool,
             /// Of several closed surfaces in the file take this one: its number, from 1, or its name in the file.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
             piece: Option<PieceChoice>,
         },
     }

@@ -1,7 +1,7 @@
 //! What a calibration comes to: `calibration.json` for programs, `calibration.md` and the screen for people.
 
 use super::inference::{Answer, Case, FEWEST, LEVEL, Posterior, Prediction, Table, Verdict};
-use super::{Calibration, NUMBERS, Observed, Use};
+use super::{Calibration, NUMBERS, Observed, Parameter, Use};
 use crate::base::Base;
 use crate::directory::CALIBRATION;
 use crate::record::{All, Record};
@@ -11,6 +11,7 @@ use interface_defs::message::{Measure, Worse};
 use serde_json::{Value, json};
 use std::io;
 use std::path::Path;
+use toolkit::columns::Columns;
 use toolkit::files;
 use toolkit::numbers::{four, percent, three};
 use toolkit::summary::Summary;
@@ -21,21 +22,6 @@ const POWER: usize = 8;
 const REJECTED: f64 = 0.05;
 /// Parameters that depend on each other by more than this are hardly known by themselves.
 const TOGETHER: f64 = 0.7;
-
-/// Cells in columns, with a rule behind the first row: Markdown that reads as it is.
-fn table(rows: &[Vec<String>]) -> String {
-    let width = |k: usize| rows.iter().map(|row| row[k].chars().count()).max().unwrap_or(0);
-    let line =
-        |cells: &mut dyn Iterator<Item = String>| format!("| {} |\n", cells.collect::<Vec<_>>().join(" | "));
-    let mut text = String::new();
-    for (at, row) in rows.iter().enumerate() {
-        text += &line(&mut row.iter().enumerate().map(|(k, cell)| format!("{cell:0$}", width(k))));
-        if at == 0 {
-            text += &line(&mut (0..row.len()).map(|k| "-".repeat(width(k))));
-        }
-    }
-    text
-}
 
 impl Observed {
     /// What is said of its sample.
@@ -222,49 +208,49 @@ impl Calibration {
             "{sets} sets of parameters, {falls} falls with each; {complete} have 3 values of all that is fitted, of these the {kept} nearest \
              to what was observed count.\n\n"
         );
-        let head =
-            ["parameter", "prior range", "median", "90 % range", "range / prior", "coverage", "verdict"];
-        let mut rows = vec![head.map(String::from).to_vec()];
-        for (it, found) in self.parameters.iter().zip(&answer.parameters) {
-            let Posterior { range, coverage, widened, verdict, .. } = found;
-            let [low, median, high] = range.map(|place| three(it.value(place)));
-            let wider = if *widened > 1.0 { format!(", widened by {widened:.2}") } else { String::new() };
-            rows.push(vec![
-                it.key.clone(),
-                format!("{} to {}", three(it.from), three(it.to)),
-                median,
-                format!("{low} to {high}"),
-                format!("{:.0} %", 100.0 * (range[2] - range[0])),
-                format!("{:.0} %{wider}", 100.0 * coverage),
-                verdict.sentence().into(),
-            ]);
-        }
-        text += &table(&rows);
+        type Sought<'a> = (&'a Parameter, &'a Posterior);
+        let range = |(it, found): &Sought| found.range.map(|place| three(it.value(place)));
+        let sought = Columns::new()
+            .with("parameter", |(it, _): &Sought| it.key.clone())
+            .with("prior range", |(it, _)| format!("{} to {}", three(it.from), three(it.to)))
+            .with("median", |row| range(row)[1].clone())
+            .with("90 % range", |row| range(row)[0].clone() + " to " + &range(row)[2])
+            .with("range / prior", |(_, found)| format!("{:.0} %", 100.0 * (found.range[2] - found.range[0])))
+            .with("coverage", |(_, Posterior { coverage, widened, .. })| {
+                let wider = if *widened > 1.0 { format!(", widened by {widened:.2}") } else { String::new() };
+                format!("{:.0} %{wider}", 100.0 * coverage)
+            })
+            .with("verdict", |(_, found)| found.verdict.sentence().into());
+        text += &sought.markdown(&self.parameters.iter().zip(&answer.parameters).collect::<Vec<_>>());
         text += &format!(
-            "\nCoverage: in how many of {tried} sets, taken as if observed, the range held the parameter before it was widened.\n\n"
+            "Coverage: in how many of {tried} sets, taken as if observed, the range held the parameter before it was widened.\n\n"
         );
-        let head = ["observed", "values", "10 %: observed, 90 % range", "50 %", "90 %", "p", "verdict"];
-        let mut rows = vec![head.map(String::from).to_vec()];
-        for ((own, found), sample) in self.observed.iter().zip(&answer.predictions).zip(&observed.samples) {
-            let used = if own.used == Use::Fit { "fitted" } else { "predicted" };
-            let (name, unit) = (own.name(), own.what.known()[1]);
-            let watched = own.of.map_or(String::new(), |of| format!(" of {of}"));
-            let mut row = vec![format!("{name} [{unit}], {used}"), format!("{}{watched}", own.values.len())];
-            for k in 0..3 {
-                row.push(match (found, sample) {
-                    (Some(found), Some(sample)) => {
-                        let [low, _, high] = found.ranges[k].map(three);
-                        format!("{}, {low} to {high}", three(sample[k]))
-                    }
-                    _ => "too few".into(),
-                });
-            }
-            row.push(found.as_ref().map_or(String::new(), |it| format!("{:.2}", it.p)));
-            row.push(found.as_ref().map_or("not predicted", |it| own.verdict(it)).into());
-            rows.push(row);
+        type Seen<'a> = ((&'a Observed, &'a Option<Prediction>), &'a Option<Vec<f64>>);
+        let mut seen = Columns::new()
+            .with("observed", |((own, _), _): &Seen| {
+                let used = if own.used == Use::Fit { "fitted" } else { "predicted" };
+                format!("{} [{}], {used}", own.name(), own.what.known()[1])
+            })
+            .with("values", |((own, _), _)| {
+                own.values.len().to_string() + &own.of.map_or(String::new(), |of| format!(" of {of}"))
+            });
+        for (k, title) in ["10 %: observed, 90 % range", "50 %", "90 %"].into_iter().enumerate() {
+            seen = seen.with(title, move |((_, found), sample)| match (found, sample) {
+                (Some(found), Some(sample)) => {
+                    let [low, _, high] = found.ranges[k].map(three);
+                    format!("{}, {low} to {high}", three(sample[k]))
+                }
+                _ => "too few".into(),
+            });
         }
-        text += &table(&rows);
-        text += "\nFor [vary] of a study, each parameter by itself:\n\n";
+        let seen = seen
+            .with("p", |((_, found), _)| found.as_ref().map_or(String::new(), |it| format!("{:.2}", it.p)))
+            .with("verdict", |((own, found), _)| {
+                found.as_ref().map_or("not predicted", |it| own.verdict(it)).into()
+            });
+        let rows = self.observed.iter().zip(&answer.predictions).zip(&observed.samples);
+        text += &seen.markdown(&rows.collect::<Vec<_>>());
+        text += "For [vary] of a study, each parameter by itself:\n\n";
         for (it, found) in self.parameters.iter().zip(&answer.parameters) {
             let [low, median, high] = found.range.map(|place| four(it.value(place)));
             let (from, to) = (four(it.from), four(it.to));

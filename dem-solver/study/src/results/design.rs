@@ -6,6 +6,7 @@ use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::message::Measure;
 use std::io;
 use std::path::Path;
+use toolkit::columns::Columns;
 use toolkit::files;
 use toolkit::numbers::short;
 
@@ -220,33 +221,27 @@ pub fn write(
     if let Some(rows) = &of_uni {
         checked.warnings.extend(below_largest(name, rows));
     }
-    let mut table = csv::Writer::from_writer(files::create(path)?);
-    table.write_record([
-        "standard",
-        "quantity",
-        "value",
-        "unit",
-        "from",
-        "upper_bound",
-        "barrier",
-        "satisfied",
-    ])?;
-    for rows in [of_uni, of_onr].into_iter().flatten() {
-        for row in &rows {
+    let table = Columns::new()
+        .with("standard", |row: &Row| row.standard.into())
+        .with("quantity", |row| row.name.into())
+        .number("value", |row| Some(row.value))
+        .with("unit", |row| row.unit.into())
+        .with("from", |row| row.more.as_ref().map_or(row.how.clone(), |more| format!("{}; {more}", row.how)))
+        .number("upper_bound", |row| row.bound)
+        .number("barrier", |row| row.has)
+        .with("satisfied", |row| row.finding().map_or("", |(satisfied, _)| satisfied).into());
+    let standards: Vec<_> = [of_uni, of_onr].into_iter().flatten().collect();
+    for rows in &standards {
+        for row in rows {
             required.push((row.standard, row.name, row.value));
-            let has = row.has.map_or(String::new(), |has| has.to_string());
-            let satisfied = row.finding().map_or("", |(satisfied, _)| satisfied);
-            let value = row.value.to_string();
-            let how = row.more.as_ref().map_or(row.how.clone(), |more| format!("{}; {more}", row.how));
-            let bound = row.bound.map_or(String::new(), |bound| bound.to_string());
-            table.write_record([row.standard, row.name, &value, row.unit, &how, &bound, &has, satisfied])?;
             let measure = format!("{name}_{}_{}", key(row.standard), row.name);
             let bound = row.bound.map(|bound| Measure::new(format!("{measure}_upper"), bound, row.unit));
             checked.measures.push(Measure::new(measure, row.value, row.unit));
             checked.measures.extend(bound);
         }
-        checked.sentences.push(sentence(name, &rows, study));
+        checked.sentences.push(sentence(name, rows, study));
     }
+    files::write(path, table.csv(&standards.concat())?.as_bytes())?;
     let of_uni = design.uni_11211_4.as_ref().map(|_| UNI_QUANTILE);
     let of_onr = design.onr_24810.as_ref().map(|onr| onr.energy_quantile.max(onr.height_quantile));
     let most = of_uni.into_iter().chain(of_onr).fold(0.0, f64::max);
@@ -259,7 +254,6 @@ pub fn write(
         let few = Diagnostic::warning(code::FEW_SAMPLES, what);
         checked.warnings.push(few.try_instead("more members are required"));
     }
-    table.flush()?;
     Ok(required)
 }
 

@@ -30,29 +30,29 @@ struct Statistic {
     unit: &'static str,
     of: fn(&Crossing) -> f64,
     /// Title of its curve, and what its values are multiplied by there.
-    curve: Option<(&'static str, f64)>,
+    curve: (&'static str, f64),
 }
 
 /// All of them. A new one takes a line here.
 const STATISTICS: [Statistic; 4] = [
-    statistic("energy", "J", |it| it.energy, Some(("kinetic energy, rotation included [kJ]", 1e-3))),
+    statistic("energy", "J", |it| it.energy, ("kinetic energy, rotation included [kJ]", 1e-3)),
     // Below 0 a rock is pressed into soft ground, and passes at its level.
     statistic(
         "height",
         "m",
         |it| if it.height < 0.0 { 0.0 } else { it.height },
-        Some(("height of the lowest point [m]", 1.0)),
+        ("height of the lowest point [m]", 1.0),
     ),
     // Against it the height of a barrier is judged.
-    statistic("centre_height", "m", |it| it.centre, Some(("height of the centre [m]", 1.0))),
-    statistic("speed", "m/s", |it| it.speed, Some(("speed [m/s]", 1.0))),
+    statistic("centre_height", "m", |it| it.centre, ("height of the centre [m]", 1.0)),
+    statistic("speed", "m/s", |it| it.speed, ("speed [m/s]", 1.0)),
 ];
 
 const fn statistic(
     name: &'static str,
     unit: &'static str,
     of: fn(&Crossing) -> f64,
-    curve: Option<(&'static str, f64)>,
+    curve: (&'static str, f64),
 ) -> Statistic {
     Statistic { name, unit, of, curve }
 }
@@ -384,16 +384,6 @@ pub fn write(
     Ok(())
 }
 
-/// Shares of an exceedance curve, each with its interval.
-const EXCEEDED: [&str; 6] = [
-    "share_of_passing",
-    "share_of_passing_low",
-    "share_of_passing_high",
-    "share_of_all",
-    "share_of_all_low",
-    "share_of_all_high",
-];
-
 /// Rows of many members, about, and how many of the rarest have one each in any case.
 const ROWS: usize = 10_000;
 const RAREST: usize = 1000;
@@ -414,7 +404,9 @@ fn exceedance(path: &Path, passing: &Passing, releases: &Releases) -> io::Result
         ["frequency_per_year", "frequency_per_year_low", "frequency_per_year_high", "return_period_years"]
             .map(|what| format!("{name}_{what}"))
     });
-    table.write_record(EXCEEDED.map(String::from).into_iter().chain(names).chain(frequencies))?;
+    let shares = ["passing", "all"].into_iter();
+    let shares = shares.flat_map(|of| ["", "_low", "_high"].map(|end| format!("share_of_{of}{end}")));
+    table.write_record(shares.chain(names).chain(frequencies))?;
     let count = largest[0].len();
     for reached in rows(count) {
         let shares = [count as u64, computed].map(|all| {
@@ -482,7 +474,7 @@ fn curves(
     imprint: &Imprint,
 ) -> Result<String, String> {
     let drawn = largest.iter().zip(&STATISTICS).filter(|(values, _)| !values.is_empty());
-    let drawn: Vec<_> = drawn.filter_map(|(values, it)| Some((values, it.name, it.curve?))).collect();
+    let drawn: Vec<_> = drawn.map(|(values, it)| (values, it.name, it.curve)).collect();
     let count = largest[0].len() as u64;
     let of = of_share(count, computed);
     let [share, low, high] = [Some(count as f64 / computed as f64), of.low, of.high]

@@ -51,7 +51,7 @@ impl Barrier {
         let foreign = [("spheres", "separate spheres"), ("box", "a box")];
         if let Some((key, what)) = foreign.into_iter().find(|(key, _)| scene.has(key)) {
             let what = format!("a barrier that members of a study are run against has no place for {what}");
-            return Err(scene.invalid(key, what).try_instead(format!("leave `{key}` out")));
+            return scene.refuse(key, what, format!("leave `{key}` out"));
         }
         let after = scene.end_time()?;
         let mut document = scene.document()?;
@@ -162,7 +162,7 @@ impl Barrier {
             "add one to the barrier, as in\n[[contact]]\nbetween = [\"{material}\", \"{STRUCTURE}\"]\nlaw = \"linear\"\n\
              stiffness = 1e7\npoisson = 0.2\nrestitution = 0.5\nfriction = 0.4"
         );
-        Err(self.scene.invalid("contact", what).try_instead(advice))
+        self.scene.refuse("contact", what, advice)
     }
 }
 
@@ -194,7 +194,7 @@ fn with_line(study: Scene, area: &Area, scene: &Scene) -> Result<(String, Scene)
     if let Some(at) = lines.iter().position(|line| line.name == NAME) {
         let what = format!("the line `{NAME}` of the study is not where {} stands", scene.path().display());
         let advice = format!("give it another name, or these points: points = [{}]", points.join(", "));
-        return Err(study.invalid(&format!("line.{at}.points"), what).try_instead(advice));
+        return study.refuse(&format!("line.{at}.points"), what, advice);
     }
     // Without its name: the study is the same for all barriers on this line.
     let more = format!("\n# Where the barrier stands.\n{table}");

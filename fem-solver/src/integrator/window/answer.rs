@@ -1,12 +1,12 @@
 //! Where the fields of an answer lie, and what is written there.
 
-use super::least_common_multiple;
 use crate::integrator::shown::Shown;
 use crate::linear_algebra::lanes::longest_displacement;
 use crate::state::State;
 use interface_defs::field::{Items, Layout, Sampling, name};
 use interface_defs::mesh::InterfaceMesh;
 use interface_defs::message::Plan;
+use num_integer::lcm;
 use std::ops::Range;
 
 /// The fields of an answer, for the whole interface mesh or for what is selected of it.
@@ -39,7 +39,7 @@ impl Answer {
 
     /// Fewest equal parts of a window at the ends of which all samples lie.
     pub(super) fn parts(&self) -> usize {
-        least_common_multiple(self.samples[0].max(1), self.samples[1].max(1))
+        lcm(self.samples[0].max(1), self.samples[1].max(1))
     }
 
     /// Lay the fields out for `nodes` and `items`, or for the whole mesh.

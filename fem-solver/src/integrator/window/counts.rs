@@ -77,11 +77,10 @@ impl Counts {
             warnings.push(Diagnostic::warning(code::TRUST, what).about(key).try_instead("shorten it"));
         }
         if let Some(dof) = self.unstable_at {
+            let (steps, pivot) = (self.unstable, model.dof_name(dof));
             let what = format!(
-                "the tangent was not positive at the end of {} steps (slack, or close to buckling; the first pivot at {}): it was \
-                 shifted, which slows Newton down and leaves its answer as it is",
-                self.unstable,
-                model.dof_name(dof)
+                "the tangent was not positive at the end of {steps} steps (slack, or close to buckling; the first pivot at {pivot}): it was \
+                 shifted, which slows Newton down and leaves its answer as it is"
             );
             warnings.push(Diagnostic::warning(code::GEOMETRY, what));
         }

@@ -32,6 +32,7 @@ use interface_defs::mesh::InterfaceMesh;
 use interface_defs::message::{Fault, FaultKind, Plan};
 use interface_defs::selection::Selection;
 use interface_defs::solver::Window;
+use num_integer::lcm;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::rc::Rc;
@@ -214,7 +215,7 @@ impl WindowSolver {
             shortcuts,
             skipped: false,
             booked: Default::default(),
-            parts: least_common_multiple(loads.parts(), answer.parts()),
+            parts: lcm(loads.parts(), answer.parts()),
             loads,
             answer,
             loaded: false,
@@ -485,12 +486,11 @@ impl WindowSolver {
                     let half = 0.5 * h;
                     self.trial.along.stride = half;
                     if half < settings.shortest() {
+                        let (least, why) = (settings.shortest(), failure.describe(&self.model));
                         outcome = Err(format!(
                             "statics ends at t = {time:.6e} s, the last equilibrium: from there no load step of {h:.3e} s, and \
-                             fem.load_steps allows none below {:.3e} s. {}; where the structure snaps or buckles, \
-                             fem.path_speed follows it",
-                            settings.shortest(),
-                            failure.describe(&self.model)
+                             fem.load_steps allows none below {least:.3e} s. {why}; where the structure snaps or buckles, \
+                             fem.path_speed follows it"
                         ));
                     }
                 }
@@ -754,12 +754,4 @@ fn first_state(model: &Model, config: &Config, start: &Start, recorder: &Recorde
         cable_force_beside: tension.value,
     };
     state
-}
-
-fn least_common_multiple(a: usize, b: usize) -> usize {
-    let (mut x, mut y) = (a, b);
-    while y != 0 {
-        (x, y) = (y, x % y);
-    }
-    a / x * b
 }

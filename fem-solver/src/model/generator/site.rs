@@ -5,7 +5,6 @@
 
 use crate::config::generator::{Barrier, Side};
 use crate::read::heights::Heights;
-use crate::read::refuse;
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::{Vector2, Vector3};
 use toolkit::coordinates::{Coordinates, Form};
@@ -29,7 +28,7 @@ pub fn check_point(
     }
     if !matches!(point.len(), 2 | 3) {
         let what = format!("a point of {} numbers: two or three are required", point.len());
-        return refuse(scene, &format!("{table}.{name}"), what, "[x, y] on the ground, or [x, y, z]");
+        return scene.refuse(&format!("{table}.{name}"), what, "[x, y] on the ground, or [x, y, z]");
     }
     Ok(())
 }
@@ -53,7 +52,7 @@ impl Line {
         match (&table.line, &table.position) {
             (Some(_), Some(_)) => {
                 let what = "line and position together define one thing twice";
-                Err(scene.invalid("structure.generator.position", what).try_instead("keep one of them"))
+                scene.refuse("structure.generator.position", what, "keep one of them")
             }
             (Some(line), None) => Self::stated(scene, table, line),
             (None, Some(middle)) => Self::around(scene, table, middle),
@@ -69,18 +68,18 @@ impl Line {
         for (name, stated) in [("azimuth", table.azimuth), ("length", table.length)] {
             if stated.is_some() {
                 let what = format!("`{name}` belongs to position: the line has its own");
-                return refuse(scene, &format!("structure.generator.{name}"), what, "leave it out");
+                return scene.refuse(&format!("structure.generator.{name}"), what, "leave it out");
             }
         }
         if line.len() < 2 {
             let what = format!("{} points: a line has two at least", line.len());
-            return Err(scene.invalid(key, what).try_instead("line = [[x, y], [x, y]]"));
+            return scene.refuse(key, what, "line = [[x, y], [x, y]]");
         }
         let size = line[0].len();
         for (i, point) in line.iter().enumerate() {
             if !matches!(point.len(), 2 | 3) || point.len() != size {
                 let what = format!("a point of {} numbers: each has two, or each has three", point.len());
-                return refuse(scene, &format!("{key}.{i}"), what, "[x, y] on the ground, or [x, y, z]");
+                return scene.refuse(&format!("{key}.{i}"), what, "[x, y] on the ground, or [x, y, z]");
             }
         }
         let points =
@@ -92,7 +91,7 @@ impl Line {
         let key = "structure.generator.position";
         let (Some(azimuth), Some(length)) = (table.azimuth, table.length) else {
             let what = "position is the middle of the line: azimuth and length are required with it";
-            return refuse(scene, key, what, "azimuth in degrees from y, clockwise; length in metres");
+            return scene.refuse(key, what, "azimuth in degrees from y, clockwise; length in metres");
         };
         super::key(scene).positive(&[("length", length, "m")])?;
         check_point(scene, "structure.generator", ("position", middle), azimuth)?;
@@ -114,7 +113,7 @@ impl Line {
             let (own, count) = (table.fields, pieces.len());
             let what =
                 format!("{own} fields: the line has {count} pieces, and a post stands at each of its points");
-            return refuse(scene, "structure.generator.fields", what, format!("fields = {count}"));
+            return scene.refuse("structure.generator.fields", what, format!("fields = {count}"));
         }
         for (i, (piece, fields)) in pieces.iter().zip(&fields).enumerate() {
             let field = piece.norm() / *fields as f64;
@@ -217,14 +216,12 @@ fn ground(scene: &Scene, table: &Barrier, line: &Line) -> Result<Option<Heights>
             return Ok(None);
         }
         let what = "points of two numbers stand on the ground, and its heights are not known here";
-        return Err(scene.invalid(line.key, what).try_instead(
-            "name a raster with ground = \"FILE.asc\", or write [x, y, z]; in a scene with [terrain], `rockfall run` and `rockfall \
-             check` make the raster",
-        ));
+        return scene.refuse(line.key, what, "name a raster with ground = \"FILE.asc\", or write [x, y, z]; in a scene with [terrain], `rockfall run` and `rockfall \
+             check` make the raster");
     };
     if line.has_heights {
         let what = "the line has heights of its own: nothing will use the ground";
-        return refuse(scene, key, what, "leave out the third number of each point, or ground");
+        return scene.refuse(key, what, "leave out the third number of each point, or ground");
     }
     Heights::read(scene, key, path).map(Some)
 }
@@ -265,7 +262,7 @@ impl Place<'_> {
     fn on(&self, ground: &Heights, at: Vector2<f64>, what: &str) -> Result<Vector3<f64>, Diagnostic> {
         let hint = "move the line to the terrain, with the anchors beside and above it";
         let height = ground.below(at.x, at.y, what);
-        let height = height.or_else(|what| refuse(self.scene, self.line.key, what, hint))?;
+        let height = height.or_else(|what| self.scene.refuse(self.line.key, what, hint))?;
         Ok(Vector3::new(at.x, at.y, height))
     }
 
@@ -277,7 +274,7 @@ impl Place<'_> {
         let hint = "uphill = \"left\" or \"right\", seen from its first point";
         let Some(ground) = self.ground else {
             let what = "without ground it is not known on which side of the line the slope rises";
-            return refuse(self.scene, self.line.key, what, hint);
+            return self.scene.refuse(self.line.key, what, hint);
         };
         let away = self.table.anchor_distance;
         let mean = self.fall(ground, feet);
@@ -285,7 +282,7 @@ impl Place<'_> {
             let what = format!(
                 "{away} m to its left the ground lies {mean:.2} m higher than to its right: no slope says where rocks come from"
             );
-            return refuse(self.scene, self.line.key, what, hint);
+            return self.scene.refuse(self.line.key, what, hint);
         }
         Ok(if mean > 0.0 { Side::Left } else { Side::Right })
     }
