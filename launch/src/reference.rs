@@ -35,7 +35,7 @@ pub fn text(share: &Share, study: &Share, calibration: &Share) -> String {
         ("RESULTS", results(share)),
         ("CODES", code::reference()),
     ];
-    fill(include_str!("reference.md").trim_end(), &values)
+    fill(include_str!("reference.txt").trim_end(), &values)
 }
 
 /// What a value is.

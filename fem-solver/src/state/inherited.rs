@@ -207,7 +207,9 @@ impl Inherited {
         let end: End = state_file::read(&file, VERSION).map_err(|why| {
             let what = format!("the state {shown} cannot be used: {why}");
             match why {
-                Unreadable::Foreign(_) => refused(code::PROVENANCE, what, AGAIN),
+                Unreadable::Foreign(_) => {
+                    refused(code::PROVENANCE, format!("{what}; this is fem-solver {}", build_id()), AGAIN)
+                }
                 Unreadable::File(_) => refused(code::FILE, what, AGAIN),
                 Unreadable::Damaged(_) => refused(code::FILE_CONTENT, what, COPIED),
             }
