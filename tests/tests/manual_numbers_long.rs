@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use tests::manual::holds;
-use tests::{Bench, Ended, example, program, repository, scene};
+use tests::{Bench, Ended, example, scene};
 
 /// A scene with these `--set`s, whatever it says of itself in the end.
 fn run_of(bench: &Bench, scene: &Path, out: &str, sets: &[&str]) -> Ended {
@@ -82,10 +82,7 @@ const VARIED: &[(&str, &[&[&str]])] = &[
     ),
     (
         "brakes 20 % stronger at 5 m/s",
-        &[&[
-            "structure.parts.0.speed=[[0.0,1.0],[5.0,1.2]]",
-            "structure.parts.1.speed=[[0.0,1.0],[5.0,1.2]]",
-        ]],
+        &[&["structure.parts.0.speed=[[5.0,1.2]]", "structure.parts.1.speed=[[5.0,1.2]]"]],
     ),
     (
         "friction of the block 0.2, 0.6 (here 0.4)",
@@ -253,7 +250,7 @@ fn iterations_by_acceleration() {
     ] {
         let runs = ["aitken", "anderson", "iqn_ils"]
             .map(|how| of(name, window, &[&format!("coupling.acceleration.type={how}")]));
-        let cells = vec!["{} ({}, {})"; 3].join(" | ");
+        let cells = ["{} ({}, {})"; 3].join(" | ");
         holds(page, &format!("| `{name}`, {window} ms | {cells} |"), &runs.map(|run| run.0).concat());
         if (name, window) == ("walenstadt-compare", "0.5") {
             let [least, most] = range(&runs.map(|run| run.1));
@@ -466,8 +463,9 @@ fn presets_beside_fine_weak_windows() {
             format!("structure.cable.radius={radius}"),
             "dem.contact_selection=nearest".into(),
             "end_time=0.3".into(),
+            "limits.weak_window=2.0".into(),
         ];
-        let sets: Vec<String> = own.into_iter().chain(NEAR.map(str::to_owned)).collect();
+        let sets: Vec<String> = own.into_iter().chain(START.map(str::to_owned)).collect();
         (row, "walenstadt-compare", sets, "1e-5", "max_deflection")
     };
     let both = |spheres, young| [drop(spheres, young, false), drop(spheres, young, true)];
@@ -499,7 +497,7 @@ fn presets_beside_fine_weak_windows() {
             })
             .collect();
         println!("{row} {exact:?} {values:.3?}");
-        let cells = vec!["{} % | {} % | {} %"; 3].join(" | ");
+        let cells = ["{} % | {} % | {} %"; 3].join(" | ");
         holds("docs/coupling.md", &format!("| {row} | {cells} |"), &values);
     }
 }
@@ -559,7 +557,7 @@ fn what_costs_have_beside_times() {
     }
 }
 
-/// The rows of `wire_ring` and `ring`, and the longer chains of the referee.
+/// The rows of `wire_ring` and `ring`, and a chain of the referee.
 #[test]
 #[ignore = "long: .ci/nightly numbers"]
 fn rings_that_touch() {
@@ -597,56 +595,8 @@ fn rings_that_touch() {
         let (first, from) = if row.matches('|').count() > 2 { (" /", 1) } else { (" | {} /", 0) };
         holds(page, &format!("{row}{first} {{}} | {{}} / {{}} | {{}} / {{}} |"), &values[from..]);
     }
-    for (template, options, force) in [
-        ("| | 48 | {} | |", "chain beams=48 friction=0.2", 69.7e3),
-        ("| | 96 | {} (-4 %) | |", "chain beams=96 friction=0.2", 69.7e3),
-        ("| R12, 110.9 kN | 64 | {} (-3 %) | 0.491 |", "chain beams=64 turns=12 friction=0.2", 110.9e3),
-    ] {
-        let extension = at(&drawn(options), 1, force)[0];
-        println!("{template} {extension}");
-        holds(page, template, &[extension]);
-    }
-}
-
-/// How well many spheres fit; `manual_numbers.rs` compares docs/clusters.md with this page.
-#[test]
-#[ignore = "long: .ci/nightly numbers"]
-fn covers_of_solids() {
-    for solid in [
-        "cube:0.41",
-        "box:0.2,0.4,0.6",
-        "ead_block:0.41",
-        "norm_rock_221:0.05",
-        "ellipsoid:0.3,0.2,0.15",
-        "random_convex:0.5,0.4,0.3,7",
-    ] {
-        let table = printed("covers", &format!("64,300,1000,4000,20000 {solid}"));
-        for row in table.lines().filter(|row| row.starts_with(&format!("| {solid}"))) {
-            holds_row("dem-solver/examples/README.md", row, 3, 10);
-        }
-    }
-}
-
-/// A structure that is always computed.
-#[test]
-#[ignore = "long: .ci/nightly numbers"]
-fn a_structure_that_does_not_wait() {
-    let bench = Bench::new();
-    let ended = bench.run(&scene("site"), "out", &["--no-shortcuts", "--quiet"]);
-    assert!(matches!(ended.code, Some(0 | 3)), "{}", ended.stderr);
-    let of = |name: &str| ended.measure(name);
-    for (template, value) in [
-        ("| windows | 4 287 | {} | |", count(&ended, "windows")),
-        ("| `max_travel` [m] | 4.8810 | {} |", of("max_travel")),
-        ("| `max_elongation` [m] | 5.2895 | {} |", of("max_elongation")),
-        ("| `braking_time` [s] | 0.25568 | {} |", of("braking_time")),
-        ("| `max_reaction_1ms` [kN] | 489.6 | {} |", of("max_reaction_1ms") / 1e3),
-        ("| `max_cable_force` [kN] | 231.0 | {} |", of("max_cable_force") / 1e3),
-        ("| `energy_error` | 0.049 % | {} % | |", 100.0 * of("energy_error")),
-    ] {
-        println!("{template} {value}");
-        holds("docs/accuracy.md", template, &[value]);
-    }
+    let extension = at(&drawn("chain beams=48 friction=0.2"), 1, 69.7e3)[0];
+    holds(page, "| | 48 | {} | |", &[extension]);
 }
 
 /// The sixty, in the order of the table: one template of all rows, as some bear the same words.
@@ -677,106 +627,4 @@ fn sixty_combinations() {
     }
     assert_eq!(template.len(), 60);
     holds("docs/accuracy.md", &template.join(" "), &values);
-}
-
-/// The study of the example against a barrier at its line.
-#[test]
-#[ignore = "long: .ci/nightly numbers"]
-fn the_worst_of_a_study_against_a_barrier() {
-    let bench = Bench::new();
-    let mut command = Command::new(program("rockfall"));
-    command.arg("ensemble").arg(scene("studies/slope")).arg("--barrier").arg(scene("studies/barrier"));
-    command.args(["--worst", "6", "--quiet", "--out"]).arg(bench.path("out")).current_dir(repository());
-    let ended = Ended::of(command.output().expect("started"), bench.path("out"));
-    assert!(matches!(ended.code, Some(0 | 3)), "{}", ended.stderr);
-    let text = std::fs::read_to_string(bench.path("out/barrier/verdicts.csv")).expect("verdicts");
-    let (mut lines, mut found) = (text.lines(), Vec::new());
-    let at = lines.next().and_then(|head| head.split(',').position(|name| name == "fate")).expect("a column");
-    found.extend(lines.map(|line| line.split(',').nth(at).expect("a fate").to_owned()));
-    found.sort();
-    println!("{found:?}");
-    assert_eq!(found, ["passed_beside", "passed_over", "passed_over", "stopped", "undecided", "undecided"]);
-}
-
-/// What `hillside` prints of a number of spheres: a quantity's median, the values one standard error of its rank away, and the 90 % quantile.
-struct Falls {
-    rest: f64,
-    imbalance: f64,
-    lines: Vec<(String, Vec<f64>)>,
-}
-
-impl Falls {
-    fn of(arguments: &str) -> Vec<Self> {
-        let text = printed("hillside", arguments);
-        println!("{text}");
-        let numbers = |line: &str| -> Vec<f64> {
-            let word = |c: char| !(c.is_ascii_digit() || "+-.e".contains(c));
-            line.split(word).filter_map(|number| number.parse().ok()).collect()
-        };
-        let blocks = text.split(" spheres: ").skip(1).map(|block| {
-            let mut lines = block.lines().skip(1).take_while(|line| line.starts_with("  "));
-            assert!(block.starts_with("0 stopped"), "{block}");
-            let head = numbers(lines.next().expect("a line"));
-            let own = lines.map(|line| line.trim().split_once(": ").expect("a quantity"));
-            let lines = own.map(|(name, rest)| (name.to_owned(), numbers(rest))).collect();
-            Self { rest: head[0], imbalance: *head.last().expect("a number"), lines }
-        });
-        blocks.collect()
-    }
-
-    fn numbers(&self, name: &str) -> &[f64] {
-        &self.lines.iter().find(|(own, _)| own == name).unwrap_or_else(|| panic!("no {name}")).1
-    }
-}
-
-/// One column for each number of spheres.
-fn holds_columns(row: &str, cell: &str, falls: &[Falls], of: impl Fn(&Falls) -> Vec<f64>) {
-    let values: Vec<f64> = falls.iter().flat_map(of).collect();
-    println!("{row} {values:?}");
-    holds("docs/accuracy.md", &format!("| {row} | {} |", vec![cell; falls.len()].join(" | ")), &values);
-}
-
-#[test]
-#[ignore = "long: .ci/nightly numbers"]
-fn falls_to_a_meadow() {
-    let falls = Falls::of("meadow 200");
-    let run_out = |fall: &Falls| fall.numbers("run-out [m]").to_vec();
-    holds_columns("median and its standard error [m]", "{} ± {}", &falls, |fall| {
-        let own = run_out(fall);
-        vec![own[0], 0.5 * (own[2] - own[1])]
-    });
-    holds_columns("90 % quantile [m]", "{}", &falls, |fall| vec![run_out(fall)[3]]);
-    holds_columns("at rest within 40 s", "{}", &falls, |fall| vec![fall.rest]);
-    // Behind both quantiles and the largest: the distance from the count before, and its level with the 5 before it.
-    let own = run_out(&falls[2]);
-    let words = "The distributions of 300 and 1 000 are {} apart; the 5 % level is {}.";
-    holds("docs/accuracy.md", words, &[own[7], *own.last().expect("a level")]);
-    let medians: Vec<f64> = falls.iter().map(|fall| run_out(fall)[0]).collect();
-    let least = [1, 2, 3].map(|at| medians[at]);
-    let words = "its median run-out is {} m instead of {} to {} m";
-    holds("docs/contact.md", words, &[&medians[..1], &range(&least)].concat());
-}
-
-#[test]
-#[ignore = "long: .ci/nightly numbers"]
-fn falls_to_the_foot() {
-    let falls = Falls::of("foot 1000");
-    for (row, name) in [
-        ("time [s]", "time [s]"),
-        ("to the side [m]", "to the side [m]"),
-        ("largest jump [m]", "largest jump [m]"),
-        ("largest speed [m/s]", "largest speed [m/s]"),
-        ("largest spin [rad/s]", "largest spin [rad/s]"),
-        ("impacts", "impacts"),
-        ("mean contact time [ms]", "mean contact [ms]"),
-    ] {
-        holds_columns(row, "{} ({})", &falls, |fall| {
-            let own = fall.numbers(name);
-            vec![own[0], own[3]]
-        });
-    }
-    holds_columns("largest overlap of all, in R", "{}", &falls, |fall| {
-        vec![fall.numbers("largest overlap")[6]]
-    });
-    holds_columns("energy error, largest", "{}", &falls, |fall| vec![fall.imbalance]);
 }
