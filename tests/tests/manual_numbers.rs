@@ -605,7 +605,8 @@ fn every_section_with_numbers_says_where_they_come_from() {
         gone.extend(paths.filter(|path| !repository().join(path).exists()).map(str::to_owned));
         let tested = row[2].contains(".rs") || row[2].contains(".toml");
         let dated = row[3].starts_with("2026-") && row[3].contains(", ");
-        assert!(row[3] == "given" || dated || (row[3] == "each build" && tested), "{row:?}");
+        let nightly = row[3] == "each night" && row[2].contains("manual_numbers_long.rs");
+        assert!(row[3] == "given" || dated || nightly || (row[3] == "each build" && tested), "{row:?}");
     }
     assert!(
         open.is_empty() && gone.is_empty(),
