@@ -228,7 +228,7 @@ pub const PRESETS: [Preset; 3] = [
 /// What is chosen where a scene names none.
 const USUAL: Preset = PRESETS[1];
 
-/// Bounds [%] that the deviations of deflection and `max_reaction_1ms` kept with all of them.
+/// Bounds [%] that the deviations of deflection and, but for barriers, whose reaction scatters, `max_reaction_1ms` kept with all of them.
 const MEASURED: [f64; 2] = [0.05, 0.5];
 /// Steps of the structure in a window.
 const STEPS: f64 = 10.0;
@@ -316,8 +316,8 @@ impl Preset {
     pub fn quote(self) -> String {
         let ([deflection, reaction], energy) = (MEASURED, self.energy);
         format!(
-            "{}: deflection within {deflection} %, reaction (1 ms) within {reaction} %, energy within {energy} % on the drop test and \
-             the barrier (docs/coupling.md)",
+            "{}: deflection within {deflection} %, energy within {energy} % on the drop test and the barrier, reaction (1 ms) within \
+             {reaction} % on the drop test (docs/coupling.md)",
             self.name
         )
     }
