@@ -148,7 +148,7 @@ fn a_barrier_of_which_little_is_known() {
                     ended.measure("rope_brakes_elongation_max"),
                     kilo("bottom_rope_tension_max"),
                     kilo("side_ropes_tension_max"),
-                    kilo("max_reaction_1ms"),
+                    kilo("max_reaction_10ms"),
                     100.0 * strain.unwrap_or(0.0),
                 ]
             })
