@@ -223,7 +223,7 @@ impl<'a> Coupling<'a> {
                     self.reject(span, reason, agreement, &mut schedule)?;
                 }
                 // Both solvers begin again, in a window of the usual length.
-                Outcome::Touched => self.gauges.free_time = 0.0,
+                Outcome::Touched => schedule.shorten(),
             }
         }
         agreement.motion.end(self.fem.participant.name())?;

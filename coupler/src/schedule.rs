@@ -95,6 +95,12 @@ impl Schedule {
         self.many = if most >= 2.0 { (most as u64).min(self.full_windows() - self.index) } else { 1 };
     }
 
+    /// Something touches in a window that was made longer: it begins anew in the usual length.
+    pub fn shorten(&mut self) {
+        self.number += 1;
+        self.many = 1;
+    }
+
     /// The window was committed: go on behind it.
     pub fn accept(&mut self) {
         self.number += 1;
@@ -223,6 +229,16 @@ mod tests {
         assert!((schedule.next().unwrap().length - 3e-3).abs() < 1e-15, "to the row at 10 ms");
         assert!(schedule.halve());
         assert_eq!(schedule.next().unwrap().length, 1e-3, "half of three, in whole windows");
+        schedule.accept();
+        schedule.lengthen(1.0, 1e-2);
+        let long = schedule.next().unwrap();
+        schedule.shorten();
+        let usual = schedule.next().unwrap();
+        assert!(
+            long.length > 8e-3
+                && usual.length == 1e-3
+                && (usual.start, usual.number) == (long.start, long.number + 1)
+        );
         schedule.accept();
         schedule.lengthen(5e-4, 1e-2);
         assert_eq!(schedule.next().unwrap().length, 1e-3);

@@ -362,3 +362,22 @@ fn meshes_that_differ_need_a_mapping_that_is_named_and_a_bad_one_is_reported() {
         assert!(warning.message.contains("1 of 1 nodes") && warning.message.contains(&distance), "{warning}");
     }
 }
+
+/// It says that nothing touches for a second, in every window: long windows in which something touches begin anew.
+#[test]
+fn a_free_time_that_is_wrong_costs_windows_and_ends_where_a_true_one_does() {
+    for settings in [weak(1e-2, 0), strong(1e-2)] {
+        let ended = |free: f64| {
+            let settings = CouplingSettings { flight_window: 0.1, ..settings.clone() };
+            let mut sphere = Sphere::new(1.0, 100.0, false, 1, 0.23, -1.0);
+            sphere.free = free;
+            run(settings, 2.0, sphere, Node::new(1.0, 1.0, Load::Mean, 0.0, 0.0))
+        };
+        let (true_one, wrong) = (ended(0.0), ended(1.0));
+        assert!(wrong.outcome.is_ok() && true_one.outcome.is_ok(), "{:?}", wrong.outcome.err());
+        assert!(wrong.record.spans.len() < true_one.record.spans.len(), "no window was longer");
+        // The node takes steps of a window: beside contact they differ. The sphere is pushed in windows of equal length.
+        let [a, b] = [&true_one, &wrong].map(|run| run.sphere.state[1]);
+        assert!(a > -0.9 && (a - b).abs() < 1e-9, "{a} {b}");
+    }
+}

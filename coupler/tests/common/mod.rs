@@ -165,6 +165,8 @@ pub struct Sphere {
     pub steps: u32,
     /// How far its mesh lies beside that of the structure [m].
     pub beside: f64,
+    /// How long it always says that nothing will touch [s], whatever comes.
+    pub free: f64,
     pub state: [f64; 2],
     trial: [f64; 2],
     received: f64,
@@ -180,6 +182,7 @@ impl Sphere {
             glued,
             steps,
             beside: 0.0,
+            free: 0.0,
             state,
             trial: state,
             received: 0.0,
@@ -218,6 +221,7 @@ impl Solver for Sphere {
             gives: vec![
                 FieldSpec::nodal(name::FORCE, 3, Sampling::Means),
                 FieldSpec::nodal(name::FORCE, 3, Sampling::AtEnds),
+                FieldSpec { place: Place::Whole, ..FieldSpec::nodal(name::FREE_TIME, 1, Sampling::Once) },
             ],
             ..Hello::default()
         }
@@ -260,8 +264,11 @@ impl Solver for Sphere {
         output[..gauges].fill(0.0);
         let end = -self.contact * self.overlap(to, x);
         // Only what was agreed is there: end force alone or with the mean, in the order of the plan.
-        match gauges {
-            3 => output[0] = mean,
+        if gauges % 3 == 1 {
+            output[gauges - 1] = self.free;
+        }
+        match gauges / 3 {
+            1 => output[0] = mean,
             _ => (output[0], output[3]) = (end, mean),
         }
         self.write(self.trial, to, self.trial_received, &mut output[gauges..]);
