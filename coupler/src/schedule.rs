@@ -235,7 +235,7 @@ mod tests {
         schedule.shorten();
         let usual = schedule.next().unwrap();
         assert!(
-            long.length > 8e-3
+            long.length > 1.5e-3
                 && usual.length == 1e-3
                 && (usual.start, usual.number) == (long.start, long.number + 1)
         );

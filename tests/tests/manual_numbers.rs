@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 use std::process::Command;
-use tests::manual::{holds, pages, quoted, text};
+use tests::manual::{holds, pages, quoted, reached, rings, text};
 use tests::{Bench, Ended, example, program, repository, scene};
 
 /// The least count from which on `is` holds.
@@ -406,25 +406,11 @@ fn a_barrier_under_a_thousand_kilojoules() {
 /// The referee's coarsest chain, and a panel of `wire_ring`.
 #[test]
 fn rings_that_touch() {
-    // A column of what the example prints, where another one first reaches a value.
-    let drawn = |case: &str| {
-        let output = Command::new(example("rings")).args(case.split(' ')).output().expect("started");
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        let text = String::from_utf8(output.stdout).expect("text");
-        let rows = text.lines().filter(|line| !line.starts_with('#'));
-        rows.map(|row| row.split_whitespace().map(|n| n.parse().expect("a number")).collect::<Vec<f64>>())
-            .collect::<Vec<_>>()
-    };
-    let at = |rows: &[Vec<f64>], column: usize, value: f64| {
-        let i = rows.iter().position(|row| row[column] >= value).expect("is reached");
-        let share = (value - rows[i - 1][column]) / (rows[i][column] - rows[i - 1][column]);
-        (0..4).map(|c| rows[i - 1][c] + share * (rows[i][c] - rows[i - 1][c])).collect::<Vec<f64>>()
-    };
     let page = "docs/rings.md";
-    let chain = drawn("chain beams=16 friction=0.2");
-    holds(page, "| R7, 69.7 kN | 16 | {} | 0.509 |", &[at(&chain, 1, 69.7e3)[0]]);
-    let panel = drawn("panel element=1 rows=45 across=7 pitch=0.284 friction=0.2 speed=3 mass=8 way=1.62");
-    let [a, b] = [35e3, 49e3].map(|strand| at(&panel, 2, strand));
+    let chain = rings("chain beams=16 friction=0.2");
+    holds(page, "| R7, 69.7 kN | 16 | {} | 0.509 |", &[reached(&chain, 1, 69.7e3)[0]]);
+    let panel = rings("panel element=1 rows=45 across=7 pitch=0.284 friction=0.2 speed=3 mass=8 way=1.62");
+    let [a, b] = [35e3, 49e3].map(|strand| reached(&panel, 2, strand));
     holds(
         page,
         "| 45, 5 % (0.284) | 3.09 | {} / {} | {} / {} | {} / {} |",

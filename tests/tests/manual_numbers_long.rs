@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use tests::manual::holds;
+use tests::manual::{holds, reached, rings};
 use tests::{Bench, Ended, example, scene};
 
 /// A scene with these `--set`s, whatever it says of itself in the end.
@@ -570,17 +570,6 @@ fn what_costs_have_beside_times() {
 #[test]
 #[ignore = "long: .ci/nightly numbers"]
 fn rings_that_touch() {
-    let drawn = |case: &str| {
-        let text = printed("rings", case);
-        let rows = text.lines().filter(|line| !line.starts_with('#'));
-        rows.map(|row| row.split_whitespace().map(|n| n.parse().expect("a number")).collect::<Vec<f64>>())
-            .collect::<Vec<_>>()
-    };
-    let at = |rows: &[Vec<f64>], column: usize, value: f64| {
-        let i = rows.iter().position(|row| row[column] >= value).expect("is reached");
-        let share = (value - rows[i - 1][column]) / (rows[i][column] - rows[i - 1][column]);
-        (0..4).map(|c| rows[i - 1][c] + share * (rows[i][c] - rows[i - 1][c])).collect::<Vec<f64>>()
-    };
     let page = "docs/rings.md";
     let common = "panel across=7 friction=0.2 speed=3 mass=8";
     for (row, options, strands) in [
@@ -596,15 +585,15 @@ fn rings_that_touch() {
         ("| 45, 5 % | 3.09 | 1.47", "element=2 rows=45 pitch=0.284 way=1.62", [35e3, 49e3]),
         ("| 0, 2 % | 2.93 | 1.12", "element=2 rows=0 across=10 pitch=0.294 way=1.62", [35e3, 49e3]),
     ] {
-        let panel = drawn(&format!("{common} {options}"));
-        let [a, b] = strands.map(|strand| at(&panel, 2, strand));
+        let panel = rings(&format!("{common} {options}"));
+        let [a, b] = strands.map(|strand| reached(&panel, 2, strand));
         let values = [a[0], b[0], a[1] / 1e3, b[1] / 1e3, a[3] / 1e3, b[3] / 1e3];
         println!("{row} {values:?}");
         // Rows that bear the same name are told apart by their first deflection.
         let (first, from) = if row.matches('|').count() > 2 { (" /", 1) } else { (" | {} /", 0) };
         holds(page, &format!("{row}{first} {{}} | {{}} / {{}} | {{}} / {{}} |"), &values[from..]);
     }
-    let extension = at(&drawn("chain beams=48 friction=0.2"), 1, 69.7e3)[0];
+    let extension = reached(&rings("chain beams=48 friction=0.2"), 1, 69.7e3)[0];
     holds(page, "| | 48 | {} | |", &[extension]);
 }
 

@@ -454,7 +454,7 @@ fn an_interrupted_run_goes_on_where_it_was() {
 
 /// `KILLS=200 cargo test --release -p tests --test resume -- --ignored --nocapture`
 #[test]
-#[ignore = "minutes"]
+#[ignore = "minutes; .ci/nightly kills does the same to all programs"]
 fn a_coupled_run_survives_as_many_kills_as_asked_for() {
     let kills = std::env::var("KILLS").map_or(200, |n| n.parse().unwrap());
     let short = ["coupling.time_window=1e-5", "fem.time_step=1e-5", "output.fields=0.05"];

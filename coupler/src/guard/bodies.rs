@@ -1,4 +1,4 @@
-//! Bodies of a contact solver, as far as its gauges tell of them: place, velocity, spin, energy.
+//! Bodies of a contact solver, as far as its gauges give them: place, velocity, spin, energy.
 
 use super::Motion;
 use super::motion::Answered;
@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 const NAMES: [([&str; 3], &str); 3] =
     [(["_x", "_y", "_z"], "m"), (["_vx", "_vy", "_vz"], "m/s"), (["_wx", "_wy", "_wz"], "rad/s")];
 
-/// Which gauges tell of bodies, and the motion of these through the run.
+/// Which gauges are of bodies, and the motion of these through the run.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Bodies {
     /// Places in an answer's gauges, three for each body; spins for all bodies or none.

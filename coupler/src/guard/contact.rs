@@ -117,7 +117,7 @@ pub(crate) fn hold_still(side: &Side, payload: &mut [f64]) {
 /// The bodies' path is the integral of their velocity over the window, and half of a window is not the whole.
 fn check_clock(asked: &mut Asked, bodies: &Bodies, first: &[f64], half: &[f64]) -> Result<(), Failure> {
     if bodies.is_empty() {
-        asked.unknown(clause::VELOCITY, "no gauges NAME_x and NAME_vx tell of a body's motion");
+        asked.unknown(clause::VELOCITY, "there are no gauges NAME_x and NAME_vx of a body's motion");
         return Ok(());
     }
     let (length, gauges) = (asked.span.length, asked.side.layout.gauges());
@@ -146,20 +146,23 @@ fn check_clock(asked: &mut Asked, bodies: &Bodies, first: &[f64], half: &[f64]) 
     let apart = norm(&|i| gone(i) - way(i));
     if went < STUCK * ways && apart > bend + rounding {
         let what = format!(
-            "its bodies go {went:.4e} m in a window of {length:e} s from where they were accepted, their velocities make it {ways:.4e} m: it \
+            "its bodies go {went:.4e} m in a window of {length:e} s from where they were accepted, their velocities integrate to {ways:.4e} m: it \
              does not commit what was accepted"
         );
         return Err(asked.breach(clause::COMMIT, what));
     }
     if apart > MOST_APART * ways + bend + rounding {
         let what = format!(
-            "its bodies go {went:.4e} m in a window of {length:e} s, their velocities make it {ways:.4e} m: {:.3} times as far; does its \
+            "its bodies go {went:.4e} m in a window of {length:e} s, their velocities integrate to {ways:.4e} m: {:.3} times as far; does its \
              clock run as the window says?",
             share(&gone, &way)
         );
         return Err(asked.breach(clause::VELOCITY, what));
     }
-    asked.kept(clause::VELOCITY, format!("bodies go {went:.4e} m, their velocities make it {ways:.4e} m"));
+    asked.kept(
+        clause::VELOCITY,
+        format!("bodies go {went:.4e} m, their velocities integrate to {ways:.4e} m"),
+    );
     let shown = format!("half a window takes bodies {of_way:.3} times as far as a whole one");
     asked.kept_if(went > rounding, clause::LENGTH, shown);
     Ok(())
@@ -245,7 +248,7 @@ fn check_work(
     let side = asked.side;
     let means = side.layout.sample(name::FORCE, Sampling::Means, 0).is_some();
     if !side.account.receives || !means {
-        let why = "no gauge tells the work that it received, or it gives no mean force";
+        let why = "no gauge gives the work that it received, or it gives no mean force";
         asked.unknown(clause::FORCE, why);
         return Ok(());
     }
@@ -277,7 +280,7 @@ fn check_momentum(
     forces: &Forces,
 ) -> Result<(), Failure> {
     let unknown =
-        "no single body tells place, velocity and kinetic energy, and flew without spin before it touched";
+        "no single body gives place, velocity and kinetic energy, and flew without spin before it touched";
     let Some(body) = contact.bodies.single(asked.gauges).filter(|_| contact.momentum) else {
         asked.unknown(clause::REACTION, format!("momentum: {unknown}"));
         return Ok(());
@@ -304,7 +307,7 @@ fn check_momentum(
     asked.kept_if(much, clause::REACTION, numbers);
     let spins = contact.bodies.spins(gauges).iter().any(|w| *w != 0.0);
     if spins || !body.tells_spin {
-        let why = "moment: its body spins, or does not tell";
+        let why = "moment: its body spins, or gives no spin";
         asked.unknown(clause::REACTION, why);
         return Ok(());
     }

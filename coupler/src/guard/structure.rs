@@ -342,7 +342,7 @@ impl Structure<'_, '_, '_> {
         // From a force at the end of a window before, work is counted as the structure's own scheme has it.
         let means = side.request.sample(name::FORCE, Sampling::Means, 0).is_some();
         if !side.account.receives || (!means && self.asked.span.start > 0.0) {
-            self.asked.kept(clause::FORCE, "every node follows its force; no gauge tells the work of it");
+            self.asked.kept(clause::FORCE, "every node follows its force; no gauge gives the work of it");
             return Ok(());
         }
         let gone = self.u(pushed).iter().zip(self.committed.0);
