@@ -202,6 +202,22 @@ pub fn holds(page: &str, template: &str, values: &[f64]) {
     );
 }
 
+/// The rows that the example `rings` prints of a case: travel, and what belongs to it.
+pub fn rings(case: &str) -> Vec<Vec<f64>> {
+    let output = Command::new(example("rings")).args(case.split_whitespace()).output().expect("started");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8(output.stdout).expect("text");
+    let rows = text.lines().filter(|line| !line.starts_with('#'));
+    rows.map(|row| row.split_whitespace().map(|n| n.parse().expect("a number")).collect()).collect()
+}
+
+/// The first four columns of such rows where `column` first reaches `value`, straight between rows.
+pub fn reached(rows: &[Vec<f64>], column: usize, value: f64) -> Vec<f64> {
+    let i = rows.iter().position(|row| row[column] >= value).expect("is reached");
+    let share = (value - rows[i - 1][column]) / (rows[i][column] - rows[i - 1][column]);
+    (0..4).map(|c| rows[i - 1][c] + share * (rows[i][c] - rows[i - 1][c])).collect()
+}
+
 #[cfg(test)]
 mod test {
     use super::*;
@@ -231,20 +247,4 @@ mod test {
         assert_eq!(fitting(page, 0, "one two {} m and {}").map(|f| f.len()), Some(2));
         assert!(fitting(page, 0, "one two {} s").is_none());
     }
-}
-
-/// The rows that the example `rings` prints of a case: travel, and what belongs to it.
-pub fn rings(case: &str) -> Vec<Vec<f64>> {
-    let output = Command::new(example("rings")).args(case.split_whitespace()).output().expect("started");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let text = String::from_utf8(output.stdout).expect("text");
-    let rows = text.lines().filter(|line| !line.starts_with('#'));
-    rows.map(|row| row.split_whitespace().map(|n| n.parse().expect("a number")).collect()).collect()
-}
-
-/// The first four columns of such rows where `column` first reaches `value`, straight between rows.
-pub fn reached(rows: &[Vec<f64>], column: usize, value: f64) -> Vec<f64> {
-    let i = rows.iter().position(|row| row[column] >= value).expect("is reached");
-    let share = (value - rows[i - 1][column]) / (rows[i][column] - rows[i - 1][column]);
-    (0..4).map(|c| rows[i - 1][c] + share * (rows[i][c] - rows[i - 1][c])).collect()
 }

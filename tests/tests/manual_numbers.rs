@@ -4,7 +4,7 @@
 use std::f64::consts::PI;
 use std::process::Command;
 use tests::manual::{holds, pages, quoted, reached, rings, text};
-use tests::{Bench, Ended, example, program, repository, scene};
+use tests::{Bench, Ended, program, repository, scene};
 
 /// The least count from which on `is` holds.
 fn first(is: impl Fn(f64) -> bool) -> f64 {
