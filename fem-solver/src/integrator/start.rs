@@ -8,7 +8,7 @@ use crate::equilibrium::newton::{Failure, Info, Newton};
 use crate::integrator::critical_step::highest_frequency;
 use crate::internal_force::Displacements;
 use crate::model::Model;
-use crate::model::validation::unseen_rows;
+use crate::model::validation::loading::unseen_rows;
 use crate::state::inherited::Inherited;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::message::Fault;
