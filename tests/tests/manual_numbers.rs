@@ -356,37 +356,39 @@ fn a_barrier_under_a_thousand_kilojoules() {
     let kilo = |name: &str| of(name).abs() / 1e3;
     let side = ended.column("side_anchor_fx_N").into_iter().fold(0.0, f64::max) / 1e3;
     for (template, values) in [
-        ("| deflection, `max_deflection` [m] | 5.23 | {} |", vec![of("max_deflection")]),
-        ("| travel of the block, `max_travel` [m] | 5.21 | {} |", vec![of("max_travel")]),
-        ("| braking time [s] | 0.303 | {} |", vec![of("braking_time")]),
+        ("| deflection, `max_deflection` [m] | {} |", vec![of("max_deflection")]),
         (
-            "| rope brakes: travel of 1.6 m, force [kN] | 1.47, 148 | {}, {} |",
+            "| travel of the block, `max_travel` [m] | {} |\n| braking time [s] | {} |",
+            vec![of("max_travel"), of("braking_time")],
+        ),
+        (
+            "| rope brakes: travel of 1.6 m, force [kN] | {}, {} |",
             vec![of("rope_brakes_elongation_max"), kilo("rope_brakes_tension_max")],
         ),
-        ("| upslope brakes: travel of 1.2 m | 0.79 | {} |", vec![of("upslope_brakes_elongation_max")]),
+        ("| upslope brakes: travel of 1.2 m | {} |", vec![of("upslope_brakes_elongation_max")]),
         (
-            "of the strength | 144, 148 of 300 | {}, {} of 274 |",
+            "of the strength | {}, {} of 274 |",
             vec![kilo("top_rope_tension_max"), kilo("bottom_rope_tension_max")],
         ),
         (
-            "of the strength | 204, 84, 85 of 300 | {} of 445, {}, {} of 274 |",
+            "of the strength | {} of 445, {}, {} of 274 |",
             vec![
                 kilo("side_ropes_tension_max"),
                 kilo("lateral_ropes_tension_max"),
                 kilo("upslope_ropes_tension_max"),
             ],
         ),
-        ("| ring, strand [kN] | 56 | {} |", vec![kilo("rings_tension_max")]),
+        ("| ring, strand [kN] | {} |", vec![kilo("rings_tension_max")]),
         (
-            "| posts: most compressed [kN], plastic strain | 363, elastic | {}, {} % |",
+            "| posts: most compressed [kN], plastic strain | {}, {} % |",
             vec![kilo("posts_tension_min"), 100.0 * of("max_plastic_strain")],
         ),
         (
-            "| foot, largest [kN]; side anchor along [kN] | 277; 184 | {}; {} |",
+            "| foot, largest [kN]; side anchor along [kN] | {}; {} |",
             vec![kilo("feet_force_max"), side],
         ),
-        ("| support reaction, mean over 1 ms [kN] | 572 | {} |", vec![kilo("max_reaction_1ms")]),
-        ("| `energy_error` | 0.07 % | {} % |", vec![100.0 * of("energy_error")]),
+        ("| support reaction, mean over 1 ms [kN] | {} |", vec![kilo("max_reaction_1ms")]),
+        ("| `energy_error` | {} % |", vec![100.0 * of("energy_error")]),
         (
             "| as it is | {} | {} | {} | {} | {} | {} |",
             vec![

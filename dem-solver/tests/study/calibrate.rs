@@ -47,7 +47,7 @@ impl Place {
     }
 }
 
-/// Ten slopes with known parameters: their falls, observed, give ranges that hold them. What these data do not depend on is not settled.
+/// Slopes with known parameters, ten or TRIALS: their falls, observed, give ranges that hold them. What these data do not depend on is not settled.
 #[test]
 fn known_parameters_lie_within_their_ranges() {
     let place = slope();
@@ -57,7 +57,8 @@ fn known_parameters_lie_within_their_ranges() {
         .map(|(key, [from, to])| format!("[[parameter]]\nkey = \"{key}\"\nfrom = {from}\nto = {to}\n"))
         .collect();
     let (mut held, mut settled) = ([0; 3], [0; 3]);
-    for trial in 0..10 {
+    let trials = std::env::var("TRIALS").map_or(10, |n| n.parse().expect("a count"));
+    for trial in 0..trials {
         // Anywhere in the ranges: fractions of two irrational numbers.
         let known: Vec<f64> = (ranges.iter().zip([0.754_877_67, 0.569_840_29, 0.618_034]))
             .map(|((_, [from, to]), step)| from + (to - from) * (0.3 + step * f64::from(trial)).fract())
@@ -92,8 +93,9 @@ fn known_parameters_lie_within_their_ranges() {
         }
     }
     println!("held {held:?}, settled {settled:?}");
-    assert!(held.iter().all(|count| *count >= 9), "{held:?}");
-    assert!(settled[0] >= 9 && settled[1] >= 9 && settled[2] == 0, "{settled:?}");
+    let least = 9 * trials / 10 - trials / 20;
+    assert!(held.iter().all(|count| *count >= least), "{held:?}");
+    assert!(settled[0] >= least && settled[1] >= least - trials / 20 && settled[2] == 0, "{settled:?}");
 }
 
 /// The same bytes on any number of threads; wrong input is refused before anything starts, where it stands.

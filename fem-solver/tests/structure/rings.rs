@@ -107,6 +107,7 @@ fn chains_of_three_rings_break_at_the_force_and_extension_of_their_tests() {
         let text = rings(&nodes, "[[0, 1], [1, 2], [2, 3]]", &drawn, &wire(turns, diameter));
         let ways = broken(&text.replacen("[[structure.parts]]", held, 1));
         equal(&ways);
+        println!("R{turns}, {diameter} m: {:.2} kN, {:.0} mm", ways[0][0] / 1e3, 1e3 * ways[0][2]);
         for [pull, _, end] in ways {
             assert!(off(pull, force) < 0.1, "R{turns}, {diameter} m: {pull} N, not {force}");
             assert!(off(end, extension) < 0.05, "R{turns}, {diameter} m: {end} m, not {extension}");
