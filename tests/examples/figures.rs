@@ -2,6 +2,7 @@
 //!
 //! `cargo run --release -p tests --example figures -- cable-net|drop-test|cost`
 
+use tests::manual::without;
 use tests::{Bench, Ended, scene};
 
 fn main() {
@@ -113,79 +114,73 @@ fn drop_test() {
     }
 }
 
-/// Wall time of the loop for 0.5 s after contact: medians of five, interleaved.
+/// Time loop for 0.5 s from just above the net: medians of five, interleaved. The rows of docs/coupling.md and docs/performance.md.
 fn cost() {
-    let cases: [(&str, &[&str]); 7] = [
-        (
-            "64 spheres, weak 1.2e-4 s, contact step 1.2e-4 s",
-            &[
-                "rock.0.cluster.spheres=64",
-                "coupling.time_window=1.2e-4",
-                "dem.time_step=1.2e-4",
-                "fem.time_step=1.2e-4",
-            ],
-        ),
-        (
-            "64 spheres, weak 1e-4 s, contact step 1e-4 s",
-            &[
-                "rock.0.cluster.spheres=64",
-                "coupling.time_window=1e-4",
-                "dem.time_step=1e-4",
-                "fem.time_step=1e-4",
-            ],
-        ),
-        (
-            "64 spheres, weak 5e-5 s, contact step 5e-5 s",
-            &["rock.0.cluster.spheres=64", "dem.time_step=5e-5"],
-        ),
-        ("64 spheres, weak 5e-5 s, contact step 1e-5 s", &["rock.0.cluster.spheres=64"]),
-        (
-            "21952 spheres, weak 1e-4 s, contact step 1e-5 s",
-            &["rock.0.cluster.spheres=21952", "coupling.time_window=1e-4", "fem.time_step=1e-4"],
-        ),
-        (
-            "21952 spheres, weak 5e-5 s, contact step 5e-5 s",
-            &["rock.0.cluster.spheres=21952", "dem.time_step=5e-5"],
-        ),
-        (
-            "64 spheres, weak 5e-5 s, events only",
-            &["rock.0.cluster.spheres=64", "dem.time_step=5e-5", "processes.wait=event"],
-        ),
+    let weak = |spheres: &str, step: &str| {
+        let steps =
+            ["coupling.time_window", "dem.time_step", "fem.time_step"].map(|key| format!("{key}={step}"));
+        [&steps[..], &[format!("rock.0.cluster.spheres={spheres}"), "coupling.scheme=weak".into()]].concat()
+    };
+    let preset = |name: &str, own: &[&str]| {
+        own.iter().map(|set| (*set).to_owned()).chain([format!("coupling.preset={name}")]).collect()
+    };
+    let strong =
+        ["coupling.scheme=strong", "coupling.time_window=2e-4", "dem.time_step=1e-5", "fem.time_step=5e-5"];
+    let stiff = "contact.0.young=1e9";
+    let many = "rock.0.cluster.spheres=21952";
+    let cases: [(&str, &str, Vec<String>); 13] = [
+        ("weak, 1.2e-4 s", "compare", weak("64", "1.2e-4")),
+        ("weak, 1e-4 s", "compare", weak("64", "1e-4")),
+        ("weak, 5e-5 s", "compare", weak("64", "5e-5")),
+        ("weak, 5e-5 s, 21 952 spheres", "compare", weak("21952", "5e-5")),
+        ("`preset = \"fast\"`", "compare", preset("fast", &[])),
+        ("`preset = \"balanced\"`", "compare", preset("balanced", &[])),
+        ("`preset = \"accurate\"`", "compare", preset("accurate", &[])),
+        ("balanced, 1e9 Pa", "compare", preset("balanced", &[stiff])),
+        ("balanced, 21 952 spheres of 1e9 Pa", "compare", preset("balanced", &[many, stiff])),
+        ("balanced, 21 952 spheres of 1e8 Pa", "compare", preset("balanced", &[many])),
+        ("`walenstadt-exp1`, strong, 2e-4 s", "exp1", strong.map(str::to_owned).to_vec()),
+        ("`walenstadt-exp1`, fast", "exp1", preset("fast", &[])),
+        ("`walenstadt-exp1`, balanced", "exp1", preset("balanced", &[])),
     ];
     // The fall is left out: the rock starts at the net with the speed it would have there.
     let common =
         ["end_time=0.5", "rock.0.position=[0.0, 0.0, 0.155]", "rock.0.velocity=[0.0, 0.0, -6.26418391]"];
-    let mut loops = vec![Vec::new(); cases.len()];
-    let mut last = Vec::new();
+    let bench = Bench::new();
+    let mut runs = vec![Vec::new(); cases.len()];
     for _ in 0..5 {
-        last.clear();
-        for (times, (_, sets)) in loops.iter_mut().zip(&cases) {
-            let sets: Vec<&str> = sets.iter().chain(&common).copied().collect();
-            let ended = run("walenstadt-compare", &sets);
-            times.push(number(&ended.summary()["cost"]["loop_s"]));
-            last.push((ended.summary(), ended.measure("max_deflection")));
+        for (runs, (_, scene, sets)) in runs.iter_mut().zip(&cases) {
+            let path = without(
+                &bench,
+                &format!("walenstadt-{scene}"),
+                &["[coupling]", "[dem]", "[fem]", "[output]"],
+            );
+            let words: Vec<&str> =
+                sets.iter().map(String::as_str).chain(common).flat_map(|set| ["--set", set]).collect();
+            let ended = bench.run(&path, "out", &[&words[..], &["--force"]].concat());
+            let (summary, deflection) = (ended.summary(), ended.measure("max_deflection"));
+            let cost = &summary["cost"];
+            let process = |name: &str, key: &str| number(&cost["processes"][name][key]);
+            let status = summary["status"].as_str().expect("a word").to_owned();
+            let solved = [process("dem", "solve_s"), process("fem", "solve_s")];
+            let fixed = (status, number(&cost["exchanges"]), deflection);
+            runs.push((
+                [number(&cost["loop_s"]), solved[0], solved[1], number(&cost["stages"]["prepare_s"])],
+                fixed,
+            ));
         }
     }
     println!(
-        "case: loop_s median (min max), deflection, exchanges, us each, start s, cpu coupler dem fem, solve dem fem"
+        "| run | loop [s] | contact solver [s] | structure [s] | start [s] | exchanges | deflection [m] | status |"
     );
-    for (((name, _), times), (summary, deflection)) in cases.iter().zip(&mut loops).zip(&last) {
-        times.sort_by(f64::total_cmp);
-        let cost = &summary["cost"];
-        let process = |name: &str, key: &str| number(&cost["processes"][name][key]);
-        println!(
-            "{name}: {:.3} ({:.3} {:.3}), {deflection:.5} m, {}, {:.1}, {:.3}, {:.2} {:.2} {:.2}, {:.3} {:.3}",
-            times[2],
-            times[0],
-            times[4],
-            cost["exchanges"],
-            number(&cost["exchange_microseconds"]),
-            number(&cost["stages"]["prepare_s"]),
-            process("coupler", "cpu_s"),
-            process("dem", "cpu_s"),
-            process("fem", "cpu_s"),
-            process("dem", "solve_s"),
-            process("fem", "solve_s"),
-        );
+    println!("|---|---|---|---|---|---|---|---|");
+    for ((name, _, _), runs) in cases.iter().zip(&runs) {
+        let times = [0, 1, 2, 3].map(|at| {
+            let mut all: Vec<f64> = runs.iter().map(|(times, _)| times[at]).collect();
+            all.sort_by(f64::total_cmp);
+            format!("{:.3}", all[all.len() / 2])
+        });
+        let (status, exchanges, deflection) = &runs[0].1;
+        println!("| {name} | {} | {exchanges} | {deflection:.5} | {status} |", times.join(" | "));
     }
 }

@@ -1,7 +1,7 @@
 //! The pages that come with the repository, and what stands in them.
 
-use crate::{example, repository};
-use std::path::Path;
+use crate::{Bench, example, repository, scene};
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Every page of the repository, as a path from its folder.
@@ -216,6 +216,19 @@ pub fn reached(rows: &[Vec<f64>], column: usize, value: f64) -> Vec<f64> {
     let i = rows.iter().position(|row| row[column] >= value).expect("is reached");
     let share = (value - rows[i - 1][column]) / (rows[i][column] - rows[i - 1][column]);
     (0..4).map(|c| rows[i - 1][c] + share * (rows[i][c] - rows[i - 1][c])).collect()
+}
+
+/// A scene of the project without these tables.
+pub fn without(bench: &Bench, name: &str, tables: &[&str]) -> PathBuf {
+    let text = std::fs::read_to_string(scene(name)).expect("a scene");
+    let mut taken = true;
+    let kept = text.lines().filter(|line| {
+        if line.starts_with('[') {
+            taken = !tables.iter().any(|table| line.starts_with(table));
+        }
+        taken
+    });
+    bench.scene(&kept.map(|line| format!("{line}\n")).collect::<String>())
 }
 
 #[cfg(test)]

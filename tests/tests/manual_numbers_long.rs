@@ -1,9 +1,9 @@
 //! Numbers of the manual that take minutes to compute: what the tables vary by `--set`, and what examples print, compared with the pages as in
 //! `manual_numbers.rs`. `.ci/nightly numbers`; with ROCKFALL_BLESS=1 the pages are written anew.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
-use tests::manual::{holds, reached, rings};
+use tests::manual::{holds, reached, rings, without};
 use tests::{Bench, Ended, example, program, repository, scene};
 
 /// A scene with these `--set`s, whatever it says of itself in the end.
@@ -422,19 +422,6 @@ fn a_drape_net_by_rounding() {
     }
 }
 
-/// A scene of the project without these tables.
-fn without(bench: &Bench, name: &str, tables: &[&str]) -> PathBuf {
-    let text = std::fs::read_to_string(scene(name)).expect("a scene");
-    let mut taken = true;
-    let kept = text.lines().filter(|line| {
-        if line.starts_with('[') {
-            taken = !tables.iter().any(|table| line.starts_with(table));
-        }
-        taken
-    });
-    bench.scene(&kept.map(|line| format!("{line}\n")).collect::<String>())
-}
-
 #[test]
 #[ignore = "long: .ci/nightly numbers"]
 fn a_net_comes_to_rest_by_damping() {
@@ -565,11 +552,8 @@ fn small_and_large_masses() {
                 format!("contact.0.young={young}"),
                 format!("end_time={end}"),
             ];
-            let yields = [
-                "coupling.scheme=strong",
-                "coupling.yielding_net=true",
-                "dem.contact_selection=continuous",
-            ];
+            let yields =
+                ["coupling.scheme=strong", "coupling.yielding_net=true", "dem.contact_selection=continuous"];
             let physics = physics.iter().map(String::as_str).collect::<Vec<_>>();
             let sets = [&yields[..], &START, &physics, own].concat();
             100.0 * run(&bench, "walenstadt-compare", &sets).measure("energy_error")

@@ -296,11 +296,10 @@ fn yields(model: &Model, committed: &State) -> (Option<Measure>, Vec<Diagnostic>
     (most, named.into_iter().map(|what| Diagnostic::warning(code::YIELD, what)).collect())
 }
 
-/// What has nearly broken: whether it does depends on small differences, and with it what breaks after it.
+/// What has nearly broken, there and then: whether it does depends on small differences, and with it what breaks after it.
 fn near_ruptures(model: &Model, state: &State) -> Option<Diagnostic> {
-    let broke = |element: u32| state.events.iter().any(|event| event.element == element);
-    let close = state.close.iter().filter(|(element, _)| !broke(*element));
-    let (element, share) = close.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let near = state.close.iter().chain(&state.spared);
+    let (element, share) = near.max_by(|a, b| a.1.total_cmp(&b.1))?;
     let member = model.member_name(*element as usize, None);
     let (tore, share) = (state.events.len(), 100.0 * share);
     let depends = match tore {

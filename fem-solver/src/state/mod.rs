@@ -52,8 +52,10 @@ pub struct State {
     pub load_work: f64,
     /// Largest share of its strength that anything used in the explicit steps of the last window.
     pub used: f64,
-    /// Each element that came close to breaking so far, and the largest share of its strength that it used.
+    /// Each element that is close to breaking, and the largest share of its strength that it used.
     pub close: Vec<(u32, f64)>,
+    /// Each that was, and then was far from it at the end of a window, whether it broke later or not.
+    pub spared: Vec<(u32, f64)>,
     /// Largest utilisation so far of each of [`Model::accounted`].
     pub used_parts: Vec<Utilisation>,
     /// Ends of sliding ropes whose brake is jammed, and since when [s].
@@ -269,6 +271,8 @@ impl State {
         self.used = other.used;
         self.close.clear();
         self.close.extend_from_slice(&other.close);
+        self.spared.clear();
+        self.spared.extend_from_slice(&other.spared);
         self.used_parts.copy_from_slice(&other.used_parts);
         self.jammed.clear();
         self.jammed.extend_from_slice(&other.jammed);

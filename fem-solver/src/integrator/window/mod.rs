@@ -386,6 +386,8 @@ impl WindowSolver {
             let elements = &mut explicit.internal.elements;
             self.trial.used = std::mem::take(&mut elements.used);
             elements.close.drain(..).for_each(|close| take_largest(&mut self.trial.close, close));
+            let State { displacement, history, close, spared, .. } = &mut self.trial;
+            elements.spare(&self.model.elements, (displacement, history), [close, spared]);
         }
         if !matches!(self.engine, Engine::Path(_)) && self.load_steps.is_none() {
             self.counts.steps += steps as u64;
@@ -694,7 +696,8 @@ fn with_room(mut state: State, model: &Model) -> State {
         .yields
         .reserve(model.elements.iter().filter(|element| element.constants().plastic.is_some()).count());
     let breakable = model.elements.iter().filter(|element| element.constants().can_break);
-    state.close.reserve(breakable.count());
+    state.close.reserve(breakable.clone().count());
+    state.spared.reserve(breakable.count());
     state
 }
 

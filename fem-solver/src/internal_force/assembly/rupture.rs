@@ -9,7 +9,7 @@
 //! the step. [`Assembly::book_rupture`] returns the difference: with it the books say exactly what the scheme did.
 
 use super::{Assembly, Place};
-use crate::element::{AnyElement, CLOSE};
+use crate::element::{AnyElement, CLOSE, FAR};
 use serde::{Deserialize, Serialize};
 
 /// Halvings of the part of the step in which something breaks.
@@ -90,6 +90,25 @@ impl Assembly {
         self.releases.reserve(breakable().count());
         self.released.reserve(breakable().map(|(i, _)| self.places[i].dofs.len()).sum());
         self.torn = vec![0.0; self.history.len()];
+    }
+
+    /// What was close to breaking and is far from it now was spared: what swings so may be torn by other steps.
+    pub fn spare(
+        &mut self,
+        elements: &[AnyElement],
+        (u, history): (&[f64], &[f64]),
+        [close, spared]: [&mut Vec<(u32, f64)>; 2],
+    ) {
+        close.retain(|near| {
+            let number = near.0 as usize;
+            let (n, own) = (self.gather(number, u).len(), self.history(number, history));
+            let broken = elements[number].is_broken(own);
+            let far = !broken && elements[number].utilisation_bound(&self.u[..n], own) < FAR;
+            if far {
+                take_largest(spared, *near);
+            }
+            !broken && !far
+        });
     }
 
     /// Displacements of an element at the part `x` of the step, into the memory for one.
