@@ -475,13 +475,6 @@ fn a_yielding_net_in_short_windows() {
 /// Where the rocks of the example `yielding` start.
 const START: [&str; 2] = ["rock.0.position=[0.0,0.0,0.16]", "rock.0.velocity=[0.0,0.0,-6.2565]"];
 
-/// Just above the net, as fast as it arrives.
-const NEAR: [&str; 3] = [
-    "limits.weak_window=2.0",
-    "rock.0.position=[0.0, 0.0, 0.155]",
-    "rock.0.velocity=[0.0, 0.0, -6.26418391]",
-];
-
 #[test]
 #[ignore = "long: .ci/nightly numbers"]
 fn presets_beside_fine_weak_windows() {
@@ -571,29 +564,6 @@ fn small_and_large_masses() {
         ];
         println!("{row} {values:?}");
         holds("docs/coupling.md", &format!("| {row} | {{}} % | {{}} % | {{}} % |"), &values);
-    }
-}
-
-/// What the tables of costs have beside times.
-#[test]
-#[ignore = "long: .ci/nightly numbers"]
-fn what_costs_have_beside_times() {
-    let bench = Bench::new();
-    let near = [&NEAR[..], &["end_time=0.5"]].concat();
-    for (row, own) in [
-        ("| 64 | 1.2e-4 | 0.31 | {} |", ["64", "1.2e-4"]),
-        ("| 64 | 1e-4 | 0.37 | {} |", ["64", "1e-4"]),
-        ("| 64 | 5e-5 | 0.70 | {} |", ["64", "5e-5"]),
-        ("| 21 952 | 5e-5 | 0.78 | {} |", ["21952", "5e-5"]),
-    ] {
-        let keys = ["coupling.time_window", "dem.time_step", "fem.time_step"];
-        let steps = keys.map(|key| format!("{key}={}", own[1]));
-        let spheres = format!("rock.0.cluster.spheres={}", own[0]);
-        let sets: Vec<&str> =
-            steps.iter().chain([&spheres]).map(String::as_str).chain(near.iter().copied()).collect();
-        let deflection = run(&bench, "walenstadt-compare", &sets).measure("max_deflection");
-        println!("{row} {deflection}");
-        holds("docs/performance.md", row, &[deflection]);
     }
 }
 

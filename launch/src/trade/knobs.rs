@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::ops::Deref;
 use toml::{Table, Value};
 use toolkit::explain::suggestion;
-use toolkit::numbers::exact;
+use toolkit::numbers::{exact, rounded};
 use toolkit::scene::at;
 
 /// What a knob changes.
@@ -316,6 +316,12 @@ impl Number {
     }
 }
 
+/// A value as a label shows it: a third of a step has more digits than anyone reads.
+fn shown(value: String) -> String {
+    let number = if value.parse::<i64>().is_ok() { None } else { value.parse().ok() };
+    number.map_or(value, |number| exact(rounded(number, 4)))
+}
+
 /// The numbers at a dotted key, `*` for every item of an array.
 fn parts(table: &Table, key: &str, power: i32) -> Vec<Part> {
     let mut found = Vec::new();
@@ -470,7 +476,7 @@ impl Space {
     pub fn label(&self, point: &Point) -> String {
         let knobs = self.start(point).knobs.iter().filter(|knob| point.contains_key(knob.name));
         let words: Vec<String> = knobs
-            .filter_map(|knob| Some(format!("{} {}", knob.name, knob.value(rung(point, knob.name))?)))
+            .filter_map(|knob| Some(format!("{} {}", knob.name, shown(knob.value(rung(point, knob.name))?))))
             .collect();
         if words.is_empty() { "the scene as it is".into() } else { words.join(", ") }
     }

@@ -5,6 +5,7 @@ use interface_defs::diagnostic::{Diagnostic, code};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;
+use std::ops::Add;
 use toolkit::exit::Exit;
 use toolkit::summary::{RunStatus, Summary};
 
@@ -100,7 +101,8 @@ impl Outcome {
         if let Some(torn) = &summary.torn {
             let counts = || torn.iter().map(|part| part.elements as f64);
             let parts = torn.iter().map(|part| format!("{TORN_PART}{}", part.part)).zip(counts());
-            let all = parts.chain([(TORN.to_owned(), counts().sum())]);
+            // Of nothing the sum is -0.
+            let all = parts.chain([(TORN.to_owned(), counts().fold(0.0, f64::add))]);
             measures.extend(all.map(|(name, count)| (name, (count, String::new()))));
         }
         let memory = of_each("peak_memory_bytes").into_values().reduce(f64::max);
@@ -396,6 +398,7 @@ pub mod tests {
         summary.torn = Some(Vec::new());
         let whole = Outcome::of(&summary, 1.0);
         assert_eq!((whole.measure(TORN), whole.measure("torn.rope")), (Some(0.0), Some(0.0)));
+        assert!(whole.measure(TORN).is_some_and(f64::is_sign_positive));
         let part =
             json!({ "part": "rope", "elements": 2, "first": 0.1, "last": 0.2, "force": 1.0, "member": "m" });
         summary.torn = Some(vec![serde_json::from_value(part).expect("a part")]);
