@@ -184,10 +184,8 @@ pub fn note_programs<'p>(
     dir: &Path,
     programs: impl IntoIterator<Item = (&'p str, &'p str, Option<&'p str>)>,
 ) -> io::Result<()> {
-    let mut record = match files::read_text(&dir.join(RECORD)) {
-        Err(e) if e.kind() == io::ErrorKind::NotFound => Map::new(),
-        text => serde_json::from_str(&text?)?,
-    };
+    let text = files::if_there(files::read_text(&dir.join(RECORD)))?;
+    let mut record = text.map_or(Ok(Map::new()), |text| serde_json::from_str(&text))?;
     for (part, name, build) in programs {
         let program = below(below(&mut record, "programs")?, part)?;
         program.insert("name".into(), name.into());

@@ -78,10 +78,7 @@ pub(crate) fn make_free(dir: &Path, force: bool) -> Result<(), Diagnostic> {
 /// begun to write.
 pub(crate) fn make_ready_to_go_on(dir: &Path) -> Result<(), Diagnostic> {
     let ready = [SUMMARY, REPORT, MANIFEST].iter().try_for_each(|name| files::remove(&dir.join(name)));
-    let sweep = |name: &str| match Dir::open(&dir.join(name)) {
-        Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(()),
-        open => open?.sweep(),
-    };
+    let sweep = |name: &str| files::if_there(Dir::open(&dir.join(name)))?.map_or(Ok(()), |open| open.sweep());
     let swept = ["", FIELDS, CLUSTERS, CHECKPOINT, LOG].into_iter().try_for_each(sweep);
     ready.and(swept).map_err(|e| unwritable(dir, &e))
 }
@@ -117,10 +114,7 @@ pub fn remove_record(dir: &Path) -> io::Result<()> {
 
 /// Remove the files of `dir` whose name is `ours`, and then `dir` itself if nothing else is in it.
 fn remove_all(dir: &Path, ours: impl Fn(&str) -> bool) -> io::Result<()> {
-    let open = match Dir::open(dir) {
-        Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(()),
-        open => open?,
-    };
+    let Some(open) = files::if_there(Dir::open(dir))? else { return Ok(()) };
     open.sweep()?;
     let mut others = false;
     for (name, kind) in open.entries()? {

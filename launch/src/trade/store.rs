@@ -53,7 +53,7 @@ impl Store {
                 if !force {
                     return Err(another(out, known.as_ref(), identity).into());
                 }
-                std::fs::remove_dir_all(out.join(RUNS)).or_else(absent).map_err(fault)?;
+                files::if_there(std::fs::remove_dir_all(out.join(RUNS))).map_err(fault)?;
             }
             files::write_json(&place, identity).map_err(fault)?;
         }
@@ -94,10 +94,6 @@ impl Store {
         write(&path, text)?;
         Ok(path)
     }
-}
-
-fn absent(e: io::Error) -> io::Result<()> {
-    if e.kind() == io::ErrorKind::NotFound { Ok(()) } else { Err(e) }
 }
 
 fn another(out: &Path, there: Option<&Identity>, identity: &Identity) -> Diagnostic {
