@@ -71,7 +71,7 @@ impl Plan {
             (false, true) => &[Part::Fem],
             (false, false) => {
                 let what = "the scene has neither a rock nor a structure: nothing would run";
-                let nothing = Diagnostic::in_file(scene.path().display().to_string(), what);
+                let nothing = Diagnostic::in_file(scene.path().display(), what);
                 return Err(nothing.try_instead("add [[rock]], [structure] or both"));
             }
         };

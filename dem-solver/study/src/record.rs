@@ -265,7 +265,7 @@ const LONGEST: u64 = 1 << 32;
 
 /// That the journal at `path` cannot be used.
 fn refused(path: &Path, code: Code, what: impl Into<String>) -> Diagnostic {
-    Diagnostic::in_file(path.display().to_string(), what).coded(code)
+    Diagnostic::in_file(path.display(), what).coded(code)
 }
 
 /// That another process writes to the journal at `path`.

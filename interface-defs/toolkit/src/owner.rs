@@ -215,8 +215,7 @@ fn refuse_exposed(dir: &Dir) -> Result<(), Diagnostic> {
     match dir.exposed() {
         _ if rustix::process::geteuid().is_root() => {}
         Ok(Some(Exposed::ToOwner)) => {
-            let shown = dir.path().display().to_string();
-            return Err(Diagnostic::in_file(shown, "this directory belongs to another user")
+            return Err(Diagnostic::in_file(dir.path().display(), "this directory belongs to another user")
                 .coded(code::RESULT_DIRECTORY)
                 .try_instead("choose one of your own with --out"));
         }

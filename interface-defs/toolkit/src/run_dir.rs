@@ -67,7 +67,7 @@ pub(crate) fn make_free(dir: &Path, force: bool) -> Result<(), Diagnostic> {
     let held = [HISTORY, SUMMARY].into_iter().find(|name| dir.join(name).symlink_metadata().is_ok());
     if let Some(old) = held.filter(|_| !force) {
         let what = format!("this directory holds a run already ({old})");
-        return Err(Diagnostic::in_file(dir.display().to_string(), what)
+        return Err(Diagnostic::in_file(dir.display(), what)
             .coded(code::RESULT_DIRECTORY)
             .try_instead("choose another with --out, or overwrite it with --force"));
     }
@@ -85,7 +85,7 @@ pub(crate) fn make_ready_to_go_on(dir: &Path) -> Result<(), Diagnostic> {
 
 /// That nothing can be written into `dir`.
 pub(crate) fn unwritable(dir: &Path, error: &io::Error) -> Diagnostic {
-    Diagnostic::in_file(dir.display().to_string(), format!("no results can be written here: {error}"))
+    Diagnostic::in_file(dir.display(), format!("no results can be written here: {error}"))
         .coded(code::RESULT_DIRECTORY)
 }
 

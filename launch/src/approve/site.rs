@@ -241,8 +241,7 @@ impl<'a> Test<'a> {
             let scratch = kit.scratch.file("");
             let of_site = |place: &Place| Path::new(&place.file).starts_with(&scratch);
             for error in stop.errors.iter_mut().filter(|error| error.place.as_deref().is_some_and(of_site)) {
-                error.place = Some(Box::new(Place::file(kit.file.display().to_string())))
-                    .filter(|_| error.key.is_none());
+                error.place = Some(Box::new(Place::file(kit.file.display()))).filter(|_| error.key.is_none());
                 *error = kit.own.placed(error.clone());
             }
             // That the block strikes nothing is no failure here, as nothing has run yet.
@@ -268,7 +267,7 @@ impl<'a> Test<'a> {
                 "the block of {energy} kJ has an edge of {size} m, more than a third of the height of the kit, {rise} m"
             );
             let cure = format!("--speed {fits}: its block has {most} m; or a higher kit");
-            let place = Place::file(kit.file.display().to_string());
+            let place = Place::file(kit.file.display());
             return Err(Diagnostic::error(code::CONTRADICTION, what).at(place).try_instead(cure).into());
         }
         let centre = centre(&layout, rise, variation.place, size);

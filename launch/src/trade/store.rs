@@ -42,9 +42,8 @@ pub struct Store {
 impl Store {
     /// Open the study of `identity` in `out`. That of another scene is refused, or with `force` removed.
     pub fn open(out: &Path, identity: &Identity, force: bool) -> Result<Self, Stop> {
-        let fault = |e: io::Error| {
-            Diagnostic::in_file(out.display().to_string(), format!("no study can be written here: {e}"))
-        };
+        let fault =
+            |e: io::Error| Diagnostic::in_file(out.display(), format!("no study can be written here: {e}"));
         let owner = Owner::claim(out, &Claim { force, ..Claim::default() })?;
         let place = out.join(STUDY);
         let known: Option<Identity> = files::read_json(&place).ok();
@@ -106,14 +105,14 @@ fn another(out: &Path, there: Option<&Identity>, identity: &Identity) -> Diagnos
             let other = sweep::of_other_build(&there.build, &identity.build)
                 .or_else(|| sweep::of_other_build(&there.foreign, &identity.foreign));
             match other {
-                Some(other) => return other.at(Place::file(out.display().to_string())),
+                Some(other) => return other.at(Place::file(out.display())),
                 None => "with other programs in its scene",
             }
         }
         None => "that this version cannot read",
     };
     Diagnostic::in_file(
-        out.display().to_string(),
+        out.display(),
         format!("this directory holds a study {what}; its runs cannot be compared"),
     )
     .try_instead("choose another directory with --out, or remove its runs with --force")
