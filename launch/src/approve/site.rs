@@ -193,23 +193,20 @@ fn document(scene: &Scene) -> Result<Table, Diagnostic> {
     Ok(document)
 }
 
-/// Which launch.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Which {
-    /// The first of a third of the energy.
-    Sel1,
-    /// The second of them, without repair.
-    Sel2,
-    /// The largest, at a new kit.
-    Mel,
+interface_defs::worded! {
+    /// Which launch.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Which with name {
+        /// The first of a third of the energy.
+        Sel1 = "SEL 1",
+        /// The second of them, without repair.
+        Sel2 = "SEL 2",
+        /// The largest, at a new kit.
+        Mel = "MEL",
+    }
 }
 
 impl Which {
-    /// In words.
-    pub fn name(self) -> &'static str {
-        ["SEL 1", "SEL 2", "MEL"][self as usize]
-    }
-
     /// Name of the directory of its run.
     pub fn dir(self) -> String {
         self.name().to_lowercase().replace(' ', "_")

@@ -36,16 +36,6 @@ impl Observed {
     }
 }
 
-impl Verdict {
-    fn sentence(self) -> &'static str {
-        match self {
-            Self::Settled => "settled",
-            Self::NotSettled => "not settled by these data",
-            Self::NotTrusted => "not trusted",
-        }
-    }
-}
-
 impl Calibration {
     /// The sets with what came of each, and what was observed.
     fn gather(&self, base: &Base, all: All) -> io::Result<(Table, Case)> {
