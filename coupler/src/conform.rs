@@ -122,13 +122,7 @@ fn judge(clause: &'static str, title: &'static str, findings: &[Finding]) -> Jud
 pub fn text(judged: &[Judged]) -> String {
     let mut text = String::new();
     for Judged { clause, title, outcome, what } in judged {
-        let word = match outcome {
-            Outcome::Kept => "kept",
-            Outcome::Broken => "BROKEN",
-            Outcome::Unsettled => "not settled",
-            Outcome::NotExamined => "not examined",
-        };
-        let _ = writeln!(text, "{clause:<5} {word:<13} {title}: {what}");
+        let _ = writeln!(text, "{clause:<5} {:<13} {title}: {what}", outcome.words());
     }
     let count = |of| judged.iter().filter(|judged| judged.outcome == of).count();
     let all = [Outcome::Kept, Outcome::Broken, Outcome::Unsettled, Outcome::NotExamined];

@@ -2,7 +2,6 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::fmt;
 use std::ops::Range;
 
 /// Tolerances of `[coupling]`.
@@ -37,25 +36,17 @@ impl Residual {
     }
 }
 
-/// A field that is judged.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Field {
-    /// Displacement of the net's nodes in reach, the structure's answer against the iterate [m].
-    Displacement,
-    /// Their velocity, times the window [m].
-    Velocity,
-    /// Mean contact force on them [N], against the iteration before; in the first iteration against none.
-    Force,
-}
-
-impl fmt::Display for Field {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(match self {
-            Self::Displacement => "displacement",
-            Self::Velocity => "velocity times window",
-            Self::Force => "force",
-        })
+interface_defs::worded! {
+    /// A field that is judged.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Field with words {
+        /// Displacement of the net's nodes in reach, the structure's answer against the iterate [m].
+        Displacement = "displacement",
+        /// Their velocity, times the window [m].
+        Velocity = "velocity times window",
+        /// Mean contact force on them [N], against the iteration before; in the first iteration against none.
+        Force = "force",
     }
 }
 

@@ -451,7 +451,11 @@ impl<'a> Coupling<'a> {
             let unit = if m.field == Field::Force { "N" } else { "m" };
             format!(
                 "{} residual {:.2e} {unit} (relative to {:.2e} {unit}; tolerances {:.1e} relative, {:.1e} {unit})",
-                m.field, judged.residual, judged.reference, tolerance.relative, tolerance.absolute
+                m.field.words(),
+                judged.residual,
+                judged.reference,
+                tolerance.relative,
+                tolerance.absolute
             )
         };
         measures.iter().map(of).collect::<Vec<_>>().join(", ")

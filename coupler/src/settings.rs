@@ -360,7 +360,7 @@ impl CouplingSettings {
             let Measure { field, norm, .. } = measure;
             let key = |key: &str| format!("measure.{number}.{key}");
             if self.measure[..number].iter().any(|m| (m.field, m.norm) == (*field, *norm)) {
-                let what = format!("the {field} is measured twice by the same norm");
+                let what = format!("the {} is measured twice by the same norm", field.words());
                 return Err(wrong(&key("field"), what).try_instead("one of them is enough"));
             }
             for (name, value) in [("tolerance", measure.tolerance), ("absolute", measure.absolute)] {
@@ -373,7 +373,8 @@ impl CouplingSettings {
             let Tolerance { relative, absolute } = measure.tolerance(&self.tolerances());
             if relative == 0.0 && absolute == 0.0 {
                 let what = format!(
-                    "both tolerances of the {field} are 0, so that no window converges in which it changes"
+                    "both tolerances of the {} are 0, so that no window converges in which it changes",
+                    field.words()
                 );
                 return Err(wrong(&key("field"), what));
             }

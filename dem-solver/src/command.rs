@@ -179,12 +179,11 @@ fn check_directory(file: &Path) -> Result<(), Diagnostic> {
     if parent.is_dir() && !file.is_dir() {
         return Ok(());
     }
-    Err(Diagnostic::in_file(file.display().to_string(), "no file can be written there")
+    Err(Diagnostic::in_file(file.display(), "no file can be written there")
         .try_instead("make its directory first"))
 }
 
 fn write(file: &Path, bytes: &[u8]) -> Result<(), Diagnostic> {
-    toolkit::files::write(file, bytes).map_err(|e| {
-        Diagnostic::in_file(file.display().to_string(), format!("the file cannot be written: {e}"))
-    })
+    toolkit::files::write(file, bytes)
+        .map_err(|e| Diagnostic::in_file(file.display(), format!("the file cannot be written: {e}")))
 }

@@ -173,8 +173,8 @@ impl fmt::Display for Place {
 
 impl Place {
     /// A file as a whole.
-    pub fn file(file: impl Into<String>) -> Self {
-        Self { file: file.into(), position: None, excerpt: None }
+    pub fn file(file: impl fmt::Display) -> Self {
+        Self { file: file.to_string(), position: None, excerpt: None }
     }
 
     /// Bytes `span` of `text`; a span over several lines ends with the first.
@@ -249,7 +249,7 @@ impl Diagnostic {
     }
 
     /// Wrong input in `file` as a whole.
-    pub fn in_file(file: impl Into<String>, message: impl Into<String>) -> Self {
+    pub fn in_file(file: impl fmt::Display, message: impl Into<String>) -> Self {
         Self::error(code::FILE_CONTENT, message).at(Place::file(file))
     }
 

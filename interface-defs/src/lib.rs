@@ -34,6 +34,40 @@ macro_rules! profile {
     };
 }
 
+/// Declares an enum each of whose variants has a word, and the method that says it.
+///
+/// ```
+/// interface_defs::worded! {
+///     /// How a run ended.
+///     #[derive(Clone, Copy)]
+///     pub enum Ending with word {
+///         /// To its end.
+///         Done = "done",
+///         /// The user has ended it.
+///         Stopped = "stopped by the user",
+///     }
+/// }
+/// assert_eq!(Ending::Stopped.word(), "stopped by the user");
+/// ```
+#[macro_export]
+macro_rules! worded {
+    ($(#[$about:meta])* $vis:vis enum $name:ident with $say:ident {
+        $($(#[$of:meta])* $variant:ident = $word:literal,)+
+    }) => {
+        $(#[$about])*
+        $vis enum $name {
+            $($(#[$of])* $variant,)+
+        }
+
+        impl $name {
+            /// In words.
+            $vis fn $say(self) -> &'static str {
+                [$($word),+][self as usize]
+            }
+        }
+    };
+}
+
 pub mod clause;
 pub mod diagnostic;
 pub mod exchange;

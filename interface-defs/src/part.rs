@@ -3,30 +3,20 @@
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// What a utilisation is a share of.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ShareOf {
-    /// Force over strength.
-    #[default]
-    Force,
-    /// Travel of a brake over its stroke.
-    Travel,
-    /// Axial force and moments over what the section bears where all of it yields, or the strain of a fibre over that at which it tears.
-    Section,
-    /// The same of a part of which a fibre has yielded: it stays bent. That begins below 1, in an H bent about its strong axis at some 0.9.
-    Yielded,
-}
-
-impl ShareOf {
-    /// In a word.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Force => "force",
-            Self::Travel => "travel",
-            Self::Section => "section",
-            Self::Yielded => "section, yielded",
-        }
+crate::worded! {
+    /// What a utilisation is a share of.
+    #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum ShareOf with word {
+        /// Force over strength.
+        #[default]
+        Force = "force",
+        /// Travel of a brake over its stroke.
+        Travel = "travel",
+        /// Axial force and moments over what the section bears where all of it yields, or the strain of a fibre over that at which it tears.
+        Section = "section",
+        /// The same of a part of which a fibre has yielded: it stays bent. That begins below 1, in an H bent about its strong axis at some 0.9.
+        Yielded = "section, yielded",
     }
 }
 

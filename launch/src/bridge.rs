@@ -69,7 +69,7 @@ fn token(request: &Arguments) -> Result<Vec<u8>, Stop> {
     }
     let what = format!("a token of {} bytes; it must have {SHORTEST_TOKEN} to {LONGEST_TOKEN}", token.len());
     let cure = format!("openssl rand -hex 32 > {}", file.display());
-    Err(Diagnostic::in_file(file.display().to_string(), what).try_instead(cure).into())
+    Err(Diagnostic::in_file(file.display(), what).try_instead(cure).into())
 }
 
 fn stop(failure: Failure) -> Stop {

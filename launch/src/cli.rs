@@ -247,7 +247,7 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
         Command::Cluster(_) => become_program("dem-solver", "cluster"),
         Command::Schema { study, calibration, kit, reference } => {
             show(&match () {
-                () if study => reference::json(&reference::study()?.study()),
+                () if study => reference::json(&reference::of_study()?),
                 () if calibration => reference::json(&reference::of_calibration()?),
                 () if kit => reference::json(&reference::of_kit()?),
                 () if reference => {

@@ -6,27 +6,20 @@ use std::path::{Path, PathBuf};
 use toolkit::processes::Processes;
 use toolkit::scene::Scene;
 
-/// A part in a run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Part {
-    /// Rocks and contact.
-    Dem,
-    /// The structure.
-    Fem,
-    /// Who couples the two.
-    Coupler,
+interface_defs::worded! {
+    /// A part in a run, and its name there, in `[processes]` and of its log.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Part with name {
+        /// Rocks and contact.
+        Dem = "dem",
+        /// The structure.
+        Fem = "fem",
+        /// Who couples the two.
+        Coupler = "coupler",
+    }
 }
 
 impl Part {
-    /// Name in the run, in `[processes]` and of its log.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Dem => "dem",
-            Self::Fem => "fem",
-            Self::Coupler => "coupler",
-        }
-    }
-
     /// This project's program for it.
     fn program(self) -> &'static str {
         match self {
@@ -71,7 +64,7 @@ impl Plan {
             (false, true) => &[Part::Fem],
             (false, false) => {
                 let what = "the scene has neither a rock nor a structure: nothing would run";
-                let nothing = Diagnostic::in_file(scene.path().display().to_string(), what);
+                let nothing = Diagnostic::in_file(scene.path().display(), what);
                 return Err(nothing.try_instead("add [[rock]], [structure] or both"));
             }
         };

@@ -17,6 +17,7 @@ use toolkit::check::CheckReport;
 use toolkit::exit::Exit;
 use toolkit::files;
 use toolkit::limits::Limits;
+use toolkit::once::each_once;
 use toolkit::output::Output;
 use toolkit::scene::Scene;
 
@@ -92,15 +93,8 @@ impl Prepared {
         let of_programs = self.reports.iter().flat_map(|(_, report)| report.warnings.iter().cloned());
         let of_tables = Output::warnings(&self.scene)?.into_iter().chain(Limits::of(&self.scene)?.warnings());
         let twice = self.scene.set_twice();
-        let mut all: Vec<Diagnostic> = Vec::new();
-        for warning in
-            of_programs.chain(self.numbers.of_window()).chain(of_cost).chain(of_tables).chain(twice)
-        {
-            if !all.contains(&warning) {
-                all.push(warning);
-            }
-        }
-        Ok(all)
+        let of_numbers = self.numbers.of_window().into_iter().chain(of_cost);
+        Ok(each_once(of_programs.chain(of_numbers).chain(of_tables).chain(twice)))
     }
 }
 
@@ -236,13 +230,8 @@ fn validate(
         return Ok(reports);
     }
     let exit = if faults.iter().any(|f| f.exit == Exit::BadInput) { Exit::BadInput } else { Exit::Failed };
-    let mut errors: Vec<Diagnostic> = Vec::new();
-    for error in faults.into_iter().filter(|fault| fault.exit == exit).flat_map(|fault| fault.errors) {
-        if !errors.contains(&error) {
-            errors.push(error);
-        }
-    }
-    Err(Stop { exit, errors })
+    let faults = faults.into_iter().filter(|fault| fault.exit == exit);
+    Err(Stop { exit, errors: each_once(faults.flat_map(|fault| fault.errors)) })
 }
 
 /// The check of one program; the `net` goes to it over its stdin.

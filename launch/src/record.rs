@@ -183,7 +183,7 @@ pub fn decide(
 }
 
 fn refuse(out: &Path, what: String) -> Stop {
-    Diagnostic::in_file(out.display().to_string(), what)
+    Diagnostic::in_file(out.display(), what)
         .coded(code::RESULT_DIRECTORY)
         .try_instead("begin it anew with --force, or choose another directory with --out")
         .into()

@@ -325,10 +325,17 @@ pub fn calibration() -> Result<Share, Stop> {
     ask("dem-solver", "calibration-schema")
 }
 
+/// The schema of a study of many releases.
+pub fn of_study() -> Result<Value, Stop> {
+    let what =
+        "A study of rockfall: a scene of one fall, where rocks start, what varies. One TOML file, SI units.";
+    Ok(study()?.document_of("Rockfall study", what, &["scene", "release"]))
+}
+
 /// The schema of a calibration.
 pub fn of_calibration() -> Result<Value, Stop> {
     let what = "A calibration of rockfall: a study, what was observed of its falls, which values are sought. One TOML file, SI units.";
-    Ok(document(&calibration()?, "Rockfall calibration", what, "study"))
+    Ok(calibration()?.document_of("Rockfall calibration", what, &["study"]))
 }
 
 /// The schema of a kit: the tables of a scene that it may hold, and its own.
@@ -345,13 +352,7 @@ pub fn of_kit() -> Result<Value, Stop> {
     });
     share.properties.insert("kit".into(), about);
     let what = "A kit of rockfall: a whole barrier, which a scene takes with `kit` in [structure]. One TOML file, SI units.";
-    Ok(document(&share, "Rockfall kit", what, "structure"))
-}
-
-fn document(share: &Share, title: &str, what: &str, required: &str) -> Value {
-    let mut all = share.document();
-    (all["title"], all["description"], all["required"]) = (json!(title), json!(what), json!([required]));
-    all
+    Ok(share.document_of("Rockfall kit", what, &["structure"]))
 }
 
 fn ask(program: &str, command: &str) -> Result<Share, Stop> {

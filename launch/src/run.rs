@@ -238,7 +238,7 @@ fn keep_logs(log: &Path, commands: &[(&str, Vec<OsString>)]) -> io::Result<()> {
     for (name, _) in commands {
         let before = children::log_file(log, &format!("{name}.before"));
         let moved = std::fs::rename(children::log_file(log, name), before);
-        moved.or_else(|e| if e.kind() == io::ErrorKind::NotFound { Ok(()) } else { Err(e) })?;
+        files::if_there(moved)?;
     }
     Ok(())
 }

@@ -118,7 +118,7 @@ pub fn keep<T: Serialize>(dir: &Path, of: &str, run: T) -> Result<(), Stop> {
 pub fn kept<T: DeserializeOwned>(dir: &Path) -> Result<Option<(String, T)>, Diagnostic> {
     let Ok(kept) = files::read_json::<Kept<T>>(&dir.join(RECORD)) else { return Ok(None) };
     match of_other_build(&kept.build, build()) {
-        Some(other) => Err(other.at(Place::file(dir.display().to_string()))),
+        Some(other) => Err(other.at(Place::file(dir.display()))),
         None => Ok(Some((kept.of, kept.run))),
     }
 }

@@ -15,10 +15,7 @@ pub struct Table {
 impl Table {
     /// That in the CSV file at `path`, up to its first row that is not whole; an empty one where there is none.
     pub fn read(path: &Path) -> io::Result<Self> {
-        let file = match files::source(path) {
-            Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(Self::default()),
-            file => file?,
-        };
+        let Some(file) = files::if_there(files::source(path))? else { return Ok(Self::default()) };
         let mut reader = csv::Reader::from_reader(io::BufReader::new(file));
         let names: Vec<String> = reader.headers()?.iter().map(str::to_owned).collect();
         let mut columns = vec![Vec::new(); names.len()];

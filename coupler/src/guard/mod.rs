@@ -23,18 +23,20 @@ pub fn breach(solver: &str, clause: &'static str, what: impl Into<String>) -> Fa
     Failure::breach(solver, clause, what)
 }
 
-/// What an examination says of one clause.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Outcome {
-    /// It could not be examined.
-    NotExamined,
-    /// It is kept.
-    Kept,
-    /// It looks broken, and what a scheme may do looks the same.
-    Unsettled,
-    /// It is broken.
-    Broken,
+interface_defs::worded! {
+    /// What an examination says of one clause.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Outcome with words {
+        /// It could not be examined.
+        NotExamined = "not examined",
+        /// It is kept.
+        Kept = "kept",
+        /// It looks broken, and what a scheme may do looks the same.
+        Unsettled = "not settled",
+        /// It is broken.
+        Broken = "BROKEN",
+    }
 }
 
 /// What was found about one clause.

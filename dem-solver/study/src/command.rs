@@ -197,7 +197,7 @@ pub(super) fn no_study(path: &Path, asked: &str) -> Option<Diagnostic> {
         return None;
     }
     let what = format!("this is {is}, and a {asked} is asked for here");
-    Some(Diagnostic::in_file(path.display().to_string(), what).coded(code::ARGUMENT).try_instead(cure))
+    Some(Diagnostic::in_file(path.display(), what).coded(code::ARGUMENT).try_instead(cure))
 }
 
 /// Tables and keys of a scene that a study varies.
@@ -265,9 +265,8 @@ impl<'a> Study<'a> {
         };
         match output {
             None => show(&text),
-            Some(path) => files::write(path, text.as_bytes()).map_err(|e| {
-                Diagnostic::in_file(path.display().to_string(), format!("cannot be written: {e}"))
-            })?,
+            Some(path) => files::write(path, text.as_bytes())
+                .map_err(|e| Diagnostic::in_file(path.display(), format!("cannot be written: {e}")))?,
         }
         Ok(Exit::Done)
     }
@@ -556,7 +555,7 @@ fn failed(why: &Diagnostic) -> Result<Exit, Diagnostic> {
 }
 
 fn unwritten(path: &Path, e: &io::Error) -> Diagnostic {
-    Diagnostic::error(code::NOT_WRITTEN, e.to_string()).at(Place::file(path.display().to_string()))
+    Diagnostic::error(code::NOT_WRITTEN, e.to_string()).at(Place::file(path.display()))
 }
 
 /// Add to the table the members from `due` on that are known already.

@@ -73,7 +73,7 @@ impl Directory {
 
     /// A fault of it.
     pub fn fault(&self, what: impl std::fmt::Display) -> Diagnostic {
-        Diagnostic::in_file(self.dir.display().to_string(), what.to_string())
+        Diagnostic::in_file(self.dir.display(), what.to_string())
     }
 
     /// Whether a run over all members has begun here.

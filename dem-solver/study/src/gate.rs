@@ -17,6 +17,7 @@ use std::collections::BTreeSet;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::PathBuf;
 use toolkit::numbers::four;
+use toolkit::once::each_once;
 use toolkit::ranges::{Gate, refused};
 use toolkit::scene::Scene;
 
@@ -48,12 +49,9 @@ fn check(base: &Base, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
         let directions =
             base.study.variables[release].iter().filter_map(|variable| of_direction(variable, file));
         let all = [of_keys(base, release, file)?, of_rocks(base, release, file)?, directions.collect()];
-        for found in all.concat() {
-            if !said.contains(&found) {
-                said.push(found);
-            }
-        }
+        said.extend(all.concat());
     }
+    let mut said = each_once(said);
     for (at, line) in base.study.lines.iter().enumerate() {
         if let Some(design) = &line.design {
             said.extend(design.check(&format!("line.{at}.design"), file)?);
@@ -132,9 +130,7 @@ fn of_keys(base: &Base, release: usize, file: &Scene) -> Result<Vec<Diagnostic>,
                     let what = format!("with {set}: {}", found.message);
                     let moved =
                         file.placed(Diagnostic { message: what, ..found }.about(variable.key.clone()));
-                    if !said.contains(&moved) {
-                        said.push(moved);
-                    }
+                    said.push(moved);
                 }
             }
             Err(error) => {

@@ -44,29 +44,19 @@ pub fn fingerprint(base: &Base, file: &Scene) -> Result<String, Diagnostic> {
     Ok(format!("{:016x}", fnv1a(&bytes)))
 }
 
-/// How a member ended.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum How {
-    /// It was not computed to an end.
-    #[default]
-    None,
-    /// At rest on the terrain.
-    Rest,
-    /// It left the terrain.
-    Out,
-    /// It still moved when the time was over.
-    Moving,
-}
-
-impl How {
-    /// In a word.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::None => "",
-            Self::Rest => "rest",
-            Self::Out => "left",
-            Self::Moving => "moving",
-        }
+interface_defs::worded! {
+    /// How a member ended.
+    #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+    pub enum How with word {
+        /// It was not computed to an end.
+        #[default]
+        None = "",
+        /// At rest on the terrain.
+        Rest = "rest",
+        /// It left the terrain.
+        Out = "left",
+        /// It still moved when the time was over.
+        Moving = "moving",
     }
 }
 
@@ -265,7 +255,7 @@ const LONGEST: u64 = 1 << 32;
 
 /// That the journal at `path` cannot be used.
 fn refused(path: &Path, code: Code, what: impl Into<String>) -> Diagnostic {
-    Diagnostic::in_file(path.display().to_string(), what).coded(code)
+    Diagnostic::in_file(path.display(), what).coded(code)
 }
 
 /// That another process writes to the journal at `path`.

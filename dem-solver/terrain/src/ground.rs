@@ -33,8 +33,7 @@ fn run(matches: &ArgMatches) -> Result<Exit, Diagnostic> {
     let scene = arguments.input.load()?;
     let raster = around(&scene, &arguments)?;
     raster.write_asc(&arguments.output).map_err(|e| {
-        let file = arguments.output.display().to_string();
-        Diagnostic::in_file(file, format!("the heights cannot be written: {e}"))
+        Diagnostic::in_file(arguments.output.display(), format!("the heights cannot be written: {e}"))
     })?;
     let [columns, rows] = raster.counts;
     show(&format!(

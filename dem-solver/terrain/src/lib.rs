@@ -98,8 +98,8 @@ impl Terrain {
         settings.check_layers(scene)?;
         let zones = zones::Zones::of(scene, settings, &ground.origin)?;
         if ground.triangles.is_empty() {
-            let file = scene.resolve(&settings.file).display().to_string();
-            return Err(Diagnostic::in_file(file, "the terrain has no triangle with an area"));
+            let file = scene.resolve(&settings.file);
+            return Err(Diagnostic::in_file(file.display(), "the terrain has no triangle with an area"));
         }
         ground.materials = zones.materials.clone();
         ground.forests = zones.forests.clone();

@@ -21,8 +21,7 @@ impl Model {
     pub(super) fn add_supports(&mut self, scene: &Scene, table: &StructureConfig) -> Result<(), Diagnostic> {
         self.giving = self.elements.len()..self.elements.len();
         let mut until = vec![f64::NEG_INFINITY; self.dof_count()];
-        for (i, entry) in table.supports.iter().enumerate() {
-            let key = Key { scene, key: format!("structure.supports.{i}") };
+        for (key, entry) in Key::each(scene, "supports", &table.supports) {
             check_support(&key, entry)?;
             let mut moves = false;
             let nodes = self.place(&key, entry.place())?;
@@ -186,8 +185,7 @@ impl Model {
         if config.fem.path_speed.is_some() {
             self.live_load = vec![0.0; self.dof_count()];
         }
-        for (i, entry) in config.structure.loads.iter().enumerate() {
-            let key = Key { scene, key: format!("structure.loads.{i}") };
+        for (key, entry) in Key::each(scene, "loads", &config.structure.loads) {
             let mut forces = Vec::new();
             for node in self.place(&key, entry.place())? {
                 let own = self.vectors(&key, "moment", node, [entry.force, entry.moment])?;
@@ -231,8 +229,7 @@ impl Model {
 
     /// Pressure on faces.
     fn press(&mut self, scene: &Scene, config: &Config) -> Result<(), Diagnostic> {
-        for (i, entry) in config.structure.pressures.iter().enumerate() {
-            let key = Key { scene, key: format!("structure.pressures.{i}") };
+        for (key, entry) in Key::each(scene, "pressures", &config.structure.pressures) {
             let faces = self.faces_of(&key, &entry.group)?;
             self.one_side(&key, &entry.group, &faces)?;
             let factor = match history(config, &key, &entry.history)? {
@@ -295,8 +292,7 @@ impl Model {
     /// Velocities at t = 0.
     fn set_in_motion(&mut self, scene: &Scene, config: &Config) -> Result<(), Diagnostic> {
         let mut set: Vec<Option<f64>> = Vec::new();
-        for (i, entry) in config.structure.velocities.iter().enumerate() {
-            let key = Key { scene, key: format!("structure.velocities.{i}") };
+        for (key, entry) in Key::each(scene, "velocities", &config.structure.velocities) {
             if config.fem.integrator == Integrator::Static {
                 let what = "statics has no inertia: a velocity at t = 0 changes nothing";
                 return scene.refuse(&key.key, what, "an integrator with inertia, as generalized_alpha");

@@ -85,8 +85,7 @@ impl Model {
     }
 
     fn add_groups(&mut self, scene: &Scene, table: &StructureConfig) -> Result<(), Diagnostic> {
-        for (i, group) in table.groups.iter().enumerate() {
-            let key = Key { scene, key: format!("structure.groups.{i}") };
+        for (key, group) in Key::each(scene, "groups", &table.groups) {
             if group.name == "supports" || self.groups.iter().any(|g| g.name == group.name) {
                 let what = format!("there is a group `{}` already", group.name);
                 return Err(key.invalid("name", what));
@@ -114,8 +113,7 @@ impl Model {
             let own = Made { elements: 0..0, cables: first..self.cables.len() };
             cell.from.iter().for_each(|e| made[*e as usize] = own.clone());
         }
-        for (i, entry) in table.cables.iter().enumerate() {
-            let key = Key { scene, key: format!("structure.cables.{i}") };
+        for (key, entry) in Key::each(scene, "cables", &table.cables) {
             self.known(&key, &entry.nodes)?;
             key.positive(&[("length", entry.length.unwrap_or(1.0), "m")])?;
             let own = entry.stated().complete(&key, table.cable.as_ref())?;
@@ -131,22 +129,19 @@ impl Model {
     }
 
     fn add_elements(&mut self, scene: &Scene, table: &StructureConfig) -> Result<(), Diagnostic> {
-        for (i, entry) in table.springs.iter().enumerate() {
-            let key = Key { scene, key: format!("structure.springs.{i}") };
+        for (key, entry) in Key::each(scene, "springs", &table.springs) {
             key.not_negative(&entry.stiffness.map(|k| ("stiffness", k, "N/m")))?;
             let nodes = self.place(&key, entry.place())?;
             self.springs.extend(nodes.into_iter().map(|node| (node, entry.stiffness)));
         }
-        for (i, entry) in table.dampers.iter().enumerate() {
-            let key = Key { scene, key: format!("structure.dampers.{i}") };
+        for (key, entry) in Key::each(scene, "dampers", &table.dampers) {
             key.not_negative(&entry.viscosity.map(|c| ("viscosity", c, "N s/m")))?;
             for node in self.place(&key, entry.place())? {
                 let own = [0, 1, 2].map(|c| (self.dof(node, c), entry.viscosity[c]));
                 self.dashpots.extend(own.into_iter().filter(|(_, c)| *c > 0.0));
             }
         }
-        for (i, entry) in table.masses.iter().enumerate() {
-            let key = Key { scene, key: format!("structure.masses.{i}") };
+        for (key, entry) in Key::each(scene, "masses", &table.masses) {
             key.positive(&[("mass", entry.mass, "kg")])?;
             let nodes = self.place(&key, entry.place())?;
             self.point_masses.extend(nodes.into_iter().map(|node| (node, entry.mass)));

@@ -185,18 +185,14 @@ impl Names {
     }
 }
 
-/// What a number or a group of a mesh file stands for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Of {
-    /// Nodes.
-    Nodes,
-    /// Elements.
-    Elements,
-}
-
-impl Of {
-    fn word(self) -> &'static str {
-        ["node", "element"][self as usize]
+interface_defs::worded! {
+    /// What a number or a group of a mesh file stands for.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Of with word {
+        /// Nodes.
+        Nodes = "node",
+        /// Elements.
+        Elements = "element",
     }
 }
 

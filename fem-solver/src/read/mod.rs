@@ -121,6 +121,14 @@ pub struct Key<'a> {
     pub key: String,
 }
 
+impl<'a> Key<'a> {
+    /// The entries of a list of `[structure]`, each with its key.
+    pub fn each<T>(scene: &'a Scene, list: &str, entries: &'a [T]) -> impl Iterator<Item = (Self, &'a T)> {
+        let key = move |(i, entry)| (Self { scene, key: format!("structure.{list}.{i}") }, entry);
+        entries.iter().enumerate().map(key)
+    }
+}
+
 impl Key<'_> {
     /// The path of its key `name`.
     pub fn at(&self, name: &str) -> String {

@@ -22,6 +22,7 @@ use std::io;
 use std::path::Path;
 use std::rc::Rc;
 use toolkit::files;
+use toolkit::once::each_once;
 use toolkit::vtu::{Cells, KeptSeries, Series, Vtu};
 
 /// A series of field files at multiples of an interval.
@@ -293,12 +294,7 @@ impl Legend {
     /// smallest.
     fn new(model: &Model) -> Self {
         let groups = model.groups.iter().map(|g| g.name.as_str());
-        let mut names: Vec<&str> = Vec::new();
-        for name in groups.chain(model.parts.iter().map(|p| p.name.as_str())) {
-            if !names.contains(&name) {
-                names.push(name);
-            }
-        }
+        let names = each_once(groups.chain(model.parts.iter().map(|p| p.name.as_str())));
         let number = |name: &str| 1 + names.iter().position(|n| *n == name).expect("is listed");
         let mut node_groups = vec![(0, usize::MAX); model.node_count()];
         for group in &model.groups {

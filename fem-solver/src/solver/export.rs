@@ -28,7 +28,7 @@ fn run(matches: &ArgMatches) -> Result<Exit, Diagnostic> {
     let (deck, warnings) = Deck::of(&input.load()?, at_rest)?;
     let (text, lost) = write(&deck, &to)?;
     files::write(&to, text.as_bytes())
-        .map_err(|e| Diagnostic::in_file(to.display().to_string(), format!("it cannot be written: {e}")))?;
+        .map_err(|e| Diagnostic::in_file(to.display(), format!("it cannot be written: {e}")))?;
     let (nodes, elements, sets) =
         (deck.nodes.len(), deck.elements.len(), deck.node_sets.len() + deck.element_sets.len());
     let mut said = format!("{}: {nodes} nodes, {elements} elements, {sets} sets\n", to.display());

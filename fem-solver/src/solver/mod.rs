@@ -222,7 +222,7 @@ impl FemSolver {
         let end = End::new(&self.model, state, prepared.accepted, &name, &prepared.torn);
         let why = end.write(&path).err()?;
         let what = format!("it cannot be written, so no run can start from this one: {why}");
-        Some(Diagnostic::warning(code::NOT_WRITTEN, what).at(Place::file(path.display().to_string())))
+        Some(Diagnostic::warning(code::NOT_WRITTEN, what).at(Place::file(path.display())))
     }
 
     /// Refuse a plan that asks for what this solver has not declared.

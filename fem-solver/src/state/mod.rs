@@ -106,22 +106,14 @@ pub struct Critical {
     pub kind: CriticalKind,
 }
 
-/// CriticalKind of a critical point.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum CriticalKind {
-    /// The load turns back.
-    Limit,
-    /// Another path crosses.
-    Branch,
-}
-
-impl CriticalKind {
-    /// In a word.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Limit => "limit",
-            Self::Branch => "branch",
-        }
+interface_defs::worded! {
+    /// CriticalKind of a critical point.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+    pub enum CriticalKind with name {
+        /// The load turns back.
+        Limit = "limit",
+        /// Another path crosses.
+        Branch = "branch",
     }
 }
 

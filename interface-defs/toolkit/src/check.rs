@@ -79,7 +79,7 @@ impl CheckReport {
 
 /// The interface mesh in a JSON file, `-` for stdin.
 pub fn read_interface(path: &Path) -> Result<InterfaceMesh, Diagnostic> {
-    let fault = |what: String| Diagnostic::in_file(path.display().to_string(), what);
+    let fault = |what: String| Diagnostic::in_file(path.display(), what);
     let text = match path.to_str() {
         Some("-") => std::io::read_to_string(std::io::stdin())
             .map_err(|e| fault(format!("the interface mesh cannot be read: {e}")))?

@@ -79,9 +79,8 @@ impl Subject {
         with_absolute_files(&mut table, scene)?;
         let hashed = |path: PathBuf| -> Result<_, Diagnostic> {
             let hash = files::input(&path).and_then(provenance::hash_of);
-            let (hash, _) = hash.map_err(|e| {
-                Diagnostic::in_file(path.display().to_string(), format!("the file cannot be read: {e}"))
-            })?;
+            let (hash, _) = hash
+                .map_err(|e| Diagnostic::in_file(path.display(), format!("the file cannot be read: {e}")))?;
             Ok((path, hash.text()))
         };
         let inputs = named_files(&table).into_iter().map(hashed).collect::<Result<_, _>>()?;
@@ -259,7 +258,7 @@ pub fn to_go_on(scene: &Scene, out: &Path) -> Result<Option<Checkpoint>, Diagnos
 }
 
 fn refused(out: &Path, what: String) -> Diagnostic {
-    Diagnostic::in_file(out.display().to_string(), what).coded(code::PROVENANCE).try_instead(
+    Diagnostic::in_file(out.display(), what).coded(code::PROVENANCE).try_instead(
         "use the programs that wrote it, or run it anew with --force or into another directory with --out",
     )
 }

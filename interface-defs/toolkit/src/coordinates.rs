@@ -23,15 +23,17 @@ use std::path::PathBuf;
 const AS_GEOJSON: &str =
     "save the layer as GeoJSON (in QGIS: Export > Save Features As), in the coordinate system of the terrain";
 
-/// What the points are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Form {
-    /// Each for itself.
-    Points,
-    /// A line through them.
-    Line,
-    /// An area around which they lie, closed by itself.
-    Polygon,
+interface_defs::worded! {
+    /// What the points are.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Form with word {
+        /// Each for itself.
+        Points = "point",
+        /// A line through them.
+        Line = "line",
+        /// An area around which they lie, closed by itself.
+        Polygon = "polygon",
+    }
 }
 
 /// Points [m], each of type `P`: as they are written, or of a file ([`Coordinates::read`]).

@@ -79,7 +79,7 @@ impl History {
             let what = format!(
                 "its first {length} bytes are not those that its run wrote: it was changed or cut since"
             );
-            let refused = Diagnostic::in_file(path.display().to_string(), what).coded(code::PROVENANCE);
+            let refused = Diagnostic::in_file(path.display(), what).coded(code::PROVENANCE);
             return Err(io::Error::other(refused.try_instead("run it anew with --force")));
         }
         Ok(Self::of(files::reopen(path, length)?, columns, length, hash))

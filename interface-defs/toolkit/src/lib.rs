@@ -18,7 +18,7 @@
 //! - [`start_from`], [`state_file`]: a run that starts where another has ended, and the file that this one leaves for it
 //! - [`checkpoint`]: what a run that was killed goes on from
 //! - [`energy`]: the balance of energy, from gauges by role
-//! - [`limits`]: bounds of trust, and who passes them; [`numbers`]: numbers for a reader
+//! - [`limits`]: bounds of trust, and who passes them; [`numbers`]: numbers for a reader; [`once`]: lists without repetition
 //! - [`exit`], [`log`], [`screen`], [`alloc`]: exit codes, logs, text on the screen, counted allocations; [`profile`]: what a process does
 //!   when
 
@@ -42,6 +42,7 @@ pub mod limits;
 pub mod log;
 pub mod manifest;
 pub mod numbers;
+pub mod once;
 pub mod output;
 pub mod owner;
 pub mod picture;

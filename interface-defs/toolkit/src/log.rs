@@ -45,8 +45,7 @@ pub fn init(
     let _ = match profile {
         None => all.try_init(),
         Some(path) => {
-            let unwritable =
-                |e| Diagnostic::in_file(path.display().to_string(), format!("it cannot be written: {e}"));
+            let unwritable = |e| Diagnostic::in_file(path.display(), format!("it cannot be written: {e}"));
             all.with(profile::begin(path, name).map_err(unwritable)?).try_init()
         }
     };

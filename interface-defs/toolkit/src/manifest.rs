@@ -69,7 +69,7 @@ pub fn seal(dir: &Path) {
 /// it is what its run wrote, byte for byte. Without a manifest the one error is of kind [`code::RESULT_DIRECTORY`].
 pub fn verify(dir: &Path) -> Vec<Diagnostic> {
     let of = |name: &str, what: String| {
-        Diagnostic::error(code::PROVENANCE, what).at(Place::file(dir.join(name).display().to_string()))
+        Diagnostic::error(code::PROVENANCE, what).at(Place::file(dir.join(name).display()))
     };
     let text = match files::read_text(&dir.join(MANIFEST)) {
         Ok(text) => text,

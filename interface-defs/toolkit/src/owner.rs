@@ -184,10 +184,8 @@ pub fn note_programs<'p>(
     dir: &Path,
     programs: impl IntoIterator<Item = (&'p str, &'p str, Option<&'p str>)>,
 ) -> io::Result<()> {
-    let mut record = match files::read_text(&dir.join(RECORD)) {
-        Err(e) if e.kind() == io::ErrorKind::NotFound => Map::new(),
-        text => serde_json::from_str(&text?)?,
-    };
+    let text = files::if_there(files::read_text(&dir.join(RECORD)))?;
+    let mut record = text.map_or(Ok(Map::new()), |text| serde_json::from_str(&text))?;
     for (part, name, build) in programs {
         let program = below(below(&mut record, "programs")?, part)?;
         program.insert("name".into(), name.into());
@@ -217,8 +215,7 @@ fn refuse_exposed(dir: &Dir) -> Result<(), Diagnostic> {
     match dir.exposed() {
         _ if rustix::process::geteuid().is_root() => {}
         Ok(Some(Exposed::ToOwner)) => {
-            let shown = dir.path().display().to_string();
-            return Err(Diagnostic::in_file(shown, "this directory belongs to another user")
+            return Err(Diagnostic::in_file(dir.path().display(), "this directory belongs to another user")
                 .coded(code::RESULT_DIRECTORY)
                 .try_instead("choose one of your own with --out"));
         }

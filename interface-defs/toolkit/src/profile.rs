@@ -59,12 +59,9 @@ pub fn part(dir: &Path, name: &str) -> PathBuf {
 pub fn join(file: Stream, parts: impl IntoIterator<Item = PathBuf>) -> io::Result<()> {
     let (mut file, mut between) = (BufWriter::new(file), "[\n");
     for part in parts {
-        let source = match files::source(&part) {
-            // Of a program that does not know the option.
-            Err(e) if e.kind() == io::ErrorKind::NotFound => continue,
-            source => BufReader::new(source?),
-        };
-        for line in source.split(b'\n') {
+        // There is none of a program that does not know the option.
+        let Some(source) = files::if_there(files::source(&part))? else { continue };
+        for line in BufReader::new(source).split(b'\n') {
             let line = line?;
             let event = line.strip_suffix(b",").unwrap_or(&line);
             // The last line of a process that was killed is torn.

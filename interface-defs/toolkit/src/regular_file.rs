@@ -14,7 +14,7 @@ pub fn hash(bytes: &[u8]) -> String {
 
 /// What is known of the regular file at `path`; whoever opened a pipe in its place would wait for ever.
 pub fn regular(path: &Path) -> Result<Metadata, Diagnostic> {
-    let refuse = |what: String| Diagnostic::in_file(path.display().to_string(), what);
+    let refuse = |what: String| Diagnostic::in_file(path.display(), what);
     let data = std::fs::metadata(path).map_err(|e| match e.kind() {
         ErrorKind::NotFound => refuse("there is no such file".into()).try_if(near(path)),
         _ => refuse(format!("the file cannot be read: {e}")),
@@ -36,8 +36,7 @@ pub fn regular(path: &Path) -> Result<Metadata, Diagnostic> {
 pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>, Diagnostic> {
     regular(path)?;
     files::read_input(path, limit).map_err(|e| {
-        Diagnostic::in_file(path.display().to_string(), format!("the file cannot be read: {e}"))
-            .coded(code::FILE)
+        Diagnostic::in_file(path.display(), format!("the file cannot be read: {e}")).coded(code::FILE)
     })
 }
 

@@ -67,7 +67,7 @@ pub(crate) fn make_free(dir: &Path, force: bool) -> Result<(), Diagnostic> {
     let held = [HISTORY, SUMMARY].into_iter().find(|name| dir.join(name).symlink_metadata().is_ok());
     if let Some(old) = held.filter(|_| !force) {
         let what = format!("this directory holds a run already ({old})");
-        return Err(Diagnostic::in_file(dir.display().to_string(), what)
+        return Err(Diagnostic::in_file(dir.display(), what)
             .coded(code::RESULT_DIRECTORY)
             .try_instead("choose another with --out, or overwrite it with --force"));
     }
@@ -78,17 +78,14 @@ pub(crate) fn make_free(dir: &Path, force: bool) -> Result<(), Diagnostic> {
 /// begun to write.
 pub(crate) fn make_ready_to_go_on(dir: &Path) -> Result<(), Diagnostic> {
     let ready = [SUMMARY, REPORT, MANIFEST].iter().try_for_each(|name| files::remove(&dir.join(name)));
-    let sweep = |name: &str| match Dir::open(&dir.join(name)) {
-        Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(()),
-        open => open?.sweep(),
-    };
+    let sweep = |name: &str| files::if_there(Dir::open(&dir.join(name)))?.map_or(Ok(()), |open| open.sweep());
     let swept = ["", FIELDS, CLUSTERS, CHECKPOINT, LOG].into_iter().try_for_each(sweep);
     ready.and(swept).map_err(|e| unwritable(dir, &e))
 }
 
 /// That nothing can be written into `dir`.
 pub(crate) fn unwritable(dir: &Path, error: &io::Error) -> Diagnostic {
-    Diagnostic::in_file(dir.display().to_string(), format!("no results can be written here: {error}"))
+    Diagnostic::in_file(dir.display(), format!("no results can be written here: {error}"))
         .coded(code::RESULT_DIRECTORY)
 }
 
@@ -117,10 +114,7 @@ pub fn remove_record(dir: &Path) -> io::Result<()> {
 
 /// Remove the files of `dir` whose name is `ours`, and then `dir` itself if nothing else is in it.
 fn remove_all(dir: &Path, ours: impl Fn(&str) -> bool) -> io::Result<()> {
-    let open = match Dir::open(dir) {
-        Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(()),
-        open => open?,
-    };
+    let Some(open) = files::if_there(Dir::open(dir))? else { return Ok(()) };
     open.sweep()?;
     let mut others = false;
     for (name, kind) in open.entries()? {

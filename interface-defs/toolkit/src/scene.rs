@@ -344,7 +344,7 @@ impl Scene {
         };
         let place = match self.tree().ok().and_then(|tree| nearest_span(&tree, key)) {
             Some(span) => self.place(span),
-            None => Place::file(self.path.display().to_string()),
+            None => Place::file(self.path.display()),
         };
         diagnostic.at(place)
     }
@@ -419,7 +419,7 @@ impl Scene {
         if let Some((_, file)) =
             self.added.as_ref().filter(|(from, _)| (*from..self.text.len()).contains(&span.start))
         {
-            return Place::file(file.display().to_string());
+            return Place::file(file.display());
         }
         if let Some(kit) = self.kit.as_ref().filter(|kit| span.start >= kit.base) {
             let own = span.start - kit.base..span.end.max(kit.base) - kit.base;

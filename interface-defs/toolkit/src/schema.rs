@@ -160,13 +160,8 @@ impl Share {
         self.document_of("Rockfall scene", what, &["end_time"])
     }
 
-    /// The schema of a whole study of many releases.
-    pub fn study(&self) -> Value {
-        let what = "A study of rockfall: a scene of one fall, where rocks start, what varies. One TOML file, SI units.";
-        self.document_of("Rockfall study", what, &["scene", "release"])
-    }
-
-    fn document_of(&self, title: &str, what: &str, required: &[&str]) -> Value {
+    /// The schema of another kind of file, in which these keys are required.
+    pub fn document_of(&self, title: &str, what: &str, required: &[&str]) -> Value {
         json!({
             "$schema": "http://json-schema.org/draft-07/schema#",
             "title": title,

@@ -16,30 +16,20 @@ use std::fmt::Write as _;
 use std::io;
 use std::path::Path;
 
-/// How the run ended.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum RunStatus {
-    /// To its end.
-    #[default]
-    Done,
-    /// To its end, but a bound of `[limits]` was passed: not to be trusted.
-    Unreliable,
-    /// It failed; what was computed until then is there.
-    Failed,
-    /// The user has interrupted it.
-    Interrupted,
-}
-
-impl RunStatus {
-    /// In a word.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Done => "done",
-            Self::Unreliable => "unreliable",
-            Self::Failed => "failed",
-            Self::Interrupted => "interrupted",
-        }
+interface_defs::worded! {
+    /// How the run ended.
+    #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum RunStatus with word {
+        /// To its end.
+        #[default]
+        Done = "done",
+        /// To its end, but a bound of `[limits]` was passed: not to be trusted.
+        Unreliable = "unreliable",
+        /// It failed; what was computed until then is there.
+        Failed = "failed",
+        /// The user has interrupted it.
+        Interrupted = "interrupted",
     }
 }
 

@@ -12,24 +12,19 @@ const LEFT_AFTER_SEL: f64 = 0.7;
 /// The same of category A and of category B after MEL.
 pub const CATEGORIES: [(f64, &str); 2] = [(0.5, "A"), (0.3, "B")];
 
-/// What follows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Result {
-    /// It is kept.
-    Pass,
-    /// It is not.
-    Fail,
-    /// Nothing can be said, and it decides nothing.
-    NotExamined,
-    /// It cannot be decided by runs that are not to be trusted, or by a number that is too near.
-    NotSettled,
-}
-
-impl Result {
-    /// In words.
-    pub fn words(self) -> &'static str {
-        ["pass", "FAIL", "not examined", "not settled"][self as usize]
+interface_defs::worded! {
+    /// What follows.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Result with words {
+        /// It is kept.
+        Pass = "pass",
+        /// It is not.
+        Fail = "FAIL",
+        /// Nothing can be said, and it decides nothing.
+        NotExamined = "not examined",
+        /// It cannot be decided by runs that are not to be trusted, or by a number that is too near.
+        NotSettled = "not settled",
     }
 }
 

@@ -205,7 +205,7 @@ impl Runs<'_> {
             }
             let what = "this run is of another kit, or of another test";
             let cure = "begin anew with --force, or choose another directory with --out";
-            let place = Place::file(dir.display().to_string());
+            let place = Place::file(dir.display());
             return Err(Diagnostic::error(code::RESULT_DIRECTORY, what).at(place).try_instead(cure).into());
         }
         Dir::create(&self.dir).map_err(unwritten(&self.dir))?;

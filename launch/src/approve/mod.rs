@@ -215,7 +215,7 @@ fn refuse_other(out: &Path) -> Result<(), Stop> {
     if is_one(out) || names.iter().all(|(name, _)| name.to_string_lossy().starts_with('.')) {
         return Ok(());
     }
-    let place = Place::file(out.display().to_string());
+    let place = Place::file(out.display());
     let other = Diagnostic::error(code::RESULT_DIRECTORY, "this directory holds something else").at(place);
     Err(other.try_instead("choose another one with --out").into())
 }

@@ -193,23 +193,20 @@ fn document(scene: &Scene) -> Result<Table, Diagnostic> {
     Ok(document)
 }
 
-/// Which launch.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Which {
-    /// The first of a third of the energy.
-    Sel1,
-    /// The second of them, without repair.
-    Sel2,
-    /// The largest, at a new kit.
-    Mel,
+interface_defs::worded! {
+    /// Which launch.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Which with name {
+        /// The first of a third of the energy.
+        Sel1 = "SEL 1",
+        /// The second of them, without repair.
+        Sel2 = "SEL 2",
+        /// The largest, at a new kit.
+        Mel = "MEL",
+    }
 }
 
 impl Which {
-    /// In words.
-    pub fn name(self) -> &'static str {
-        ["SEL 1", "SEL 2", "MEL"][self as usize]
-    }
-
     /// Name of the directory of its run.
     pub fn dir(self) -> String {
         self.name().to_lowercase().replace(' ', "_")
@@ -241,8 +238,7 @@ impl<'a> Test<'a> {
             let scratch = kit.scratch.file("");
             let of_site = |place: &Place| Path::new(&place.file).starts_with(&scratch);
             for error in stop.errors.iter_mut().filter(|error| error.place.as_deref().is_some_and(of_site)) {
-                error.place = Some(Box::new(Place::file(kit.file.display().to_string())))
-                    .filter(|_| error.key.is_none());
+                error.place = Some(Box::new(Place::file(kit.file.display()))).filter(|_| error.key.is_none());
                 *error = kit.own.placed(error.clone());
             }
             // That the block strikes nothing is no failure here, as nothing has run yet.
@@ -268,7 +264,7 @@ impl<'a> Test<'a> {
                 "the block of {energy} kJ has an edge of {size} m, more than a third of the height of the kit, {rise} m"
             );
             let cure = format!("--speed {fits}: its block has {most} m; or a higher kit");
-            let place = Place::file(kit.file.display().to_string());
+            let place = Place::file(kit.file.display());
             return Err(Diagnostic::error(code::CONTRADICTION, what).at(place).try_instead(cure).into());
         }
         let centre = centre(&layout, rise, variation.place, size);

@@ -11,6 +11,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use toolkit::coordinates::{Coordinates, Form};
 use toolkit::files;
+use toolkit::once::each_once;
 use toolkit::raster::Raster;
 use toolkit::scene::Scene;
 
@@ -126,13 +127,11 @@ pub fn project(dir: &Path, asked: Arguments) -> Result<Project, Stop> {
     let line = asked.line.map(|file| layer(dir, &file, Form::Line, "--line")).transpose()?;
 
     // Each kind of ground once: what a table says counts for all of its zones.
-    let (mut zones, mut grounds) = (String::new(), vec![]);
+    let grounds = each_once(asked.zone.iter().map(|(material, _)| material));
+    let mut zones = String::new();
     for (material, file) in &asked.zone {
         let polygon = quoted(&layer(dir, file, Form::Polygon, "--zone")?.name);
         let _ = write!(zones, "\n[[terrain.zone]]\nmaterial = \"{material}\"\npolygon = {polygon}\n");
-        if !grounds.contains(material) {
-            grounds.push(material.clone());
-        }
     }
     let [low, high] = [0.6, 1.4].map(|share| share * impact(&ground));
     let mut contacts = contact("ground", &ground);

@@ -10,6 +10,7 @@ use std::path::Path;
 use toolkit::columns::Columns;
 use toolkit::files;
 use toolkit::numbers::{percent, short, three};
+use toolkit::once::each_once;
 use toolkit::run_dir::{APPROVAL, HISTORY, RECORD, REPORT};
 use toolkit::summary::{RunStatus, Summary};
 
@@ -155,13 +156,9 @@ fn tested(all: &Value, record: &Value) -> String {
 
 /// A table of the numbers of a kind, a column for each launch.
 fn numbers(launches: &[Value], kind: fn(&str, &Value) -> bool) -> String {
-    let mut names: Vec<&str> = Vec::new();
-    for row in launches.iter().flat_map(|launch| listed(&launch["numbers"])) {
-        let name = row["name"].as_str().unwrap_or_default();
-        if kind(name, row) && !names.contains(&name) {
-            names.push(name);
-        }
-    }
+    let rows = launches.iter().flat_map(|launch| listed(&launch["numbers"]));
+    let named = rows.map(|row| (row["name"].as_str().unwrap_or_default(), row));
+    let names = each_once(named.filter(|(name, row)| kind(name, row)).map(|(name, _)| name));
     let mut columns = Columns::new().with("number", |name: &&str| format!("<code>{}</code>", escape(name)));
     for launch in launches {
         columns = columns

@@ -8,6 +8,7 @@ use std::path::Path;
 use toolkit::columns::Columns;
 use toolkit::files;
 use toolkit::summary::RunStatus;
+pub use toolkit::vtu::escape;
 
 /// How it looks.
 const STYLE: &str = include_str!("page.css");
@@ -82,11 +83,6 @@ pub fn picture(file: &Path, title: &str) -> io::Result<String> {
     Ok(format!(
         "<figure><figcaption>{title}</figcaption><img class=\"paper\" alt=\"{title}\" src=\"data:image/svg+xml;base64,{data}\"></figure>\n"
     ))
-}
-
-/// A text as it may stand in HTML, within quotation marks too.
-pub fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 /// A text as HTML, with what stands between backquotes as it is written in files.

@@ -186,13 +186,8 @@ fn capacity(line: &str, all: &[&Measure], settings: Option<&toml::Table>) -> Str
 
 /// All rows of a table; none where there is no file.
 fn rows(file: &Path) -> io::Result<Rows> {
-    if !file.exists() {
-        return Ok(Rows::new());
-    }
-    csv::Reader::from_reader(files::source(file)?)
-        .into_deserialize()
-        .map(|row| row.map_err(io::Error::from))
-        .collect()
+    let Some(file) = files::if_there(files::source(file))? else { return Ok(Rows::new()) };
+    csv::Reader::from_reader(file).into_deserialize().map(|row| row.map_err(io::Error::from)).collect()
 }
 
 fn number_of(row: &HashMap<String, String>, key: &str) -> Option<f64> {
@@ -359,10 +354,8 @@ fn maps(dir: &Path) -> io::Result<(String, String)> {
 
 /// A table as its file has it; nothing where there is none.
 fn design(file: &Path) -> io::Result<String> {
-    if !file.exists() {
-        return Ok(String::new());
-    }
-    let mut reader = csv::ReaderBuilder::new().has_headers(false).from_reader(files::source(file)?);
+    let Some(file) = files::if_there(files::source(file))? else { return Ok(String::new()) };
+    let mut reader = csv::ReaderBuilder::new().has_headers(false).from_reader(file);
     let mut text = String::new();
     for (number, row) in reader.records().enumerate() {
         let tag = if number == 0 { "th" } else { "td" };

@@ -9,33 +9,22 @@ use std::ops::Add;
 use toolkit::exit::Exit;
 use toolkit::summary::{RunStatus, Summary};
 
-/// How a run ended.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Status {
-    /// Computed to the end, within the bounds of trust.
-    Done,
-    /// Computed to the end, beyond one of them.
-    Unreliable,
-    /// It failed.
-    #[default]
-    Failed,
-    /// Its settings were refused.
-    Refused,
-    /// Ended from here, because it was slower than allowed.
-    Stopped,
-}
-
-impl Status {
-    /// One word.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Done => "done",
-            Self::Unreliable => "unreliable",
-            Self::Failed => "failed",
-            Self::Refused => "refused",
-            Self::Stopped => "too slow",
-        }
+interface_defs::worded! {
+    /// How a run ended.
+    #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Status with word {
+        /// Computed to the end, within the bounds of trust.
+        Done = "done",
+        /// Computed to the end, beyond one of them.
+        Unreliable = "unreliable",
+        /// It failed.
+        #[default]
+        Failed = "failed",
+        /// Its settings were refused.
+        Refused = "refused",
+        /// Ended from here, because it was slower than allowed.
+        Stopped = "too slow",
     }
 }
 

@@ -42,9 +42,8 @@ pub struct Store {
 impl Store {
     /// Open the study of `identity` in `out`. That of another scene is refused, or with `force` removed.
     pub fn open(out: &Path, identity: &Identity, force: bool) -> Result<Self, Stop> {
-        let fault = |e: io::Error| {
-            Diagnostic::in_file(out.display().to_string(), format!("no study can be written here: {e}"))
-        };
+        let fault =
+            |e: io::Error| Diagnostic::in_file(out.display(), format!("no study can be written here: {e}"));
         let owner = Owner::claim(out, &Claim { force, ..Claim::default() })?;
         let place = out.join(STUDY);
         let known: Option<Identity> = files::read_json(&place).ok();
@@ -53,7 +52,7 @@ impl Store {
                 if !force {
                     return Err(another(out, known.as_ref(), identity).into());
                 }
-                std::fs::remove_dir_all(out.join(RUNS)).or_else(absent).map_err(fault)?;
+                files::if_there(std::fs::remove_dir_all(out.join(RUNS))).map_err(fault)?;
             }
             files::write_json(&place, identity).map_err(fault)?;
         }
@@ -96,10 +95,6 @@ impl Store {
     }
 }
 
-fn absent(e: io::Error) -> io::Result<()> {
-    if e.kind() == io::ErrorKind::NotFound { Ok(()) } else { Err(e) }
-}
-
 fn another(out: &Path, there: Option<&Identity>, identity: &Identity) -> Diagnostic {
     let what = match there {
         Some(there) if there.scene != identity.scene => {
@@ -110,14 +105,14 @@ fn another(out: &Path, there: Option<&Identity>, identity: &Identity) -> Diagnos
             let other = sweep::of_other_build(&there.build, &identity.build)
                 .or_else(|| sweep::of_other_build(&there.foreign, &identity.foreign));
             match other {
-                Some(other) => return other.at(Place::file(out.display().to_string())),
+                Some(other) => return other.at(Place::file(out.display())),
                 None => "with other programs in its scene",
             }
         }
         None => "that this version cannot read",
     };
     Diagnostic::in_file(
-        out.display().to_string(),
+        out.display(),
         format!("this directory holds a study {what}; its runs cannot be compared"),
     )
     .try_instead("choose another directory with --out, or remove its runs with --force")

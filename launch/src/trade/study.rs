@@ -7,6 +7,7 @@ use interface_defs::diagnostic::Diagnostic;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use toolkit::explain::suggestion;
+use toolkit::once::each_once;
 
 /// Accuracies for which settings are recommended, the coarsest first.
 pub const ACCURACIES: [f64; 4] = [0.1, 0.03, 0.01, 0.001];
@@ -79,19 +80,13 @@ impl Study {
             let all = self.runs.iter().flat_map(|run| run.outcome.measures.keys());
             chosen.extend(all.filter(|name| name.starts_with(TORN_PART)).cloned());
         }
-        let mut unique = Vec::new();
-        for name in chosen.into_iter().chain(self.given.keys().cloned()) {
-            if !unique.contains(&name) {
-                unique.push(name);
-            }
-        }
-        if unique.is_empty() {
+        self.measures = each_once(chosen.into_iter().chain(self.given.keys().cloned()));
+        if self.measures.is_empty() {
             let list: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
             let what = "none of the usual measures is given by this scene";
             let cure = format!("name some with --measure; known here: {}", list.join(", "));
             return Err(Diagnostic::new(what).try_instead(cure).into());
         }
-        self.measures = unique;
         Ok(())
     }
 

@@ -273,7 +273,7 @@ impl Work<'_> {
     fn one(&self, dir: &Path, member: u64) -> Result<Exit, Stop> {
         let list = dir.join(CHOSEN);
         let first = "rockfall ensemble STUDY --barrier SCENE --worst N --list-worst computes the study and chooses them";
-        let refuse = |what: String| Diagnostic::in_file(list.display().to_string(), what).try_instead(first);
+        let refuse = |what: String| Diagnostic::in_file(list.display(), what).try_instead(first);
         if !list.exists() {
             return Err(refuse("there is no such file: no members are chosen yet".into()).into());
         }

@@ -21,6 +21,7 @@ use crate::keys::Checked;
 use crate::law::settings::check_all;
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::Vector3;
+use toolkit::once::each_once;
 use toolkit::output::Output;
 use toolkit::scene::Scene;
 
@@ -122,13 +123,8 @@ impl Settings {
         });
         let of_rocks = self.rocks.iter().map(|rock| &*rock.material);
         let of_box = self.sides.iter().map(|sides| &*sides.material);
-        let mut names: Vec<String> = Vec::new();
-        for name in of_rocks.chain([STRUCTURE]).chain(of_terrain).chain(of_box) {
-            if !names.iter().any(|n| n == name) {
-                names.push(name.into());
-            }
-        }
-        names
+        let names = each_once(of_rocks.chain([STRUCTURE]).chain(of_terrain).chain(of_box));
+        names.into_iter().map(str::to_owned).collect()
     }
 
     /// Number of rocks with a table `[[rock]]`; those that come after are spheres.

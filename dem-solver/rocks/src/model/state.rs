@@ -71,32 +71,24 @@ pub struct Body {
     pub deepest: Depths,
 }
 
-/// What a rock's spheres are pressed into.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Against {
-    /// The structure.
-    Net,
-    /// The terrain.
-    Terrain,
-    /// Another rock.
-    Rocks,
-    /// The sides of the box.
-    Sides,
+interface_defs::worded! {
+    /// What a rock's spheres are pressed into.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Against with words {
+        /// The structure.
+        Net = "the net",
+        /// The terrain.
+        Terrain = "the terrain",
+        /// Another rock.
+        Rocks = "another rock",
+        /// The sides of the box.
+        Sides = "the box",
+    }
 }
 
 impl Against {
     /// All of them.
     const ALL: [Self; 4] = [Self::Net, Self::Terrain, Self::Rocks, Self::Sides];
-
-    /// In words.
-    pub fn words(self) -> &'static str {
-        match self {
-            Self::Net => "the net",
-            Self::Terrain => "the terrain",
-            Self::Rocks => "another rock",
-            Self::Sides => "the box",
-        }
-    }
 }
 
 /// Largest overlap of a rock with each kind of partner, over the radius of the sphere (of two spheres the smaller), and

@@ -50,16 +50,18 @@ pub struct Table {
     pub fitted: Vec<bool>,
 }
 
-/// Whether data settle a parameter.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Verdict {
-    /// They do.
-    Settled,
-    /// The range is as wide as what was searched, or cases that were taken as observed were not found again.
-    NotSettled,
-    /// The range of cases that were taken as observed held too few of them.
-    NotTrusted,
+interface_defs::worded! {
+    /// Whether data settle a parameter.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Verdict with sentence {
+        /// They do.
+        Settled = "settled",
+        /// The range is as wide as what was searched, or cases that were taken as observed were not found again.
+        NotSettled = "not settled by these data",
+        /// The range of cases that were taken as observed held too few of them.
+        NotTrusted = "not trusted",
+    }
 }
 
 /// What data say of a parameter; places in its range, from 0 to 1.

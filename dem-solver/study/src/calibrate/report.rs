@@ -36,16 +36,6 @@ impl Observed {
     }
 }
 
-impl Verdict {
-    fn sentence(self) -> &'static str {
-        match self {
-            Self::Settled => "settled",
-            Self::NotSettled => "not settled by these data",
-            Self::NotTrusted => "not trusted",
-        }
-    }
-}
-
 impl Calibration {
     /// The sets with what came of each, and what was observed.
     fn gather(&self, base: &Base, all: All) -> io::Result<(Table, Case)> {
@@ -70,9 +60,8 @@ impl Calibration {
 
     /// Write what follows from all falls into `dir`; the summary, and what the screen shows.
     pub fn conclude(&self, base: &Base, dir: &Path, all: All) -> Result<(Summary, String), Diagnostic> {
-        let unwritten = |e: io::Error| {
-            Diagnostic::in_file(dir.display().to_string(), e.to_string()).coded(code::NOT_WRITTEN)
-        };
+        let unwritten =
+            |e: io::Error| Diagnostic::in_file(dir.display(), e.to_string()).coded(code::NOT_WRITTEN);
         let (table, observed) = self.gather(base, all).map_err(unwritten)?;
         let answer = table.answer(&observed).ok_or_else(|| self.too_few(&table))?;
         let mut numbers = Numbers::default();

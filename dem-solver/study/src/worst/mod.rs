@@ -76,10 +76,10 @@ impl<'a> Comings<'a> {
         let (base, barrier, arrivals) = (self.base, self.barrier, self.arrivals());
         if arrivals.is_empty() {
             let what = format!("no member of the study reaches the line `{}`", barrier.line);
-            return Err(Diagnostic::in_file(barrier.file().display().to_string(), what)
+            return Err(Diagnostic::in_file(barrier.file().display(), what)
                 .try_instead("move the barrier, or look at maps/share.svg where rocks pass"));
         }
-        let fault = |e: io::Error| Diagnostic::in_file(dir.display().to_string(), e.to_string());
+        let fault = |e: io::Error| Diagnostic::in_file(dir.display(), e.to_string());
         files::Dir::create(dir).map_err(fault)?;
         base.keep_clusters(&dir.join(CLUSTERS)).map_err(fault)?;
         let mut rows: Vec<Row> = Vec::new();

@@ -154,7 +154,7 @@ fn extension(path: &Path) -> String {
 fn bytes(path: &Path) -> Result<Vec<u8>, Diagnostic> {
     let bytes = read_bytes(path, LARGEST)?;
     if bytes.is_empty() {
-        return Err(Diagnostic::in_file(path.display().to_string(), "the file is empty"));
+        return Err(Diagnostic::in_file(path.display(), "the file is empty"));
     }
     Ok(bytes)
 }

@@ -80,7 +80,7 @@ impl Layer {
         if own.len() == 1 {
             let hint =
                 "make a feature of each part (in QGIS: Vector > Geometry Tools > Multipart to Singleparts)";
-            let what = format!("the feature has {count} parts; a {} is needed", word(form));
+            let what = format!("the feature has {count} parts; a {} is needed", form.word());
             return Err((what, Some(hint.into())));
         }
         let names: Vec<String> = found.into_iter().filter_map(|(name, _)| name).collect();
@@ -93,7 +93,7 @@ impl Layer {
             }
         };
         let of = if names.is_empty() { String::new() } else { format!(": {}", list(&names)) };
-        Err((format!("there are {count} {}s{of}; one is needed", word(form)), Some(hint)))
+        Err((format!("there are {count} {}s{of}; one is needed", form.word()), Some(hint)))
     }
 }
 
@@ -120,14 +120,6 @@ fn attributes(all: &[Feature]) -> String {
     if keys.is_empty() { String::new() } else { format!("; attributes are {}", list(&keys)) }
 }
 
-fn word(form: Form) -> &'static str {
-    match form {
-        Form::Points => "point",
-        Form::Line => "line",
-        Form::Polygon => "polygon",
-    }
-}
-
 /// What there is in place of what is needed.
 fn none_of(all: &[&Feature], form: Form) -> String {
     let kind = |feature: &&Feature| {
@@ -141,7 +133,7 @@ fn none_of(all: &[&Feature], form: Form) -> String {
     } else {
         format!("there is {}", list(&kinds))
     };
-    format!("a {} is needed, and {what}", word(form))
+    format!("a {} is needed, and {what}", form.word())
 }
 
 /// Most names that are listed.

@@ -422,9 +422,14 @@ pub fn fault(error: io::Error) -> Fault {
 
 /// [`Dir::remove`] of `path`; without its directory, it is not there either.
 pub fn remove(path: &Path) -> io::Result<()> {
-    match split(path) {
-        Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(()),
-        other => other.and_then(|(dir, name)| dir.remove(name)),
+    if_there(split(path))?.map_or(Ok(()), |(dir, name)| dir.remove(name))
+}
+
+/// What was found, of something that need not be there.
+pub fn if_there<T>(found: io::Result<T>) -> io::Result<Option<T>> {
+    match found {
+        Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(None),
+        found => found.map(Some),
     }
 }
 

@@ -167,7 +167,8 @@ fn compress(block: &[u8]) -> Vec<u8> {
     encoder.finish().expect("writing to memory cannot fail")
 }
 
-fn escape(text: &str) -> String {
+/// A text as it may stand in XML and HTML, within quotation marks too.
+pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 

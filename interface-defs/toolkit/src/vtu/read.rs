@@ -96,10 +96,8 @@ fn broken(what: &str) -> io::Error {
 
 /// Times [s] and files of the series `name` in `dir`; none where it is not there.
 pub fn series(dir: &Path, name: &str) -> io::Result<Vec<(f64, PathBuf)>> {
-    let text = match files::read_text(&dir.join(format!("{name}.pvd"))) {
-        Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
-        text => text?,
-    };
+    let text = files::if_there(files::read_text(&dir.join(format!("{name}.pvd"))))?;
+    let Some(text) = text else { return Ok(Vec::new()) };
     let entries = text.split("<DataSet ").skip(1).map(|entry| {
         let value = |key: &str| Some(entry.split_once(&format!("{key}=\""))?.1.split_once('"')?.0);
         // The file lies beside its list.

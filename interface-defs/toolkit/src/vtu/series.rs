@@ -69,7 +69,7 @@ impl Series {
         }
         if files.hash.text() != kept.hash {
             let what = format!("the files {}_*.vtu are not those that the run wrote", files.name);
-            let refused = Diagnostic::in_file(dir.display().to_string(), what).coded(code::PROVENANCE);
+            let refused = Diagnostic::in_file(dir.display(), what).coded(code::PROVENANCE);
             return Err(io::Error::other(refused.try_instead("run it anew with --force")));
         }
         let own = |name: &OsStr| {
