@@ -6,6 +6,7 @@ use crate::handshake::Agreement;
 use crate::schedule::Span;
 use crate::seat::Seat;
 use interface_defs::{Failure, Sampling, clause, name};
+use std::cell::Cell;
 
 /// After so many times as many windows with a touch solvers are examined again: in a run, and where that is its purpose.
 const AGAIN: [u64; 2] = [4, 2];
@@ -19,6 +20,8 @@ pub struct Examination {
     pub findings: Vec<Finding>,
     /// What looked broken in a run, and may also be what an honest scheme does.
     pub unsettled: Option<String>,
+    /// Largest force between rock and net that was examined [N].
+    largest: Cell<f64>,
     /// Windows with a touch: so far, and when it was examined last.
     touched: u64,
     examined: u64,
@@ -62,7 +65,8 @@ impl Examination {
         if self.examines(dem) && patch.is_none() {
             let account = &dem_side.account;
             let momentum = self.of.is_some() || !account.complete;
-            let contact = Contact { bodies, coordinates: &meshes[0].coordinates, momentum };
+            let (coordinates, largest) = (&meshes[0].coordinates, &self.largest);
+            let contact = Contact { bodies, largest, coordinates, momentum };
             let found = &mut self.findings;
             let mut asked = Asked { seat: dem, side: dem_side, span, iteration: 1, gauges: gauges[0], found };
             let ended = guard::examine_contact(&mut asked, &contact, &mut |length, to| {

@@ -17,6 +17,7 @@ use toolkit::alloc::allocations;
 use toolkit::checkpoint::{Checkpoint, Store, pack, unpack};
 use toolkit::energy;
 use toolkit::history::{History, Mark};
+use toolkit::numbers::{percent, short};
 use toolkit::output::Output;
 use toolkit::owner::note_programs;
 use toolkit::progress::{Form, Line, Reporter};
@@ -305,9 +306,22 @@ pub fn describe(
     describe_energy(summary, coupling, records);
     describe_coupling(summary, coupling);
     let balance = &coupling.balance;
-    let known = Known { balance: coupling.has_balance.then_some(&balance.system), chance: summary.chance() };
+    // A net that yields moves within a window; else there is one force for each part of it.
+    let mean = if coupling.counts.selections > 0 { 0.0 } else { coupling.sample_length() };
+    let known =
+        Known { balance: coupling.has_balance.then_some(&balance.system), chance: summary.chance(), mean };
     uncertainty::estimate(&mut summary.measures, known);
-    coupling.limits.judge(summary, &coupling.causes().evidence());
+    let mut evidence = coupling.causes().evidence();
+    let windows = uncertainty::of_windows(&summary.measures, mean);
+    if balance.system.error().is_some_and(|error| error < windows) {
+        evidence.energy = format!(
+            "the force is one mean over {} s, {} of the time in which the rock is stopped: shorten coupling.time_window, or leave \
+             out coupling.scheme, so that the net yields",
+            short(mean),
+            percent(windows)
+        );
+    }
+    coupling.limits.judge(summary, &evidence);
     uncertainty::scatter(&mut summary.measures);
 }
 

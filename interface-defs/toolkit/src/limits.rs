@@ -206,7 +206,7 @@ impl Limits {
             let at = measure.time.map_or(String::new(), |t| format!(" at {t:.6} s"));
             let what = format!("{name}{at} may be off by {share}, above the bound of {bound}");
             if name.ends_with("max_cable_force") {
-                let cure = "run it with --refine, or shorten the steps of [fem]: wires swing faster than they resolve";
+                let cure = "run it with --refine, or shorten the steps of [fem] and windows: wires swing faster than they resolve";
                 let warning = Diagnostic::warning(code::LIMIT, what).about(Self::OF_MEASURES);
                 summary.warnings.push(warning.try_instead(cure));
             } else {

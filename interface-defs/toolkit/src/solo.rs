@@ -131,7 +131,7 @@ pub(crate) fn run(stage: &mut Stage, solver: &mut dyn Solver, scene: &Scene) -> 
     }
     summary.measures.extend(gauges.into_iter().map(|m| Measure { source: hello.program.clone(), ..m }));
     let chance = summary.chance();
-    uncertainty::estimate(&mut summary.measures, Known { balance: balance.as_ref(), chance });
+    uncertainty::estimate(&mut summary.measures, Known { balance: balance.as_ref(), chance, mean: 0.0 });
     stage.limits.judge(&mut summary, &Evidence { energy: cure(stage.role).into(), ..Evidence::default() });
     uncertainty::scatter(&mut summary.measures);
     let (own, total) = (with_cost(statistics, 0.0), started.elapsed().as_secs_f64());
