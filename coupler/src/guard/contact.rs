@@ -236,7 +236,7 @@ fn check_push(
         let numbers = format!(
             "the mesh goes {distance:e} m against a force of {before:.4e} N, which becomes {after:.4e} N"
         );
-        // A contact that opens beside the others, or goes to the next sphere, jumps: a longer way decides.
+        // A contact that opens beside the others, or goes to the next sphere, jumps: a longer motion decides.
         if along > 0.2 {
             along_motion.get_or_insert(numbers);
             continue;

@@ -107,7 +107,7 @@ pub struct Critical {
 }
 
 interface_defs::worded! {
-    /// CriticalKind of a critical point.
+    /// What happens at a critical point.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
     pub enum CriticalKind with name {
         /// The load turns back.

@@ -1,6 +1,7 @@
 //! What a `Mismatch` is in the user's words, with what to try and the nearest known name.
 
 use super::exact::{Expected, Mismatch, What};
+use super::numbers::short;
 use super::words::has_comma;
 use interface_defs::diagnostic::{Code, Diagnostic, code};
 use serde::de::Unexpected;
@@ -125,6 +126,21 @@ fn is_item(step: &str) -> bool {
     step.parse::<usize>().is_ok()
 }
 
+/// A unit in those of a scene; `None` of one that is not known here.
+fn in_si(unit: &str) -> Option<f64> {
+    Some(match unit {
+        "m" | "kg" | "s" | "N" | "Pa" | "J" | "m/s" | "N/m" | "rad" => 1.0,
+        "us" | "um" => 1e-6,
+        "ms" | "mm" | "g" | "mm/s" => 1e-3,
+        "cm" => 1e-2,
+        "kN" | "kPa" | "kJ" | "km" | "t" | "kN/m" => 1e3,
+        "MN" | "MPa" | "MJ" => 1e6,
+        "GPa" => 1e9,
+        "km/h" => 1.0 / 3.6,
+        _ => return None,
+    })
+}
+
 /// What to try where a value is of another type.
 fn of_type(got: &Value, expected: &Expected) -> Option<String> {
     let text = got.as_str().map(str::trim);
@@ -137,9 +153,13 @@ fn of_type(got: &Value, expected: &Expected) -> Option<String> {
             }
             let digits = text
                 .trim_end_matches(|c: char| c.is_alphanumeric() && !c.is_ascii_digit() || "/%*^".contains(c));
-            let plain = [text, digits.trim_end()].into_iter().find(|t| t.parse::<f64>().is_ok())?;
-            let bare = if plain == text { "quotes" } else { "quotes and without its unit, in SI units" };
-            Some(format!("write a number without {bare}: {plain}"))
+            if text.parse::<f64>().is_ok() {
+                return Some(format!("write a number without quotes: {text}"));
+            }
+            let (number, unit) = (digits.trim_end().parse::<f64>().ok()?, text[digits.len()..].trim());
+            let shown = in_si(unit)
+                .map_or_else(|| " (m, kg, s, N, Pa)".into(), |of| format!(": {}", short(number * of)));
+            Some(format!("write a number without quotes and without its unit, in SI units{shown}"))
         }
         Expected::ArrayOf(count) => {
             let listed = text.filter(|t| t.split(',').all(|n| n.trim().parse::<f64>().is_ok()));
@@ -292,8 +312,11 @@ mod tests {
         let short = |found, needed| What::WrongLength(found, Expected::ArrayOf(needed), None);
         for (what, cure) in [
             (wrong(text("260"), Expected::Number), "without quotes: 260"),
-            (wrong(text("-0.5 kN"), Expected::Number), "without its unit, in SI units: -0.5"),
-            (wrong(text("0.2ms"), Expected::Number), "in SI units: 0.2"),
+            (wrong(text("-0.5 kN"), Expected::Number), "without its unit, in SI units: -500"),
+            (wrong(text("180 kg"), Expected::Number), "in SI units: 180"),
+            (wrong(text("90 km/h"), Expected::Number), "in SI units: 25"),
+            (wrong(text("3 feet"), Expected::Number), "in SI units (m, kg, s, N, Pa)"),
+            (wrong(text("0.2ms"), Expected::Number), "in SI units: 0.0002"),
             (wrong(text("0,0,3"), Expected::ArrayOf(3)), "as in [0,0,3]"),
             (wrong(9.81.into(), Expected::ArrayOf(3)), "[0.0, 0.0, -9.81]"),
             (short(3, 4), "[w, x, y, z]"),

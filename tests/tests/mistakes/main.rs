@@ -73,7 +73,7 @@ fn of_arguments() -> Vec<Mistake> {
     [
         ("key that is not there", "rock.0.mas=5", "unknown key `mas`", "did you mean `mass`?"),
         ("number of the table left out", "rock.mass=5", "`mass` is no item of `rock`", "its number is 0"),
-        ("unit", "coupling.time_window=0.2ms", "expected a number", "in SI units: 0.2"),
+        ("unit", "coupling.time_window=0.2ms", "expected a number", "in SI units: 0.0002"),
         ("no brackets", "rock.0.position=0,0,3", "expected an array of length 3", "as in [0,0,3]"),
         ("colon", "end_time:3", "there is no `=`", "write KEY=VALUE"),
     ]

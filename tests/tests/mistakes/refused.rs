@@ -178,7 +178,7 @@ pub const REFUSED: &[Row] = &[
         "load with its unit",
         CABLE,
         ["-500.0", "\"-0.5 kN\""],
-        ["8:44", "expected a number", "without its unit, in SI units: -0.5"],
+        ["8:44", "expected a number", "without its unit, in SI units: -500"],
     ),
     // Signs.
     (
