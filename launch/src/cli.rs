@@ -23,6 +23,7 @@ use toolkit::files::{self, Dir};
 use toolkit::log::{self, LogFormat};
 use toolkit::provenance;
 use toolkit::screen::{complain, show};
+use toolkit::simd;
 
 /// Rockfall on flexible nets and over terrain: a contact solver and a structural solver, coupled
 ///
@@ -199,8 +200,8 @@ pub fn main() -> Exit {
         }
     };
     let json = cli.logging.log_format == LogFormat::Json;
-    let logged = log::init(cli.logging.log_format, json, (None, "rockfall"));
-    match logged.map_err(Stop::from).and_then(|()| execute(cli.command, json)) {
+    let begun = log::init(cli.logging.log_format, json, (None, "rockfall")).and_then(|()| simd::choose());
+    match begun.map_err(Stop::from).and_then(|_| execute(cli.command, json)) {
         Ok(exit) => exit,
         Err(stop) => {
             for error in &stop.errors {

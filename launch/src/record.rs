@@ -24,6 +24,7 @@ use toolkit::processes::without_waiting;
 use toolkit::provenance::{self, build_id};
 use toolkit::run_dir::{self, HISTORY, RECORD, SCENE};
 use toolkit::scene::Scene;
+use toolkit::simd;
 use toolkit::start_from::Origin;
 use toolkit::summary::{RunStatus, Summary};
 
@@ -73,7 +74,7 @@ pub fn write_cluster(out: &Path, rock: &str, text: &str) -> io::Result<()> {
     files::write(&dir.join(format!("{rock}.xyzr")), text.as_bytes())
 }
 
-/// Write `run.json` to `out`: version, build, date, run id, command lines, hashes of the programs and of the input files.
+/// Write `run.json` to `out`: version, build, code path, date, run id, command lines, hashes of the programs and of the input files.
 pub fn write_run(
     out: &Path,
     scene: &Scene,
@@ -93,6 +94,7 @@ pub fn write_run(
     let record = json!({
         "version": env!("CARGO_PKG_VERSION"),
         "build": build_id(),
+        "simd": simd::path().name(),
         "date": provenance::now(),
         "scene": scene.path().display().to_string(),
         "command_line": std::env::args_os().map(|word| shown(&word)).collect::<Vec<_>>(),

@@ -1,9 +1,7 @@
 //! Loops over long vectors, as wide as the processor can, with sums in one fixed order.
 //!
 //! A sum is kept in [`LANES`] parts that are added at the end: the same parts whatever the width of
-//! the processor's registers, and never a fused multiply-add, so that these loops give the same bytes
-//! on every machine (the factorisation, [`crate::linear_algebra::dense`], does not). On x86-64 each loop exists twice, for its oldest processors and for those with AVX2;
-//! measured on the net of the drop test, the second is 1.5 times faster.
+//! the processor's registers, so that these loops give the same bytes on every machine.
 
 /// Parts of a sum that are kept apart.
 pub const LANES: usize = 8;

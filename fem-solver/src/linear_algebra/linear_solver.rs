@@ -1,12 +1,11 @@
 //! Sparse symmetric systems, positive definite or not.
 //!
 //! The pattern is analysed once ([`crate::linear_algebra::elimination`]); numbers are factorised as often as they change by [`Fronts`],
-//! into memory that is kept. One thread, fixed order: on one machine equal input gives equal bytes.
+//! into memory that is kept. One thread, fixed order: equal input gives equal bytes.
 
 use crate::linear_algebra::elimination::analyse;
-use crate::linear_algebra::multifrontal::{Factorisation, Fronts};
+use crate::linear_algebra::multifrontal::{Fronts, factorise};
 use crate::linear_algebra::signed::Signed;
-use pulp::Arch;
 
 /// Cholesky factorisation of a sparse matrix whose lower triangle has a fixed pattern.
 pub struct Cholesky {
@@ -56,7 +55,7 @@ impl Cholesky {
     fn run(&mut self, values: &[f64], indefinite: bool) -> Result<(), usize> {
         let Self { fronts, factor, rest, signed, .. } = self;
         let signed = indefinite.then_some(signed);
-        let outcome = Arch::new().dispatch(Factorisation { fronts, values, factor, rest, signed });
+        let outcome = factorise(fronts, values, factor, rest, signed);
         (self.factorised, self.indefinite) = (outcome.is_ok(), indefinite);
         outcome
     }

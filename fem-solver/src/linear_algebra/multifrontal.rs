@@ -8,13 +8,11 @@
 //!
 //! Fronts of cable nets are small (three to a few hundred columns): general dense kernels spend more time in
 //! getting started than in numbers, so [`crate::linear_algebra::dense`] has its own. Every sum has one order, so that equal input gives
-//! equal bytes on one machine. Between machines the last bits of a factor may differ: where the processor can, the
-//! factorisation fuses products with sums.
+//! equal bytes.
 
-use crate::linear_algebra::dense::{Apart, Fused, ROWS, rest_place};
+use crate::linear_algebra::dense::{ROWS, rest_place};
 use crate::linear_algebra::lanes::wide;
-use crate::linear_algebra::signed::{Pivoting, Signed};
-use pulp::{Simd, WithSimd};
+use crate::linear_algebra::signed::{Pivoting, Positive, Signed};
 use std::ops::Range;
 
 /// Columns of the factor with one pattern.
@@ -224,33 +222,18 @@ fn local(supernode: &Supernode, below: &[u32], row: usize) -> usize {
     supernode.columns.len() + inside.expect("the front of a parent holds the rows of its children")
 }
 
-/// A factorisation, for [`pulp::Arch::dispatch`]: the error is the unknown of a pivot that is not positive, or of one of either
-/// sign that is no number.
-pub struct Factorisation<'a> {
-    /// The shape of the factor.
-    pub fronts: &'a Fronts,
-    /// The numbers of the matrix, in the order of its pattern.
-    pub values: &'a [f64],
-    /// Becomes the factor.
-    pub factor: &'a mut [f64],
-    /// Memory for [`Fronts::rest_len`] numbers.
-    pub rest: &'a mut [f64],
-    /// Keeps the signs of the pivots, where these may have either.
-    pub signed: Option<&'a mut Signed>,
-}
-
-impl WithSimd for Factorisation<'_> {
-    type Output = Result<(), usize>;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
-        let Self { fronts, values, factor, rest, signed } = self;
-        match (signed, size_of::<S::f64s>() / size_of::<f64>()) {
-            (Some(signed), _) => all_fronts(fronts, values, factor, rest, signed),
-            (None, 8) => all_fronts(fronts, values, factor, rest, &mut Fused::<true>),
-            (None, 4) => all_fronts(fronts, values, factor, rest, &mut Fused::<false>),
-            _ => all_fronts(fronts, values, factor, rest, &mut Apart),
-        }
+/// Factorise the matrix with `values`, in the order of its pattern, into `factor`; `rest`: memory for [`Fronts::rest_len`] numbers. The
+/// error is the unknown of a pivot that is not positive or, with `signed`, which keeps the signs of the pivots, is not a number.
+pub fn factorise(
+    fronts: &Fronts,
+    values: &[f64],
+    factor: &mut [f64],
+    rest: &mut [f64],
+    signed: Option<&mut Signed>,
+) -> Result<(), usize> {
+    match signed {
+        Some(signed) => all_fronts(fronts, values, factor, rest, signed),
+        None => all_positive(fronts, values, factor, rest),
     }
 }
 
@@ -322,6 +305,11 @@ fn all_fronts<P: Pivoting>(
 }
 
 wide! {
+    /// All fronts, whose pivots are positive.
+    fn all_positive(fronts: &Fronts, values: &[f64], factor: &mut [f64], rest: &mut [f64]) -> Result<(), usize> {
+        all_fronts(fronts, values, factor, rest, &mut Positive)
+    }
+
     /// `y = L^-1 y`, in the order of elimination.
     fn forward(fronts: &Fronts, factor: &[f64], y: &mut [f64], work: &mut [f64]) {
         for supernode in &fronts.supernodes {

@@ -10,7 +10,7 @@
 //!
 //! Source: Schenk and Gaertner (2006), Electronic Transactions on Numerical Analysis 23, 158 (small pivots replaced).
 
-use crate::linear_algebra::dense::{Arithmetic, ROWS, eliminate, leave_over, rest_place};
+use crate::linear_algebra::dense::{ROWS, eliminate, leave_over, rest_place};
 use std::ops::Range;
 
 /// A pivot below this part of the matrix's own diagonal entry is replaced.
@@ -30,15 +30,17 @@ pub trait Pivoting {
 }
 
 /// All pivots must be positive.
-impl<A: Arithmetic> Pivoting for A {
+pub struct Positive;
+
+impl Pivoting for Positive {
     #[inline(always)]
     fn eliminate(&mut self, panel: &mut [f64], columns: &Range<usize>) -> Result<(), usize> {
-        eliminate::<A>(panel, columns.len())
+        eliminate(panel, columns.len())
     }
 
     #[inline(always)]
     fn leave_over(&self, rest: &mut [f64], panel: &[f64], columns: &Range<usize>, rows: usize) {
-        leave_over::<A>(rest, panel, columns.len(), rows);
+        leave_over(rest, panel, columns.len(), rows);
     }
 }
 

@@ -1,6 +1,6 @@
 //! An allocator that counts, so that "no allocation in a window" is a number and no promise.
 //!
-//! ```ignore
+//! ```text
 //! #[global_allocator]
 //! static ALLOCATOR: CountingAllocator = CountingAllocator;
 //! ```

@@ -19,6 +19,7 @@
 //! - [`checkpoint`]: what a run that was killed goes on from
 //! - [`energy`]: the balance of energy, from gauges by role
 //! - [`limits`]: bounds of trust, and who passes them; [`numbers`]: numbers for a reader; [`once`]: lists without repetition
+//! - [`simd`]: wide registers, and who uses which
 //! - [`exit`], [`log`], [`screen`], [`alloc`]: exit codes, logs, text on the screen, counted allocations; [`profile`]: what a process does
 //!   when
 
@@ -28,6 +29,7 @@ pub mod check;
 pub mod checkpoint;
 pub mod columns;
 pub mod coordinates;
+mod elementary;
 pub mod energy;
 mod exact;
 pub mod exit;
@@ -60,6 +62,7 @@ pub mod run_dir;
 pub mod scene;
 pub mod schema;
 pub mod screen;
+pub mod simd;
 mod solo;
 pub mod start_from;
 pub mod state_file;
@@ -69,5 +72,4 @@ pub mod tagged;
 pub mod trial;
 pub mod uncertainty;
 pub mod vtu;
-pub mod wide;
 pub mod words;

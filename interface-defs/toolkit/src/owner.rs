@@ -8,6 +8,7 @@ use super::files::{self, Dir, Exposed};
 use super::manifest;
 use super::provenance::build_id;
 use super::run_dir::{self, RECORD, SUMMARY, unwritable};
+use super::simd;
 use super::summary::{RunStatus, Summary};
 use interface_defs::{Diagnostic, RunId, code};
 use rustix::fs::{Mode, OFlags};
@@ -134,7 +135,8 @@ impl Owner {
         let build = build_id();
         let words: Vec<_> = std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();
         let run = self.run.to_string();
-        let record = json!({ "version": build.version, "build": build, "command_line": words, "run": run });
+        let simd = simd::path().name();
+        let record = json!({ "version": build.version, "build": build, "simd": simd, "command_line": words, "run": run });
         let begun = if self.first { files::write_json(&self.dir.join(RECORD), &record) } else { Ok(()) };
         let (name, build) = (format!("{program} {}", build.version), build.to_string());
         begun

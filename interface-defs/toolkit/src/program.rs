@@ -19,6 +19,7 @@ use super::run_dir;
 use super::scene::Scene;
 pub use super::schema::Share;
 use super::screen::{complain, show};
+use super::simd;
 use super::solo::{self, Stage};
 use super::start_from;
 use super::summary::{RunStatus, Summary};
@@ -193,7 +194,8 @@ pub fn main_with(program: &Program, extras: &[Extra]) -> ExitCode {
 /// Do it, print an error once, choose the exit code.
 pub fn guarded(work: impl FnOnce() -> Result<Exit, Diagnostic>) -> ExitCode {
     // A broken invariant is on stderr by then; the exit code is that of a failed run.
-    let ended = std::panic::catch_unwind(std::panic::AssertUnwindSafe(work));
+    let all = || simd::choose().and_then(|_| work());
+    let ended = std::panic::catch_unwind(std::panic::AssertUnwindSafe(all));
     profile::end();
     match ended {
         Ok(Ok(exit)) => exit.into(),

@@ -11,7 +11,7 @@
 //! conformal prediction (Romano, Patterson and Candès 2019, NeurIPS 32).
 
 use crate::bounds::quantile;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DMatrixView};
 use serde::Serialize;
 
 /// What ranges hold.
@@ -150,19 +150,26 @@ fn logistic(z: f64) -> f64 {
     1.0 / (1.0 + (-z).exp())
 }
 
+/// `a b`, column by column: the product of whole matrices is left to a crate that fuses products with sums where the processor can.
+fn product(a: &DMatrix<f64>, b: &DMatrixView<f64>) -> DMatrix<f64> {
+    let mut product = DMatrix::zeros(a.nrows(), b.ncols());
+    product.column_iter_mut().zip(b.column_iter()).for_each(|(mut to, b)| to.gemv(1.0, a, &b, 0.0));
+    product
+}
+
 /// Coefficients of a penalised linear regression of all columns of `y` on a constant and the columns of `x`.
 fn regression(x: &DMatrix<f64>, y: &DMatrix<f64>, weights: &[f64]) -> DMatrix<f64> {
     let full = x.clone().insert_column(0, 1.0);
     let mut weighted = full.clone();
     weighted.row_iter_mut().zip(weights).for_each(|(mut row, weight)| row *= *weight);
-    let mut normal = weighted.transpose() * &full;
+    let mut normal = weighted.tr_mul(&full);
     let sum: f64 = weights.iter().sum();
     for k in 1..normal.nrows() {
         // About the mean; of a column that is constant any number does.
         let variance = normal[(k, k)] / sum - (normal[(0, k)] / sum).powi(2);
         normal[(k, k)] += sum * (PENALTY * variance).max(1e-12 * (1.0 + normal[(k, k)] / sum));
     }
-    let right = weighted.transpose() * y;
+    let right = weighted.tr_mul(y);
     normal.lu().solve(&right).unwrap_or_else(|| DMatrix::zeros(full.ncols(), y.ncols()))
 }
 
@@ -189,7 +196,7 @@ impl Near {
         let weights: Vec<f64> = there.iter().map(|(.., weight)| *weight).collect();
         let found = regression(&x, &y, &weights);
         let slope = found.rows(1, x.ncols());
-        let moved = y - x * slope;
+        let moved = y - product(&x, &slope);
         moved.iter().copied().zip(weights).collect()
     }
 }
@@ -215,7 +222,7 @@ impl Table {
             let y =
                 DMatrix::from_fn(used.len(), parameters, |row, k| logit(self.cases[used[row].0].values[k]));
             let slope = regression(&x, &y, &vec![1.0; used.len()]);
-            let offsets = x * slope.rows(1, observed.len());
+            let offsets = product(&x, &slope.rows(1, observed.len()));
             let mut by: Vec<(f64, usize)> = offsets.row_iter().map(|row| row.norm()).zip(0..).collect();
             by.sort_by(|a, b| a.0.total_cmp(&b.0));
             if order.is_empty() {

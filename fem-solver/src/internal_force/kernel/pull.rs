@@ -1,7 +1,7 @@
 //! What the cables of runs pull on their nodes, several at a time.
 //!
-//! Registers as wide as the processor has them: every cable and every sum at a node is the same arithmetic in the same
-//! order whatever their width, and nothing is fused, so that every machine gives the same bytes.
+//! Registers as wide as the path of this process has them: every cable and every sum at a node is the same arithmetic in the same
+//! order whatever their width, so that every machine gives the same bytes.
 
 use super::Run;
 use pulp::{Scalar, Simd, WithSimd};
@@ -57,34 +57,39 @@ impl WithSimd for Pull<'_> {
             if whole < len {
                 largest = self.piece(Scalar::new(), run, whole, len - whole, largest);
             }
+            // When all first nodes have theirs: first and second nodes of a run are often the same, and however many cables a
+            // register holds, a node is to take them in one order.
+            for (c, pulls) in self.spare.iter().enumerate() {
+                subtract(simd, &mut self.force[c * self.nodes + run.nodes[1]..][..len], &pulls[..len]);
+            }
         }
         largest
     }
 }
 
-impl Pull<'_> {
-    /// The `len` cables of `run` from number `at` on. Returns the largest of their squared tensions and `largest`.
+impl<'a> Pull<'a> {
+    /// The `len` cables of `run` from number `at` on, without what they pull on their second nodes. Returns the largest of their squared tensions and `largest`.
     #[inline(always)]
     fn piece<S: Simd>(&mut self, simd: S, run: &Run, at: usize, len: usize, largest: f64) -> f64 {
         let up = len.next_multiple_of(size_of::<S::f64s>() / size_of::<f64>());
-        let ([a, b], cable) = (run.nodes.map(|node| node + at), run.cables.start + at);
-        let nodes = |first: usize| [0, 1, 2].map(|c: usize| &self.u[c * self.nodes + first..][..up]);
-        let constants = self.constants.map(|of| &of[cable..cable + up]);
+        let (a, b, cable) = (run.nodes[0] + at, run.nodes[1] + at, run.cables.start + at);
+        // Written out: `map` of an array is not always inlined, and runs may be short.
+        let component = |c: usize, first: usize| &self.u[c * self.nodes + first..][..up];
+        let nodes = |first: usize| [component(0, first), component(1, first), component(2, first)];
+        let [sx, sy, sz, square, q0, slope] = self.constants;
+        let own = |of: &'a [f64]| &of[cable..cable + up];
+        let constants = [own(sx), own(sy), own(sz), own(square), own(q0), own(slope)];
         let piece = Piece { first: nodes(a), second: nodes(b), constants, floor: run.floor, len };
         let (fx, rest) = self.force.split_at_mut(self.nodes);
         let (fy, fz) = rest.split_at_mut(self.nodes);
         let first = [&mut fx[a..a + up], &mut fy[a..a + up], &mut fz[a..a + up]];
-        let pulls = self.spare.each_mut().map(|spare| &mut spare[..up]);
-        let largest = if run.alike {
+        let [px, py, pz] = &mut *self.spare;
+        let pulls = [&mut px[at..at + up], &mut py[at..at + up], &mut pz[at..at + up]];
+        if run.alike {
             piece.pull::<S, true>(simd, first, pulls, largest)
         } else {
             piece.pull::<S, false>(simd, first, pulls, largest)
-        };
-        // Later, in a loop of its own: first and second nodes of a run are often the same.
-        for (c, pulls) in self.spare.iter().enumerate() {
-            subtract(simd, &mut self.force[c * self.nodes + b..][..len], &pulls[..len]);
         }
-        largest
     }
 }
 
@@ -109,11 +114,8 @@ impl Piece<'_> {
         let (fy, py) = (&mut S::as_mut_simd_f64s(fy).0[..n], &mut S::as_mut_simd_f64s(py).0[..n]);
         let (fz, pz) = (&mut S::as_mut_simd_f64s(fz).0[..n], &mut S::as_mut_simd_f64s(pz).0[..n]);
         let [sx, sy, sz, square, q0, slope] = self.constants;
-        let alike = [sx[0], sy[0], sz[0], square[0], q0[0], slope[0]];
-        let alike = [0, 1, 2, 3, 4, 5].map(
-            #[inline(always)]
-            |i: usize| simd.splat_f64s(alike[i]),
-        );
+        let first = |of: &[f64]| simd.splat_f64s(of[0]);
+        let alike = [first(sx), first(sy), first(sz), first(square), first(q0), first(slope)];
         let (sx, sy) = (&S::as_simd_f64s(sx).0[..n], &S::as_simd_f64s(sy).0[..n]);
         let (sz, square) = (&S::as_simd_f64s(sz).0[..n], &S::as_simd_f64s(square).0[..n]);
         let (q0, slope) = (&S::as_simd_f64s(q0).0[..n], &S::as_simd_f64s(slope).0[..n]);

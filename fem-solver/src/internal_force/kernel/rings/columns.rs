@@ -1,4 +1,7 @@
 //! The formulas of rings over the columns of a block, in wide registers.
+//!
+//! What a loop over rings reads beside the memory it writes to is a copy of its own: so short a loop is left as it is if it would have
+//! to find out first whether both overlap.
 
 #![expect(
     clippy::needless_range_loop,
@@ -7,7 +10,7 @@
 
 use super::{Lanes, WIDTH};
 use crate::element::ring::formula::{Formula, RingPull, Vector};
-use pulp::Arch;
+use toolkit::simd::arch;
 
 /// A vector at each of `N` nodes.
 pub type NodeLanes<const N: usize> = [[Lanes; 3]; N];
@@ -68,16 +71,6 @@ impl<const N: usize, F> BlockConstants<N, F> {
     }
 }
 
-/// Compute this in the widest registers of the processor.
-///
-/// The bound makes closures such that they are called once: one that could be called again is called through a function of its own,
-/// which is compiled for the narrowest registers. What a loop over rings reads beside the memory it writes to is a copy of its own:
-/// so short a loop is left as it is if it would have to find out first whether both overlap.
-#[inline(always)]
-fn wide<R>(what: impl FnOnce() -> R) -> R {
-    Arch::new().dispatch(what)
-}
-
 /// The vectors of one ring.
 #[inline(always)]
 fn lane<const N: usize>(columns: &NodeLanes<N>, l: usize) -> [Vector; N] {
@@ -90,7 +83,7 @@ fn lane<const N: usize>(columns: &NodeLanes<N>, l: usize) -> [Vector; N] {
     own
 }
 
-/// The formulas of all rings of a block, in wide registers: products are never fused with sums.
+/// The formulas of all rings of a block.
 impl<const N: usize, const W: usize> BlockMemory<N, W> {
     /// Largest extensions of one ring so far.
     #[inline(always)]
@@ -105,7 +98,7 @@ impl<const N: usize, const W: usize> BlockMemory<N, W> {
     /// Force, history and tension, where each node goes `farthest` [m] on: a side changes by at most twice that, and the force of a
     /// perimeter grows with its length.
     pub fn pull<F: Formula<N, W>>(&mut self, constants: &BlockConstants<N, F>, farthest: f64) {
-        wide(
+        arch().dispatch(
             #[inline(always)]
             || {
                 let (constants, longer) = (*constants, 2.0 * N as f64 * farthest);
@@ -167,7 +160,7 @@ impl<const N: usize, const W: usize> BlockMemory<N, W> {
 
     /// What each perimeter carries at the displacements `u`, 0 where it is broken.
     pub fn tensions<F: Formula<N, W>>(&self, constants: &BlockConstants<N, F>, u: &NodeLanes<N>) -> Lanes {
-        wide(
+        arch().dispatch(
             #[inline(always)]
             || {
                 let (constants, u, most, broken) = (*constants, *u, self.had.1, self.broken);
@@ -183,7 +176,7 @@ impl<const N: usize, const W: usize> BlockMemory<N, W> {
 
     /// Energies and tensions.
     pub fn measure<F: Formula<N, W>>(&mut self, constants: &BlockConstants<N, F>) {
-        wide(
+        arch().dispatch(
             #[inline(always)]
             || {
                 let constants = *constants;
