@@ -499,9 +499,11 @@ mod tests {
 #[cfg(test)]
 mod place_tests {
     use super::*;
+    use toolkit::scene::read_value;
 
     fn put_at(place: &str, mut nodes: Vec<Vector3<f64>>) -> Result<Vec<Vector3<f64>>, String> {
-        let table: StructureConfig = toml::from_str(place).map_err(|e| e.to_string())?;
+        let table: toml::Table = place.parse().expect("TOML");
+        let table: StructureConfig = read_value("structure", &table.into()).map_err(|e| e.to_string())?;
         let scene = Scene::from_text("s.toml", "title = \"x\"").expect("valid");
         put(&scene, &table, &mut nodes).map_err(|e| e.to_string())?;
         Ok(nodes)

@@ -14,7 +14,7 @@ use serde::forward_to_deserialize_any;
 use std::borrow::Cow;
 use std::fmt;
 use std::ops::Range;
-use toml::de::{DeInteger, DeString, DeTable, DeValue, ValueDeserializer};
+use toml::de::{DeInteger, DeString, DeTable, DeValue};
 use toml::{Spanned, Value};
 
 /// What is expected: by the method that a type calls on its deserialiser, or in the words of a visitor that takes several types.
@@ -138,6 +138,9 @@ fn float(text: &str) -> f64 {
     text.parse().expect("a float of TOML is one of the language")
 }
 
+/// The key under which the crate `toml` hands a date over, as text.
+const DATE: &str = "$__toml_private_datetime";
+
 /// One value of a scene.
 pub(crate) struct Exact<'de>(pub Spanned<DeValue<'de>>);
 
@@ -220,14 +223,14 @@ impl<'de> Deserializer<'de> for Exact<'de> {
             DeValue::String(Cow::Owned(text)) => visitor.visit_string(text),
             DeValue::Boolean(value) => visitor.visit_bool(value),
             DeValue::Float(number) => visitor.visit_f64(float(number.as_str())),
-            DeValue::Integer(number) => match whole(&number) {
-                Some(value) => match (value.try_into(), value.try_into()) {
-                    (Ok(signed), _) => visitor.visit_i64(signed),
-                    (_, Ok(unsigned)) => visitor.visit_u64(unsigned),
-                    _ => visitor.visit_i128(value),
-                },
-                None => Err(Mismatch::custom(format!("the integer {number} is too large"))),
-            },
+            DeValue::Integer(number) => {
+                let value = whole(&number);
+                match (value.and_then(|v| v.try_into().ok()), value.and_then(|v| v.try_into().ok())) {
+                    (Some(signed), _) => visitor.visit_i64(signed),
+                    (_, Some(unsigned)) => visitor.visit_u64(unsigned),
+                    _ => Err(Mismatch::custom(format!("the integer {number} is too large"))),
+                }
+            }
             DeValue::Array(items) => {
                 let mut items = Items(items.into_iter().collect::<Vec<_>>().into_iter(), 0);
                 visitor.visit_seq(&mut items).and_then(|value| match items.0.len() {
@@ -236,9 +239,11 @@ impl<'de> Deserializer<'de> for Exact<'de> {
                 })
             }
             DeValue::Table(table) => Entries::of(table, None).visited_by(visitor),
-            date @ DeValue::Datetime(_) => {
-                let date = ValueDeserializer::from(Spanned::new(span.clone(), date));
-                date.deserialize_any(visitor).map_err(|e| Mismatch::custom(e.message()))
+            // As the crate hands a date over; to let it do so would compile every visitor for its reader, too.
+            DeValue::Datetime(date) => {
+                let key = Spanned::new(span.clone(), DATE.into());
+                let value = Spanned::new(span.clone(), DeValue::String(date.to_string().into()));
+                Entries::of(DeTable::from_iter([(key, value)]), None).visited_by(visitor)
             }
         }
         .map_err(|e| e.at(span))
@@ -358,7 +363,12 @@ impl<'de> Entries<'de> {
     }
 
     fn visited_by<V: Visitor<'de>>(mut self, visitor: V) -> Made<'de, V> {
-        visitor.visit_map(&mut self).map_err(|e| match (&e.what, self.key) {
+        visitor.visit_map(&mut self).map_err(|e| self.placed(e))
+    }
+
+    /// What a visitor finds wrong with the table, with the key that it means.
+    fn placed(self, e: Mismatch) -> Mismatch {
+        match (&e.what, self.key) {
             _ if e.span.is_some() => e,
             (What::UnknownField(name, _), Some(key)) if name == key.get_ref() => {
                 let span = key.span();
@@ -369,7 +379,7 @@ impl<'de> Entries<'de> {
                 e.below(name)
             }
             _ => e,
-        })
+        }
     }
 }
 
@@ -497,16 +507,17 @@ mod tests {
     }
 
     #[test]
-    fn a_tagged_table_is_read_from_any_source_and_written_with_its_name_first() {
+    fn a_tagged_table_is_written_with_its_name_first_and_read_wherever_that_stands() {
         let outline = Outline::Box { size: [1.0, 2.0, 3.0] };
         let value = toml::Value::try_from(&outline).expect("a table");
         assert_eq!(value.to_string(), "{ size = [1.0, 2.0, 3.0], type = \"box\" }");
-        assert_eq!(value.try_into(), Ok(outline));
-        let spot: Mark = serde_json::from_str("{\"x\": 2.0, \"type\": \"spot\"}").expect("a mark");
+        assert_eq!(crate::scene::read_value("shape", &value), Ok(outline));
+        // Of another source than a scene it must come first.
+        let mark = "{\"x\": 2.0, \"type\": \"spot\"}";
+        assert!(serde_json::from_str::<Mark>(mark).is_err_and(|e| e.to_string().contains("`type`")));
+        let spot: Mark = serde_json::from_str("{\"type\": \"spot\", \"x\": 2.0}").expect("a mark");
         assert_eq!(spot, Mark::Spot(Spot { x: 2.0 }));
         assert_eq!(serde_json::to_string(&spot).expect("JSON"), "{\"type\":\"spot\",\"x\":2.0}");
-        assert!(
-            serde_json::from_str::<Mark>("{\"x\": 2.0}").is_err_and(|e| e.to_string().contains("`type`"))
-        );
+        assert!(serde_json::from_str::<Mark>("{}").is_err_and(|e| e.to_string().contains("`type`")));
     }
 }

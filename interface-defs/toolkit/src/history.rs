@@ -256,7 +256,7 @@ mod tests {
         // In a process of its own: the limit holds for all files of a process, those of other tests too.
         let test = std::env::current_exe().expect("this test");
         let status = std::process::Command::new(test)
-            .args(["--ignored", "--exact", "history::tests::rows_until_the_limit"])
+            .args(["--exact", "history::tests::rows_until_the_limit"])
             .env("ROCKFALL_LIMITED", &path)
             .stdout(std::process::Stdio::null())
             .status()
@@ -267,10 +267,10 @@ mod tests {
         assert!(text.lines().all(|line| line.split(',').count() == 3), "{text}");
     }
 
+    /// The inside of the test above, and nothing where it is not the one that asks.
     #[test]
-    #[ignore = "the inside of a_row_that_does_not_fit_is_not_torn"]
     fn rows_until_the_limit() {
-        let path = std::env::var_os("ROCKFALL_LIMITED").expect("named by the test");
+        let Some(path) = std::env::var_os("ROCKFALL_LIMITED") else { return };
         interface_defs::ipc::interrupt::install();
         let columns = ["a", "b", "c"].map(String::from);
         let mut history = History::create(Path::new(&path), &columns).expect("created");

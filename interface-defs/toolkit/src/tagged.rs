@@ -4,14 +4,12 @@
 //! is read first, and the others straight from where they stand.
 
 use serde::de::value::MapAccessDeserializer;
-use serde::de::{
-    DeserializeSeed, Deserializer, EnumAccess, Error, IntoDeserializer, MapAccess, VariantAccess, Visitor,
-};
+use serde::de::{DeserializeSeed, Deserializer, EnumAccess, Error, MapAccess, VariantAccess, Visitor};
 use serde::forward_to_deserialize_any;
 use std::fmt;
 
-/// As this struct, whose one field is the key with the name, a tagged table is asked for. A deserialiser that knows it hands that
-/// entry over first.
+/// As this struct, whose one field is the key with the name, a tagged table is asked for. The deserialiser of scenes
+/// ([`Exact`](crate::exact::Exact)) hands that entry over first; of another it must stand there.
 pub(crate) const NAME: &str = "$tagged";
 
 /// Declares an enum that a table names under the key `$tag`; behind that stand further attributes of serde.
@@ -25,9 +23,9 @@ pub(crate) const NAME: &str = "$tagged";
 ///         Ball { radius: f64 },
 ///     }
 /// }
-/// let solid: Solid = toml::from_str("radius = 2.0\ntype = \"ball\"")?;
+/// let table: toml::Table = "radius = 2.0\ntype = \"ball\"".parse().expect("TOML");
+/// let solid: Solid = toolkit::scene::read_value("shape", &table.into()).expect("a solid");
 /// assert_eq!(toml::to_string(&solid).as_deref(), Ok("type = \"ball\"\nradius = 2.0\n"));
-/// # Ok::<(), toml::de::Error>(())
 /// ```
 #[macro_export]
 macro_rules! tagged {
@@ -99,49 +97,22 @@ impl<'de, V: Visitor<'de>> Visitor<'de> for AsEnum<V> {
     }
 
     fn visit_map<M: MapAccess<'de>>(self, mut map: M) -> Result<V::Value, M::Error> {
-        let mut before = Vec::new();
-        while let Some(key) = map.next_key::<String>()? {
-            if key == self.key {
-                let rest = Rest { before: before.into_iter(), value: None, map };
-                return self.visitor.visit_enum(rest);
-            }
-            before.push((key, map.next_value()?));
+        match map.next_key::<String>()? {
+            Some(key) if key == self.key => self.visitor.visit_enum(Rest(map)),
+            _ => Err(M::Error::missing_field(self.key)),
         }
-        Err(M::Error::missing_field(self.key))
     }
 }
 
 /// What is left of a table whose name is the value at hand.
-struct Rest<M> {
-    /// What stood before the name, where a deserialiser hands over entries in its own order.
-    before: std::vec::IntoIter<(String, toml::Value)>,
-    value: Option<toml::Value>,
-    map: M,
-}
+struct Rest<M>(M);
 
 impl<'de, M: MapAccess<'de>> EnumAccess<'de> for Rest<M> {
     type Error = M::Error;
     type Variant = Self;
 
     fn variant_seed<S: DeserializeSeed<'de>>(mut self, seed: S) -> Result<(S::Value, Self), M::Error> {
-        Ok((self.map.next_value_seed(seed)?, self))
-    }
-}
-
-impl<'de, M: MapAccess<'de>> MapAccess<'de> for Rest<M> {
-    type Error = M::Error;
-
-    fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, M::Error> {
-        let Some((key, value)) = self.before.next() else { return self.map.next_key_seed(seed) };
-        self.value = Some(value);
-        seed.deserialize(key.into_deserializer()).map(Some)
-    }
-
-    fn next_value_seed<S: DeserializeSeed<'de>>(&mut self, seed: S) -> Result<S::Value, M::Error> {
-        match self.value.take() {
-            Some(value) => seed.deserialize(value).map_err(M::Error::custom),
-            None => self.map.next_value_seed(seed),
-        }
+        Ok((self.0.next_value_seed(seed)?, self))
     }
 }
 
@@ -149,21 +120,21 @@ impl<'de, M: MapAccess<'de>> VariantAccess<'de> for Rest<M> {
     type Error = M::Error;
 
     fn unit_variant(mut self) -> Result<(), M::Error> {
-        match self.next_key::<String>()? {
+        match self.0.next_key::<String>()? {
             Some(key) => Err(M::Error::unknown_field(&key, &[])),
             None => Ok(()),
         }
     }
 
     fn newtype_variant_seed<S: DeserializeSeed<'de>>(self, seed: S) -> Result<S::Value, M::Error> {
-        seed.deserialize(MapAccessDeserializer::new(self))
+        seed.deserialize(MapAccessDeserializer::new(self.0))
     }
 
     fn tuple_variant<V: Visitor<'de>>(self, _length: usize, visitor: V) -> Result<V::Value, M::Error> {
-        visitor.visit_map(self)
+        visitor.visit_map(self.0)
     }
 
     fn struct_variant<V: Visitor<'de>>(self, _: Names, visitor: V) -> Result<V::Value, M::Error> {
-        visitor.visit_map(self)
+        visitor.visit_map(self.0)
     }
 }

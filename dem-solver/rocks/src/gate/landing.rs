@@ -162,7 +162,7 @@ mod tests {
     use dem_contact::law::normal::hertz::Hertz;
     use dem_contact::law::normal::linear::Linear;
     use dem_contact::settings::{Cluster, RockSettings, Shape};
-    use toolkit::scene::Scene;
+    use toolkit::scene::{Scene, read_value};
 
     fn rock(shape: Shape, spheres: u32, mass: f64) -> Rock {
         with(shape, Cluster::of(spheres), mass)
@@ -170,7 +170,8 @@ mod tests {
 
     fn with(shape: Shape, cluster: Cluster, mass: f64) -> Rock {
         let text = "position = [0.0, 0.0, 0.0]\nmass = 1.0\nshape = { type = \"sphere\", radius = 1.0 }";
-        let mut settings: RockSettings = toml::from_str(text).expect("a rock");
+        let table: toml::Table = text.parse().expect("TOML");
+        let mut settings: RockSettings = read_value("rock", &table.into()).expect("a rock");
         settings.mass = Some(mass);
         settings.shape = shape;
         settings.cluster = Some(cluster);

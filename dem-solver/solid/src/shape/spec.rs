@@ -304,10 +304,12 @@ mod tests {
 
     #[test]
     fn a_scene_names_shapes_by_type() {
-        let shape: Shape =
-            toml::from_str("type = \"norm_rock\"\nform = \"221\"\nvolume = 0.5").expect("a shape");
+        let read = |text: &str| -> Shape {
+            let table: toml::Table = text.parse().expect("TOML");
+            toolkit::scene::read_value("shape", &table.into()).expect("a shape")
+        };
+        let shape = read("type = \"norm_rock\"\nform = \"221\"\nvolume = 0.5");
         assert_eq!(shape, Shape::NormRock { form: NormRock::Plate, volume: 0.5 });
-        let again: Shape = toml::from_str(&toml::to_string(&shape).expect("TOML")).expect("a shape");
-        assert_eq!(shape, again);
+        assert_eq!(read(&toml::to_string(&shape).expect("TOML")), shape);
     }
 }
