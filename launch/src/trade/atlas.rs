@@ -213,13 +213,14 @@ impl Atlas<'_, '_> {
                 let slowest = self.study.outcome(&Point::new()).map_or(0.0, |run| run.seconds);
                 let limit =
                     PATIENCE.0 * slowest * self.study.space.dearer(&Point::new(), &push.arm) + PATIENCE.1;
-                if self.study.spent() + slowest > self.work.budget {
+                if !self.work.budget.holds(self.study, slowest, 1.0) {
                     return Ok(Fared::Not("search ended: the budget is used up".into()));
                 }
                 let value = push.knob.number_at(factor).map_or(String::new(), three);
                 let label = format!("{} {value}", push.knob.name);
                 let (purpose, outcome) = (Purpose::Atlas, Outcome::default());
                 let run = Finished { point: Point::new(), key, purpose, sets, outcome };
+                let limit = self.work.budget.limit(limit);
                 self.work.make(self.study, run, limit, &label)?;
                 let label = format!("{}, {label}", self.study.space.label(&push.arm));
                 self.work.ended(self.study, &label);

@@ -28,7 +28,7 @@ use atlas::Found;
 use clap::Args;
 use interface_defs::diagnostic::code;
 use knobs::{Base, Knob, Point, Space, Start, rung};
-use plan::Task;
+use plan::{Budget, Task};
 use report::Facts;
 use result::Reference;
 use result::{Outcome, Purpose, Status};
@@ -53,6 +53,9 @@ pub struct Arguments {
     /// Wall time of all runs together, as in 90s, 10m or 1h30m. A larger one later goes on
     #[arg(long, value_name = "TIME", default_value = "10m", value_parser = study::duration)]
     pub budget: f64,
+    /// Number of all runs together, instead of their time. A larger one later goes on
+    #[arg(long, value_name = "N", conflicts_with = "budget", value_parser = clap::value_parser!(u32).range(1..))]
+    pub runs: Option<u32>,
     /// Find the limits of stability instead: push each knob until the scene breaks, and write `atlas.md` and `atlas.csv`
     #[arg(long)]
     pub atlas: bool,
@@ -75,6 +78,13 @@ pub struct Arguments {
     /// Print nothing but the result and errors
     #[arg(long, help_heading = "Results")]
     pub quiet: bool,
+}
+
+impl Arguments {
+    /// What the study may cost.
+    fn budget(&self) -> Budget {
+        self.runs.map_or(Budget::Time(self.budget), Budget::Runs)
+    }
 }
 
 /// What a study starts from.
@@ -139,7 +149,7 @@ impl Setup {
             command: shell::join([&input.scene]) + &sets,
             end_time,
             structure: scene.has("structure"),
-            budget: arguments.budget,
+            budget: arguments.budget(),
             processors: std::thread::available_parallelism().map_or(1, usize::from),
         };
         Ok(Self {
@@ -227,7 +237,7 @@ pub fn trade(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
         let run = sweep::Task { scene, sets, dir, shortcuts: true, limit };
         Ok(Outcome::of_run(run.run(&events, &mut |_| {})?, limit))
     };
-    let budget = arguments.budget;
+    let budget = arguments.budget();
     let mut work = Work { runner: &mut runner, store, progress: &progress, budget };
     let mut found = Vec::new();
     let next = if arguments.atlas { plan::next_of_reference } else { plan::next };
@@ -254,7 +264,7 @@ pub fn trade(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
             return Err(stop.and(&format!("; {runs} runs are kept in {out}; the same command goes on")));
         }
     }
-    match (study.reference.0.is_empty(), report::unknown(&study)) {
+    match (study.reference.0.is_empty(), report::unknown(&study, arguments.budget())) {
         (true, _) => Err(Stop::failed(code::FEW_SAMPLES, no_reference(&study))),
         (false, Some(why)) if !arguments.atlas => Err(Stop::failed(code::FEW_SAMPLES, why)),
         _ => Ok(Exit::Done),
@@ -264,23 +274,22 @@ pub fn trade(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
 /// Runs the scene with these `--set`s into a directory; ends it after so many seconds. An error ends the study.
 type Runner<'a> = &'a mut dyn FnMut(&[String], &Path, f64) -> Result<Outcome, Stop>;
 
-/// Which run comes next within a budget [s].
-type Next = fn(&Study, f64) -> Option<Task>;
+/// Which run comes next within a budget.
+type Next = fn(&Study, Budget) -> Option<Task>;
 
 /// What computes, what keeps it, what shows it.
 struct Work<'a> {
     runner: Runner<'a>,
     store: &'a mut Store,
     progress: &'a Progress,
-    /// Wall time of all runs together [s].
-    budget: f64,
+    budget: Budget,
 }
 
 impl Work<'_> {
     /// Make the run that `run` describes, for no more than `limit` [s], and keep it.
     fn make(&mut self, study: &mut Study, mut run: Finished, limit: f64, label: &str) -> Result<(), Stop> {
-        let (spent, budget) = (seconds(study.spent()), seconds(self.budget));
-        self.progress.begin(&format!("{spent} of {budget}: {label}"));
+        let (used, budget) = (self.budget.used_text(study), self.budget);
+        self.progress.begin(&format!("{used} of {budget}: {label}"));
         run.outcome = (self.runner)(&run.sets, &self.store.next(), limit)?;
         if study.runs.is_empty() && run.outcome.status == Status::Refused {
             return Err(Stop { exit: Exit::BadInput, errors: run.outcome.errors });
@@ -402,6 +411,6 @@ fn no_reference(study: &Study) -> String {
     let tried = study.refinements().len();
     format!(
         "there is nothing to compare with: of {tried} runs, each twice as fine as the one before, the finest is not done; raise \
-         --budget, or give the value with --reference NAME=VALUE. The last run: {last}"
+         --budget or --runs, or give the value with --reference NAME=VALUE. The last run: {last}"
     )
 }

@@ -10,6 +10,8 @@
 use super::knobs::{Class, NET, Point, rung, with};
 use super::result::{Outcome, Purpose, Status};
 use super::study::{ACCURACIES, Study, near_front};
+use std::fmt;
+use toolkit::numbers::seconds;
 
 /// Shares of the budget up to which runs of a stage may start.
 const REFERENCE: f64 = 0.35;
@@ -38,6 +40,83 @@ const PATIENCE: (f64, f64) = (4.0, 5.0);
 /// others must not cost the study.
 const ONE_RUN: f64 = 0.1;
 
+/// Longest that a run may take where runs are counted instead of their time [s].
+const A_DAY: f64 = 86_400.0;
+
+/// What a study may cost.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Budget {
+    /// Wall time of all runs together [s].
+    Time(f64),
+    /// So many runs, however long these take: what is tried depends less on how busy the machine is.
+    Runs(u32),
+}
+
+impl Budget {
+    /// How much it is: seconds or runs.
+    fn whole(self) -> f64 {
+        match self {
+            Self::Time(seconds) => seconds,
+            Self::Runs(runs) => runs.into(),
+        }
+    }
+
+    /// How long a run may take [s], of which that much time would be enough.
+    pub fn limit(self, enough: f64) -> f64 {
+        match self {
+            Self::Time(_) => enough,
+            Self::Runs(_) => A_DAY,
+        }
+    }
+
+    /// How much of it `study` has used, and what one more run of so many seconds takes.
+    fn used(self, study: &Study, run: f64) -> (f64, f64) {
+        match self {
+            Self::Time(_) => (study.spent(), run),
+            Self::Runs(_) => (study.runs.len() as f64, 1.0),
+        }
+    }
+
+    /// Whether one more run of so many seconds fits into this share of it.
+    pub fn holds(self, study: &Study, run: f64, share: f64) -> bool {
+        let (used, more) = self.used(study, run);
+        used + more <= share * self.whole()
+    }
+
+    /// How much of it `study` has used, in words.
+    pub fn used_text(self, study: &Study) -> String {
+        match self {
+            Self::Time(_) => seconds(study.spent()),
+            Self::Runs(_) => study.runs.len().to_string(),
+        }
+    }
+
+    /// The option with which the scene gets two finer runs, so that something is known of its error.
+    pub fn of_reference(self, study: &Study) -> Option<String> {
+        let finer = |rungs| study.space.refined(&Point::new(), rungs);
+        let missing = [1, 2].map(finer).into_iter().filter(|point| study.outcome(point).is_none());
+        match self {
+            Self::Time(_) => {
+                let needed: f64 = missing.map(|point| study.estimate(&point)).sum::<Option<f64>>()?;
+                Some(format!("--budget {:.0}m", ((study.spent() + needed) / REFERENCE / 60.0).ceil()))
+            }
+            Self::Runs(_) => {
+                let runs = study.runs.len() + missing.count();
+                Some(format!("--runs {:.0}", (runs as f64 / REFERENCE).ceil()))
+            }
+        }
+    }
+}
+
+impl fmt::Display for Budget {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Time(time) => f.write_str(&seconds(*time)),
+            Self::Runs(runs) => write!(f, "{runs} runs"),
+        }
+    }
+}
+
 /// A run to make.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Task {
@@ -49,11 +128,15 @@ pub struct Task {
     pub limit: f64,
 }
 
-/// The run that comes next within `budget` [s]; `None`: nothing is left to do, or nothing that fits.
-pub fn next(study: &Study, budget: f64) -> Option<Task> {
+/// The run that comes next within `budget`; `None`: nothing is left to do, or nothing that fits.
+pub fn next(study: &Study, budget: Budget) -> Option<Task> {
     let planner = Planner { study, budget };
     if study.runs.is_empty() {
-        return Some(Task { point: Point::new(), purpose: Purpose::Explore, limit: budget });
+        return Some(Task {
+            point: Point::new(),
+            purpose: Purpose::Explore,
+            limit: budget.limit(budget.whole()),
+        });
     }
     planner
         .reference()
@@ -65,33 +148,25 @@ pub fn next(study: &Study, budget: f64) -> Option<Task> {
 }
 
 /// The same for the reference alone.
-pub fn next_of_reference(study: &Study, budget: f64) -> Option<Task> {
+pub fn next_of_reference(study: &Study, budget: Budget) -> Option<Task> {
     if study.runs.is_empty() { next(study, budget) } else { Planner { study, budget }.reference() }
-}
-
-/// With which budget [s] the scene gets two finer runs, so that something is known of its error.
-pub fn budget_of_reference(study: &Study) -> Option<f64> {
-    let finer = |rungs| study.space.refined(&Point::new(), rungs);
-    let missing = [1, 2].map(finer).into_iter().filter(|point| study.outcome(point).is_none());
-    let needed: f64 = missing.map(|point| study.estimate(&point)).sum::<Option<f64>>()?;
-    Some((study.spent() + needed) / REFERENCE)
 }
 
 struct Planner<'a> {
     study: &'a Study,
-    budget: f64,
+    budget: Budget,
 }
 
 impl Planner<'_> {
     /// A run of `point`, if it fits into this share of the budget.
     fn task(&self, point: &Point, purpose: Purpose, share: f64) -> Option<Task> {
-        let left = self.budget - self.study.spent();
         let estimate = self.study.estimate(point)?;
-        if self.study.spent() + estimate > share * self.budget {
+        if !self.budget.holds(self.study, estimate, share) {
             return None;
         }
-        let most = if share == REFERENCE { left } else { (ONE_RUN * self.budget).max(estimate) };
-        let limit = (PATIENCE.0 * estimate).min(most.min(left)) + PATIENCE.1;
+        let left = self.budget.whole() - self.study.spent();
+        let most = if share == REFERENCE { left } else { (ONE_RUN * self.budget.whole()).max(estimate) };
+        let limit = self.budget.limit((PATIENCE.0 * estimate).min(most.min(left)) + PATIENCE.1);
         Some(Task { point: point.clone(), purpose, limit })
     }
 

@@ -1,6 +1,7 @@
 //! The study as a page (`trade.md`), as a table for programs (`trade.csv`), as a picture (`trade.svg`), and on the screen.
 
 use super::knobs::{Class, NET, Point, rung};
+use super::plan::Budget;
 use super::result::{CABLE_FORCE, Known, Outcome, Status, deviation};
 use super::study::{ACCURACIES, FINEST_ACCURACY, Finished, Recommended, Study, Trade};
 use crate::shell;
@@ -23,7 +24,7 @@ pub struct Facts {
     /// Whether there is a structure.
     pub structure: bool,
     /// Budget [s].
-    pub budget: f64,
+    pub budget: Budget,
     /// Processors.
     pub processors: usize,
 }
@@ -54,9 +55,9 @@ pub fn shortened(message: &str) -> String {
 pub fn page(study: &Study, facts: &Facts) -> String {
     let Facts { scene, command, processors, .. } = facts;
     let (version, runs, date) = (env!("CARGO_PKG_VERSION"), study.runs.len(), provenance::now());
-    let (spent, budget) = (seconds(study.spent()), seconds(facts.budget));
+    let (used, budget) = (facts.budget.used_text(study), facts.budget);
     let mut text = format!(
-        "# Accuracy against cost: {scene}\n\n`rockfall trade {command}`, version {version}, {date}: {runs} runs, one at a time, {spent} of a \
+        "# Accuracy against cost: {scene}\n\n`rockfall trade {command}`, version {version}, {date}: {runs} runs, one at a time, {used} of a \
          budget of {budget}, on {processors} processors. How to read it: `docs/trade.md`.\n\n"
     );
     references(study, &mut text);
@@ -96,7 +97,7 @@ fn unit<'a>(study: &'a Study, name: &str) -> &'a str {
 }
 
 fn recommendations(study: &Study, facts: &Facts, text: &mut String) {
-    if let Some(why) = unknown(study) {
+    if let Some(why) = unknown(study, facts.budget) {
         let _ = writeln!(text, "## Recommended\n\n{why}.\n");
         return;
     }
@@ -195,12 +196,11 @@ fn lines(study: &Study, facts: &Facts, recommended: &[Recommended], text: &mut S
 }
 
 /// Why nothing is recommended; `None`: something is, or may be.
-pub fn unknown(study: &Study) -> Option<String> {
+pub fn unknown(study: &Study, budget: Budget) -> Option<String> {
     if !study.is_alone() {
         return None;
     }
-    let budget = super::plan::budget_of_reference(study);
-    let more = budget.map_or("a larger --budget".into(), |b| format!("--budget {:.0}m", (b / 60.0).ceil()));
+    let more = budget.of_reference(study).unwrap_or("a larger --budget".into());
     Some(format!(
         "nothing is recommended: the only run to compare with is the scene as it is, whose own error is unknown; the same command with \
          {more} adds two runs with finer steps and windows"

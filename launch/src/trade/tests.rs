@@ -1,7 +1,7 @@
 //! The strategy with a runner that computes nothing: values and costs follow formulas.
 
 use super::knobs::{Base, Point, Space, Start, of};
-use super::plan::RUNS;
+use super::plan::{Budget, RUNS};
 use super::result::tests::done;
 use super::result::{Outcome, Purpose, Status};
 use super::store::{Identity, Store};
@@ -100,7 +100,7 @@ fn session(study: &mut Study, runner: &mut Formula, out: &Path, words: &[&str]) 
     let arguments = arguments(words);
     let mut store = Store::open(out, &identity(), false).expect("opened");
     study.runs = store.load(&study.space).expect("of this build");
-    let (progress, budget) = (Progress::new(true, false, false), arguments.budget);
+    let (progress, budget) = (Progress::new(true, false, false), arguments.budget());
     let mut runner = |sets: &[String], dir: &Path, limit: f64| runner.run(sets, dir, limit);
     let mut work = Work { runner: &mut runner, store: &mut store, progress: &progress, budget };
     work.explore(study, &arguments.measures, super::plan::next)
@@ -158,7 +158,7 @@ fn a_failed_run_is_a_row_and_never_on_the_front_and_a_model_is_not_recommended()
         command: "s.toml".into(),
         end_time: 1.0,
         structure: true,
-        budget: 1e4,
+        budget: Budget::Time(1e4),
         processors: 2,
     };
     let page = report::page(&study, &facts);
@@ -219,6 +219,23 @@ fn a_busy_machine_does_not_decide() {
 }
 
 #[test]
+fn a_number_of_runs_is_kept_and_a_larger_one_goes_on_without_repeating() {
+    let temp = tempfile::tempdir().expect("a directory");
+    let (mut first, mut second, mut runner) = (study(&[]), study(&[]), Formula::default());
+    session(&mut first, &mut runner, temp.path(), &["--runs", "2"]).expect("explored");
+    let enough = Budget::Runs(2).of_reference(&first).expect("known");
+    assert!(
+        first.runs.len() <= 2
+            && report::unknown(&first, Budget::Runs(2)).is_some_and(|why| why.contains(&enough))
+    );
+    let mut again = study(&[]);
+    session(&mut again, &mut runner, temp.path(), &enough.split(' ').collect::<Vec<_>>()).expect("explored");
+    assert_eq!(report::unknown(&again, Budget::Runs(2)), None);
+    session(&mut second, &mut runner, temp.path(), &["--runs", "20"]).expect("explored");
+    assert_eq!((second.runs.len(), runner.runs.len()), (20, 20), "none was repeated");
+}
+
+#[test]
 fn the_budget_is_kept_and_a_larger_one_goes_on_without_repeating() {
     let temp = tempfile::tempdir().expect("a directory");
     let (mut first, mut runner) = (study(&[]), Formula::default());
@@ -272,7 +289,8 @@ fn a_run_that_is_slower_than_it_should_be_is_ended() {
     let arguments = arguments(&["--budget", "1000"]);
     let mut store = Store::open(temp.path(), &identity(), false).expect("opened");
     let mut study = study(&[]);
-    let (mut formula, progress, budget) = (Formula::default(), Progress::new(true, false, false), 1000.0);
+    let (mut formula, progress, budget) =
+        (Formula::default(), Progress::new(true, false, false), Budget::Time(1000.0));
     let mut runner = |sets: &[String], dir: &Path, limit: f64| {
         if sets.iter().any(|set| set.ends_with("strong")) {
             assert!(limit < 100.0, "{limit}");
@@ -296,7 +314,8 @@ fn a_push_ends_where_the_scene_breaks() {
     let arguments = arguments(&["--budget", "10000"]);
     let mut store = Store::open(temp.path(), &identity(), false).expect("opened");
     let mut study = study(&[]);
-    let (mut formula, progress, budget) = (Formula::default(), Progress::new(true, false, false), 1e4);
+    let (mut formula, progress, budget) =
+        (Formula::default(), Progress::new(true, false, false), Budget::Time(1e4));
     let mut runner = |sets: &[String], dir: &Path, limit: f64| formula.run(sets, dir, limit);
     let mut work = Work { runner: &mut runner, store: &mut store, progress: &progress, budget };
     work.explore(&mut study, &arguments.measures, super::plan::next_of_reference).expect("explored");
@@ -334,7 +353,7 @@ fn a_push_ends_where_the_scene_breaks() {
         command: "s.toml".into(),
         end_time: 1.0,
         structure: true,
-        budget: 1e4,
+        budget: Budget::Time(1e4),
         processors: 2,
     };
     let page = page(&study, &found, &facts);
@@ -353,18 +372,16 @@ fn a_scene_that_is_only_compared_with_itself_is_not_recommended() {
         command: "s.toml".into(),
         end_time: 1.0,
         structure: true,
-        budget: 2.0,
+        budget: Budget::Time(2.0),
         processors: 2,
     };
-    let due = super::plan::budget_of_reference(&first).expect("known");
+    let enough = facts.budget.of_reference(&first).expect("known");
     let page = report::page(&first, &facts);
-    let budget = format!("--budget {:.0}m", (due / 60.0).ceil());
-    assert!(page.contains("nothing is recommended") && page.contains(&budget), "{page}");
+    assert!(page.contains("nothing is recommended") && page.contains(&enough), "{page}");
     assert!(!page.contains("rockfall run"), "{page}");
     assert!(!report::screen(&first, &facts).contains(" %"), "{}", report::screen(&first, &facts));
     let mut second = study(&[]);
-    session(&mut second, &mut runner, temp.path(), &["--budget", &format!("{:.1}", due + 0.1)])
-        .expect("explored");
+    session(&mut second, &mut runner, temp.path(), &enough.split(' ').collect::<Vec<_>>()).expect("explored");
     assert!(second.refinements().len() > 2 && !second.is_alone(), "{}", second.refinements().len());
     // A value that the user gives is known.
     let other = tempfile::tempdir().expect("a directory");
