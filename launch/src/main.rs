@@ -37,7 +37,6 @@ mod children;
 mod choice;
 mod cli;
 mod conform;
-mod crossed;
 mod estimate;
 mod export;
 mod ground;

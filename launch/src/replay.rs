@@ -1,24 +1,19 @@
-//! `rockfall replay`: one solver is asked again what a recording says that it was asked; without a command, what crossed as a table or a picture.
+//! `rockfall replay`: one solver is asked again what a recording says that it was asked.
 
 use crate::children::{self, Events, Goes, Job, Rules};
-use crate::crossed::{Picture, Rows};
 use crate::plan::own_program;
-use crate::report::page::file_name;
 use crate::stop::Stop;
 use clap::Args;
 use interface_defs::RunId;
 use interface_defs::diagnostic::code;
 use std::ffi::OsString;
-use std::fmt::Display;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use toolkit::arguments::AnswerForm;
 use toolkit::check::Format;
 use toolkit::exit::Exit;
-use toolkit::files::{self, Scratch};
+use toolkit::files::Scratch;
 use toolkit::recording::{Entry, Reader};
-use toolkit::screen::show;
-use toolkit::summary::{RunStatus, Summary};
 
 /// What the command line asks for.
 #[derive(Debug, Args)]
@@ -26,20 +21,14 @@ pub struct Arguments {
     /// Recording that `rockfall run --record FILE` wrote
     file: PathBuf,
     /// Which solver is asked: dem (contact) or fem (structure)
-    #[arg(long, value_name = "ROLE", value_parser = ["dem", "fem"], required_unless_present_any = ["table", "picture"])]
-    role: Option<String>,
+    #[arg(long, value_name = "ROLE", value_parser = ["dem", "fem"])]
+    role: String,
     /// Largest difference of an answer, as a share of the largest number of its field so far; 0: equal to the byte
     #[arg(long, default_value_t = 0.0, value_name = "SHARE")]
     tolerance: f64,
     /// Seconds that an answer may take
     #[arg(long, default_value_t = 60.0, value_name = "S")]
     timeout: f64,
-    /// Write what crossed to this file as CSV, a row for each exchange, and ask no solver
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["role", "command"])]
-    table: Option<PathBuf>,
-    /// Draw displacement, force and iterations over time to this file (SVG), and ask no solver
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["role", "command"])]
-    picture: Option<PathBuf>,
     #[command(flatten)]
     answer: AnswerForm,
     /// The solver and its arguments, behind `--`; without it, that of this project
@@ -47,16 +36,9 @@ pub struct Arguments {
     command: Vec<OsString>,
 }
 
-/// Ask the solver, or write the table.
-pub fn replay(request: &Arguments) -> Result<Exit, Stop> {
-    match &request.role {
-        Some(role) => ask(request, role, &Reader::open(&request.file)?.scene),
-        None => show_crossed(request),
-    }
-}
-
 /// Start the solver and whoever asks it.
-fn ask(request: &Arguments, role: &str, scene: &str) -> Result<Exit, Stop> {
+pub fn replay(request: &Arguments) -> Result<Exit, Stop> {
+    let (role, scene) = (request.role.as_str(), Reader::open(&request.file)?.scene);
     let events = Events::watch()?;
     let (run, own) = (RunId::new().to_string(), |name| own_program(name).map(OsString::from));
     let scratch = tempfile::tempdir()
@@ -111,49 +93,4 @@ fn recorded_with(request: &Arguments, role: &str) -> Result<Option<String>, Stop
         }
     }
     Ok(None)
-}
-
-/// A row for each exchange, and a picture of what crossed.
-fn show_crossed(request: &Arguments) -> Result<Exit, Stop> {
-    let refused = |path: &Path, e: &dyn Display| {
-        Stop::input(code::FILE, format!("{}: it cannot be written: {e}", path.display()))
-    };
-    let mut table = match &request.table {
-        Some(path) => Some(csv::Writer::from_writer(files::create(path).map_err(|e| refused(path, &e))?)),
-        None => None,
-    };
-    let (mut picture, mut exchanges) = (Picture::default(), 0);
-    for row in Rows::open(&request.file)? {
-        let row = row?;
-        exchanges += 1;
-        if let (Some(table), Some(path)) = (&mut table, &request.table) {
-            table.serialize(&row).map_err(|e| refused(path, &e))?;
-        }
-        if request.picture.is_some() {
-            picture.add(&row);
-        }
-    }
-    if let (Some(mut table), Some(path)) = (table, &request.table) {
-        table.flush().map_err(|e| refused(path, &e))?;
-        show(&format!("{exchanges} exchanges: {}\n", path.display()));
-    }
-    if let Some(path) = &request.picture {
-        let title = format!(
-            "{}: {exchanges} exchanges (line: last of each window; dots: iterates before it and examinations)",
-            file_name(&request.file)
-        );
-        let mut drawn = picture.draw(&title).ok_or_else(|| {
-            Stop::input(
-                code::ARGUMENT,
-                "--picture: no solver in it has both displacement and force on its nodes",
-            )
-        })?;
-        let ran = request.file.parent().and_then(|dir| Summary::read(dir).ok());
-        if ran.is_some_and(|ran| ran.status == RunStatus::Unreliable) {
-            drawn = toolkit::picture::marked(&drawn);
-        }
-        files::write(path, drawn.as_bytes()).map_err(|e| refused(path, &e))?;
-        show(&format!("{exchanges} exchanges: {}\n", path.display()));
-    }
-    Ok(Exit::Done)
 }
