@@ -394,9 +394,22 @@ impl CablePart {
         if self.hardening.first().is_some_and(|row| row[0] != 0.0) {
             return Err(key.invalid("hardening", "the first row must be at the plastic strain 0"));
         }
+        if let Some([_, yields]) =
+            self.hardening.first().filter(|row| row[1] < LEAST_YIELD_STRAIN * own.young)
+        {
+            let what = format!(
+                "it yields at {yields} Pa, stretched by {:.1e}: nothing made of wire does",
+                yields / own.young
+            );
+            let hint = format!("stresses in Pa; were it in MPa, it would be {:e} Pa", 1e6 * yields);
+            return Err(key.invalid("hardening", what).try_instead(hint));
+        }
         Ok((own, key.rupture(self.rupture_force, self.rupture_strain)?))
     }
 }
+
+/// No wire, rope or strand yields below that strain; soft copper does at some 3e-4.
+const LEAST_YIELD_STRAIN: f64 = 1e-6;
 
 impl PartSettings for CablePart {
     fn closes(&self, kind: Kind) -> bool {
