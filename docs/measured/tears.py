@@ -3,7 +3,7 @@
 
     python docs/measured/tears.py --work out/tears [--rockfall target/release/rockfall]
 
-The scene and the fine steps are those of tests/tests/rupture.rs. Four nets, ten starts each: 40 fine runs, 240 others. The reaction
+The scene and the fine steps are those of tests/tests/physics/rupture.rs. Four nets, ten starts each: 40 fine runs, 240 others. The reaction
 is that over 1 ms. Runs that are there are not run again.
 """
 import argparse

@@ -5,7 +5,7 @@
 //! whose first pass is accepted (`docs/coupling.md`). Presets of `[coupling]` move its accuracy and cost.
 //!
 //! Elsewhere weak coupling where its longest window is about as long as the steps of the structure, which it then costs nothing
-//! to exchange at; else strong coupling, whose windows are limited by what they resolve. Measured: `tests/tests/defaults.rs`.
+//! to exchange at; else strong coupling, whose windows are limited by what they resolve. Measured: `tests/tests/physics/defaults.rs`.
 
 use crate::numbers::Numbers;
 use crate::plan::{Part, Plan};
@@ -218,7 +218,7 @@ pub struct Preset {
     pub energy: f64,
 }
 
-/// All, the fastest first. What was measured: `docs/coupling.md`, held by `tests/tests/presets.rs`.
+/// All, the fastest first. What was measured: `docs/coupling.md`, held by `tests/tests/commands/presets.rs`.
 pub const PRESETS: [Preset; 3] = [
     Preset { name: "fast", samples: 5, share: 0.3, structure: 1.2, contact: 0.7, energy: 0.5 },
     Preset { name: "balanced", samples: 10, share: 0.1, structure: 1.0, contact: 0.5, energy: 1.1 },

@@ -385,6 +385,7 @@ fn a_program_that_prints_without_end_fills_no_disk() {
 }
 
 #[test]
+#[ignore = "long"]
 fn a_long_run_says_how_far_it_is_where_stderr_is_no_terminal() {
     let bench = Bench::new();
     let body = "printf 'time_s,x\\n0.25,0\\n' > out/history.csv\nsleep 11";

@@ -8,6 +8,7 @@ fn json(path: &Path) -> Value {
 }
 
 #[test]
+#[ignore = "long"]
 fn replicates_extend_a_study_in_every_sampling_to_the_bytes_of_one_go() {
     for sampling in ["latin_hypercube", "random", "sobol", "full_factorial"] {
         let study = STUDY.replace("count = 14", "count = 7").replace("count = 6", "count = 3");
@@ -41,6 +42,7 @@ fn replicates_extend_a_study_in_every_sampling_to_the_bytes_of_one_go() {
 
 /// A replicate may be computed as a task of its own; another `count` is another hypercube, and the refusal says what to raise.
 #[test]
+#[ignore = "long"]
 fn a_replicate_can_be_a_task_and_another_count_is_another_study() {
     let place = Place::new(STUDY);
     place.table("out", &[]);
@@ -72,6 +74,7 @@ fn a_full_factorial_without_random_numbers_has_no_replicates() {
 }
 
 #[test]
+#[ignore = "long"]
 fn members_are_added_until_a_measure_is_known_as_well_as_is_asked() {
     let place = Place::new(STUDY);
     let asked = |out: &str, arguments: &[&str]| {

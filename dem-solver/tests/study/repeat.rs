@@ -3,6 +3,7 @@
 use super::*;
 
 #[test]
+#[ignore = "long"]
 fn threads_chunks_and_their_order_leave_every_byte_as_it_is() {
     let place = Place::new(STUDY);
     let one = place.table("one", &["--threads", "1"]);
@@ -30,6 +31,7 @@ fn threads_chunks_and_their_order_leave_every_byte_as_it_is() {
 
 /// Killed at times all over the study, and gone on with, until it is whole: nothing is lost, nothing is there twice.
 #[test]
+#[ignore = "long"]
 fn a_study_that_was_killed_again_and_again_ends_with_the_same_table() {
     let place = Place::new(&STUDY.replace("count = 14", "count = 60"));
     let whole = place.table("whole", &["--threads", "2"]);

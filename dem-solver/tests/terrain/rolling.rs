@@ -75,6 +75,7 @@ impl Ball {
 /// The closed form is `5/7 g mu_r`. What bumps and imprint take is measured without the resistance, and taken off: on `ground`
 /// its depth of 1.4 cm.
 #[test]
+#[ignore = "long"]
 fn a_rolling_ball_slows_down_alike_whatever_its_spheres_law_kind_and_step() {
     for (name, law) in LAWS {
         for (spheres, radius) in [(1, RADIUS), (64, RADIUS), (1000, RADIUS), (4000, 0.25)] {

@@ -7,6 +7,7 @@ use interface_defs::field::name;
 use std::f64::consts::PI;
 
 #[test]
+#[ignore = "long"]
 fn two_beams_across_each_other_share_a_force_as_springs_in_a_row_wherever_their_nodes_lie() {
     // Simply supported, L = 1 m, E I = 1 kN m2; the upper one is lowered by 2 mm. They cross at a node of both, of one, of none.
     let (length, bending, stiffness, lowered) = (1.0, 1e3, 1e6, 2e-3);
@@ -92,6 +93,7 @@ fn over_a_peg(friction: f64) -> f64 {
 }
 
 #[test]
+#[ignore = "long"]
 fn a_rope_round_a_peg_holds_as_the_capstan_does() {
     for friction in [0.0, 0.1, 0.2] {
         let (drawn, exact) = (over_a_peg(friction), 100.0 * (friction * PI).exp());
