@@ -106,11 +106,17 @@ fn take(path: Path) -> Path {
 }
 
 /// The registers of the path of this process, to dispatch on: what is dispatched and what it calls must be `#[inline(always)]`, or
-/// small, to share in them. A closure must be one that can be called once: one that could be called again would be a function of its own,
-/// for the narrowest registers.
+/// small, to share in them.
 #[inline]
 pub fn arch() -> Arch {
     path().arch().unwrap_or(Arch::Scalar)
+}
+
+/// Do `what` in them. The bound makes closures such that they are called once: one that could be called again is called through a
+/// function of its own, which is compiled for the narrowest registers.
+#[inline(always)]
+pub fn widely<R>(what: impl FnOnce() -> R) -> R {
+    arch().dispatch(what)
 }
 
 /// Defines functions, each compiled for every path. What a body calls must be `#[inline(always)]`, or small, to share in that.

@@ -10,7 +10,7 @@
 
 use super::{Lanes, WIDTH};
 use crate::element::ring::formula::{Formula, RingPull, Vector};
-use toolkit::simd::arch;
+use toolkit::simd::widely;
 
 /// A vector at each of `N` nodes.
 pub type NodeLanes<const N: usize> = [[Lanes; 3]; N];
@@ -98,7 +98,7 @@ impl<const N: usize, const W: usize> BlockMemory<N, W> {
     /// Force, history and tension, where each node goes `farthest` [m] on: a side changes by at most twice that, and the force of a
     /// perimeter grows with its length.
     pub fn pull<F: Formula<N, W>>(&mut self, constants: &BlockConstants<N, F>, farthest: f64) {
-        arch().dispatch(
+        widely(
             #[inline(always)]
             || {
                 let (constants, longer) = (*constants, 2.0 * N as f64 * farthest);
@@ -160,7 +160,7 @@ impl<const N: usize, const W: usize> BlockMemory<N, W> {
 
     /// What each perimeter carries at the displacements `u`, 0 where it is broken.
     pub fn tensions<F: Formula<N, W>>(&self, constants: &BlockConstants<N, F>, u: &NodeLanes<N>) -> Lanes {
-        arch().dispatch(
+        widely(
             #[inline(always)]
             || {
                 let (constants, u, most, broken) = (*constants, *u, self.had.1, self.broken);
@@ -176,7 +176,7 @@ impl<const N: usize, const W: usize> BlockMemory<N, W> {
 
     /// Energies and tensions.
     pub fn measure<F: Formula<N, W>>(&mut self, constants: &BlockConstants<N, F>) {
-        arch().dispatch(
+        widely(
             #[inline(always)]
             || {
                 let constants = *constants;
