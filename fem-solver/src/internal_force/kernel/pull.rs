@@ -68,7 +68,8 @@ impl WithSimd for Pull<'_> {
 }
 
 impl<'a> Pull<'a> {
-    /// The `len` cables of `run` from number `at` on, without what they pull on their second nodes. Returns the largest of their squared tensions and `largest`.
+    /// The `len` cables of `run` from number `at` on, without what they pull on their second nodes. Returns the largest of
+    /// their squared tensions and `largest`.
     #[inline(always)]
     fn piece<S: Simd>(&mut self, simd: S, run: &Run, at: usize, len: usize, largest: f64) -> f64 {
         let up = len.next_multiple_of(size_of::<S::f64s>() / size_of::<f64>());
