@@ -31,6 +31,12 @@ pub fn example(name: &str) -> PathBuf {
     built(target_dir().join("examples").join(name))
 }
 
+/// A path as a word of a command line, quoted where it has spaces.
+pub fn word(path: impl AsRef<Path>) -> String {
+    let text = path.as_ref().to_str().expect("UTF-8");
+    shlex::try_quote(text).expect("no NUL").into_owned()
+}
+
 fn built(path: PathBuf) -> PathBuf {
     assert!(
         path.exists(),

@@ -6,7 +6,7 @@ use std::net::{TcpListener, TcpStream};
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::time::Instant;
-use tests::{Bench, Ended, example, processes_with, program, repository, rows, scene, until, wait};
+use tests::{Bench, Ended, example, processes_with, program, repository, rows, scene, until, wait, word};
 
 /// Longer than any test runs: for those in which something is lost.
 const LONG: &str = "end_time=1000.0";
@@ -27,12 +27,12 @@ fn listen(port: u16) -> String {
 fn connect(bench: &Bench, port: u16, arguments: &[&str], solver: &str) -> Child {
     let mut command = Command::new(program("rockfall"));
     command.arg("bridge").args(["--connect", &format!("127.0.0.1:{port}")]).args(arguments);
-    command.arg("--").args(solver.split(' ')).current_dir(bench.path(""));
+    command.arg("--").args(shlex::split(solver).expect("words")).current_dir(bench.path(""));
     command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("started")
 }
 
 fn oscillator() -> String {
-    example("oscillator").display().to_string()
+    word(example("oscillator"))
 }
 
 /// Wall time of the windows, for the reader of the test's output.
@@ -75,7 +75,7 @@ fn both_solvers_of_this_project_give_the_same_bytes_behind_bridges() {
         let sets = [format!("processes.dem=\"{dem}\""), format!("processes.fem=\"{fem}\"")];
         bench.rockfall(&scene, out, &["--set", "end_time=0.3", "--set", &sets[0], "--set", &sets[1]])
     };
-    let of = |name: &str| program(name).display().to_string();
+    let of = |name: &str| word(program(name));
     let direct = run("direct", &of("dem-solver"), &of("fem-solver")).output().expect("started");
     let direct = Ended::of(direct, bench.path("direct"));
     let ports = [port(), port()];
@@ -336,10 +336,10 @@ fn a_solver_that_is_asked_nothing_for_long_stays() {
         "end_time = 0.02\n[coupling]\nscheme = \"weak\"\ntime_window = 1e-3\n[processes]\ntimeout = 3\n\
          dem = \"{}\"\nfem = \"{} {} 6 0 0\"\n",
         listen(at),
-        example("sleeper").display(),
+        word(example("sleeper")),
         bench.path("mark").display()
     ));
-    let far = connect(&bench, at, &[], &example("weight").display().to_string());
+    let far = connect(&bench, at, &[], &word(example("weight")));
     let (ended, far) = (bench.done(&scene, "out", &[]), wait(far, bench.path("")));
     assert_eq!((ended.rows(), far.code), (20, Some(0)), "{}", far.stderr);
 }

@@ -4,7 +4,7 @@ use rustix::process::{Pid, Signal, kill_process};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
-use tests::{Bench, Ended, example, processes_with, program, rows, scene, until};
+use tests::{Bench, Ended, example, processes_with, program, rows, scene, until, word};
 
 /// A watchdog: by the contract a run ends within 2 s of a signal; the rest is for a machine with other work.
 const IN_TIME: Duration = Duration::from_secs(10);
@@ -244,8 +244,8 @@ fn every_program_is_started_on_the_resolved_scene() {
     let bench = Bench::new();
     let scene = bench.scene(&format!(
         "end_time = 0.01\n[coupling]\nscheme = \"weak\"\ntime_window = 1e-3\n[processes]\ndem = \"{}\"\nfem = \"{}\"\n",
-        example("weight").display(),
-        example("oscillator").display()
+        word(example("weight")),
+        word(example("oscillator"))
     ));
     let ended: Ended = bench.done(&scene, "out", &["--set", "coupling.time_window=5e-4"]);
     let record: serde_json::Value =

@@ -5,7 +5,7 @@ use rustix::process::{Pid, Signal, kill_process};
 use std::path::PathBuf;
 use std::process::Child;
 use std::time::{Duration, Instant};
-use tests::{Bench, Ended, example, processes_with, rows, scene, until};
+use tests::{Bench, Ended, example, processes_with, rows, scene, until, word};
 
 /// A run that rests in a phase.
 struct Run {
@@ -23,8 +23,8 @@ impl Run {
         let scene = bench.scene(&format!(
             "end_time = 1.0\n[coupling]\nscheme = \"weak\"\ntime_window = 1e-3\n[processes]\ntimeout = 20\n\
              dem = \"{}\"\nfem = \"{} {} {prepare} {window} 60\"\n",
-            example("weight").display(),
-            example("sleeper").display(),
+            word(example("weight")),
+            word(example("sleeper")),
             mark.display()
         ));
         let out = bench.path("out");
@@ -164,8 +164,8 @@ fn a_slow_solver_is_waited_for_and_not_taken_for_dead() {
     let scene = bench.scene(&format!(
         "end_time = 0.02\n[coupling]\nscheme = \"weak\"\ntime_window = 1e-3\n[processes]\ntimeout = 20\n\
          dem = \"{}\"\nfem = \"{} {} 0 5 10\"\n",
-        example("weight").display(),
-        example("sleeper").display(),
+        word(example("weight")),
+        word(example("sleeper")),
         bench.path("mark").display()
     ));
     let ended = bench.done(&scene, "out", &[]);

@@ -1,14 +1,14 @@
 //! Solvers that break the contract: each ends the run with its own message, and loses no row.
 
-use tests::{Bench, Ended, example, scene};
+use tests::{Bench, Ended, example, scene, word};
 
 fn run_with(lie: &str, settings: &[&str]) -> Ended {
     let bench = Bench::new();
     let scene = bench.scene(&format!(
         "end_time = 0.1\n[coupling]\nscheme = \"strong\"\ntime_window = 1e-3\n[processes]\ntimeout = 2\n\
          dem = \"{}\"\nfem = \"{} {lie}\"\n",
-        example("weight").display(),
-        example("liar").display()
+        word(example("weight")),
+        word(example("liar"))
     ));
     let ended = bench.run(&scene, "out", settings);
     Ended { out: "gone".into(), ..ended_with_rows(ended) }

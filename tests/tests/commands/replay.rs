@@ -3,7 +3,7 @@
 use std::os::unix::fs::PermissionsExt;
 use std::path::PathBuf;
 use std::process::{Command, Output};
-use tests::{Bench, example, program};
+use tests::{Bench, example, program, word};
 
 /// Above the oscillator at the start [m], and speed [m/s].
 const GAP: f64 = 0.005;
@@ -11,7 +11,7 @@ const SPEED: f64 = 3.13209195;
 
 /// A recording of a sphere on the example `oscillator`: 2 000 windows.
 fn recorded(bench: &Bench) -> PathBuf {
-    let scene = bench.sphere_on(&example("oscillator").display().to_string(), "strong", GAP);
+    let scene = bench.sphere_on(&word(example("oscillator")), "strong", GAP);
     let file = bench.path("crossed.recording");
     bench.done(&scene, "out", &["--record", file.to_str().expect("text")]);
     file
@@ -49,7 +49,7 @@ fn both_solvers_answer_a_recording_to_the_byte_and_another_one_is_found_at_its_f
     let wrong = bench.path("wrong.sh");
     let text = format!(
         "#!/bin/sh\nsed 's/^young = .*/young = 1.1e9/' \"$2\" > \"$2.other\"\nother=$2.other\nshift 2\nexec {} serve \"$other\" \"$@\"\n",
-        program("dem-solver").display()
+        word(program("dem-solver"))
     );
     std::fs::write(&wrong, text).expect("written");
     std::fs::set_permissions(&wrong, std::fs::Permissions::from_mode(0o755)).expect("set");

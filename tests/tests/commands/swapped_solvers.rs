@@ -1,10 +1,10 @@
 //! A foreign solver in the place of one of ours: by one line of the scene, and by `run.sh`.
 
 use std::process::{Command, Stdio};
-use tests::{Bench, Ended, example, program, repository, scene, until};
+use tests::{Bench, Ended, example, program, repository, scene, until, word};
 
 fn on_oscillator(bench: &Bench) -> std::path::PathBuf {
-    bench.sphere_on(&example("oscillator").display().to_string(), "weak", 0.0)
+    bench.sphere_on(&word(example("oscillator")), "weak", 0.0)
 }
 
 /// V-C3 at t = 0.01 s: the plate has gone down 16.97 mm, to the step's error (order 2, 1e-5 s of a
@@ -113,7 +113,7 @@ fn a_weight_takes_the_place_of_the_contact_solver_by_one_line() {
     let text = std::fs::read_to_string(scene("sphere-on-cable")).unwrap();
     let (before, after) = (text.find("[[rock]]").unwrap(), text.find("[structure]").unwrap());
     let text = format!("{}{}", &text[..before], &text[after..]).replace("[dem]\ntime_step = 1e-5\n", "");
-    let scene = bench.scene(&format!("{text}\n[processes]\ndem = \"{}\"\n", example("weight").display()));
+    let scene = bench.scene(&format!("{text}\n[processes]\ndem = \"{}\"\n", word(example("weight"))));
     let ended = bench.done(&scene, "out", &["--set", "end_time=0.01"]);
     // 0.5 N pull the middle node of 0.1 kg down: 5 m/s2 against a cable of 2 N0/L = 2000 N/m.
     let lowest = ended.measure("centre_uz_min");
