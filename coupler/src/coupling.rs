@@ -1,6 +1,5 @@
 //! The Gauss-Seidel loop: contact solver, then structure, until both agree; window after window.
 
-use crate::convergence::{Field, Measure, Residual, Tolerance, Trend};
 use crate::derived::{Crossed, Derived};
 use crate::energy::{Balance, Both};
 use crate::examination::Examination;
@@ -9,13 +8,12 @@ use crate::handshake::{Agreement, agree, refuse};
 use crate::interface::{Interface, KeptInterface};
 use crate::patch::{KeptPatch, Patch};
 use crate::schedule::{Schedule, Span};
-use crate::seat::{Answered, Ask, Seat};
-use crate::settings::{CouplingSettings, OnNoConvergence, Scheme};
+use crate::settings::{CouplingSettings, OnNoConvergence};
 use crate::side::Side;
+use crate::solver_slot::SolverSlot;
 use crate::trust::Causes;
-use interface_defs::{
-    Command, Diagnostic, Failure, Fault, Fill, OnProgress, Participant, Statistics, code, ipc::interrupt,
-};
+use crate::window::{Iterated, Outcome, Window};
+use interface_defs::{Failure, Fault, OnProgress, Participant, Statistics, code, ipc::interrupt};
 use serde::{Deserialize, Serialize};
 use toolkit::checkpoint::{pack, unpack};
 use toolkit::limits::Limits;
@@ -24,10 +22,10 @@ pub use crate::observer::{Committed, Counts, CouplingError, Iteration, KeptRun, 
 
 /// A run of the loop over two participants.
 pub struct Coupling<'a> {
-    settings: CouplingSettings,
+    pub(crate) settings: CouplingSettings,
     end_time: f64,
-    dem: Seat<'a>,
-    fem: Seat<'a>,
+    pub(crate) dem: SolverSlot<'a>,
+    pub(crate) fem: SolverSlot<'a>,
     /// What was done so far.
     pub counts: Counts,
     /// Energy and work so far.
@@ -40,62 +38,51 @@ pub struct Coupling<'a> {
     pub resume: Option<KeptRun>,
     /// What was examined of the solvers, and when.
     pub examination: Examination,
-    gauges: Gauges,
-    /// Those of the windows that were accepted last; empty before the first.
-    committed: Gauges,
+    /// Those of the last pass.
+    pub(crate) answers: Answers,
+    /// Those of the last window that was accepted; empty before the first.
+    committed: Answers,
     /// The window under way.
     span: Option<Span>,
     /// What follows from what crosses.
     pub derived: Derived,
     /// The committed window that the observer does not know yet.
-    unreported: Option<Accepted>,
+    unreported: Option<Iterated>,
 }
 
-/// The answers' gauges, kept from one solve to the commit.
+/// What both solvers have answered, as far as it is reported or decides what comes next.
 #[derive(Clone, Default, Serialize, Deserialize)]
-struct Gauges {
-    dem: Vec<f64>,
-    fem: Vec<f64>,
-    energies: Both,
-    touches: bool,
+pub(crate) struct Answers {
+    /// Gauges, three numbers each.
+    pub dem: Vec<f64>,
+    pub fem: Vec<f64>,
+    pub energies: Both,
+    pub touches: bool,
     /// Mean force of the contact on all nodes together [N].
-    contact: [f64; 3],
+    pub contact: [f64; 3],
     /// Time in which nothing will touch [s].
-    free_time: f64,
+    pub free_time: f64,
     /// Distance that nodes of the net have moved that are not selected [m].
-    travel: f64,
+    pub travel: f64,
 }
 
-/// Most iterations of a window of a yielding net: one that needs more is too long.
-const MOST_YIELDING: u32 = 4;
+impl Answers {
+    /// Take those of the contact solver.
+    pub fn take_contact(&mut self, answer: &[f64], side: &Side, interface: &Interface) {
+        let gauges = &answer[side.layout.gauges()];
+        gauges.clone_into(&mut self.dem);
+        self.energies.dem = side.account.energies(gauges);
+        self.touches = interface.touches(answer);
+        self.free_time = interface.free_time(answer);
+    }
 
-/// Largest difference of the works of contact forces on the two motions of a yielding net in one window, over the energy at
-/// impact.
-const MOST_DEFECT: f64 = 2e-4;
-
-/// Largest energy that comes from nowhere in one window of a yielding net, over the energy at impact.
-const MOST_MADE: f64 = 1e-3;
-
-/// A window is one of a flight if it is longer than the scene's by this factor.
-const FLIGHT: f64 = 1.5;
-
-/// Times that a window may begin anew with other nodes.
-const MOST_SELECTIONS: u32 = 4;
-
-/// A window that was accepted.
-#[derive(Clone, Copy)]
-struct Accepted {
-    span: Span,
-    iterations: u32,
-    residual: Residual,
-    converged: bool,
-}
-
-enum Outcome {
-    Accepted(Accepted),
-    /// Something touches in a window that was made longer because nothing would.
-    Touched,
-    Rejected(String),
+    /// Take those of the structure.
+    pub fn take_structure(&mut self, answer: &[f64], side: &Side, interface: &Interface) {
+        let gauges = &answer[side.layout.gauges()];
+        gauges.clone_into(&mut self.fem);
+        self.energies.fem = side.account.energies(gauges);
+        self.travel = interface.travel(answer);
+    }
 }
 
 impl<'a> Coupling<'a> {
@@ -109,16 +96,16 @@ impl<'a> Coupling<'a> {
         Self {
             settings,
             end_time,
-            dem: Seat::new(dem),
-            fem: Seat::new(fem),
+            dem: SolverSlot::new(dem),
+            fem: SolverSlot::new(fem),
             counts: Counts::default(),
             balance: Balance::default(),
             has_balance: false,
             limits: Limits::default(),
             resume: None,
             examination: Examination::default(),
-            gauges: Gauges::default(),
-            committed: Gauges::default(),
+            answers: Answers::default(),
+            committed: Answers::default(),
             span: None,
             derived: Derived::default(),
             unreported: None,
@@ -144,8 +131,8 @@ impl<'a> Coupling<'a> {
         if outcome.is_ok() && self.examination.of.is_some() {
             let (start, length) = (self.end_time, self.settings.time_window);
             let gauges = self.committed_gauges(&agreement);
-            let (seats, span) = ((&mut self.dem, &mut self.fem), Span { number: 0, start, length, level: 0 });
-            self.examination.add_windows(seats, &mut agreement, span, [&gauges[0], &gauges[1]])?;
+            let (slots, span) = ((&mut self.dem, &mut self.fem), Span { number: 0, start, length, level: 0 });
+            self.examination.add_windows(slots, &mut agreement, span, [&gauges[0], &gauges[1]])?;
         }
         // Whatever has come: what is committed is reported.
         let reported = self.report(observer);
@@ -184,22 +171,10 @@ impl<'a> Coupling<'a> {
                 self.examine(agreement)?;
             }
             let may_halve = self.settings.on_no_convergence == OnNoConvergence::Halve && schedule.can_halve();
-            match self.window(span, may_halve, agreement, observer)? {
-                Outcome::Accepted(accepted) => {
-                    let structure = self.fem.participant.name();
-                    agreement.motion.watch(structure, accepted.span, &agreement.interface.answered())?;
-                    let (contact, touches) = (self.dem.participant.name(), self.gauges.touches);
-                    agreement.bodies.watch(contact, accepted.span, &self.gauges.dem, touches)?;
-                    self.examination.accepted(touches);
-                    if let Some(moved) = agreement.interface.moved(accepted.span.end(), &agreement.meshes[1])
-                    {
-                        observer.moved(&moved).map_err(CouplingError::output)?;
-                    }
-                    self.book(accepted, &agreement.interface);
-                    agreement.interface.commit();
-                    if let Some(patch) = &mut agreement.patch {
-                        patch.moved(self.gauges.travel, span.length);
-                    }
+            let mut window = Window::new(self, agreement, observer, span, may_halve);
+            match window.iterate()? {
+                Outcome::Accepted => {
+                    window.commit()?;
                     schedule.accept();
                     self.span = schedule.next().or(self.span);
                     // An energy error far beyond its bound ends the run at once.
@@ -217,11 +192,7 @@ impl<'a> Coupling<'a> {
                         break;
                     }
                 }
-                Outcome::Rejected(reason) => {
-                    // One that lasted as long as a flight is not to last as long again.
-                    self.gauges.free_time = self.gauges.free_time.min(0.5 * span.length);
-                    self.reject(span, reason, agreement, &mut schedule)?;
-                }
+                Outcome::Rejected(reason) => window.reject(reason, &mut schedule)?,
                 // Both solvers begin again, in a window of the usual length.
                 Outcome::Touched => schedule.shorten(),
             }
@@ -242,8 +213,8 @@ impl<'a> Coupling<'a> {
         let length = self.settings.time_window.min(self.end_time - span.start);
         toolkit::alloc::uncounted(|| {
             let gauges = self.committed_gauges(agreement);
-            let (seats, span) = ((&mut self.dem, &mut self.fem), Span { length, ..span });
-            self.examination.examine(seats, agreement, span, [&gauges[0], &gauges[1]])
+            let (slots, span) = ((&mut self.dem, &mut self.fem), Span { length, ..span });
+            self.examination.examine(slots, agreement, span, [&gauges[0], &gauges[1]])
         })
     }
 
@@ -277,8 +248,8 @@ impl<'a> Coupling<'a> {
 
     /// While nothing is in reach, one window lasts as long as the contact solver says, up to the next row.
     fn lengthen(&self, schedule: &mut Schedule, agreement: &Agreement) {
-        let free = self.gauges.free_time.min(agreement.largest_window());
-        if self.settings.flight_window > 0.0 && !self.gauges.touches {
+        let free = self.answers.free_time.min(agreement.largest_window());
+        if self.settings.flight_window > 0.0 && !self.answers.touches {
             schedule.lengthen(free, self.settings.flight_window);
         }
     }
@@ -294,13 +265,35 @@ impl<'a> Coupling<'a> {
         Causes { settings, counts, balance, has_balance: *has_balance }
     }
 
+    /// Count and book a window that is accepted.
+    pub(crate) fn book(&mut self, window: Iterated, interface: &Interface) {
+        let Iterated { span, iteration, residual, converged } = window;
+        let _span = interface_defs::profile!("commit", window = span.number);
+        self.counts.windows += 1;
+        self.counts.short += u64::from(span.level > 0);
+        self.counts.unconverged += u64::from(!converged);
+        self.counts.most_iterations = self.counts.most_iterations.max(iteration);
+        self.counts.largest_residual = self.counts.largest_residual.max(residual.displacement);
+        self.committed.dem.clone_from(&self.answers.dem);
+        self.committed.fem.clone_from(&self.answers.fem);
+        let energies = self.answers.energies;
+        self.balance.book((span.start, span.end()), energies, interface.work());
+        self.answers.contact = interface.resultant();
+        if let Some(force) = interface.force() {
+            let kinetic = self.has_balance.then_some(energies.dem.kinetic);
+            self.derived.book(Crossed { span, force, motion: interface.answered(), kinetic });
+        }
+        self.unreported = Some(window);
+    }
+
     /// Report the last committed window to the observer, once.
-    fn report(&mut self, observer: &mut dyn Observer) -> Result<(), CouplingError> {
-        let Some(Accepted { span, iterations, residual, converged }) = self.unreported.take() else {
+    pub(crate) fn report(&mut self, observer: &mut dyn Observer) -> Result<(), CouplingError> {
+        let Some(Iterated { span, iteration, residual, converged }) = self.unreported.take() else {
             return Ok(());
         };
-        let Gauges { dem, fem, touches, contact, .. } = &self.gauges;
+        let Answers { dem, fem, touches, contact, .. } = &self.answers;
         let (touches, contact, balance, counts) = (*touches, *contact, &self.balance, &self.counts);
+        let iterations = iteration;
         let committed =
             Committed { span, iterations, residual, converged, touches, dem, fem, contact, balance, counts };
         observer.committed(&committed).map_err(CouplingError::output)
@@ -315,328 +308,6 @@ impl<'a> Coupling<'a> {
     pub fn finish(&mut self) -> Result<(Statistics, Statistics), Failure> {
         let _span = interface_defs::profile!("finish");
         Ok((self.dem.finish()?, self.fem.finish()?))
-    }
-
-    /// Iterate one window. Weak coupling is the same with one iteration that is not judged: of its
-    /// residual only the displacement is computed. A window that may be halved is given up as soon as it diverges.
-    fn window(
-        &mut self,
-        span: Span,
-        may_halve: bool,
-        agreement: &mut Agreement,
-        observer: &mut dyn Observer,
-    ) -> Result<Outcome, CouplingError> {
-        let _span = interface_defs::profile!("window", window = span.number);
-        let (mut iteration, mut selections) = (1, 0);
-        let ended = self.gauges.free_time < FLIGHT * span.length;
-        let selects = |patch: &Patch| patch.is_open() || (ended && patch.is_wide_for(span.length));
-        if agreement.patch.as_ref().is_some_and(selects) {
-            self.reselect(span, agreement)?;
-        }
-        self.begin(span, agreement);
-        let yields = agreement.interface.yields();
-        let most = if yields { MOST_YIELDING } else { u32::MAX }.min(self.settings.iterations());
-        let (mut residual, mut trend) = (Residual::default(), Trend::new(most));
-        let accepted = |iterations, residual, converged| {
-            Ok(Outcome::Accepted(Accepted { span, iterations, residual, converged }))
-        };
-        while iteration <= most {
-            match self.pass(span, iteration, agreement, observer)? {
-                Answered::Done => {}
-                Answered::Failed(reason) => return Ok(Outcome::Rejected(reason)),
-                Answered::Beyond if selections == MOST_SELECTIONS => {
-                    let what = format!("{selections} selections of nodes were not enough");
-                    return Ok(Outcome::Rejected(what));
-                }
-                Answered::Beyond => {
-                    self.counts.iterations -= 1;
-                    self.begin(span, agreement);
-                    (iteration, selections) = (1, selections + 1);
-                    continue;
-                }
-            }
-            let interface = &mut agreement.interface;
-            if self.gauges.touches && !yields && span.length > FLIGHT * self.settings.time_window {
-                self.counts.iterations -= 1;
-                return Ok(Outcome::Touched);
-            }
-            residual = match self.settings.scheme {
-                _ if yields => interface.yielding_residual(iteration),
-                Scheme::Weak => interface.displacement_residual(),
-                Scheme::Strong => interface.residual(span.length),
-            };
-            let factor = if yields { 1.0 } else { self.settings.acceleration.factor() };
-            observer
-                .iteration(&Iteration { span, iteration, residual, factor })
-                .map_err(CouplingError::output)?;
-            if self.settings.scheme == Scheme::Weak || self.passes(&residual, interface, span.length) {
-                let judged = yields && may_halve && self.settings.scheme == Scheme::Strong;
-                if judged && let Some(reason) = self.loses_energy(interface) {
-                    return Ok(Outcome::Rejected(reason));
-                }
-                // What is torn touches nothing from the next window on: that is to begin soon.
-                if may_halve && self.gauges.touches && interface.breaks() {
-                    return Ok(Outcome::Rejected("something broke in it".into()));
-                }
-                return accepted(iteration, residual, true);
-            }
-            if may_halve && let Some(reason) = trend.diverges(&residual) {
-                self.counts.diverged += 1;
-                return Ok(Outcome::Rejected(format!("given up after {iteration} iterations: {reason}")));
-            }
-            if iteration < most {
-                match yields {
-                    true => interface.adopt(),
-                    false => interface.accelerate(&mut *self.settings.acceleration, span.length),
-                }
-            }
-            iteration += 1;
-        }
-        if self.settings.on_no_convergence == OnNoConvergence::Accept {
-            return accepted(most, residual, false);
-        }
-        let left = self.left(&residual, &agreement.interface, span.length);
-        Ok(Outcome::Rejected(format!("not converged after {most} iterations: {left}")))
-    }
-
-    /// Why a window of a yielding net is too long for the energy: its parts leave the two motions of the net too far apart.
-    fn loses_energy(&self, interface: &Interface) -> Option<String> {
-        let reference = self.balance.system.reference().filter(|_| self.has_balance)?;
-        let work = interface.work();
-        let apart = (work.structure - work.mesh).abs();
-        let made = self.balance.made(self.gauges.energies);
-        if made.abs() > MOST_MADE * reference {
-            let share = 100.0 * made / reference;
-            return Some(format!(
-                "{made:.3e} J come from nowhere in it, {share:.3} % of the energy at impact"
-            ));
-        }
-        (apart > MOST_DEFECT * reference).then(|| {
-            let (structure, mesh, share) = (work.structure, work.mesh, 100.0 * apart / reference);
-            format!(
-                "contact forces do {structure:.3e} J on the structure and {mesh:.3e} J on the net as the contact solver moves it, \
-                 {share:.3} % of the energy at impact apart"
-            )
-        })
-    }
-
-    /// Whether an iteration is accepted.
-    fn passes(&self, residual: &Residual, interface: &Interface, length: f64) -> bool {
-        if interface.yields() {
-            return residual.passes(&self.settings.of_yielding());
-        }
-        let (measures, usual) = (&self.settings.measure, self.settings.tolerances());
-        match measures.is_empty() {
-            true => residual.passes(&usual),
-            false => measures.iter().all(|m| interface.judge(m, length).passes(&m.tolerance(&usual))),
-        }
-    }
-
-    /// What is left of the residual, with the tolerances beside it.
-    fn left(&self, residual: &Residual, interface: &Interface, length: f64) -> String {
-        let (measures, mut usual) = (&self.settings.measure, self.settings.tolerances());
-        if interface.yields() {
-            usual = self.settings.of_yielding();
-        }
-        if measures.is_empty() || interface.yields() {
-            let Residual { displacement, displacement_increment: increment, velocity, .. } = residual;
-            let Tolerance { relative, absolute } = usual;
-            return format!(
-                "displacement residual {displacement:.2e} m (increment {increment:.2e} m), velocity residual times window \
-                 {velocity:.2e} m, tolerances {relative:.1e} relative, {absolute:.1e} m"
-            );
-        }
-        let of = |m: &Measure| {
-            let (judged, tolerance) = (interface.judge(m, length), m.tolerance(&usual));
-            let unit = if m.field == Field::Force { "N" } else { "m" };
-            format!(
-                "{} residual {:.2e} {unit} (relative to {:.2e} {unit}; tolerances {:.1e} relative, {:.1e} {unit})",
-                m.field.words(),
-                judged.residual,
-                judged.reference,
-                tolerance.relative,
-                tolerance.absolute
-            )
-        };
-        measures.iter().map(of).collect::<Vec<_>>().join(", ")
-    }
-
-    /// The first iterate of a window.
-    fn begin(&mut self, span: Span, agreement: &mut Agreement) {
-        agreement.interface.predict(self.settings.predictor, span.length);
-        self.settings.acceleration.start_window(agreement.interface.unknowns());
-    }
-
-    /// One pass: motion to the contact solver, its force to the structure. [`Answered::Beyond`]: other nodes are selected now, and the
-    /// window begins anew.
-    fn pass(
-        &mut self,
-        span: Span,
-        iteration: u32,
-        agreement: &mut Agreement,
-        observer: &mut dyn Observer,
-    ) -> Result<Answered, CouplingError> {
-        let _span = interface_defs::profile!("pass", window = span.number, iteration);
-        self.counts.iterations += 1;
-        let Agreement { interface, dem, fem, patch, .. } = &mut *agreement;
-        let selection = u32::from(patch.is_some());
-        let mut ask = Ask::solve(dem, selection);
-        let (fields, mut travel) = (ask.sends, 0.0);
-        if let Some(patch) = patch {
-            (ask.listed, ask.nodes) = patch.to_announce();
-            ask.sends += ask.listed;
-            travel = patch.expected_travel(span.length);
-        }
-        self.dem.send((span, iteration), ask, &mut |payload| {
-            let (payload, list) = payload.split_at_mut(fields);
-            interface.write_motion(payload, iteration, travel);
-            if let Some(patch) = patch {
-                patch.announce(list);
-            }
-        })?;
-        // Files are written while the contact solver is at work.
-        self.report(observer)?;
-        match self.dem.receive(span, dem)? {
-            Answered::Done => self.dem.check_gauges(span, dem)?,
-            Answered::Beyond => {
-                self.reselect(span, agreement)?;
-                return Ok(Answered::Beyond);
-            }
-            failed => return Ok(failed),
-        }
-        if let Some(patch) = patch {
-            patch.is_announced();
-        }
-        let force = self.dem.participant.answer();
-        let ask = Ask::solve(fem, selection);
-        self.fem.send((span, iteration), ask, &mut |payload| interface.write_force(force, payload))?;
-        let gauges = &mut self.gauges;
-        force[dem.layout.gauges()].clone_into(&mut gauges.dem);
-        gauges.energies.dem = dem.account.energies(&force[dem.layout.gauges()]);
-        gauges.touches = interface.touches(force);
-        gauges.free_time = interface.free_time(force);
-        match self.fem.receive(span, fem)? {
-            Answered::Done => self.fem.check_gauges(span, fem)?,
-            failed @ Answered::Failed(_) => return Ok(failed),
-            Answered::Beyond => return Err(no_selection(self.fem.participant.name())),
-        }
-        let motion = self.fem.participant.answer();
-        interface.take_motion(motion);
-        gauges.travel = interface.travel(motion);
-        motion[fem.layout.gauges()].clone_into(&mut gauges.fem);
-        gauges.energies.fem = fem.account.energies(&motion[fem.layout.gauges()]);
-        if let Some(patch) = patch.as_mut().filter(|_| gauges.travel > travel) {
-            // They have moved further than the contact solver was to expect.
-            patch.expect(gauges.travel, span.length);
-            self.reselect(span, agreement)?;
-            return Ok(Answered::Beyond);
-        }
-        Ok(Answered::Done)
-    }
-
-    /// Count and book an accepted window.
-    fn book(&mut self, accepted: Accepted, interface: &Interface) {
-        let Accepted { span, iterations, residual, converged } = accepted;
-        let _span = interface_defs::profile!("commit", window = span.number);
-        self.dem.commit_due = true;
-        self.fem.commit_due = true;
-        self.counts.windows += 1;
-        self.counts.short += u64::from(span.level > 0);
-        self.counts.unconverged += u64::from(!converged);
-        self.counts.most_iterations = self.counts.most_iterations.max(iterations);
-        self.counts.largest_residual = self.counts.largest_residual.max(residual.displacement);
-        self.committed.dem.clone_from(&self.gauges.dem);
-        self.committed.fem.clone_from(&self.gauges.fem);
-        let energies = self.gauges.energies;
-        self.balance.book((span.start, span.end()), energies, interface.work());
-        self.gauges.contact = interface.resultant();
-        if let Some(force) = interface.force() {
-            let kinetic = self.has_balance.then_some(energies.dem.kinetic);
-            self.derived.book(Crossed { span, force, motion: interface.answered(), kinetic });
-        }
-        self.unreported = Some(accepted);
-    }
-
-    /// A window failed: its first half is next, or the run ends.
-    fn reject(
-        &mut self,
-        span: Span,
-        reason: String,
-        agreement: &Agreement,
-        schedule: &mut Schedule,
-    ) -> Result<(), CouplingError> {
-        let stops = self.settings.on_no_convergence == OnNoConvergence::Stop;
-        let once = [&agreement.dem, &agreement.fem].into_iter().find(|side| side.hello.repeats.is_none());
-        if !stops && once.is_none() && schedule.halve() {
-            tracing::debug!(window = span.number, t = span.start, "halved: {reason}");
-            self.counts.halved += 1;
-            return Ok(());
-        }
-        let advice = match once {
-            Some(side) => format!(
-                "the window cannot be tried again at half its length, since {} does not repeat one (Hello, `repeats`; PROTOCOL.md, \
-                 clause {}) and may have advanced already; try a shorter coupling.time_window from the start, or a solver that \
-                 repeats",
-                side.program,
-                guard::clause::REPEATS
-            ),
-            None if stops => "coupling.on_no_convergence = \"halve\" would try shorter windows".into(),
-            None => format!(
-                "a shorter window than coupling.min_window = {:.3e} s is not allowed; try a shorter time_window or \
-                 more max_iterations",
-                self.settings.shortest_window()
-            ),
-        };
-        let Span { number, start, length, .. } = span;
-        let what = format!("window {number} at t = {start} s of {length:.3e} s: {reason}");
-        let why = Diagnostic::error(code::NOT_CONVERGED, what).try_instead(advice);
-        Err(CouplingError::NotConverged(Box::new(why)))
-    }
-
-    /// Select the nodes that cross anew: all of the committed state to the contact solver, which lists what it must see; that to
-    /// the structure, which says how these nodes are coupled.
-    fn reselect(&mut self, span: Span, agreement: &mut Agreement) -> Result<(), CouplingError> {
-        let Agreement { interface, dem, fem, patch, .. } = agreement;
-        let Some(patch) = patch else { return Err(no_selection(self.dem.participant.name())) };
-        let _span = interface_defs::profile!("select", window = span.number);
-        self.counts.selections += 1;
-        let all = patch.all();
-        dem.resize(&all);
-        fem.resize(&all);
-        let state = Ask {
-            command: Command::State,
-            selection: 0,
-            listed: 0,
-            nodes: 0,
-            sends: 0,
-            expects: Some(fem.layout.len()),
-        };
-        ask(&mut self.fem, fem, span, state, &mut |_| ())?;
-        interface.select(dem, fem, all.nodes, false, self.fem.participant.answer());
-        interface.predict(self.settings.predictor, span.length);
-        let reach = Ask { command: Command::Reach, sends: dem.request.len(), expects: Some(0), ..state };
-        ask(&mut self.dem, dem, span, reach, &mut |payload| interface.write_motion(payload, 1, 0.0))?;
-        let selected = patch.select(self.dem.participant.answer(), span.length);
-        selected.map_err(|what| Failure::contract(self.dem.participant.name(), what))?;
-        let nodes = patch.nodes().len();
-        let state = Ask { selection: 1, listed: nodes, nodes, sends: nodes, expects: None, ..state };
-        ask(&mut self.fem, fem, span, state, &mut |list| patch.announce(list))?;
-        let breaks = |what: String| Failure::contract(self.fem.participant.name(), what);
-        let answer = self.fem.participant.answer();
-        let fields = answer.len() - self.fem.participant.listed();
-        patch.set_pairs(&answer[fields..]).map_err(breaks)?;
-        let items = patch.items();
-        dem.resize(&items);
-        fem.resize(&items);
-        if fields != fem.layout.len() {
-            let what = format!(
-                "its committed state has {fields} numbers, its fields and gauges make {}",
-                fem.layout.len()
-            );
-            return Err(breaks(what).into());
-        }
-        interface.select(dem, fem, nodes, true, &answer[..fields]);
-        Ok(())
     }
 
     /// Between two windows: give the observer the state of all three, if it is time for that or if the run is `interrupted`.
@@ -661,7 +332,7 @@ impl<'a> Coupling<'a> {
             schedule: schedule.clone(),
             counts: self.counts,
             balance: self.balance.clone(),
-            gauges: self.gauges.clone(),
+            answers: self.answers.clone(),
             derived: self.derived.clone(),
             interface: agreement.interface.kept(),
             motion: agreement.motion.clone(),
@@ -689,8 +360,8 @@ impl<'a> Coupling<'a> {
         }
         interface.go_on(kept.interface);
         (*motion, *bodies) = (kept.motion, kept.bodies);
-        (self.counts, self.balance, self.gauges) = (kept.counts, kept.balance, kept.gauges);
-        self.committed = self.gauges.clone();
+        (self.counts, self.balance, self.answers) = (kept.counts, kept.balance, kept.answers);
+        self.committed = self.answers.clone();
         self.derived = kept.derived;
         if let Some(memory) = self.settings.acceleration.memory() {
             *memory = unpack(&kept.acceleration).map_err(of_checkpoint)?;
@@ -705,7 +376,7 @@ struct KeptLoop {
     schedule: Schedule,
     counts: Counts,
     balance: Balance,
-    gauges: Gauges,
+    answers: Answers,
     derived: Derived,
     interface: KeptInterface,
     motion: guard::Motion,
@@ -718,20 +389,4 @@ struct KeptLoop {
 /// A checkpoint that cannot be gone on from.
 fn of_checkpoint(fault: Fault) -> Failure {
     refuse(fault.diagnostic.coded(code::PROVENANCE))
-}
-
-/// An answer that only a solver with a part of the net may give, of one that has all.
-fn no_selection(solver: &str) -> CouplingError {
-    let what = "answered status 3, beyond the selection, to a request for all nodes";
-    Failure::contract(solver, what).into()
-}
-
-/// Ask for what cannot fail.
-fn ask(seat: &mut Seat, side: &Side, span: Span, ask: Ask, fill: Fill) -> Result<(), CouplingError> {
-    seat.send((span, 1), ask, fill)?;
-    match seat.receive(span, side)? {
-        Answered::Done => Ok(()),
-        Answered::Failed(what) => Err(Failure::contract(seat.participant.name(), what).into()),
-        Answered::Beyond => Err(no_selection(seat.participant.name())),
-    }
 }

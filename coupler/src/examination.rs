@@ -4,7 +4,7 @@
 use crate::guard::{self, Asked, Contact, Finding, Outcome};
 use crate::handshake::Agreement;
 use crate::schedule::Span;
-use crate::seat::Seat;
+use crate::solver_slot::SolverSlot;
 use interface_defs::{Failure, Sampling, clause, name};
 use std::cell::Cell;
 
@@ -44,7 +44,7 @@ impl Examination {
     /// answers that were accepted, of the contact solver and of the structure.
     pub(crate) fn examine(
         &mut self,
-        (dem, fem): (&mut Seat, &mut Seat),
+        (dem, fem): (&mut SolverSlot, &mut SolverSlot),
         agreement: &mut Agreement,
         span: Span,
         gauges: [&[f64]; 2],
@@ -58,7 +58,7 @@ impl Examination {
         }
         if self.examines(fem) {
             let found = &mut self.findings;
-            let mut asked = Asked { seat: fem, side: fem_side, span, iteration: 1, gauges: gauges[1], found };
+            let mut asked = Asked { slot: fem, side: fem_side, span, iteration: 1, gauges: gauges[1], found };
             let ended = guard::examine_structure(&mut asked, &meshes[1], interface.committed());
             self.take(ended)?;
         }
@@ -68,7 +68,7 @@ impl Examination {
             let (coordinates, largest) = (&meshes[0].coordinates, &self.largest);
             let contact = Contact { bodies, largest, coordinates, momentum };
             let found = &mut self.findings;
-            let mut asked = Asked { seat: dem, side: dem_side, span, iteration: 1, gauges: gauges[0], found };
+            let mut asked = Asked { slot: dem, side: dem_side, span, iteration: 1, gauges: gauges[0], found };
             let ended = guard::examine_contact(&mut asked, &contact, &mut |length, to| {
                 interface.predict(1, length);
                 interface.write_motion(to, 1, 0.0);
@@ -95,8 +95,8 @@ impl Examination {
         Ok(())
     }
 
-    fn examines(&self, seat: &Seat) -> bool {
-        self.of.as_ref().is_none_or(|of| of == seat.participant.name())
+    fn examines(&self, slot: &SolverSlot) -> bool {
+        self.of.as_ref().is_none_or(|of| of == slot.participant.name())
     }
 
     /// A breach ends a run; an examination goes on with what else there is.
@@ -113,7 +113,7 @@ impl Examination {
     /// After the last window: two more that are committed, against one of twice the length.
     pub(crate) fn add_windows(
         &mut self,
-        (dem, fem): (&mut Seat, &mut Seat),
+        (dem, fem): (&mut SolverSlot, &mut SolverSlot),
         agreement: &mut Agreement,
         span: Span,
         gauges: [&[f64]; 2],
@@ -123,14 +123,14 @@ impl Examination {
         let ended = if of_structure {
             let (u, v) = interface.committed();
             let start = [u, v].concat();
-            let mut asked = Asked { seat: fem, side: fem_side, span, iteration: 1, gauges: gauges[1], found };
+            let mut asked = Asked { slot: fem, side: fem_side, span, iteration: 1, gauges: gauges[1], found };
             let last =
                 |what| fem_side.layout.last(what, Sampling::AtEnds).expect("chosen for every structure");
             let places = [last(name::DISPLACEMENT), last(name::VELOCITY)];
             let watched = |answer: &[f64]| places.clone().map(|place| &answer[place]).concat();
             guard::add_windows(&mut asked, &mut |_, _| (), &watched, &start)
         } else {
-            let mut asked = Asked { seat: dem, side: dem_side, span, iteration: 1, gauges: gauges[0], found };
+            let mut asked = Asked { slot: dem, side: dem_side, span, iteration: 1, gauges: gauges[0], found };
             // Who cannot repeat a window was asked for none, and was watched in all.
             if dem_side.hello.repeats.is_none() && !bodies.is_empty() {
                 asked.kept(clause::VELOCITY, "bodies go through the run as their velocities say");

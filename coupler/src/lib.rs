@@ -2,14 +2,14 @@
 //!
 //! # Where to begin
 //!
-//! [`coupling`] is the loop: `Coupling::run` agrees with both solvers, `windows` goes from window to window, `window` iterates
-//! one until its residual passes, `pass` is one exchange (motion to the contact solver, its force to the structure), `reject`
-//! halves a window that failed. Everything else serves it:
+//! [`coupling`] is the loop: `Coupling::run` agrees with both solvers, `windows` goes from window to window. `window` is one of them,
+//! in the order of its life: `predict`, `iterate` (`pass` is one exchange: motion to the contact solver, its force to the structure;
+//! `judge`; `accelerate`), then `commit` or `reject`. Everything else serves it:
 //!
 //! - before the loop: [`program`] (command line), [`settings`] (the table `[coupling]`: keys, defaults, checks), [`handshake`]
 //!   (who is there, which fields cross the interface, the interface mesh)
 //! - in a window: [`schedule`] (which window is next), [`interface`] (first iterate, motion and force on both
-//!   meshes), [`mapping`] (the matrix between them), [`patch`] (the nodes that cross), `seat` (asks one solver), [`convergence`] (residual and tolerances),
+//!   meshes), [`mapping`] (the matrix between them), [`patch`] (the nodes that cross), `solver_slot` (asks one solver), [`convergence`] (residual and tolerances),
 //!   [`acceleration`] (residual to next iterate)
 //! - whether solvers keep the contract: [`guard`] (what is looked at), [`examination`] (when), [`conform`] (one program, clause by clause)
 //! - seen from outside: `observer`
@@ -41,7 +41,8 @@ mod registry;
 pub mod replay;
 mod rows;
 pub mod schedule;
-mod seat;
 pub mod settings;
 pub mod side;
+mod solver_slot;
 pub mod trust;
+mod window;

@@ -2,13 +2,13 @@
 
 use super::{Finding, Outcome, breach, clause};
 use crate::schedule::Span;
-use crate::seat::Seat;
 use crate::side::Side;
+use crate::solver_slot::SolverSlot;
 use interface_defs::Failure;
 
 /// A solver that is asked, and what is known of it by then.
 pub(crate) struct Asked<'e, 'a> {
-    pub seat: &'e mut Seat<'a>,
+    pub slot: &'e mut SolverSlot<'a>,
     pub side: &'e Side,
     /// A window of the scene's length, from its committed state on.
     pub span: Span,
@@ -25,7 +25,7 @@ const FORGOTTEN: f64 = 0.1;
 impl Asked<'_, '_> {
     /// Its name in the run.
     pub fn name(&self) -> String {
-        self.seat.participant.name().to_owned()
+        self.slot.participant.name().to_owned()
     }
 
     /// What was found about a clause that is not broken.
@@ -51,7 +51,7 @@ impl Asked<'_, '_> {
 
     /// It breaks a clause.
     pub fn breach(&self, clause: &'static str, what: impl Into<String>) -> Failure {
-        breach(self.seat.participant.name(), clause, what)
+        breach(self.slot.participant.name(), clause, what)
     }
 
     /// Whether it may be asked, and to how much it repeats a window.
@@ -71,7 +71,7 @@ impl Asked<'_, '_> {
         fill: &mut dyn FnMut(&mut [f64]),
     ) -> Result<Option<Vec<f64>>, Failure> {
         let span = Span { length, ..self.span };
-        let answer = self.seat.try_window((span, self.iteration), self.side, &mut |payload| {
+        let answer = self.slot.try_window((span, self.iteration), self.side, &mut |payload| {
             payload.fill(0.0);
             fill(payload);
         })?;

@@ -61,7 +61,7 @@ pub(crate) fn examine_contact(
         let mut pair = Vec::new();
         for length in [length, 0.5 * length] {
             let span = Span { length, ..asked.span };
-            pair.push(asked.seat.try_window((span, 1), asked.side, &mut |to| still(length, to))?);
+            pair.push(asked.slot.try_window((span, 1), asked.side, &mut |to| still(length, to))?);
         }
         if let [Ok(long), Ok(short)] = &pair[..] {
             check_length(asked, long, short)?;

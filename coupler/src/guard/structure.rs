@@ -109,7 +109,7 @@ pub(crate) fn add_windows(
     let Some(first) = ask(asked, length)? else { return Ok(()) };
     asked.iteration = 1;
     // Of several solves the last one is committed.
-    asked.seat.commit_due = true;
+    asked.slot.commit_due = true;
     asked.span.start += length;
     let Some(second) = ask(asked, length)? else { return Ok(()) };
     let apart = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();

@@ -47,7 +47,7 @@ impl Ask {
 }
 
 /// A participant, and what it does not know yet.
-pub(crate) struct Seat<'a> {
+pub(crate) struct SolverSlot<'a> {
     pub participant: &'a mut dyn Participant,
     /// Whether its last solve is accepted and it does not know yet.
     pub commit_due: bool,
@@ -57,7 +57,7 @@ pub(crate) struct Seat<'a> {
     pub rests: bool,
 }
 
-impl<'a> Seat<'a> {
+impl<'a> SolverSlot<'a> {
     /// Of a participant that is at rest.
     pub fn new(participant: &'a mut dyn Participant) -> Self {
         Self { participant, commit_due: false, asked: false, rests: false }
