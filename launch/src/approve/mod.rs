@@ -219,3 +219,40 @@ fn refuse_other(out: &Path) -> Result<(), Stop> {
     let other = Diagnostic::error(code::RESULT_DIRECTORY, "this directory holds something else").at(place);
     Err(other.try_instead("choose another one with --out").into())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One criterion that fails decides, then one that is not settled; without any that was examined nothing is settled.
+    #[test]
+    fn the_worst_criterion_decides_a_case_and_what_is_not_examined_none() {
+        let case = |results: &[Judged]| {
+            let criterion = |result: &Judged| judge::Criterion {
+                launch: "MEL",
+                name: "stopped",
+                value: None,
+                bound: None,
+                unit: "1",
+                result: *result,
+                why: String::new(),
+            };
+            Case {
+                name: "as defined".into(),
+                launches: Vec::new(),
+                criteria: results.iter().map(criterion).collect(),
+            }
+        };
+        use Judged::{Fail, NotExamined, NotSettled, Pass};
+        for (results, verdict) in [
+            (&[Pass, Pass][..], Pass),
+            (&[Pass, NotExamined], Pass),
+            (&[Pass, NotSettled], NotSettled),
+            (&[Pass, NotSettled, Fail, Pass], Fail),
+            (&[NotExamined], NotSettled),
+            (&[], NotSettled),
+        ] {
+            assert_eq!(case(results).verdict(), verdict, "{results:?}");
+        }
+    }
+}
