@@ -1,8 +1,10 @@
 """Solvers for rockfall in Python, and rockfall's runs from Python.
 
-A solver: derive from `Structure` or `Contact`, and call `serve(it)`. A run: `run(scene, sets={...})`.
+A solver: derive from `Structure` or `Contact`, and call `serve(it)`. A run: `run(scene, sets={...})`. A solver of others, window by window:
+`Host(command, role, scene, out)`.
 """
 
+from .host import Host
 from .runs import Results, RunFailed, run
 from .solver import Contact, Fault, Field, Gauge, Mesh, Plan, Ready, Solver, Structure, Window, serve
 
@@ -11,6 +13,7 @@ __all__ = [
     "Fault",
     "Field",
     "Gauge",
+    "Host",
     "Mesh",
     "Plan",
     "Ready",

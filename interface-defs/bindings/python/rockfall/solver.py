@@ -14,7 +14,7 @@ import sys
 import traceback
 import weakref
 from dataclasses import dataclass, field
-from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -69,6 +69,31 @@ class Mesh:
     """(lines,) or one for all [m]"""
     masses: ArrayLike = ()
     """(nodes,) [kg], infinite where a node is held; empty: not known"""
+    groups: Mapping[str, Sequence[int]] = field(default_factory=dict)
+    """Named sets of nodes."""
+
+    @classmethod
+    def _of(cls, parts: Sequence[Any]) -> Mesh:
+        """The one that the part in Rust gives."""
+        x, lines, faces, radius, masses = (
+            np.frombuffer(part, kind) for part, kind in zip(parts, ("f8", "u4", "u4", "f8", "f8"))
+        )
+        return cls(x.reshape(-1, 3), lines.reshape(-1, 2), faces.reshape(-1, 3), radius, masses, dict(parts[5]))
+
+    def _parts(self) -> Tuple[Any, ...]:
+        """As the part in Rust takes it."""
+        lines = _bytes(self.lines, "<u4", 2, "lines")
+        radius = np.asarray(self.line_radius, "<f8")
+        if radius.ndim == 0:
+            radius = np.full(len(lines) // 8, radius)
+        return (
+            _bytes(self.coordinates, "<f8", 3, "coordinates"),
+            lines,
+            _bytes(self.faces, "<u4", 3, "faces"),
+            radius.tobytes(),
+            _bytes(self.masses, "<f8", 1, "masses"),
+            [(name, [int(node) for node in nodes]) for name, nodes in self.groups.items()],
+        )
 
 
 @dataclass
@@ -165,8 +190,8 @@ class Solver:
         """Whether nothing of it will move any more unless the other solver moves it."""
         return False
 
-    def finish(self, state: Any) -> Optional[Dict[str, Tuple[float, str]]]:
-        """The run is over: measures of its own, as {"name": (value, "unit")}."""
+    def finish(self, state: Any) -> Optional[Dict[str, Union[Tuple[float, str], int]]]:
+        """The run is over: measures of its own, as {"name": (value, "unit")}, and counts of work done, as {"name": 12}."""
         return None
 
 
@@ -185,8 +210,11 @@ class Contact(Solver):
     gives = [Field("force", "means"), Field("force", "at_ends")]
 
 
-def serve(solver: Solver, argv: Optional[Sequence[str]] = None) -> None:
-    """Take part in the run that the command line names, and exit when it is over."""
+def serve(solver: Union[Solver, Callable[[], Solver]], argv: Optional[Sequence[str]] = None) -> None:
+    """Take part in the run that the command line names, and exit when it is over.
+
+    `solver` may be a function that makes one: what it raises is told to the run as the reason why there is none.
+    """
     argv = list(sys.argv if argv is None else argv)
     # The run's own handling of Ctrl-C takes the place of Python's, which would look only between two windows.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
@@ -218,14 +246,15 @@ def _bytes(values: ArrayLike, kind: str, width: int, what: str) -> bytes:
 class Adapter:
     """What the part in Rust calls."""
 
-    def __init__(self, solver: Solver, argv: List[str]):
-        self.solver = solver
+    def __init__(self, solver: Union[Solver, Callable[[], Solver]], argv: List[str]):
+        self.made = solver
         self.argv = argv
         self.state: Any = None
         self.trial: Any = None
         self.resumed: Optional[bytes] = None
 
     def hello(self) -> Adapter:
+        self.solver = self.made if isinstance(self.made, Solver) else self.made()
         return self
 
     @property
@@ -238,13 +267,9 @@ class Adapter:
         raise AttributeError(name)
 
     def prepare(
-        self, end_time: float, window: float, partner: Optional[Tuple[bytes, ...]], progress: Callable[[str, float], None]
+        self, end_time: float, window: float, partner: Optional[Tuple[Any, ...]], progress: Callable[[str, float], None]
     ) -> Tuple[Any, List[Gauge]]:
-        mesh = None
-        if partner is not None:
-            arrays = [np.frombuffer(part, kind) for part, kind in zip(partner, ("f8", "u4", "u4", "f8", "f8"))]
-            x, lines, faces, radius, masses = arrays
-            mesh = Mesh(x.reshape(-1, 3), lines.reshape(-1, 2), faces.reshape(-1, 3), radius, masses)
+        mesh = None if partner is None else Mesh._of(partner)
         ready = self.solver.prepare(Plan(end_time, window, mesh, _rockfall.scene(self.argv), progress))
         if not isinstance(ready, Ready):
             raise Fault(f"prepare returned {type(ready).__name__}, it must return rockfall.Ready")
@@ -256,18 +281,7 @@ class Adapter:
             if mesh is None:
                 raise Fault("a structure has a mesh: Ready(mesh=...)")
             return None, list(ready.gauges)
-        line_bytes = _bytes(own.lines, "<u4", 2, "lines")
-        radius = np.asarray(own.line_radius, "<f8")
-        if radius.ndim == 0:
-            radius = np.full(len(line_bytes) // 8, radius)
-        parts = (
-            _bytes(own.coordinates, "<f8", 3, "coordinates"),
-            line_bytes,
-            _bytes(own.faces, "<u4", 3, "faces"),
-            radius.tobytes(),
-            _bytes(own.masses, "<f8", 1, "masses"),
-        )
-        return parts, list(ready.gauges)
+        return own._parts(), list(ready.gauges)
 
     def start(self, takes: Sequence[Any], gives: Sequence[Any], gauges: int, output: memoryview) -> None:
         self.taken, self.given = _Side.of(self.solver.takes, takes), _Side.of(self.solver.gives, gives)
@@ -312,8 +326,10 @@ class Adapter:
     def resume(self, state: bytes) -> None:
         self.resumed = state
 
-    def finish(self) -> List[Tuple[str, float, str]]:
-        return [(name, float(value), unit) for name, (value, unit) in (self.solver.finish(self.state) or {}).items()]
+    def finish(self) -> Tuple[List[Tuple[str, float, str]], List[Tuple[str, int]]]:
+        given = (self.solver.finish(self.state) or {}).items()
+        measures = [(name, float(of[0]), of[1]) for name, of in given if isinstance(of, tuple)]
+        return measures, [(name, int(of)) for name, of in given if not isinstance(of, tuple)]
 
     @staticmethod
     def explain(error: BaseException) -> Tuple[str, str]:

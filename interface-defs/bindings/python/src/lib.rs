@@ -1,12 +1,14 @@
 //! The contract for Python: a solver in Python as one in Rust. Its arrays are views of shared memory, without copies.
 //!
-//! What a user sees is in `rockfall/solver.py`; its class `Adapter` is called from here.
+//! What a user sees is in `rockfall/solver.py`; its class `Adapter` is called from here. The coupler's end is [`host`].
+
+mod host;
 
 use common::{Side, pointer_to};
 use interface_defs::solver::OnProgress;
 use interface_defs::{
-    Fault, FieldSpec, Gauge, Hello, InterfaceMesh, Measure, Place, Plan, Progress, Ready, Role, Sampling,
-    Solver, Statistics, Window, capability,
+    Fault, FieldSpec, Gauge, Group, Hello, InterfaceMesh, Measure, Place, Plan, Progress, Ready, Role,
+    Sampling, Solver, Statistics, Window, capability,
 };
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::ffi;
@@ -18,6 +20,8 @@ use std::ffi::{OsString, c_char, c_int};
 #[pymodule]
 mod _rockfall {
     use super::*;
+    #[pymodule_export]
+    use crate::host::Host;
 
     /// Take part in the run that `argv` names; returns the exit code.
     #[pyfunction]
@@ -132,36 +136,55 @@ struct PyHello {
     goes_on: bool,
 }
 
-/// What `Adapter.prepare` returns: a mesh as bytes, or `None` for the partner's, and gauges.
+/// A mesh: coordinates, lines, faces, radii of lines, masses as bytes, and groups of nodes.
 #[derive(FromPyObject)]
-struct PyReady(Option<[Vec<u8>; 5]>, Vec<PyGauge>);
+struct PyMesh(Vec<u8>, Vec<u8>, Vec<u8>, Vec<u8>, Vec<u8>, Vec<(String, Vec<u32>)>);
+
+/// What `Adapter.prepare` returns: a mesh, or `None` for the partner's, and gauges.
+#[derive(FromPyObject)]
+struct PyReady(Option<PyMesh>, Vec<PyGauge>);
 
 fn numbers<const N: usize, T>(bytes: &[u8], from: impl Fn([u8; N]) -> T) -> Vec<T> {
     bytes.as_chunks::<N>().0.iter().map(|chunk| from(*chunk)).collect()
 }
 
-fn mesh([coordinates, lines, faces, line_radius, masses]: &[Vec<u8>; 5]) -> InterfaceMesh {
-    InterfaceMesh {
-        coordinates: numbers(coordinates, f64::from_le_bytes),
-        lines: numbers(lines, u32::from_le_bytes).as_chunks().0.to_vec(),
-        faces: numbers(faces, u32::from_le_bytes).as_chunks().0.to_vec(),
-        line_radius: numbers(line_radius, f64::from_le_bytes),
-        masses: numbers(masses, f64::from_le_bytes),
-        ..Default::default()
+impl PyMesh {
+    fn mesh(&self) -> InterfaceMesh {
+        let Self(coordinates, lines, faces, line_radius, masses, groups) = self;
+        let group = |(name, nodes): &(String, Vec<u32>)| Group { name: name.clone(), nodes: nodes.clone() };
+        InterfaceMesh {
+            coordinates: numbers(coordinates, f64::from_le_bytes),
+            lines: numbers(lines, u32::from_le_bytes).as_chunks().0.to_vec(),
+            faces: numbers(faces, u32::from_le_bytes).as_chunks().0.to_vec(),
+            line_radius: numbers(line_radius, f64::from_le_bytes),
+            masses: numbers(masses, f64::from_le_bytes),
+            groups: groups.iter().map(group).collect(),
+            ..Default::default()
+        }
     }
 }
 
-fn mesh_bytes<'py>(py: Python<'py>, mesh: &InterfaceMesh) -> PyResult<Bound<'py, PyTuple>> {
-    let floats = |of: &[f64]| of.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
-    let whole = |of: &[u32]| of.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
-    let parts = [
+/// A mesh as [`PyMesh`] takes it.
+fn mesh_parts<'py>(py: Python<'py>, mesh: &InterfaceMesh) -> PyResult<Bound<'py, PyTuple>> {
+    let floats = |of: &[f64]| PyBytes::new(py, &of.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>());
+    let whole = |of: &[u32]| PyBytes::new(py, &of.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>());
+    let groups: Vec<_> = mesh.groups.iter().map(|group| (group.name.clone(), group.nodes.clone())).collect();
+    let parts = (
         floats(&mesh.coordinates),
         whole(mesh.lines.as_flattened()),
         whole(mesh.faces.as_flattened()),
         floats(&mesh.line_radius),
         floats(&mesh.masses),
-    ];
-    PyTuple::new(py, parts.iter().map(|bytes| PyBytes::new(py, bytes)))
+        groups,
+    );
+    parts.into_pyobject(py)
+}
+
+/// Where each declared field lies in a payload, and how many samples of it, where the plan has it.
+type Places = Vec<Option<(usize, usize, usize)>>;
+
+fn places(side: &Side) -> Places {
+    side.fields.iter().map(|place| place.as_ref().map(|(r, samples)| (r.start, r.end, *samples))).collect()
 }
 
 /// Sends progress while `prepare` runs, and nothing behind it.
@@ -248,23 +271,18 @@ impl Solver for PySolver {
         let made = self.call(|adapter| {
             let py = adapter.py();
             let report = Bound::new(py, Report(Some(report)))?;
-            let partner = plan.partner_mesh.as_ref().map(|mesh| mesh_bytes(py, mesh)).transpose()?;
+            let partner = plan.partner_mesh.as_ref().map(|mesh| mesh_parts(py, mesh)).transpose()?;
             let made = adapter.call_method1("prepare", (plan.end_time, plan.window, partner, &report));
             report.borrow_mut().0 = None;
             let PyReady(own, gauges) = made?.extract()?;
-            let mesh = own.as_ref().map(mesh).or_else(|| plan.partner_mesh.clone()).unwrap_or_default();
+            let mesh =
+                own.as_ref().map(PyMesh::mesh).or_else(|| plan.partner_mesh.clone()).unwrap_or_default();
             let gauges = gauges.into_iter().map(Gauge::try_from).collect::<PyResult<_>>()?;
             Ok(Ready { mesh, gauges, ..Default::default() })
         });
         let mut ready = made?;
         ready.mesh.check().map_err(Fault::broken)?;
         (self.takes, self.gives) = Side::both(&self.hello.takes, &self.hello.gives, plan, &ready);
-        let places = |side: &Side| -> Vec<_> {
-            side.fields
-                .iter()
-                .map(|place| place.as_ref().map(|(r, samples)| (r.start, r.end, *samples)))
-                .collect()
-        };
         let (takes, gives, gauges) = (places(&self.takes), places(&self.gives), self.gives.gauges.start);
         ready.initial = vec![0.0; self.gives.gauges.end];
         let (start, bytes) = (ready.initial.as_mut_ptr(), size_of_val(ready.initial.as_slice()));
@@ -316,9 +334,9 @@ impl Solver for PySolver {
     }
 
     fn finish(&mut self) -> Result<Statistics, Fault> {
-        let measures: Vec<(String, f64, String)> =
+        let (measures, counts): (Vec<(String, f64, String)>, Vec<(String, u64)>) =
             self.call(|adapter| adapter.call_method0("finish")?.extract())?;
         let measures = measures.into_iter().map(|(name, value, unit)| Measure::new(name, value, unit));
-        Ok(Statistics { measures: measures.collect(), ..Default::default() })
+        Ok(Statistics { measures: measures.collect(), counts, ..Default::default() })
     }
 }

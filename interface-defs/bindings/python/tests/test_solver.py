@@ -154,6 +154,79 @@ class Runs(unittest.TestCase):
             "custom.stiffness is below 0",
         )
 
+    def test_what_a_function_raises_that_makes_the_solver_is_told_to_the_run(self):
+        self.failed(
+            """
+            def refuse():
+                raise rockfall.Fault("there is no licence", "input")
+            def Bad():
+                return refuse
+            """,
+            2,
+            "there is no licence",
+        )
+
+    def test_a_count_stands_among_those_of_the_run(self):
+        self.run_("class Bad(Mass):\n    def finish(self, state): return {'last_uz': (state[0], 'm'), 'springs': 1}")
+        summary = rockfall.Results(self.dir / "out").summary
+        self.assertIn("last_uz", summary["measures"])
+        self.assertIn("springs", str(summary["cost"]))
+
+    def host(self, more=""):
+        host = rockfall.Host([self.dir / "solver.py"], "fem", self.scene(more), self.dir / "hosted", timeout=30.0)
+        self.addCleanup(host.close)
+        return host
+
+    def test_a_solver_is_asked_window_by_window(self):
+        host = self.host(
+            """
+            class Bad(Mass):
+                repeats = 1e-12
+                def prepare(self, plan):
+                    ready = super().prepare(plan)
+                    ready.mesh.groups = {"middle": [0]}
+                    return ready
+                def finish(self, state):
+                    return {"last_uz": (state[0], "m")}
+            """
+        )
+        self.assertEqual((host.program, host.repeats), ("Bad", 1e-12))
+        self.assertEqual(host.can_take, [rockfall.Field("force", "means")])
+        mesh = host.prepare(1.0, 1e-2, host.can_take, host.can_give)
+        self.assertEqual((mesh.coordinates.tolist(), mesh.masses.tolist(), mesh.groups), ([[0.0, 0.0, 0.0]], [20.0], {"middle": [0]}))
+        self.assertEqual([(gauge.name, gauge.unit) for gauge in host.gauges], [("mass_uz", "m")])
+        first = rockfall.Window(1, 1, 0.0, 1e-2)
+        travels = []
+        for force in (100.0, 200.0, 100.0):
+            host.takes[0][0, 0, 2] = force
+            host.solve(first)
+            travels.append(float(host.gives[0][-1, 0, 2]))
+        # F h2 / (2 m), of the committed state each time.
+        self.assertAlmostEqual(travels[0], 100.0 * 1e-4 / 40.0)
+        self.assertEqual((travels[1], travels[2]), (2.0 * travels[0], travels[0]))
+        host.solve(rockfall.Window(2, 1, 1e-2, 1e-2), commit=True)
+        self.assertGreater(host.gives[0][-1, 0, 2], 2.0 * travels[0])
+        self.assertEqual(host.gauge_values[0, 0], host.gives[0][-1, 0, 2])
+        measures, seconds = host.finish(commit=True)
+        self.assertEqual(measures["last_uz"][:2], (host.gives[0][-1, 0, 2], "m"))
+        self.assertGreater(seconds, 0.0)
+        with self.assertRaisesRegex(rockfall.Fault, "has ended"):
+            host.solve(first)
+
+    def test_what_is_wrong_with_a_hosted_solver_is_a_fault(self):
+        with self.assertRaisesRegex(rockfall.Fault, "no-such-solver") as raised:
+            rockfall.Host(["./no-such-solver"], "fem", self.scene(), self.dir / "hosted")
+        self.assertEqual(raised.exception.kind, "input")
+        host = self.host("class Bad(Mass):\n    def solve(self, *rest): raise ValueError('no steel left')")
+        host.prepare(1.0, 1e-2, host.can_take, host.can_give)
+        with self.assertRaisesRegex(rockfall.Fault, "no steel left"):
+            host.solve(rockfall.Window(1, 1, 0.0, 1e-2))
+        host.close()
+        dies = self.host("class Bad(Mass):\n    def solve(self, *rest): __import__('os')._exit(3)")
+        dies.prepare(1.0, 1e-2, dies.can_take, dies.can_give)
+        with self.assertRaisesRegex(rockfall.Fault, "lost"):
+            dies.solve(rockfall.Window(1, 1, 0.0, 1e-2))
+
     def test_what_is_declared_or_returned_wrongly_is_named(self):
         self.failed("class Bad(Mass):\n    takes = [rockfall.Field('force', 'sometimes')]", 1, "sampling", "sometimes")
         self.failed("class Bad(Mass):\n    def prepare(self, plan): return 3", 1, "rockfall.Ready")

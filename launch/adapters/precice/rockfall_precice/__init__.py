@@ -1,0 +1,1 @@
+"""An adapter to preCICE: rockfall's solvers as its participants, and its participants as solvers in rockfall."""
