@@ -17,7 +17,6 @@
 //! - [`equilibrium`]: Newton's iteration, arc length, form finding
 //! - [`results`]: reactions, gauges, energies, fields
 //! - [`integrator`]: steps in time, the critical one, the state at t = 0, one window
-//! - [`write`]: the structure as a file of another program
 //! - [`solver`]: the contract's two ends, `check` and `serve`
 //!
 //! Units are SI throughout. Vectors over all degrees of freedom are component-major: the x of all nodes, then y, then z, then
@@ -27,6 +26,7 @@
 pub mod config;
 pub mod element;
 pub mod equilibrium;
+pub mod export;
 pub mod ground;
 pub mod integrator;
 pub mod internal_force;
@@ -36,7 +36,6 @@ pub mod read;
 pub mod results;
 pub mod solver;
 pub mod state;
-pub mod write;
 
 pub use solver::FemSolver;
 

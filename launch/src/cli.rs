@@ -109,7 +109,8 @@ enum Command {
     /// Write the structure of a scene for CalculiX or Abaqus (.inp), Kratos (.mdpa) or Gmsh (.msh), as its mesh is read again
     ///
     /// With parts and groups as sets, and where the format has them materials, prestress, supports and weight. What it cannot hold
-    /// is listed, on the screen and at the head of the file.
+    /// is listed, on the screen and at the head of the file. These three are written by python3, of which nothing but its standard library is
+    /// needed; .json is structure.json, from which they are made, and needs none.
     Export(ExportArguments),
     /// Ask one solver again what a recording says that it was asked, and compare its answers; nothing else need run
     ///

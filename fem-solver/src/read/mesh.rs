@@ -4,6 +4,7 @@ use super::tokens::{Tokens, error, shown};
 use interface_defs::diagnostic::{Diagnostic, Place, code};
 use interface_defs::mesh::Group;
 use nalgebra::Vector3;
+use serde::Serialize;
 use std::collections::{HashMap, HashSet};
 use std::fmt;
 
@@ -11,7 +12,8 @@ use std::fmt;
 const MOST_LISTED: usize = 20;
 
 /// Shape of an element. Nodes stand in the order of the file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Kind {
     /// One node.
     Point,

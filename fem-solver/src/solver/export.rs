@@ -1,13 +1,10 @@
-//! `fem-solver export`: the structure of a scene as a file of another program.
+//! `fem-solver export`: the structure of a scene as a document on standard output, which `rockfall export` asks for.
 
-use crate::write::deck::Deck;
-use crate::write::write;
+use crate::export::deck::Deck;
 use clap::{ArgMatches, Args, FromArgMatches};
 use interface_defs::diagnostic::Diagnostic;
-use std::fmt::Write;
-use toolkit::arguments::ExportArguments;
+use toolkit::arguments::StructureArguments;
 use toolkit::exit::Exit;
-use toolkit::files;
 use toolkit::program::Extra;
 use toolkit::screen::show;
 
@@ -15,27 +12,16 @@ use toolkit::screen::show;
 pub const COMMAND: Extra = Extra { command, run };
 
 fn command() -> clap::Command {
-    ExportArguments::augment_args(
-        clap::Command::new("export")
-            .bin_name("rockfall export")
-            .about("Write the structure of a scene for CalculiX or Abaqus, Kratos, or Gmsh"),
+    StructureArguments::augment_args(
+        clap::Command::new("export").about("Print the structure of a scene as structure.json"),
     )
 }
 
 fn run(matches: &ArgMatches) -> Result<Exit, Diagnostic> {
-    let ExportArguments { input, to, at_rest } =
-        ExportArguments::from_arg_matches(matches).map_err(|e| Diagnostic::new(e.to_string()))?;
-    let (deck, warnings) = Deck::of(&input.load()?, at_rest)?;
-    let (text, lost) = write(&deck, &to)?;
-    files::write(&to, text.as_bytes())
-        .map_err(|e| Diagnostic::in_file(to.display(), format!("it cannot be written: {e}")))?;
-    let (nodes, elements, sets) =
-        (deck.nodes.len(), deck.elements.len(), deck.node_sets.len() + deck.element_sets.len());
-    let mut said = format!("{}: {nodes} nodes, {elements} elements, {sets} sets\n", to.display());
-    let lost = lost.iter().map(|what| format!("not in this file: {what}"));
-    for warning in warnings.iter().map(ToString::to_string).chain(lost) {
-        let _ = writeln!(said, "warning: {warning}");
-    }
-    show(&said);
+    let StructureArguments { input, at_rest } =
+        StructureArguments::from_arg_matches(matches).map_err(|e| Diagnostic::new(e.to_string()))?;
+    let deck = Deck::of(&input.load()?, at_rest)?;
+    let text = serde_json::to_string(&deck).map_err(|e| Diagnostic::new(e.to_string()))?;
+    show(&(text + "\n"));
     Ok(Exit::Done)
 }

@@ -173,18 +173,26 @@ pub struct ClusterArguments {
     pub vtu: Option<PathBuf>,
 }
 
-/// Of `export`: the structure of which scene, and into which file.
+/// Of `export`: the structure of which scene.
 #[derive(Debug, Clone, Args)]
-pub struct ExportArguments {
+pub struct StructureArguments {
     /// The scene.
     #[command(flatten)]
     pub input: Input,
-    /// File to write: .inp (CalculiX, Abaqus), .mdpa (Kratos) or .msh (Gmsh)
-    #[arg(long, value_name = "FILE", value_parser = path())]
-    pub to: PathBuf,
     /// Nodes where they come to rest at t = 0, in place of the structure as modelled
     #[arg(long)]
     pub at_rest: bool,
+}
+
+/// The same, and into which file.
+#[derive(Debug, Clone, Args)]
+pub struct ExportArguments {
+    /// The structure.
+    #[command(flatten)]
+    pub structure: StructureArguments,
+    /// File to write: .inp (CalculiX, Abaqus), .mdpa (Kratos), .msh (Gmsh), these by python3, or .json (structure.json, for other programs)
+    #[arg(long, value_name = "FILE", value_parser = path())]
+    pub to: PathBuf,
 }
 
 /// Numbers of members, from `first` to `last`, both included.

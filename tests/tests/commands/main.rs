@@ -7,6 +7,7 @@ mod bridge;
 mod clusters;
 mod conform;
 mod engines;
+mod export;
 mod flight;
 mod host;
 mod lost_processes;

@@ -1,5 +1,6 @@
-//! What is written of a structure, whatever the format.
+//! From a scene to the document of its structure.
 
+use super::deck::{Deck, DeckElement, DeckNode, Set, Support, VERSION};
 use super::section::Section;
 use crate::config::Config;
 use crate::config::structure::{StructureConfig, Where};
@@ -21,57 +22,7 @@ const REST: &str = "in_no_part";
 /// The set of what a generator holds, where no group is that.
 const HELD: &str = "held";
 
-/// Nodes or elements by a name, in the order of the file.
-pub type Set = (String, Vec<u64>);
-
-/// An element.
-#[derive(Debug, Clone)]
-pub struct DeckElement {
-    /// Its number.
-    pub number: u64,
-    /// Its shape.
-    pub kind: Kind,
-    /// Numbers of its nodes.
-    pub nodes: Vec<u64>,
-    /// Its section, by position.
-    pub section: usize,
-}
-
-/// Nodes that are held.
-#[derive(Debug, Clone)]
-pub struct Support {
-    /// Name of their set.
-    pub set: String,
-    /// Numbers of the nodes in it, and whether each has rotations.
-    pub nodes: Vec<(u64, bool)>,
-    /// Directions and axes that are held, from 0: x, y, z, about x, y, z.
-    pub held: Vec<usize>,
-}
-
-/// A structure as other programs know one.
-#[derive(Debug, Default)]
-pub struct Deck {
-    /// Whether nodes are where they come to rest.
-    pub at_rest: bool,
-    /// Nodes: number, place [m].
-    pub nodes: Vec<(u64, Vector3<f64>)>,
-    /// Elements, those of the parts `none` left out.
-    pub elements: Vec<DeckElement>,
-    /// What they are made of.
-    pub sections: Vec<Section>,
-    /// Sets of nodes; each set of elements has one of its name.
-    pub node_sets: Vec<Set>,
-    /// Sets of elements.
-    pub element_sets: Vec<Set>,
-    /// Supports.
-    pub supports: Vec<Support>,
-    /// Gravity [m/s2]; none where the structure has no weight.
-    pub gravity: Option<Vector3<f64>>,
-    /// What of the scene no format here can hold.
-    pub lost: Vec<String>,
-}
-
-/// A scene on the way into a deck.
+/// A scene on the way into a document.
 struct Making<'a> {
     scene: &'a Scene,
     config: &'a Config,
@@ -88,13 +39,13 @@ struct Making<'a> {
 
 impl Deck {
     /// The structure of `scene`, as modelled or where it comes to rest.
-    pub fn of(scene: &Scene, at_rest: bool) -> Result<(Self, Vec<Diagnostic>), Diagnostic> {
+    pub fn of(scene: &Scene, at_rest: bool) -> Result<Self, Diagnostic> {
         let config = Config::of(scene)?;
         let model = Model::build(scene, &config)?;
         let (Generated { mut mesh, held, .. }, numbers) = Base::whole(scene, &config.structure)?;
         add_listed(&mut mesh, &config.structure);
         let place: HashMap<u64, usize> = mesh.numbers.iter().copied().zip(0..).collect();
-        let mut nodes: Vec<_> = mesh.numbers.iter().copied().zip(mesh.nodes.iter().copied()).collect();
+        let mut places = mesh.nodes.clone();
         let mut warnings = model.warnings.clone();
         if at_rest {
             let progress = &mut |what: String| {
@@ -104,10 +55,22 @@ impl Deck {
             let start = Start::new(scene, &config, &model, None, None, progress);
             let start = start.map_err(|fault| *fault.diagnostic)?;
             let moved = numbers.iter().enumerate();
-            moved.for_each(|(i, number)| nodes[place[number]].1 += model.vector(&start.form.displacement, i));
+            moved.for_each(|(i, number)| places[place[number]] += model.vector(&start.form.displacement, i));
             warnings = start.warnings;
         }
-        let deck = Self { at_rest, nodes, ..Self::default() };
+        let nodes = mesh
+            .numbers
+            .iter()
+            .zip(&places)
+            .map(|(number, at)| DeckNode { number: *number, at: (*at).into() });
+        let deck = Self {
+            version: VERSION,
+            units: "SI",
+            at_rest,
+            nodes: nodes.collect(),
+            warnings: warnings.iter().map(ToString::to_string).collect(),
+            ..Self::default()
+        };
         let (config, model, mesh, numbers) = (&config, &model, &mesh, &numbers[..]);
         let mut making =
             Making { scene, config, model, mesh, numbers, place, deck, sections: HashMap::new() };
@@ -115,7 +78,7 @@ impl Deck {
         making.sets()?;
         making.held(&held)?;
         making.rest();
-        Ok((making.deck, warnings))
+        Ok(making.deck)
     }
 }
 
@@ -167,10 +130,9 @@ impl Making<'_> {
         }
         let sets = mesh.element_groups.iter().map(|group| {
             let own = group.elements.iter().flat_map(|e| made[*e as usize].iter().copied());
-            (group.name.clone(), own.collect())
+            Set { name: group.name.clone(), members: own.collect() }
         });
-        self.deck.element_sets = sets.collect();
-        self.deck.element_sets.retain(|(_, own)| !own.is_empty());
+        self.deck.element_sets = sets.filter(|set| !set.members.is_empty()).collect();
         self.name_sections();
     }
 
@@ -207,20 +169,20 @@ impl Making<'_> {
 
     /// Give each section the name of a set that is its elements, a new one if there is none.
     fn name_sections(&mut self) {
-        let Deck { elements, sections, element_sets, lost, .. } = &mut self.deck;
+        let Deck { elements, sections, element_sets, left_out, .. } = &mut self.deck;
         for (i, section) in sections.iter_mut().enumerate() {
             let own: Vec<u64> = elements.iter().filter(|e| e.section == i).map(|e| e.number).collect();
-            let same = |set: &&Set| set.1 == own;
-            let named = element_sets.iter().find(|set| set.0 == section.name && set.1 == own);
+            let same = |set: &&Set| set.members == own;
+            let named = element_sets.iter().find(|set| set.name == section.name && set.members == own);
             if let Some(set) = named.or_else(|| element_sets.iter().find(same)) {
-                section.name = set.0.clone();
+                section.name = set.name.clone();
             } else {
-                while element_sets.iter().any(|set| set.0 == section.name) {
+                while element_sets.iter().any(|set| set.name == section.name) {
                     section.name += "_faces";
                 }
-                element_sets.push((section.name.clone(), own));
+                element_sets.push(Set { name: section.name.clone(), members: own });
             }
-            lost.extend(section.lost.iter().map(|what| format!("`{}`: {what}", section.name)));
+            left_out.extend(section.lost.iter().map(|what| format!("`{}`: {what}", section.name)));
         }
     }
 
@@ -229,32 +191,38 @@ impl Making<'_> {
         let table = &self.config.structure;
         let of_mesh = self.mesh.node_groups.iter().map(|group| {
             let nodes = group.nodes.iter().map(|n| self.mesh.numbers[*n as usize]).collect();
-            (group.name.clone(), nodes)
+            Set { name: group.name.clone(), members: nodes }
         });
         let mut sets: Vec<Set> = of_mesh.collect();
         let listed = |nodes: &[usize]| nodes.iter().map(|n| self.numbers[*n]).collect::<Vec<_>>();
-        sets.extend(table.groups.iter().map(|group| (group.name.clone(), listed(&group.nodes))));
+        sets.extend(
+            table.groups.iter().map(|group| Set { name: group.name.clone(), members: listed(&group.nodes) }),
+        );
         for (name, i, place) in table.places() {
             let named = place.nodes.is_some() || place.at.is_some() && name == "supports";
             let set = format!("{name}_{i}");
-            if named && sets.iter().all(|(known, _)| *known != set) {
-                sets.push((set, listed(&self.nodes(name, i, place)?)));
+            if named && sets.iter().all(|known| known.name != set) {
+                sets.push(Set { name: set, members: listed(&self.nodes(name, i, place)?) });
             }
         }
         let nodes_of: HashMap<u64, &[u64]> =
             self.deck.elements.iter().map(|element| (element.number, &element.nodes[..])).collect();
-        for (name, own) in &self.deck.element_sets {
-            if sets.iter().all(|(known, _)| known != name) {
-                sets.push((name.clone(), own.iter().flat_map(|e| nodes_of[e]).copied().collect()));
+        for Set { name, members } in &self.deck.element_sets {
+            if sets.iter().all(|known| known.name != *name) {
+                let members = members.iter().flat_map(|e| nodes_of[e]).copied().collect();
+                sets.push(Set { name: name.clone(), members });
             }
         }
-        for (_, nodes) in &mut sets {
-            nodes.sort_unstable_by_key(|number| self.place[number]);
-            nodes.dedup();
-        }
-        sets.retain(|(_, nodes)| !nodes.is_empty());
+        sets.iter_mut().for_each(|set| self.in_order(&mut set.members));
+        sets.retain(|set| !set.members.is_empty());
         self.deck.node_sets = sets;
         Ok(())
+    }
+
+    /// Sort nodes as they stand in the document, each once.
+    fn in_order(&self, nodes: &mut Vec<u64>) {
+        nodes.sort_unstable_by_key(|number| self.place[number]);
+        nodes.dedup();
     }
 
     fn nodes(&self, name: &str, i: usize, place: Where) -> Result<Vec<usize>, Diagnostic> {
@@ -266,29 +234,22 @@ impl Making<'_> {
         let table = &self.config.structure;
         if !generated.is_empty() {
             let mut nodes: Vec<u64> = generated.iter().map(|n| self.mesh.numbers[*n]).collect();
-            nodes.sort_unstable_by_key(|number| self.place[number]);
-            nodes.dedup();
-            let set = self.deck.node_sets.iter().find(|set| set.1 == nodes).map(|set| set.0.clone());
-            if set.is_none() {
-                self.deck.node_sets.push((HELD.into(), nodes.clone()));
-            }
-            let nodes = nodes.into_iter().map(|node| (node, false)).collect();
-            let set = set.unwrap_or(HELD.into());
-            self.deck.supports.push(Support { set, nodes, held: vec![0, 1, 2] });
+            self.in_order(&mut nodes);
+            let set = self.deck.node_sets.iter().find(|set| set.members == nodes).map(|set| set.name.clone());
+            let set = set.unwrap_or_else(|| {
+                self.deck.node_sets.push(Set { name: HELD.into(), members: nodes.clone() });
+                HELD.into()
+            });
+            self.deck.supports.push(Support { set, nodes, turning: Vec::new(), held: vec!["x", "y", "z"] });
         }
         for (i, entry) in table.supports.iter().enumerate() {
             let nodes = self.nodes("supports", i, entry.place())?;
-            let turns = |node: usize| self.model.turning_number[node].is_some();
-            let nodes = nodes.into_iter().map(|node| (self.numbers[node], turns(node))).collect();
-            let axes = |letters: &str, first: usize| {
-                "xyz"
-                    .chars()
-                    .zip(first..)
-                    .filter(|(c, _)| letters.contains(*c))
-                    .map(|(_, c)| c)
-                    .collect::<Vec<usize>>()
-            };
-            let held: Vec<usize> = [axes(&entry.directions, 0), axes(&entry.rotations, 3)].concat();
+            let listed = |nodes: &mut dyn Iterator<Item = &usize>| nodes.map(|n| self.numbers[*n]).collect();
+            let turning = listed(&mut nodes.iter().filter(|n| self.model.turning_number[**n].is_some()));
+            let nodes = listed(&mut nodes.iter());
+            let held = ["x", "y", "z"].into_iter().filter(|axis| entry.directions.contains(axis));
+            let turns = ["rx", "ry", "rz"].into_iter().filter(|axis| entry.rotations.contains(&axis[1..]));
+            let held = held.chain(turns).collect();
             let set = entry.group.clone().unwrap_or_else(|| format!("supports_{i}"));
             let lost = [
                 (!entry.motion.is_empty() || entry.turning.is_some(), "its motion: it is held where it is"),
@@ -299,8 +260,8 @@ impl Making<'_> {
                 ),
             ];
             let lost = lost.into_iter().filter(|(is, _)| *is);
-            self.deck.lost.extend(lost.map(|(_, what)| format!("support `{set}`: {what}")));
-            self.deck.supports.push(Support { set, nodes, held });
+            self.deck.left_out.extend(lost.map(|(_, what)| format!("support `{set}`: {what}")));
+            self.deck.supports.push(Support { set, nodes, turning, held });
         }
         Ok(())
     }
@@ -309,7 +270,7 @@ impl Making<'_> {
     fn rest(&mut self) {
         let table = &self.config.structure;
         self.deck.gravity =
-            Some(Vector3::from(self.config.gravity)).filter(|g| table.dead_load && g.norm() > 0.0);
+            Some(self.config.gravity).filter(|g| table.dead_load && Vector3::from(*g).norm() > 0.0);
         let first = self.model.cables.first().map(|cable| &cable.of);
         let own = table.cables.iter().zip(&self.model.cables);
         let own = own.filter(|(entry, cable)| entry.length.is_some() || Some(&cable.of) != first);
@@ -326,13 +287,13 @@ impl Making<'_> {
             ("damping", usize::from(table.damping > 0.0)),
         ];
         let there = others.into_iter().filter(|(_, count)| *count > 0);
-        self.deck.lost.extend(there.map(|(what, _)| what.to_owned()));
+        self.deck.left_out.extend(there.map(|(what, _)| what.to_owned()));
         let nothing = table.parts.iter().filter(|part| matches!(part, PartConfig::NoPart(_)));
-        self.deck.lost.extend(nothing.map(|part| {
+        self.deck.left_out.extend(nothing.map(|part| {
             format!("elements of `{}`, of which nothing is made: its nodes are a set", part.head().name)
         }));
         if self.deck.at_rest {
-            self.deck.lost.push("forces at rest: prestress is that of the structure as modelled".into());
+            self.deck.left_out.push("forces at rest: prestress is that of the structure as modelled".into());
         }
     }
 }

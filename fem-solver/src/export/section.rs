@@ -4,7 +4,7 @@ use crate::element::cable::CableConfig;
 use crate::element::material::Rupture;
 use crate::element::{AnyElement, PartConfig};
 use crate::model::Model;
-use nalgebra::Vector3;
+use serde::Serialize;
 
 /// Section of what stands for a device without one [m2], thickness [m] and Young's modulus [Pa] of what stands for a ring.
 const DEVICE: f64 = 1e-4;
@@ -12,7 +12,7 @@ const SHEET: f64 = 1e-3;
 const SOFT: f64 = 1e6;
 
 /// What the elements of a set are made of.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Section {
     /// Name of the set, and of the material.
     pub name: String,
@@ -22,12 +22,14 @@ pub struct Section {
     pub density: f64,
     /// What it is, with the rest of its numbers.
     pub form: Form,
-    /// What is not written of it.
+    /// What is not in the document of it.
+    #[serde(skip)]
     pub lost: Vec<String>,
 }
 
 /// What an element is to other programs.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Form {
     /// It carries axial force.
     Truss {
@@ -47,7 +49,7 @@ pub enum Form {
         /// `G J / E` [m4].
         torsion: f64,
         /// The first of the cross axes, a unit vector.
-        axis: Vector3<f64>,
+        axis: [f64; 3],
     },
     /// A surface.
     Sheet {
@@ -128,7 +130,7 @@ impl Section {
                     area: beam.area,
                     inertia: beam.bending.map(|bending| bending / young),
                     torsion: beam.torsion / young,
-                    axis: beam.axes[0],
+                    axis: beam.axes[0].into(),
                 };
                 Self { name, young, density: beam.line_mass / beam.area, form, lost: Vec::new() }
             }
