@@ -49,6 +49,9 @@ fn declared(fields: &[FieldSpec]) -> Vec<Declared> {
     fields.iter().filter_map(of).collect()
 }
 
+/// Program, to what share it repeats a window, what it takes and gives.
+type Declares = (String, Option<f64>, Vec<Declared>, Vec<Declared>);
+
 /// A prepared solver: mesh, gauges (name, unit), places of fields in requests and answers, where gauges begin, lengths of both, and the answer
 /// as it stands at t = 0.
 type Prepared<'py> =
@@ -108,8 +111,8 @@ impl Host {
         Ok(Self { child, remote: Some(remotes.remove(0)), host: Some(host), expects: 0 })
     }
 
-    /// Program, to what share it repeats a window, what it takes and gives.
-    fn hello(&mut self, py: Python<'_>) -> PyResult<(String, Option<f64>, Vec<Declared>, Vec<Declared>)> {
+    /// What it declares.
+    fn hello(&mut self, py: Python<'_>) -> PyResult<Declares> {
         let Hello { program, repeats, takes, gives, .. } = self.ask(py, Remote::hello)?;
         Ok((program, repeats, declared(&takes), declared(&gives)))
     }

@@ -144,6 +144,10 @@ struct PyMesh(Vec<u8>, Vec<u8>, Vec<u8>, Vec<u8>, Vec<u8>, Vec<(String, Vec<u32>
 #[derive(FromPyObject)]
 struct PyReady(Option<PyMesh>, Vec<PyGauge>);
 
+/// What `Adapter.finish` returns: measures (name, value, unit), and counts.
+#[derive(FromPyObject)]
+struct PyEnded(Vec<(String, f64, String)>, Vec<(String, u64)>);
+
 fn numbers<const N: usize, T>(bytes: &[u8], from: impl Fn([u8; N]) -> T) -> Vec<T> {
     bytes.as_chunks::<N>().0.iter().map(|chunk| from(*chunk)).collect()
 }
@@ -334,8 +338,7 @@ impl Solver for PySolver {
     }
 
     fn finish(&mut self) -> Result<Statistics, Fault> {
-        let (measures, counts): (Vec<(String, f64, String)>, Vec<(String, u64)>) =
-            self.call(|adapter| adapter.call_method0("finish")?.extract())?;
+        let PyEnded(measures, counts) = self.call(|adapter| adapter.call_method0("finish")?.extract())?;
         let measures = measures.into_iter().map(|(name, value, unit)| Measure::new(name, value, unit));
         Ok(Statistics { measures: measures.collect(), counts, ..Default::default() })
     }
