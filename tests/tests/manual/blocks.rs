@@ -52,6 +52,7 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("interface-defs/bindings/templates/python/README.md", "sh", "interface-defs/bindings/test"),
     ("interface-defs/bindings/templates/rust/README.md", "sh", "interface-defs/bindings/test"),
     ("launch/adapters/README.md", "sh", "needs Kratos and CalculiX"),
+    ("launch/adapters/export/README.md", "sh", "tests/tests/commands/export.rs"),
     ("launch/adapters/kratos/README.md", "sh", "launch/adapters/kratos/test"),
     ("launch/adapters/nets/README.md", "sh", "launch/adapters/nets/test"),
     ("launch/adapters/precice/README.md", "sh", "launch/adapters/precice/test"),
