@@ -121,7 +121,7 @@ enum Command {
     /// Write the report of a run, study, test for approval or `trade` anew: `report.html`, one page that opens from disk
     ///
     /// Each writes it at its end, unless its scene or kit has `report = false` in `[output]`, or its study `report = false`. With `[output] fields` the replay shows the
-    /// structure. Exit codes: 0 written; 1 it could not be; 2 no run that has ended is there, or no browser for --pdf and --png.
+    /// structure. Exit codes: 0 written; 1 it could not be; 2 no run that has ended is there, or no browser for --pdf.
     Report(report::Arguments),
     /// A solver in another language, container or on another machine: what crosses goes over TCP
     ///

@@ -1,5 +1,4 @@
-//! `rockfall report`: the results of a run as one page, `report.html`, that opens from disk without a request; with `--pdf` for print, and
-//! with `--png` its pictures for programs that take no SVG.
+//! `rockfall report`: the results of a run as one page, `report.html`, that opens from disk without a request; with `--pdf` for print.
 //!
 //! Every number of a table is that of `summary.json`; nothing is computed again. A kind of results is a file here that makes a [`page`].
 
@@ -12,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 use toolkit::exit::Exit;
-use toolkit::files::{self, Dir};
+use toolkit::files;
 use toolkit::run_dir::{APPROVAL, REPORT, STUDY_RECORD, SUMMARY, TRADE};
 use toolkit::screen::show;
 
@@ -61,14 +60,11 @@ pub struct Arguments {
     /// Write `report.pdf` too, A4, by a browser on PATH (Chromium, Chrome or Edge)
     #[arg(long)]
     pub pdf: bool,
-    /// Write each picture (`*.svg`) as PNG beside it, too, at twice its size in pixels, by a browser as for `--pdf`
-    #[arg(long)]
-    pub png: bool,
 }
 
 /// Write the report of a directory anew.
-pub fn report(Arguments { dir, pdf, png }: &Arguments) -> Result<Exit, Stop> {
-    let browser = (*pdf || *png).then(browser).transpose()?;
+pub fn report(Arguments { dir, pdf }: &Arguments) -> Result<Exit, Stop> {
+    let browser = pdf.then(browser).transpose()?;
     if maker(dir).is_none() {
         let what = format!("{}: there is no {SUMMARY}, and so no run that has ended", dir.display());
         return Err(Stop::input(code::RESULT_DIRECTORY, what));
@@ -77,14 +73,8 @@ pub fn report(Arguments { dir, pdf, png }: &Arguments) -> Result<Exit, Stop> {
     write(dir).map_err(unwritten)?;
     show(&format!("{}\n", dir.join(REPORT).display()));
     let Some(browser) = browser else { return Ok(Exit::Done) };
-    let mut pages = if *pdf { vec![(dir.join(REPORT), dir.join(PRINT), vec![])] } else { vec![] };
-    if *png {
-        pages.extend(pictures(dir).map_err(unwritten)?);
-    }
-    for (from, to, options) in pages {
-        print(&browser, &from, &to, &options)?;
-        show(&format!("{}\n", to.display()));
-    }
+    print(&browser, &dir.join(REPORT), &dir.join(PRINT))?;
+    show(&format!("{}\n", dir.join(PRINT).display()));
     Ok(Exit::Done)
 }
 
@@ -108,49 +98,23 @@ fn browser() -> Result<PathBuf, Stop> {
     let dirs: Vec<PathBuf> = std::env::split_paths(&path).collect();
     let mut all = BROWSERS.iter().flat_map(|name| dirs.iter().map(move |dir| dir.join(name)));
     all.find(|program| program.is_file()).ok_or_else(|| {
-        let what = format!("--pdf, --png: no browser is on PATH that could print: {}", BROWSERS.join(", "));
+        let what = format!("--pdf: no browser is on PATH that could print: {}", BROWSERS.join(", "));
         let cure = format!("install one of them, or open {REPORT} in any browser and print it from there");
         Diagnostic::error(code::PROCESS, what).try_instead(cure).into()
     })
 }
 
-/// What a browser shall print: from where, to where, with which options.
-type Printed = (PathBuf, PathBuf, Vec<String>);
-
-/// All pictures in `dir`, and in its maps and lines.
-fn pictures(dir: &Path) -> io::Result<Vec<Printed>> {
-    let mut all = Vec::new();
-    for dir in ["", "maps", "lines"].map(|name| dir.join(name)).iter().filter(|dir| dir.is_dir()) {
-        for (name, _) in Dir::open(dir)?.entries()? {
-            let from = dir.join(name);
-            if from.extension().is_some_and(|end| end == "svg") {
-                let text = files::read_text(&from)?;
-                let size = |key: &str| text.split_once(&format!(" {key}=\""))?.1.split('"').next();
-                let size = [size("width"), size("height")].map(|size| size.unwrap_or("1000")).join(",");
-                let to = from.with_extension("png");
-                all.push((
-                    from,
-                    to,
-                    vec!["--force-device-scale-factor=2".into(), format!("--window-size={size}")],
-                ));
-            }
-        }
-    }
-    Ok(all)
-}
-
-/// Let `browser` print a page: as PDF, or as a picture.
-fn print(browser: &Path, from: &Path, to: &Path, options: &[String]) -> Result<(), Stop> {
+/// Let `browser` print a page as PDF.
+fn print(browser: &Path, from: &Path, to: &Path) -> Result<(), Stop> {
     let failed = |what: String| Stop::failed(code::PROCESS, format!("{}: {what}", browser.display()));
     let scratch = tempfile::tempdir().map_err(|e| failed(format!("it has no place to work in: {e}")))?;
-    let (profile, out) = (scratch.path().join("profile"), scratch.path().join("printed.png"));
-    let how = if to.ends_with(PRINT) { "print-to-pdf" } else { "screenshot" };
+    let (profile, out) = (scratch.path().join("profile"), scratch.path().join("printed.pdf"));
     let mut command = Command::new(browser);
-    command.current_dir(from.parent().unwrap_or(from)).args(SILENT.split_whitespace()).args(options);
+    command.current_dir(from.parent().unwrap_or(from)).args(SILENT.split_whitespace());
     // A browser refuses to shut the administrator off from the rest of the machine.
     command.args(rustix::process::getuid().is_root().then_some("--no-sandbox"));
     command.arg(format!("--user-data-dir={}", profile.display()));
-    command.arg(format!("--{how}={}", out.display())).arg(from.file_name().unwrap_or_default());
+    command.arg(format!("--print-to-pdf={}", out.display())).arg(from.file_name().unwrap_or_default());
     let rules = Rules { grace: Some(children::GRACE_OF_RUN), limit: Some(PRINTING), ..Rules::default() };
     let job = Job { name: "the browser".into(), command, input: None, output: Goes::Kept };
     let (end, too_slow) = children::one(job, rules, &Events::watch()?)?;
