@@ -1,19 +1,19 @@
 //! `--atlas`: each knob pushed until the scene breaks, and the limit that theory gives beside the one found.
 //!
 //! A knob is doubled until a run breaks, and the two last values are narrowed down to a factor of 1.1. Where the scene itself
-//! breaks, the knob is halved until a run holds. Bounds that only say what theory says are off for these runs.
+//! breaks, the knob is halved until a run holds. Bounds that only say what theory says are off for these runs. Like the plan of a
+//! study, a search is a function of the finished runs: it ends with what was found, or with the run that it needs next.
 
-use super::knobs::{Class, Knob, PRESET, Point, Space};
-use super::result::{Outcome, Purpose, Status};
-use super::study::{Finished, Study};
-use super::{Work, report};
+use super::knobs::{Class, Knob, PRESET, Point, Space, with};
+use super::plan::{Budget, Task};
+use super::report;
+use super::result::{Outcome, Purpose, Status, deviation};
+use super::study::Study;
 use crate::children::Events;
 use crate::prepared::Prepared;
-use crate::stability::divided;
-use crate::stop::Stop;
 use toolkit::arguments::Input;
 use toolkit::columns::Columns;
-use toolkit::numbers::{exact, percent, three};
+use toolkit::numbers::{percent, rounded, three};
 
 /// A measure that is off by more is broken.
 const OFF: f64 = 0.1;
@@ -26,17 +26,22 @@ const DOUBLINGS: i32 = 14;
 /// A run may take so many times the longest one of the scene as it is, and these seconds besides.
 const PATIENCE: (f64, f64) = (10.0, 15.0);
 
+/// What lets a run go beyond the limits that theory gives, by the knob that a scene has if these keys mean anything in it.
+const BEYOND: [(&str, &str); 3] = [
+    ("window", "limits.weak_window=1e9"),
+    ("dem_step", "dem.allow_unstable=true"),
+    ("fem_step", "fem.allow_unstable=true"),
+];
+
 /// One push: a knob, from a point, in one direction.
 #[derive(Debug, Clone)]
 pub struct Push {
-    /// Where the others stand.
-    pub arm: Point,
+    /// Where the others stand, and stay.
+    pub from: Point,
     /// The knob.
     pub knob: Knob,
     /// Whether it is made coarser (or finer, as a stiffer contact is).
     pub coarser: bool,
-    /// Length of the windows [s], where it is not the scene's own: it stays while the knob moves.
-    pub window: Option<f64>,
 }
 
 /// What came of a push.
@@ -44,11 +49,9 @@ pub struct Push {
 pub struct Found {
     /// What was pushed.
     pub push: Push,
-    /// The scene's own value.
-    pub own: f64,
-    /// The last value that holds, and the first that breaks, with its symptom.
+    /// The last value that holds.
     pub holds: Option<f64>,
-    /// The first value that breaks.
+    /// The first value that breaks, with its symptom.
     pub breaks: Option<(f64, String)>,
     /// The limit that `rockfall check` gives for it.
     pub theory: Option<f64>,
@@ -57,15 +60,15 @@ pub struct Found {
 }
 
 /// All pushes of a scene.
-pub fn pushes(space: &Space) -> Vec<Push> {
+fn pushes(space: &Space) -> Vec<Push> {
     let mut all = Vec::new();
     for arm in space.arms().into_iter().filter(|arm| !arm.contains_key(PRESET)) {
         let turned = space.knobs().iter().filter(|knob| knob.turned && space.uses(&arm, knob));
-        for knob in turned.filter(|knob| knob.number_at(1.0).is_some()) {
+        for knob in turned.filter(|knob| knob.rung_of(1.0).is_some()) {
             // Steps with every scheme, as some bear longer windows than others.
-            let step = is_step(knob) && !arm.contains_key("integrator");
+            let step = knob.is_step() && !arm.contains_key("integrator");
             let coupled = arm.is_empty() || knob.name == "window" || knob.needs.is_some() || step;
-            let push = |coarser| Push { arm: arm.clone(), knob: knob.clone(), coarser, window: None };
+            let push = |coarser| Push { from: arm.clone(), knob: knob.clone(), coarser };
             match knob.class {
                 Class::Numerical if coupled => all.push(push(true)),
                 Class::Model if arm.is_empty() => all.extend([push(false), push(true)]),
@@ -76,21 +79,6 @@ pub fn pushes(space: &Space) -> Vec<Push> {
     all
 }
 
-/// Whether it is a step of a solver, which is cut to a whole part of a window.
-fn is_step(knob: &Knob) -> bool {
-    knob.name.ends_with("_step")
-}
-
-/// What is needed to push.
-pub struct Atlas<'a, 'w> {
-    /// The study with its reference.
-    pub study: &'a mut Study,
-    /// What computes and keeps.
-    pub work: &'a mut Work<'w>,
-    /// The longest window that was found to hold [s], by arm.
-    pub longest_windows: Vec<(Point, f64)>,
-}
-
 /// How a value fared.
 enum Fared {
     Held,
@@ -99,135 +87,136 @@ enum Fared {
     Not(String),
 }
 
-impl Atlas<'_, '_> {
-    /// Push one knob, in the scene's own windows. Where these do not hold, in windows that do, and a step that they let be no longer
-    /// in longer ones.
-    pub fn push(&mut self, push: &Push) -> Result<Found, Stop> {
-        let own = self.study.space.knob("window").and_then(|knob| knob.as_number(0));
-        let others = own.zip(self.longest_window(push)).filter(|_| push.knob.name != "window");
-        let other = others.map(|(own, longest)| (own, SAFE * longest));
-        let shorter = other.filter(|(own, safe)| safe < own).map(|(_, safe)| safe);
-        let found = self.push_in(&Push { window: shorter, ..push.clone() })?;
-        let longer = other.filter(|(own, safe)| safe > own).map(|(_, safe)| safe);
-        match longer.filter(|_| is_step(&push.knob) && found.holds.is_some() && found.breaks.is_none()) {
-            Some(_) => self.push_in(&Push { window: longer, ..push.clone() }),
-            None => Ok(found),
-        }
+/// The searches of a study within its budget.
+pub struct Atlas<'a> {
+    /// The study with its reference.
+    pub study: &'a Study,
+    /// What it may cost.
+    pub budget: Budget,
+}
+
+impl Atlas<'_> {
+    /// The run that the first search needs which has not ended; `None`: all have.
+    pub fn next(&self) -> Option<Task> {
+        self.all().1
     }
 
-    fn push_in(&mut self, push: &Push) -> Result<Found, Stop> {
-        let own = push.knob.number_at(1.0).unwrap_or(f64::NAN);
-        let mut note = None;
+    /// What the searches have found that have ended, and the run that the next one needs.
+    pub fn all(&self) -> (Vec<Found>, Option<Task>) {
+        let mut all = Vec::new();
+        if !self.study.reference.0.is_empty() {
+            for push in pushes(&self.study.space) {
+                match self.search(&push, &all) {
+                    Ok(found) => all.push(found),
+                    Err(task) => return (all, Some(task)),
+                }
+            }
+        }
+        (all, None)
+    }
+
+    /// Push one knob, in the scene's own windows. Where these do not hold, in windows that do, and a step that they let be no longer
+    /// in longer ones. `before` has what was found of the windows of this arm.
+    fn search(&self, push: &Push, before: &[Found]) -> Result<Found, Task> {
+        let window = self.study.space.knob("window").filter(|knob| knob.name != push.knob.name);
+        let of_arm = |found: &&Found| found.push.knob.name == "window" && found.push.from == push.from;
+        let longest = before.iter().find(of_arm).and_then(|found| found.holds);
+        let safe = window
+            .zip(longest)
+            .and_then(|(window, longest)| window.rung_of(rounded(SAFE * longest, 4)))
+            .unwrap_or(0.0);
+        let within = |rungs| Push { from: with(&push.from, "window", rungs), ..push.clone() };
+        let found = self.search_in(&within(safe.min(0.0)))?;
+        if safe > 0.0 && push.knob.is_step() && found.holds.is_some() && found.breaks.is_none() {
+            return self.search_in(&within(safe));
+        }
+        Ok(found)
+    }
+
+    fn search_in(&self, push: &Push) -> Result<Found, Task> {
+        let space = &self.study.space;
+        // Four digits of what a person copies; all of a step, so that it is a part of a window.
+        let at = |value: f64| {
+            let value = if push.knob.is_step() { value } else { rounded(value, 4) };
+            with(&push.from, push.knob.name, push.knob.rung_of(value).unwrap_or(0.0))
+        };
+        let used = |point: &Point| space.used(point, &push.knob);
+        let same = |a: &Point, b: &Point| space.key(a) == space.key(b);
+        let mut found = Found { push: push.clone(), holds: None, breaks: None, theory: None, note: None };
         let step = if push.coarser { 2.0_f64 } else { 0.5 };
-        let (mut good, mut bad) = (None, None);
-        let mut factor = 1.0_f64;
-        for doubling in 0..=DOUBLINGS {
-            let cut = self.cut(push, factor);
-            if good == Some(cut) {
-                note = Some(LONGEST_STEP.into());
+        let own = push.knob.as_number(0.0).unwrap_or(f64::NAN);
+        let mut power = 0;
+        loop {
+            let point = at(own * step.powi(power));
+            if found.holds.is_some_and(|holds| same(&point, &at(holds))) {
+                found.note = Some("a step is never longer than a part of a window".into());
                 break;
             }
-            factor = cut;
-            match self.fare(push, factor)? {
+            match self.fare(&point, push)? {
                 Fared::Held => {
-                    good = Some(factor);
-                    if bad.is_some() {
-                        break;
-                    }
-                    factor *= step;
+                    found.holds = used(&point);
+                    power += 1;
                 }
                 Fared::Broke(symptom) => {
-                    bad = Some((factor, symptom));
-                    if good.is_some() {
-                        break;
-                    }
-                    if push.knob.name != "window" {
-                        note = Some("the scene's own value already fails".into());
-                        break;
-                    }
-                    factor /= step;
+                    found.breaks = used(&point).map(|value| (value, symptom));
+                    power -= 1;
                 }
                 Fared::Not(why) => {
-                    note = Some(why);
+                    found.note = Some(why);
                     break;
                 }
             }
-            if doubling == DOUBLINGS {
-                note = Some(format!("nothing changed up to {} times the scene's value", three(factor)));
-            }
-        }
-        while let (Some(holds), Some((breaks, _))) = (good, &bad)
-            && (breaks / holds).max(holds / breaks) > NARROW
-        {
-            let middle = self.cut(push, (holds * breaks).sqrt());
-            if [holds, *breaks].contains(&middle) {
-                note = Some("no step between these divides a part of a window".into());
+            if found.holds.is_some() && found.breaks.is_some() {
                 break;
             }
-            match self.fare(push, middle)? {
-                Fared::Held => good = Some(middle),
-                Fared::Broke(symptom) => bad = Some((middle, symptom)),
+            if found.breaks.is_some() && push.knob.name != "window" {
+                found.note = Some("the scene's own value already fails".into());
+                break;
+            }
+            if power.abs() > DOUBLINGS {
+                let factor = three(step.powi(power - power.signum()));
+                found.note = Some(format!("nothing changed up to {factor} times the scene's value"));
+                break;
+            }
+        }
+        while let (Some(holds), Some((breaks, _))) = (found.holds, &found.breaks)
+            && (breaks / holds).max(holds / breaks) > NARROW
+        {
+            let middle = at((holds * breaks).sqrt());
+            if [holds, *breaks].iter().any(|end| same(&middle, &at(*end))) {
+                found.note = Some("no step between these divides a part of a window".into());
+                break;
+            }
+            match self.fare(&middle, push)? {
+                Fared::Held => found.holds = used(&middle),
+                Fared::Broke(symptom) => found.breaks = used(&middle).map(|value| (value, symptom)),
                 Fared::Not(why) => {
-                    note = Some(why);
+                    found.note = Some(why);
                     break;
                 }
             }
         }
-        let value = |factor| push.knob.number_at(factor);
-        let holds = good.and_then(value);
-        let breaks = bad.and_then(|(factor, symptom)| Some((value(factor)?, symptom)));
-        if push.knob.name == "window" {
-            self.longest_windows.extend(holds.map(|longest| (push.arm.clone(), longest)));
-        }
-        Ok(Found { push: push.clone(), own, holds, breaks, theory: None, note })
+        Ok(found)
     }
 
-    /// The longest window that holds where the others stand so [s].
-    fn longest_window(&self, push: &Push) -> Option<f64> {
-        self.longest_windows.iter().find(|(arm, _)| *arm == push.arm).map(|(_, longest)| *longest)
-    }
-
-    /// The factor of the value that is computed with: a step divides a part of a window.
-    fn cut(&self, push: &Push, factor: f64) -> f64 {
+    /// How the scene fared at a point. An error: it has not been run there.
+    fn fare(&self, point: &Point, push: &Push) -> Result<Fared, Task> {
         let space = &self.study.space;
-        let number = |name: &str| space.knob(name)?.as_number(0);
-        let window = push.window.or_else(|| number("window")).filter(|_| is_step(&push.knob));
-        let part = window.map(|window| window / number("samples").unwrap_or(1.0));
-        match part.zip(push.knob.as_number(0)) {
-            Some((part, own)) => divided(part, own * factor) / own,
-            None => factor,
+        if let Some(outcome) = self.study.pushed(point) {
+            return Ok(self.judge(outcome, push.knob.class));
         }
-    }
-
-    /// Run the scene with the knob's value times `factor`.
-    fn fare(&mut self, push: &Push, factor: f64) -> Result<Fared, Stop> {
-        let Some(sets) = self.sets(push, factor) else {
-            return Ok(Fared::Not("there is no such value".into()));
-        };
-        let key = format!("atlas {}", sets.join(" "));
-        // What was too slow may have been so because the machine was busy.
-        let counts = |run: &&Finished| run.key == key && run.outcome.status != Status::Stopped;
-        let at = match self.study.runs.iter().position(|run| counts(&run)) {
-            Some(at) => at,
-            None => {
-                let slowest = self.study.outcome(&Point::new()).map_or(0.0, |run| run.seconds);
-                let limit =
-                    PATIENCE.0 * slowest * self.study.space.dearer(&Point::new(), &push.arm) + PATIENCE.1;
-                if !self.work.budget.holds(self.study, slowest, 1.0) {
-                    return Ok(Fared::Not("search ended: the budget is used up".into()));
-                }
-                let value = push.knob.number_at(factor).map_or(String::new(), three);
-                let label = format!("{} {value}", push.knob.name);
-                let (purpose, outcome) = (Purpose::Atlas, Outcome::default());
-                let run = Finished { point: Point::new(), key, purpose, sets, outcome };
-                let limit = self.work.budget.limit(limit);
-                self.work.make(self.study, run, limit, &label)?;
-                let label = format!("{}, {label}", self.study.space.label(&push.arm));
-                self.work.ended(self.study, &label);
-                self.study.runs.len() - 1
+        let slowest = self.study.outcome(&Point::new()).map_or(0.0, |run| run.seconds);
+        match () {
+            () if space.key(point).is_none() => Ok(Fared::Not("there is no such value".into())),
+            () if !self.budget.holds(self.study, slowest, 1.0) => {
+                Ok(Fared::Not("search ended: the budget is used up".into()))
             }
-        };
-        Ok(self.judge(&self.study.runs[at].outcome, push.knob.class))
+            () => {
+                let dearer = space.dearer(&Point::new(), &space.arm_of(point));
+                let limit = self.budget.limit(PATIENCE.0 * slowest * dearer + PATIENCE.1);
+                Err(Task { point: point.clone(), purpose: Purpose::Atlas, limit })
+            }
+        }
     }
 
     /// Whether a run holds. Another model has other measures: its status alone counts.
@@ -243,44 +232,25 @@ impl Atlas<'_, '_> {
             let Some(value) = outcome.measure(name) else {
                 return Fared::Broke(format!("{name} is absent: the window is too long to resolve it"));
             };
-            let off = super::result::deviation(value, known.value);
+            let off = deviation(value, known.value);
             if off.abs() > OFF && class == Class::Numerical {
                 return Fared::Broke(format!("{name} is off by {}", percent(off)));
             }
         }
         Fared::Held
     }
-
-    /// The `--set`s: nothing but the knob moves in a push.
-    fn sets(&self, push: &Push, factor: f64) -> Option<Vec<String>> {
-        let space = &self.study.space;
-        let mut sets = match (is_step(&push.knob), push.knob.as_number(0)) {
-            // All its digits, so that it is a part of a window.
-            (true, Some(own)) => vec![format!("{}={}", push.knob.keys()[0], exact(own * factor))],
-            _ => push.knob.sets_at(factor)?,
-        };
-        sets.extend(push.window.map(|length| format!("{WINDOW}={}", exact(length))));
-        sets.extend(
-            BEYOND.iter().filter(|(knob, _)| space.knob(knob).is_some()).map(|(_, set)| (*set).to_owned()),
-        );
-        space.with_sets(&push.arm, sets)
-    }
 }
 
-const WINDOW: &str = "coupling.time_window";
-const LONGEST_STEP: &str = "a step is never longer than a part of a window";
-
-/// What lets a run go beyond the limits that theory gives, by the knob that a scene has if these keys mean anything in it.
-const BEYOND: [(&str, &str); 3] = [
-    ("window", "limits.weak_window=1e9"),
-    ("dem_step", "dem.allow_unstable=true"),
-    ("fem_step", "fem.allow_unstable=true"),
-];
+/// The `--set`s of a run that may go beyond what theory allows: nothing but the knob moves in a push.
+pub fn sets(space: &Space, point: &Point) -> Option<Vec<String>> {
+    let beyond = BEYOND.iter().filter(|(knob, _)| space.knob(knob).is_some());
+    space.with_sets(point, beyond.map(|(_, set)| (*set).to_owned()).collect())
+}
 
 /// The limit that `rockfall check` gives for a push.
 pub fn theory(push: &Push, space: &Space, input: &Input, events: &Events) -> Option<f64> {
     let mut input = input.clone();
-    input.sets.extend(space.with_sets(&push.arm, Vec::new())?);
+    input.sets.extend(space.with_sets(&space.arm_of(&push.from), Vec::new())?);
     let of = Prepared::of(&input, |_| None, events).ok()?.numbers;
     match push.knob.name {
         "window" if of.weak => {
@@ -343,12 +313,8 @@ pub fn table(study: &Study, all: &[Found]) -> Result<String, csv::Error> {
 fn columns(study: &Study) -> Columns<'_, Found> {
     Columns::new()
         .text("setting", name)
-        .text("others", |found: &Found| {
-            let window =
-                found.push.window.map_or(String::new(), |length| format!(", window {}", three(length)));
-            study.space.label(&found.push.arm) + &window
-        })
-        .number("scene", |found| Some(found.own))
+        .text("others", |found: &Found| study.space.label(&found.push.from))
+        .number("scene", |found| found.push.knob.as_number(0.0))
         .number("theory", |found| found.theory)
         .number("holds at", |found| found.holds)
         .number("breaks at", |found| found.breaks.as_ref().map(|(value, _)| *value))

@@ -2,7 +2,8 @@
 //! the rungs of those that are not the scene's own.
 //!
 //! A knob belongs to a scene by presence: its key stands in the resolved scene, or a program reports its value. A *rung* is the
-//! number of steps away from the scene's own value, above 0 towards what is coarser and cheaper; a ladder doubles or halves.
+//! number of steps away from the scene's own value, above 0 towards what is coarser and cheaper; a ladder doubles or halves with each,
+//! and has values between two rungs, too: where a scene breaks is found among them.
 
 use crate::stability;
 use interface_defs::diagnostic::Diagnostic;
@@ -136,7 +137,7 @@ impl Spec {
         }
         let knob = Knob { spec: *self, turned: true, parts, names };
         // A single sphere, a tolerance of zero: nothing to turn.
-        [-1, 1].iter().any(|rung| knob.sets(*rung).is_some()).then_some(knob)
+        [-1.0, 1.0].iter().any(|rung| knob.sets(*rung).is_some()).then_some(knob)
     }
 }
 
@@ -227,10 +228,10 @@ impl Knob {
     }
 
     /// The `--set`s of a rung; `None` if it has none there, or if it is what another one is.
-    pub fn sets(&self, rung: i32) -> Option<Vec<String>> {
+    pub fn sets(&self, rung: f64) -> Option<Vec<String>> {
         if self.is_ladder() {
             let set = |part: &Part| {
-                let value = part.base.scaled(part.power * rung)?;
+                let value = part.base.scaled(f64::from(part.power) * rung)?;
                 let is_valid = part.key != SHARE || value.parse().is_ok_and(|share: f64| share < 1.0);
                 is_valid.then(|| format!("{}={value}", part.key))
             };
@@ -245,27 +246,24 @@ impl Knob {
     }
 
     /// Its value at a rung, for people: the first of its values.
-    pub fn value(&self, rung: i32) -> Option<String> {
+    pub fn value(&self, rung: f64) -> Option<String> {
         match self.parts.first() {
-            Some(first) => self.sets(rung).and(first.base.scaled(first.power * rung)),
-            None => self.names.get(usize::try_from(rung).ok()?).cloned(),
+            Some(first) => self.sets(rung).and(first.base.scaled(f64::from(first.power) * rung)),
+            None => (rung >= 0.0).then(|| self.names.get(rung as usize).cloned())?,
         }
     }
 
     /// Its value as a number.
-    pub fn as_number(&self, rung: i32) -> Option<f64> {
+    pub fn as_number(&self, rung: f64) -> Option<f64> {
         self.value(rung)?.parse().ok()
     }
 
-    /// The `--set`s of a value that lies between rungs, `factor` times as coarse as the scene's.
-    pub fn sets_at(&self, factor: f64) -> Option<Vec<String>> {
-        let set = |part: &Part| Some(format!("{}={}", part.key, exact(part.at(factor)?)));
-        if self.is_ladder() { self.parts.iter().map(set).collect() } else { None }
-    }
-
-    /// The first of its values there.
-    pub fn number_at(&self, factor: f64) -> Option<f64> {
-        self.parts.first()?.at(factor)
+    /// The rung at which its first value is this number; `None`: it is not continuous.
+    pub fn rung_of(&self, value: f64) -> Option<f64> {
+        match self.parts.first()? {
+            Part { base: Number::Float(base), power, .. } => Some((value / base).log2() / f64::from(*power)),
+            _ => None,
+        }
     }
 
     /// The dotted keys.
@@ -274,38 +272,34 @@ impl Knob {
         self.parts.iter().map(|part| part.key.as_str()).chain(of_choice).collect()
     }
 
+    /// Whether it is a step of a solver.
+    pub fn is_step(&self) -> bool {
+        self.name.ends_with("_step")
+    }
+
     /// Whether its values are numbers, and not names to choose from.
     pub fn is_ladder(&self) -> bool {
         self.names.is_empty()
     }
 
     /// The rungs of its names beside the scene's own.
-    pub fn others(&self) -> impl Iterator<Item = i32> {
-        1..self.names.len() as i32
-    }
-}
-
-impl Part {
-    /// Between rungs, where it is no whole number: `factor` times as coarse.
-    fn at(&self, factor: f64) -> Option<f64> {
-        match self.base {
-            // Four digits: a person copies it.
-            Number::Float(base) => format!("{:.3e}", base * factor.powi(self.power.signum())).parse().ok(),
-            _ => None,
-        }
+    pub fn others(&self) -> impl Iterator<Item = f64> {
+        (1..self.names.len()).map(|name| name as f64)
     }
 }
 
 impl Number {
     /// Times two to the power of `power`, as TOML; `None` if there is no such value.
-    fn scaled(&self, power: i32) -> Option<String> {
-        let factor = 2.0_f64.powi(power);
+    fn scaled(&self, power: f64) -> Option<String> {
+        let factor = power.exp2();
         let whole = |n: i64, exact: bool| {
             let value = n as f64 * factor;
-            let differs = power == 0 || value.round() != n as f64;
+            let differs = power == 0.0 || value.round() != n as f64;
             (value >= 1.0 && differs && (!exact || value.fract() == 0.0)).then_some(value.round() as i64)
         };
         match self {
+            // Between rungs without the last digits, in which the logarithm of a value and its power differ.
+            Self::Float(base) if power.fract() != 0.0 => Some(exact(rounded(base * factor, 12))),
             Self::Float(base) => (*base != 0.0).then(|| exact(base * factor)),
             Self::Whole(n) => whole(*n, false).map(|n| n.to_string()),
             Self::Wholes(all) => {
@@ -349,7 +343,7 @@ fn number(value: &Value) -> Option<Number> {
 }
 
 /// Rungs by knob; a knob at the scene's own value is left out.
-pub type Point = BTreeMap<&'static str, i32>;
+pub type Point = BTreeMap<&'static str, f64>;
 
 /// Values from which knobs are turned.
 pub struct Start {
@@ -367,16 +361,16 @@ pub struct Space {
 }
 
 /// `point` with the rung of one knob.
-pub fn with(point: &Point, knob: &'static str, rung: i32) -> Point {
+pub fn with(point: &Point, knob: &'static str, rung: f64) -> Point {
     let mut point = point.clone();
     point.insert(knob, rung);
-    point.retain(|_, rung| *rung != 0);
+    point.retain(|_, rung| *rung != 0.0);
     point
 }
 
 /// Rung of a knob.
-pub fn rung(point: &Point, knob: &str) -> i32 {
-    point.get(knob).copied().unwrap_or(0)
+pub fn rung(point: &Point, knob: &str) -> f64 {
+    point.get(knob).copied().unwrap_or(0.0)
 }
 
 impl Space {
@@ -386,10 +380,7 @@ impl Space {
     }
 
     fn start(&self, point: &Point) -> &Start {
-        usize::try_from(rung(point, PRESET))
-            .ok()
-            .and_then(|at| self.starts.get(at))
-            .unwrap_or(&self.starts[0])
+        self.starts.get(rung(point, PRESET) as usize).unwrap_or(&self.starts[0])
     }
 
     /// The knob of this name.
@@ -446,27 +437,29 @@ impl Space {
                 all.push(set)
             }
         };
-        for knob in knobs.iter().filter(|knob| rung(point, knob.name) != 0) {
+        for knob in knobs.iter().filter(|knob| rung(point, knob.name) != 0.0) {
             knob.sets(rung(point, knob.name))?.into_iter().for_each(&mut add);
         }
         pinned.iter().map(|(key, value)| format!("{key}={value}")).for_each(add);
         Some(all)
     }
 
-    /// What is computed there: two points of one key compute the same. A solver's step is cut to a whole part of a window.
+    /// The value of a knob that is computed with. A solver's step is cut to a whole part of a window, or of its samples.
+    pub fn used(&self, point: &Point, knob: &Knob) -> Option<f64> {
+        let number = |name: &str| self.knob_at(point, name)?.as_number(rung(point, name));
+        let value = knob.as_number(rung(point, knob.name))?;
+        let part = number("window").map(|window| window / number("samples").unwrap_or(1.0));
+        Some(part.filter(|_| knob.is_step()).map_or(value, |part| stability::divided(part, value)))
+    }
+
+    /// What is computed there: two points of one key compute the same.
     pub fn key(&self, point: &Point) -> Option<String> {
         self.sets(point)?;
-        let number = |name: &str| self.knob_at(point, name)?.as_number(rung(point, name));
-        let part = number("window").map(|window| window / number("samples").unwrap_or(1.0));
         let mut words = Vec::new();
         for knob in self.start(point).knobs.iter().filter(|knob| self.uses(point, knob)) {
-            let there = rung(point, knob.name);
-            match (knob.name, part, knob.as_number(there)) {
-                ("dem_step" | "fem_step", Some(part), Some(step)) => {
-                    let step = part / stability::steps(part, step) as f64;
-                    words.push(format!("{}={step:.9e}", knob.name));
-                }
-                _ => words.extend(knob.sets(there)?),
+            match self.used(point, knob).filter(|_| knob.is_step()) {
+                Some(step) => words.push(format!("{}={step:.9e}", knob.name)),
+                None => words.extend(knob.sets(rung(point, knob.name))?),
             }
         }
         Some(words.join(" "))
@@ -490,8 +483,15 @@ impl Space {
         all
     }
 
+    /// The arm to which a point belongs.
+    pub fn arm_of(&self, point: &Point) -> Point {
+        let names =
+            self.knobs().iter().filter(|knob| knob.arm).map(|knob| (knob.name, rung(point, knob.name)));
+        names.filter(|(_, name)| *name != 0.0).collect()
+    }
+
     /// `point`, so many rungs finer in all that the reference refines.
-    pub fn refined(&self, point: &Point, rungs: i32) -> Point {
+    pub fn refined(&self, point: &Point, rungs: f64) -> Point {
         let mut out = point.clone();
         for knob in self.start(point).knobs.iter().filter(|knob| knob.refines && self.uses(point, knob)) {
             out = with(&out, knob.name, rung(point, knob.name) - rungs);
@@ -504,8 +504,8 @@ impl Space {
         let (mut factor, mut steps) = (1.0, 1.0_f64);
         for knob in self.knobs() {
             let (a, b) = (rung(from, knob.name), rung(to, knob.name));
-            let finer = if knob.is_ladder() { (a - b).max(0) } else { i32::from(a != b) };
-            let growth = knob.growth.powi(finer);
+            let finer = if knob.is_ladder() { (a - b).max(0.0) } else { f64::from(u8::from(a != b)) };
+            let growth = knob.growth.powf(finer);
             // Shorter windows and steps of each solver make each its own part dearer: together no more than the finest of them.
             if knob.refines && knob.needs.is_none() { steps = steps.max(growth) } else { factor *= growth }
         }

@@ -24,10 +24,10 @@ use crate::record;
 use crate::shell;
 use crate::stop::Stop;
 use crate::sweep;
-use atlas::Found;
+use atlas::{Atlas, Found};
 use clap::Args;
 use interface_defs::diagnostic::code;
-use knobs::{Base, Knob, Point, Space, Start, rung};
+use knobs::{Base, Knob, Point, Space, Start};
 use plan::{Budget, Task};
 use report::Facts;
 use result::Reference;
@@ -239,16 +239,17 @@ pub fn trade(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
     };
     let budget = arguments.budget();
     let mut work = Work { runner: &mut runner, store, progress: &progress, budget };
-    let mut found = Vec::new();
-    let next = if arguments.atlas { plan::next_of_reference } else { plan::next };
-    let mut ended = work.explore(&mut study, &arguments.measures, next);
-    if arguments.atlas && ended.is_ok() {
-        (found, ended) = work.push_all(&mut study, &arguments.input, &events);
-    }
+    let next = if arguments.atlas { plan::next_of_atlas } else { plan::next };
+    let ended = work.explore(&mut study, &arguments.measures, next);
     progress.finish();
     let written = match arguments.atlas {
         false => write(&study, &setup.store, &setup.facts),
-        true => write_atlas(&study, &found, &setup.store, &setup.facts),
+        true => {
+            let mut found = Atlas { study: &study, budget }.all().0;
+            let theory = |push| atlas::theory(push, &study.space, &arguments.input, &events);
+            found.iter_mut().for_each(|found| found.theory = theory(&found.push));
+            write_atlas(&study, &found, &setup.store, &setup.facts)
+        }
     };
     match ended {
         Ok(()) => {
@@ -286,55 +287,31 @@ struct Work<'a> {
 }
 
 impl Work<'_> {
-    /// Make the run that `run` describes, for no more than `limit` [s], and keep it.
-    fn make(&mut self, study: &mut Study, mut run: Finished, limit: f64, label: &str) -> Result<(), Stop> {
-        let (used, budget) = (self.budget.used_text(study), self.budget);
-        self.progress.begin(&format!("{used} of {budget}: {label}"));
-        run.outcome = (self.runner)(&run.sets, &self.store.next(), limit)?;
-        if study.runs.is_empty() && run.outcome.status == Status::Refused {
-            return Err(Stop { exit: Exit::BadInput, errors: run.outcome.errors });
-        }
-        self.store.keep(&run)?;
-        study.runs.push(run);
-        Ok(())
-    }
-
-    /// All runs that the plan asks for.
+    /// All runs that the plan asks for, each kept.
     fn explore(&mut self, study: &mut Study, asked: &[String], next: Next) -> Result<(), Stop> {
         study.choose_measures(asked)?;
         study.refresh();
-        while let Some(task) = next(study, self.budget) {
-            let (Some(key), Some(sets)) = (study.space.key(&task.point), study.space.sets(&task.point))
-            else {
-                break;
+        while let Some(Task { point, purpose, limit }) = next(study, self.budget) {
+            let sets = match purpose {
+                Purpose::Atlas => atlas::sets(&study.space, &point),
+                _ => study.space.sets(&point),
             };
-            let label = study.space.label(&task.point);
-            let (purpose, outcome) = (task.purpose, Outcome::default());
-            let run = Finished { point: task.point, key, purpose, sets, outcome };
-            self.make(study, run, task.limit, &label)?;
+            let (Some(key), Some(sets)) = (study.space.key(&point), sets) else { break };
+            let label = study.space.label(&point);
+            let (used, budget) = (self.budget.used_text(study), self.budget);
+            self.progress.begin(&format!("{used} of {budget}: {label}"));
+            let outcome = (self.runner)(&sets, &self.store.next(), limit)?;
+            if study.runs.is_empty() && outcome.status == Status::Refused {
+                return Err(Stop { exit: Exit::BadInput, errors: outcome.errors });
+            }
+            let run = Finished { point, key, purpose, sets, outcome };
+            self.store.keep(&run)?;
+            study.runs.push(run);
             study.choose_measures(asked)?;
             study.refresh();
             self.ended(study, &label);
         }
         Ok(())
-    }
-
-    /// Push every knob until the scene breaks.
-    fn push_all(
-        &mut self,
-        study: &mut Study,
-        input: &Input,
-        events: &Events,
-    ) -> (Vec<Found>, Result<(), Stop>) {
-        let mut found = Vec::new();
-        let pushes = if study.reference.0.is_empty() { Vec::new() } else { atlas::pushes(&study.space) };
-        let mut atlas = atlas::Atlas { study, work: self, longest_windows: Vec::new() };
-        let pushed = pushes.iter().try_for_each(|push| {
-            let theory = atlas::theory(push, &atlas.study.space, input, events);
-            found.push(Found { theory, ..atlas.push(push)? });
-            Ok(())
-        });
-        (found, pushed)
     }
 
     /// Say what came of the last run.
@@ -389,9 +366,8 @@ fn picture(study: &Study, facts: &Facts) -> report::Picture {
     let space = &study.space;
     let arms = space.arms();
     let group = |run: &Point| {
-        let same =
-            |arm: &Point| space.knobs().iter().all(|k| !k.arm || rung(arm, k.name) == rung(run, k.name));
-        arms.iter().position(same).unwrap_or(0)
+        let own = space.arm_of(run);
+        arms.iter().position(|arm| *arm == own).unwrap_or(0)
     };
     report::Picture {
         title: format!("{}: accuracy against cost", facts.scene),

@@ -1,39 +1,35 @@
 //! Which run comes next. A function of the finished runs and the budget alone, so that a study goes on where it was left.
 //!
 //! In this order, each up to its share of the budget: the scene and the reference; each arm of the scene, presets and the yielding net
-//! before the others; one knob at a time, both ways, for each of them, the cheapest first; knobs of the model; combinations near the front; repeats of what is on the front, so that the
+//! before the others; knobs of the model; a descent from settings to their neighbours; repeats of what is on the front, so that the
 //! medians decide; each recommendation once more.
 //!
-//! Combinations are the neighbours of the cheapest settings for an accuracy. What is coarser in everything than a point that was refuted
-//! is not tried.
+//! The descent goes, in every arm and for every accuracy, from the cheapest settings that keep it to those that are coarser in one knob.
+//! Where none keep it, it goes from the most accurate to those that are finer in one. Settings that are coarser in everything than some
+//! that were refuted are not tried.
 
+use super::atlas::Atlas;
 use super::knobs::{Class, NET, Point, rung, with};
 use super::result::{Outcome, Purpose, Status};
-use super::study::{ACCURACIES, Study, near_front};
+use super::study::{ACCURACIES, Finished, Study, Trade, near_front};
 use std::fmt;
 use toolkit::numbers::seconds;
 
 /// Shares of the budget up to which runs of a stage may start.
 const REFERENCE: f64 = 0.35;
-const LADDERS: f64 = 0.62;
-const MODEL: f64 = 0.68;
-const COMBINATIONS: f64 = 0.8;
+const ARMS: f64 = 0.5;
+const MODEL: f64 = 0.56;
+const DESCENT: f64 = 0.8;
 const REPEATS: f64 = 0.93;
 
-/// Most rungs up, down, and of a knob of the model.
-const COARSER: i32 = 8;
-const FINER: i32 = 2;
+/// Most rungs of a knob of the model.
 const MODELS: i32 = 2;
 /// Most rungs that a window is shortened until an arm computes at all.
 const RESCUE: i32 = 6;
-/// What costs at most so many times the best may lead to a better one.
-const CLOSE: f64 = 1.2;
 /// Runs of each point on the front.
 pub const RUNS: usize = 3;
 /// So many times slower than it is a run may be on a busy machine.
 const NOISE: f64 = 1.5;
-/// A finer rung is followed by another if it takes away at least this share of the error.
-const WORTH: f64 = 0.2;
 /// A run may take so many times its estimate, and these seconds besides.
 const PATIENCE: (f64, f64) = (4.0, 5.0);
 /// Largest share of the budget that one run may take, apart from those of the reference: one setting that is far slower than the
@@ -94,7 +90,7 @@ impl Budget {
     /// The option with which the scene gets two finer runs, so that something is known of its error.
     pub fn of_reference(self, study: &Study) -> Option<String> {
         let finer = |rungs| study.space.refined(&Point::new(), rungs);
-        let missing = [1, 2].map(finer).into_iter().filter(|point| study.outcome(point).is_none());
+        let missing = [1.0, 2.0].map(finer).into_iter().filter(|point| study.outcome(point).is_none());
         match self {
             Self::Time(_) => {
                 let needed: f64 = missing.map(|point| study.estimate(&point)).sum::<Option<f64>>()?;
@@ -140,16 +136,18 @@ pub fn next(study: &Study, budget: Budget) -> Option<Task> {
     }
     planner
         .reference()
-        .or_else(|| planner.ladders())
+        .or_else(|| study.space.arms().iter().find_map(|arm| planner.rescue(arm)))
         .or_else(|| planner.models())
-        .or_else(|| planner.combined())
+        .or_else(|| planner.descend())
         .or_else(|| planner.repeats())
         .or_else(|| planner.confirmations())
 }
 
-/// The same for the reference alone.
-pub fn next_of_reference(study: &Study, budget: Budget) -> Option<Task> {
-    if study.runs.is_empty() { next(study, budget) } else { Planner { study, budget }.reference() }
+/// The same for the limits of stability: the reference, then what their searches need.
+pub fn next_of_atlas(study: &Study, budget: Budget) -> Option<Task> {
+    let of_reference =
+        if study.runs.is_empty() { next(study, budget) } else { Planner { study, budget }.reference() };
+    of_reference.or_else(|| Atlas { study, budget }.next())
 }
 
 struct Planner<'a> {
@@ -183,57 +181,12 @@ impl Planner<'_> {
         self.explore(&self.study.next_refinement()?, REFERENCE)
     }
 
-    /// One knob at a time, all to the same depth before any goes deeper.
-    fn ladders(&self) -> Option<Task> {
-        let rescue = self.study.space.arms().iter().find_map(|arm| self.rescue(arm));
-        rescue.or_else(|| {
-            let anchors = self.anchors();
-            (1..=COARSER).find_map(|depth| anchors.iter().find_map(|a| self.one_at_a_time(a, depth)))
-        })
-    }
-
-    /// The cheapest first: it is the most likely to lead somewhere.
-    fn anchors(&self) -> Vec<Point> {
-        let arms = self.study.space.arms();
-        let mut all: Vec<Point> = arms.iter().filter_map(|arm| anchor(self.study, arm)).collect();
-        let cost = |point: &Point| self.study.cost(point).unwrap_or(f64::INFINITY);
-        all.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
-        all
-    }
-
-    /// The first point of an arm, and shorter windows until one is good.
+    /// The first point of an arm, and shorter windows until one is good. What is too slow as it is, is slower with these.
     fn rescue(&self, arm: &Point) -> Option<Task> {
-        self.explore(arm, LADDERS).or_else(|| {
-            // What is too slow as it is, is slower with shorter windows.
-            let too_slow = |run: &Outcome| run.status == Status::Stopped;
-            if anchor(self.study, arm).is_some() || self.study.outcome(arm).is_some_and(too_slow) {
-                return None;
-            }
-            (1..=RESCUE).find_map(|rungs| self.explore(&with(arm, "window", -rungs), LADDERS))
-        })
-    }
-
-    fn one_at_a_time(&self, anchor: &Point, depth: i32) -> Option<Task> {
-        let space = &self.study.space;
-        space.turned(anchor).filter(|knob| !knob.arm).find_map(|knob| {
-            let own = rung(anchor, knob.name);
-            let at = |away: i32| with(anchor, knob.name, own + away);
-            // Up to the first that is not good; names are no ladder.
-            let goes_on = !knob.is_ladder() || self.study.is_good(&at(depth - 1));
-            let coarser = if goes_on { self.explore(&at(depth), LADDERS) } else { None };
-            let finer = || {
-                (depth <= FINER && self.is_worth(&at(1 - depth), &at(2 - depth), depth))
-                    .then(|| self.explore(&at(-depth), LADDERS))?
-            };
-            coarser.or_else(finer)
-        })
-    }
-
-    /// Whether the last finer rung has taken enough of the error away for another.
-    fn is_worth(&self, last: &Point, before: &Point, depth: i32) -> bool {
-        let error = |point| self.study.error_at(point);
-        depth == 1
-            || error(last).zip(error(before)).is_some_and(|(last, before)| last < (1.0 - WORTH) * before)
+        let mut points = (0..=RESCUE).map(|rungs| with(arm, "window", -f64::from(rungs)));
+        let last = |run: &Outcome| run.status == Status::Stopped || self.study.is_good(run);
+        let next = points.find(|point| self.study.outcome(point).is_none_or(last))?;
+        self.explore(&next, ARMS)
     }
 
     fn models(&self) -> Option<Task> {
@@ -244,24 +197,39 @@ impl Planner<'_> {
         let finer =
             |name: &str, depth| if name == NET { space.refined(&Point::new(), depth) } else { Point::new() };
         let both = |name, depth| [with(&finer(name, depth), name, -depth), Point::from([(name, depth)])];
-        let mut points = (1..=MODELS).flat_map(|depth| knobs().flat_map(move |name| both(name, depth)));
+        let depths = (1..=MODELS).map(f64::from);
+        let mut points = depths.flat_map(|depth| knobs().flat_map(move |name| both(name, depth)));
         points.find_map(|point| self.explore(&point, MODEL))
     }
 
-    /// Beside what costs about as much as the best: coarser in one knob; beside the best itself also finer in another.
-    fn combined(&self) -> Option<Task> {
-        let trades = self.study.trades();
-        ACCURACIES.into_iter().find_map(|accuracy| {
-            let mut good: Vec<_> = trades.iter().filter(|(_, trade)| trade.error <= accuracy).collect();
-            good.sort_by(|(_, a), (_, b)| a.cost.total_cmp(&b.cost));
-            let (best, cheapest) = good.first()?;
-            let close = good.iter().take_while(|(_, trade)| trade.cost <= CLOSE * cheapest.cost);
-            let refuted = refuted(self.study, accuracy);
-            let points =
-                close.flat_map(|(point, _)| moved(self.study, point, 1)).chain(pairs(self.study, best));
-            let mut open = points.filter(|point| is_open(self.study, &refuted, point));
-            open.find_map(|point| self.explore(&point, COMBINATIONS))
-        })
+    /// The neighbours of what is the cheapest so far, or the most accurate. Those of what costs least come first.
+    fn descend(&self) -> Option<Task> {
+        let (study, space) = (self.study, &self.study.space);
+        let trades = study.trades();
+        let arms = space.arms();
+        let mut moves: Vec<(f64, Point)> = Vec::new();
+        for accuracy in ACCURACIES {
+            let refuted = refuted(study, accuracy);
+            let keeps = |(_, trade): &&(&Point, Trade)| trade.error <= accuracy;
+            let mut add = |from: Option<&(&Point, Trade)>, to: &dyn Fn(&Point) -> Vec<Point>| {
+                let open = from
+                    .into_iter()
+                    .flat_map(|(point, trade)| to(point).into_iter().map(|to| (trade.cost, to)));
+                moves.extend(open.filter(|(_, point)| is_open(study, &refuted, point)));
+            };
+            for arm in &arms {
+                let own = || trades.iter().filter(|(point, _)| space.arm_of(point) == *arm);
+                match cheapest(own().filter(keeps)) {
+                    None => add(own().min_by(|a, b| a.1.error.total_cmp(&b.1.error)), &|point| {
+                        moved(study, point, -1.0)
+                    }),
+                    best => add(best, &|point| moved(study, point, 1.0)),
+                }
+            }
+            add(cheapest(trades.iter().filter(keeps)), &|point| pairs(study, point));
+        }
+        moves.sort_by(|a, b| a.0.total_cmp(&b.0));
+        moves.iter().find_map(|(_, point)| self.explore(point, DESCENT))
     }
 
     /// Those on the front, those that noise may hide behind it, and the scene in turn, the one with the fewest runs first.
@@ -282,26 +250,29 @@ impl Planner<'_> {
     }
 }
 
-/// Where the knobs of an arm are turned from: its own point, or the longest shorter window that is good.
-fn anchor(study: &Study, arm: &Point) -> Option<Point> {
-    (0..=RESCUE).map(|rungs| with(arm, "window", -rungs)).find(|point| study.is_good(point))
+/// The one that costs least.
+fn cheapest<'a>(all: impl Iterator<Item = &'a (&'a Point, Trade)>) -> Option<&'a (&'a Point, Trade)> {
+    all.min_by(|a, b| a.1.cost.total_cmp(&b.1.cost))
 }
 
 /// `point` with one ladder moved.
-fn moved(study: &Study, point: &Point, by: i32) -> Vec<Point> {
+fn moved(study: &Study, point: &Point, by: f64) -> Vec<Point> {
     let ladders = study.space.turned(point).filter(|knob| knob.is_ladder());
     ladders.map(|knob| with(point, knob.name, rung(point, knob.name) + by)).collect()
 }
 
 /// What is coarser in one knob and finer in another: longer windows have more parts.
 fn pairs(study: &Study, point: &Point) -> Vec<Point> {
-    let coarser = moved(study, point, 1);
-    coarser.iter().flat_map(|coarser| moved(study, coarser, -1)).filter(|other| other != point).collect()
+    moved(study, point, 1.0)
+        .iter()
+        .flat_map(|coarser| moved(study, coarser, -1.0))
+        .filter(|other| other != point)
+        .collect()
 }
 
 /// Points that do not keep `accuracy`.
 fn refuted(study: &Study, accuracy: f64) -> Vec<Point> {
-    let fails = |run: &&super::study::Finished| {
+    let fails = |run: &&Finished| {
         run.outcome.status != Status::Done || study.bound(&run.outcome).is_none_or(|bound| bound > accuracy)
     };
     study.explored().filter(fails).map(|run| run.point.clone()).collect()

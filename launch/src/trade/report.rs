@@ -159,7 +159,7 @@ fn unvaried(study: &Study, facts: &Facts) -> String {
                 study.measures.iter().filter_map(|measure| Some((measure, change(study, run, measure)?)));
             each.map(move |(measure, change)| (run, measure, change))
         });
-        let finer = |run: &Finished| rung(&run.point, name) == -1;
+        let finer = |run: &Finished| rung(&run.point, name) == -1.0;
         let (run, measure, change) =
             changes.max_by(|a, b| finer(a.0).cmp(&finer(b.0)).then(a.2.abs().total_cmp(&b.2.abs())))?;
         let value = study.space.knob(name)?.value(rung(&run.point, name))?;

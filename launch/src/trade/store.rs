@@ -65,9 +65,9 @@ impl Store {
     /// An error: programs of another build computed one.
     pub fn load(&mut self, space: &Space) -> Result<Vec<Finished>, Diagnostic> {
         let mut all = Vec::new();
-        while let Some((_, kept)) = sweep::kept::<Finished<BTreeMap<String, i32>>>(&self.next())? {
+        while let Some((_, kept)) = sweep::kept::<Finished<BTreeMap<String, f64>>>(&self.next())? {
             let Finished { point, key, purpose, sets, outcome } = kept;
-            let known = |(name, rung): (&String, &i32)| Some((space.knob(name)?.name, *rung));
+            let known = |(name, rung): (&String, &f64)| Some((space.knob(name)?.name, *rung));
             let Some(point) = point.iter().map(known).collect() else { break };
             all.push(Finished { point, key, purpose, sets, outcome });
             self.last += 1;
@@ -137,7 +137,7 @@ mod tests {
         let out = temp.path().join("study");
         let knobs = vec![Knob::number("window", "coupling.time_window", 1e-4)];
         let space = Space { starts: vec![Start { knobs, pinned: Vec::new() }] };
-        let point = Point::from([("window", -1)]);
+        let point = Point::from([("window", -1.0)]);
         let run = Finished {
             key: space.key(&point).expect("a point"),
             purpose: Purpose::Explore,

@@ -13,10 +13,10 @@ use toolkit::once::each_once;
 pub const ACCURACIES: [f64; 4] = [0.1, 0.03, 0.01, 0.001];
 /// The finest of them.
 pub const FINEST_ACCURACY: f64 = ACCURACIES[ACCURACIES.len() - 1];
-/// A setting with a larger error is not pushed further.
+/// A descent does not begin with settings of a larger error.
 const WORST: f64 = 0.2;
 /// Most rungs that the reference is finer than the scene.
-const FINEST: i32 = 6;
+const FINEST: usize = 6;
 
 /// A finished run, as it is kept on disk; there its point has names of its own.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -100,6 +100,12 @@ impl Study {
         self.runs_of(point).find(|run| run.purpose == Purpose::Explore).map(|run| &run.outcome)
     }
 
+    /// What came of a point that was pushed. What was too slow is tried once more: the machine may have been busy.
+    pub fn pushed(&self, point: &Point) -> Option<&Outcome> {
+        let runs = || self.runs_of(point).filter(|run| run.purpose == Purpose::Atlas).map(|run| &run.outcome);
+        runs().find(|run| run.status != Status::Stopped).or_else(|| runs().nth(1))
+    }
+
     /// What came of a run again, to confirm a recommendation.
     pub fn confirmation(&self, point: &Point) -> Option<&Outcome> {
         let mut confirmed = self.runs_of(point).filter(|run| run.purpose == Purpose::Confirm);
@@ -113,7 +119,9 @@ impl Study {
 
     /// Runs of a point whose time counts.
     pub fn timed(&self, point: &Point) -> Vec<&Outcome> {
-        let counts = |run: &&Finished| run.purpose != Purpose::Confirm && run.outcome.status == Status::Done;
+        let counts = |run: &&Finished| {
+            matches!(run.purpose, Purpose::Explore | Purpose::Repeat) && run.outcome.status == Status::Done
+        };
         self.runs_of(point).filter(counts).map(|run| &run.outcome).collect()
     }
 
@@ -124,7 +132,7 @@ impl Study {
 
     /// The scene as it is, and finer and finer in all that the reference refines, as far as it was run.
     pub fn refinements(&self) -> Vec<&Outcome> {
-        let finer = |rungs| self.outcome(&self.space.refined(&Point::new(), rungs));
+        let finer = |rungs| self.outcome(&self.space.refined(&Point::new(), rungs as f64));
         (0..=FINEST).map_while(finer).collect()
     }
 
@@ -135,11 +143,11 @@ impl Study {
             !self.measures.is_empty() && self.measures.iter().all(|name| self.given.contains_key(name));
         let known_well =
             runs.len() > 2 && self.reference.uncertainty().is_some_and(|u| u <= 0.2 * FINEST_ACCURACY);
-        let next = runs.len() as i32;
+        let next = runs.len();
         if (all_given && next > 0) || known_well || next > FINEST {
             return None;
         }
-        let point = self.space.refined(&Point::new(), next);
+        let point = self.space.refined(&Point::new(), next as f64);
         // A scene without numbers to refine is its own reference.
         (self.space.sets(&point).is_some() && self.outcome(&point).is_none()).then_some(point)
     }
@@ -156,7 +164,7 @@ impl Study {
 
     /// Whether nothing is known of the scene's own error: it is the only run of the reference that is done, and could be refined.
     pub fn is_alone(&self) -> bool {
-        let finer = || self.space.sets(&self.space.refined(&Point::new(), 1)).is_some();
+        let finer = || self.space.sets(&self.space.refined(&Point::new(), 1.0)).is_some();
         !self.reference.0.is_empty() && self.reference.uncertainty().is_none() && finer()
     }
 
@@ -171,14 +179,9 @@ impl Study {
         self.error(outcome).and_then(|_| self.reference.bound(outcome))
     }
 
-    /// Error of a point.
-    pub fn error_at(&self, point: &Point) -> Option<f64> {
-        self.error(self.outcome(point)?)
-    }
-
-    /// Whether a point is worth pushing further.
-    pub fn is_good(&self, point: &Point) -> bool {
-        self.error_at(point).is_some_and(|error| error <= WORST)
+    /// Whether a run is good enough for a descent to begin with.
+    pub fn is_good(&self, run: &Outcome) -> bool {
+        self.error(run).is_some_and(|error| error <= WORST)
     }
 
     /// Points that compute the scene's own model, each once, with cost and the error that they have at most.

@@ -274,7 +274,7 @@ fn a_given_reference_spares_the_refinements_and_a_misspelt_measure_is_refused() 
     let (mut given, mut runner) = (study(&[("max_deflection", EXACT)]), Formula::default());
     session(&mut given, &mut runner, temp.path(), &["--budget", "10000"]).expect("explored");
     assert!(given.refinements().len() == 1, "{}", given.refinements().len());
-    let error = given.error_at(&Point::new()).expect("done");
+    let error = given.outcome(&Point::new()).and_then(|run| given.error(run)).expect("done");
     assert!((error - 0.0021).abs() < 1e-12, "{error}");
     let other = tempfile::tempdir().expect("a directory");
     let refused =
@@ -309,7 +309,7 @@ fn a_run_that_is_slower_than_it_should_be_is_ended() {
 /// The formula's weak coupling breaks at one window, which is found to the factor that is promised.
 #[test]
 fn a_push_ends_where_the_scene_breaks() {
-    use super::atlas::{Atlas, NARROW, page, pushes};
+    use super::atlas::{Atlas, NARROW, page};
     let temp = tempfile::tempdir().expect("a directory");
     let arguments = arguments(&["--budget", "10000"]);
     let mut store = Store::open(temp.path(), &identity(), false).expect("opened");
@@ -318,12 +318,13 @@ fn a_push_ends_where_the_scene_breaks() {
         (Formula::default(), Progress::new(true, false, false), Budget::Time(1e4));
     let mut runner = |sets: &[String], dir: &Path, limit: f64| formula.run(sets, dir, limit);
     let mut work = Work { runner: &mut runner, store: &mut store, progress: &progress, budget };
-    work.explore(&mut study, &arguments.measures, super::plan::next_of_reference).expect("explored");
-    let all = pushes(&study.space);
-    let mut atlas = Atlas { study: &mut study, work: &mut work, longest_windows: Vec::new() };
-    let found: Vec<_> = all.iter().map(|push| atlas.push(push).expect("pushed")).collect();
+    work.explore(&mut study, &arguments.measures, super::plan::next_of_atlas).expect("explored");
+    let (found, next) = Atlas { study: &study, budget }.all();
+    assert_eq!(next, None);
     let one = |name: &str, strong: bool| {
-        let at = found.iter().find(|f| f.push.knob.name == name && f.push.arm.is_empty() != strong);
+        let at = found
+            .iter()
+            .find(|f| f.push.knob.name == name && study.space.arm_of(&f.push.from).is_empty() != strong);
         at.unwrap_or_else(|| panic!("{name} was not pushed"))
     };
     let window = one("window", false);

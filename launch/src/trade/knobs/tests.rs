@@ -59,7 +59,8 @@ fn a_net_that_yields_is_a_scheme_of_its_own() {
     let of = |own: &str| {
         let knobs = knobs(&text(own), &[]);
         assert_eq!(names(&knobs), ["scheme", "yielding_tolerance"]);
-        [0, 1, 2].map(|rung| (knobs[0].value(rung).expect("a name"), knobs[0].sets(rung).expect("sets")))
+        [0.0, 1.0, 2.0]
+            .map(|rung| (knobs[0].value(rung).expect("a name"), knobs[0].sets(rung).expect("sets")))
     };
     let named = |name: &str, sets: &[&str]| {
         (name.to_owned(), sets.iter().map(|set| (*set).to_owned()).collect::<Vec<_>>())
@@ -83,21 +84,21 @@ fn a_rung_is_a_set_of_each_of_its_keys() {
     let knobs = knobs(DROP, &[]);
     let sets = |name: &str, rung| knobs.iter().find(|k| k.name == name).expect("there").sets(rung);
     let text = |sets: &[&str]| Some(sets.iter().map(|s| (*s).to_owned()).collect::<Vec<_>>());
-    assert_eq!(sets("window", 2), text(&["coupling.time_window=2e-4"]));
-    assert_eq!(sets("samples", -2), text(&["coupling.samples=4"]));
-    assert_eq!(sets("samples", 1), None);
-    assert_eq!(sets("spheres", 1), text(&["rock.0.cluster.spheres=8"]));
+    assert_eq!(sets("window", 2.0), text(&["coupling.time_window=2e-4"]));
+    assert_eq!(sets("samples", -2.0), text(&["coupling.samples=4"]));
+    assert_eq!(sets("samples", 1.0), None);
+    assert_eq!(sets("spheres", 1.0), text(&["rock.0.cluster.spheres=8"]));
     assert_eq!(
-        sets("refinement", -1),
+        sets("refinement", -1.0),
         text(&[
             "structure.generator.cells=[52, 52]",
             "structure.generator.spacing=0.075",
             "structure.cable.area=1e-5"
         ])
     );
-    assert_eq!(sets("refinement", 2), None, "26 is no multiple of 4");
-    assert_eq!(sets("scheme", 1), text(&["coupling.scheme=strong"]));
-    assert_eq!((sets("scheme", 2), sets("scheme", -1)), (None, None));
+    assert_eq!(sets("refinement", 2.0), None, "26 is no multiple of 4");
+    assert_eq!(sets("scheme", 1.0), text(&["coupling.scheme=strong"]));
+    assert_eq!((sets("scheme", 2.0), sets("scheme", -1.0)), (None, None));
 }
 
 #[test]
@@ -124,25 +125,28 @@ fn space(pinned: &[(&str, &str)]) -> Space {
 #[test]
 fn steps_that_no_window_lets_be_longer_are_one_point() {
     let space = space(&[]);
-    let key = |rungs: &[(&'static str, i32)]| space.key(&rungs.iter().copied().collect());
-    assert_eq!(key(&[("dem_step", 2)]), key(&[("dem_step", 5)]), "cut to the window of 4e-5 s");
-    assert_ne!(key(&[("dem_step", 1)]), key(&[("dem_step", 2)]));
-    assert_ne!(key(&[("dem_step", 2), ("window", 1)]), key(&[("dem_step", 3), ("window", 1)]));
+    let key = |rungs: &[(&'static str, f64)]| space.key(&rungs.iter().copied().collect());
+    assert_eq!(key(&[("dem_step", 2.0)]), key(&[("dem_step", 5.0)]), "cut to the window of 4e-5 s");
+    assert_ne!(key(&[("dem_step", 1.0)]), key(&[("dem_step", 2.0)]));
+    assert_ne!(key(&[("dem_step", 2.0), ("window", 1.0)]), key(&[("dem_step", 3.0), ("window", 1.0)]));
     // Weak coupling does not use its tolerance.
-    assert_eq!(key(&[("tolerance", 1)]), key(&[]));
-    assert_ne!(key(&[("tolerance", 1), ("scheme", 1)]), key(&[("scheme", 1)]));
+    assert_eq!(key(&[("tolerance", 1.0)]), key(&[]));
+    assert_ne!(key(&[("tolerance", 1.0), ("scheme", 1.0)]), key(&[("scheme", 1.0)]));
 }
 
 /// Whichever knob moves, what the programs have chosen stays; a knob of it moves from there.
 #[test]
 fn what_the_scene_leaves_open_is_held_while_a_knob_moves() {
     let space = space(&[("coupling.scheme", "weak"), ("fem.time_step", "2e-5"), ("coupling.other", "3")]);
-    let sets = |rungs: &[(&'static str, i32)]| space.sets(&rungs.iter().copied().collect()).expect("a point");
+    let sets = |rungs: &[(&'static str, f64)]| space.sets(&rungs.iter().copied().collect()).expect("a point");
     assert!(sets(&[]).is_empty());
     let held = ["coupling.scheme=weak", "fem.time_step=2e-5", "coupling.other=3"];
-    assert_eq!(sets(&[("window", 1)]), [&["coupling.time_window=8e-5"], &held[..]].concat());
-    assert_eq!(sets(&[("modulus", 1)]), [&["contact.0.young=2.5e7"], &held[..]].concat());
-    assert_eq!(sets(&[("fem_step", 1)]), ["fem.time_step=4e-5", "coupling.scheme=weak", "coupling.other=3"]);
+    assert_eq!(sets(&[("window", 1.0)]), [&["coupling.time_window=8e-5"], &held[..]].concat());
+    assert_eq!(sets(&[("modulus", 1.0)]), [&["contact.0.young=2.5e7"], &held[..]].concat());
+    assert_eq!(
+        sets(&[("fem_step", 1.0)]),
+        ["fem.time_step=4e-5", "coupling.scheme=weak", "coupling.other=3"]
+    );
     let beside = space.with_sets(&Point::new(), vec!["coupling.scheme=strong".into()]).expect("a point");
     assert_eq!(beside, ["coupling.scheme=strong", "fem.time_step=2e-5", "coupling.other=3"]);
 }
@@ -159,8 +163,8 @@ fn a_preset_is_another_start_of_all_knobs() {
         [("coupling.scheme", "strong"), ("coupling.yielding_net", "true"), ("coupling.time_window", "1e-3")];
     let pinned = pinned.map(|(key, value)| (key.to_owned(), value.to_owned())).to_vec();
     space.starts.push(Start { knobs, pinned });
-    let preset = Point::from([(PRESET, 1)]);
-    let longer = with(&preset, "window", 1);
+    let preset = Point::from([(PRESET, 1.0)]);
+    let longer = with(&preset, "window", 1.0);
     let sets = |point| space.sets(point).expect("a point");
     assert_eq!(
         sets(&preset),
@@ -178,17 +182,17 @@ fn a_preset_is_another_start_of_all_knobs() {
             && !turned(&Point::new()).contains(&"yielding_tolerance")
     );
     // 0.3 of the increment four times is more than all of it.
-    assert_eq!(space.sets(&with(&preset, "yielding_tolerance", 1)), None);
+    assert_eq!(space.sets(&with(&preset, "yielding_tolerance", 1.0)), None);
     // The share is a part of what is computed, though a person is shown the tolerance alone.
     assert!(space.key(&preset).expect("a point").contains("yielding_share=0.3"), "{:?}", space.key(&preset));
-    assert_eq!(space.refined(&preset, 1)[PRESET], 1);
+    assert_eq!(space.refined(&preset, 1.0)[PRESET], 1.0);
 }
 
 #[test]
 fn a_finer_point_costs_its_factors_and_a_coarser_one_no_less() {
     let space = space(&[]);
-    let p = |rungs: &[(&'static str, i32)]| rungs.iter().copied().collect::<Point>();
-    assert_eq!(space.dearer(&p(&[("window", 1)]), &p(&[("window", -1), ("dem_step", 3)])), 4.0);
-    assert_eq!(space.refined(&p(&[]), 2), p(&[("window", -2), ("dem_step", -2), ("fem_step", -2)]));
-    assert_eq!(space.arms(), [p(&[]), p(&[("scheme", 1)])]);
+    let p = |rungs: &[(&'static str, f64)]| rungs.iter().copied().collect::<Point>();
+    assert_eq!(space.dearer(&p(&[("window", 1.0)]), &p(&[("window", -1.0), ("dem_step", 3.0)])), 4.0);
+    assert_eq!(space.refined(&p(&[]), 2.0), p(&[("window", -2.0), ("dem_step", -2.0), ("fem_step", -2.0)]));
+    assert_eq!(space.arms(), [p(&[]), p(&[("scheme", 1.0)])]);
 }
