@@ -4,7 +4,7 @@ use crate::children::{self, Events, Goes, Job, Rules, how};
 use crate::plan::Part;
 use crate::prepared::Prepared;
 use crate::record;
-use crate::run::quote;
+use crate::run::verdict::quote;
 use crate::stop::{Stop, write};
 use clap::{Args, ValueEnum};
 use interface_defs::diagnostic::{Diagnostic, code};
