@@ -3,11 +3,11 @@
 //! The structure's own program says what there is, as `structure.json`; the formats of other programs are written from it by the adapter
 //! in Python, which this program has in itself, so that it is found wherever this one lies.
 
-use crate::children::{self, Events, Job, Rules};
-use crate::ground::Ground;
-use crate::plan::own_program;
-use crate::prepared;
-use crate::stop::Stop;
+use crate::check::ground::Ground;
+use crate::check::plan::own_program;
+use crate::check::prepared;
+use crate::front::stop::Stop;
+use crate::run::children::{self, Events, Job, Rules};
 use interface_defs::diagnostic::{Diagnostic, code};
 use serde::Deserialize;
 use std::ffi::OsString;

@@ -7,10 +7,10 @@
 use super::layout::{Layout, table_at};
 use super::measured::{Ended, Launch};
 use super::site::{BLOCK, Test, Which};
-use crate::children::Events;
-use crate::progress::{Progress, far};
-use crate::stop::{Stop, unwritten, write};
-use crate::sweep::{self, Task};
+use crate::front::stop::{Stop, unwritten, write};
+use crate::run::children::Events;
+use crate::run::progress::{Progress, far};
+use crate::run::sweep::{self, Task};
 use interface_defs::diagnostic::{Diagnostic, Place, code};
 use interface_defs::verdict::Fate;
 use std::path::PathBuf;

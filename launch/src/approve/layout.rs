@@ -1,8 +1,8 @@
 //! The structure of a kit as its program builds it: which parts there are, what each member of them is, and gauges for the report.
 
-use crate::children::{self, Events};
-use crate::plan::own_program;
-use crate::stop::Stop;
+use crate::check::plan::own_program;
+use crate::front::stop::Stop;
+use crate::run::children::{self, Events};
 use interface_defs::InterfaceMesh;
 use toml::{Table, Value};
 use toolkit::arguments::Input;

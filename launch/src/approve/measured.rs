@@ -3,8 +3,8 @@
 
 use super::layout::{Layout, OWN, Part};
 use super::site::{BLOCK, Block, CORNER, GRAVITY, Test, Which};
-use crate::stop::Stop;
-use crate::table::Table;
+use crate::front::stop::Stop;
+use crate::report::table::Table;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::message::Measure;
 use interface_defs::verdict::{Fate, Torn};

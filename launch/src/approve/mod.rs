@@ -14,9 +14,9 @@ mod report;
 mod site;
 mod vary;
 
-use crate::children::Events;
-use crate::progress::Progress;
-use crate::stop::{Stop, unwritten, write};
+use crate::front::stop::{Stop, unwritten, write};
+use crate::run::children::Events;
+use crate::run::progress::Progress;
 use clap::Args;
 use interface_defs::diagnostic::{Diagnostic, Place, code};
 use judge::Result as Judged;

@@ -6,10 +6,10 @@
 use super::Arguments;
 use super::layout::{Layout, table_at};
 use super::vary::Variation;
-use crate::children::Events;
-use crate::ground::Scratch;
-use crate::prepared::{self, Prepared};
-use crate::stop::{Stop, write};
+use crate::check::ground::Scratch;
+use crate::check::prepared::{self, Prepared};
+use crate::front::stop::{Stop, write};
+use crate::run::children::Events;
 use interface_defs::diagnostic::{Diagnostic, Place, code};
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};

@@ -1,7 +1,7 @@
 //! What is uncertain of a kit, varied one at a time.
 
 use super::Arguments;
-use crate::stop::Stop;
+use crate::front::stop::Stop;
 use interface_defs::diagnostic::{Diagnostic, Place, code};
 use toml::{Table, Value};
 use toolkit::scene::at;

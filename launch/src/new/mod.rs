@@ -3,8 +3,8 @@
 mod site;
 mod solver;
 
-use crate::shell;
-use crate::stop::Stop;
+use crate::front::shell;
+use crate::front::stop::Stop;
 use clap::Args;
 use interface_defs::diagnostic::code;
 use std::io::{BufRead, IsTerminal, Write};

@@ -1,10 +1,10 @@
 //! A site: one fall over a terrain, a study of many, and a barrier on a line.
 
 use super::{Project, fill, from, quoted, title};
-use crate::children::{Events, ask};
-use crate::plan::own_program;
-use crate::shell;
-use crate::stop::Stop;
+use crate::check::plan::own_program;
+use crate::front::shell;
+use crate::front::stop::Stop;
+use crate::run::children::{Events, ask};
 use interface_defs::diagnostic::{Diagnostic, code};
 use std::ffi::OsString;
 use std::fmt::Write;

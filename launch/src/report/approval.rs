@@ -3,7 +3,7 @@
 use super::curves;
 use super::page::{Page, escape, list, moment, number, table, unless_noise};
 use super::run::{bar, pairs};
-use crate::table::Table;
+use crate::report::table::Table;
 use serde_json::Value;
 use std::io;
 use std::path::Path;

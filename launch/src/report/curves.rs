@@ -1,6 +1,6 @@
 //! Curves over time, from the columns of `history.csv` and `trajectory.csv`.
 
-use crate::table::Table;
+use crate::report::table::Table;
 use base64::Engine as _;
 use serde_json::{Value, json};
 use toolkit::summary::Summary;

@@ -1,7 +1,7 @@
 //! What is shown in space: the frames of a structure in `fields/`, rocks as `history.csv` has them, the terrain about them.
 
 use super::curves::{bytes, floats};
-use crate::table::Table;
+use crate::report::table::Table;
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use serde_json::{Map, Value, json};
 use std::collections::{BTreeSet, HashMap};

@@ -2,8 +2,8 @@
 //!
 //! Every number of a table is that of `summary.json`; nothing is computed again. A kind of results is a file here that makes a [`page`].
 
-use crate::children::{self, Events, Goes, Job, Rules};
-use crate::stop::Stop;
+use crate::front::stop::Stop;
+use crate::run::children::{self, Events, Goes, Job, Rules};
 use clap::Args;
 use interface_defs::diagnostic::{Diagnostic, code};
 use std::io;
@@ -21,6 +21,7 @@ mod frames;
 pub mod page;
 mod run;
 mod study;
+pub mod table;
 mod trade;
 
 /// What makes the page of a directory.

@@ -3,7 +3,7 @@
 use super::curves;
 use super::frames;
 use super::page::{Page, escape, file_name, list, moment, named, number, picture, table, unless_noise};
-use crate::table::Table;
+use crate::report::table::Table;
 use interface_defs::message::Found;
 use interface_defs::{Diagnostic, Measure, PartUse, Severity};
 use serde_json::{Map, Value};

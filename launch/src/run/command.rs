@@ -1,9 +1,9 @@
 //! The command lines of a run.
 
 use super::Arguments;
-use crate::children;
-use crate::plan::{Member, Part, Plan};
-use crate::shell;
+use crate::check::plan::{Member, Part, Plan};
+use crate::front::shell;
+use crate::run::children;
 use interface_defs::RunId;
 use interface_defs::ipc::Wait;
 use std::ffi::OsString;

@@ -1,25 +1,32 @@
 //! `rockfall run`: prepare, start, watch, conclude.
 //!
-//! [`command`] has the command line of each process, [`verdict`](mod@verdict) what their ends mean: one exit code, and why.
+//! - [`command`]: the command line of each process; [`verdict`](mod@verdict): what their ends mean: one exit code, and why
+//! - [`record`]: on disk before it runs: `scene.toml` with every default, `run.json`; whether a run that was killed can go on there
+//! - [`children`]: start programs, watch them, end them ([`progress`]), logs of bounded length
+//! - [`sweep`]: many runs, each kept; [`refine`]: one more with half the steps
 
+pub mod children;
 mod command;
+pub mod progress;
+pub mod record;
+mod refine;
+pub mod sweep;
 pub mod verdict;
 
-use crate::children::{self, Events, Goes, Job, Outcome, Rules};
-use crate::ground;
-use crate::numbers::Numbers;
-use crate::plan::{Part, Plan};
-use crate::prepared::Prepared;
-use crate::progress::{Progress, far};
-use crate::record::{self, Resume};
-use crate::refine;
+use crate::check::ground;
+use crate::check::numbers::Numbers;
+use crate::check::plan::{Part, Plan};
+use crate::check::prepared::Prepared;
+use crate::front::stop::Stop;
 use crate::report;
-use crate::stop::Stop;
+use children::{Events, Goes, Job, Outcome, Rules};
 use clap::Args;
 use command::{by_hand, commands};
 use interface_defs::RunId;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc;
+use progress::{Progress, far};
+use record::Resume;
 use std::ffi::OsString;
 use std::io;
 use std::path::{Path, PathBuf};

@@ -1,7 +1,7 @@
 //! What the ends of the processes mean for the run.
 
-use crate::children::{self, End, Outcome, how};
-use crate::stop::Stop;
+use crate::front::stop::Stop;
+use crate::run::children::{self, End, Outcome, how};
 use interface_defs::diagnostic::{Diagnostic, code};
 use std::fmt::Write;
 use std::path::Path;

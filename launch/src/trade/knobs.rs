@@ -5,7 +5,7 @@
 //! number of steps away from the scene's own value, above 0 towards what is coarser and cheaper; a ladder doubles or halves with each,
 //! and has values between two rungs, too: where a scene breaks is found among them.
 
-use crate::stability;
+use crate::check::stability;
 use interface_defs::diagnostic::Diagnostic;
 use std::collections::BTreeMap;
 use std::ops::Deref;

@@ -16,14 +16,15 @@ mod study;
 #[cfg(test)]
 mod tests;
 
-use crate::children::Events;
-use crate::choice::{PRESETS, Preset};
-use crate::prepared::Prepared;
-use crate::progress::Progress;
-use crate::record;
-use crate::shell;
-use crate::stop::Stop;
-use crate::sweep;
+use crate::check::choice::{PRESETS, Preset};
+use crate::check::prepared::Prepared;
+use crate::front::shell;
+use crate::front::stop::Stop;
+use crate::picture::scatter::{Scatter, draw};
+use crate::run::children::Events;
+use crate::run::progress::Progress;
+use crate::run::record;
+use crate::run::sweep;
 use atlas::{Atlas, Found};
 use clap::Args;
 use interface_defs::diagnostic::code;
@@ -353,7 +354,7 @@ fn write(study: &Study, store: &Store, facts: &Facts) -> Result<String, Stop> {
     store.write("trade.csv", &report::table(study, facts).map_err(|e| unwritten("trade.csv", &e))?)?;
     let picture = picture(study, facts);
     if !picture.marks.is_empty() {
-        store.write(TRADE_PICTURE, &report::draw(&picture).map_err(|e| unwritten(TRADE_PICTURE, &e))?)?;
+        store.write(TRADE_PICTURE, &draw(&picture).map_err(|e| unwritten(TRADE_PICTURE, &e))?)?;
     }
     Ok(format!("{}all runs     {}\n", report::screen(study, facts), page.display()))
 }
@@ -362,14 +363,15 @@ fn unwritten(file: &str, why: &dyn std::fmt::Display) -> Stop {
     Stop::failed(code::NOT_WRITTEN, format!("{file} cannot be made: {why}"))
 }
 
-fn picture(study: &Study, facts: &Facts) -> report::Picture {
+fn picture(study: &Study, facts: &Facts) -> Scatter {
     let space = &study.space;
     let arms = space.arms();
+    let place = |trade: study::Trade| (trade.cost, trade.error);
     let group = |run: &Point| {
         let own = space.arm_of(run);
         arms.iter().position(|arm| *arm == own).unwrap_or(0)
     };
-    report::Picture {
+    Scatter {
         title: format!("{}: accuracy against cost", facts.scene),
         error: match study.is_alone() {
             true => "difference from the scene as it is, whose own error is unknown",
@@ -377,8 +379,9 @@ fn picture(study: &Study, facts: &Facts) -> report::Picture {
         },
         date: provenance::now(),
         groups: arms.iter().map(|arm| space.label(arm)).collect(),
-        marks: study.trades().into_iter().map(|(point, trade)| (trade, group(point))).collect(),
-        front: study.front().into_iter().map(|(point, trade)| (trade, space.label(point))).collect(),
+        marks: study.trades().into_iter().map(|(point, trade)| (place(trade), group(point))).collect(),
+        front: study.front().into_iter().map(|(point, trade)| (place(trade), space.label(point))).collect(),
+        lines: &study::ACCURACIES,
     }
 }
 

@@ -3,14 +3,12 @@
 use super::knobs::{Class, NET, Point, rung};
 use super::plan::Budget;
 use super::result::{CABLE_FORCE, Known, Outcome, Status, deviation};
-use super::study::{ACCURACIES, FINEST_ACCURACY, Finished, Recommended, Study, Trade};
-use crate::shell;
-use plotters::prelude::*;
+use super::study::{FINEST_ACCURACY, Finished, Recommended, Study};
+use crate::front::shell;
 use std::collections::BTreeSet;
 use std::fmt::Write;
 use toolkit::columns::Columns;
 use toolkit::numbers::{percent, seconds, short, three};
-use toolkit::picture::{self, COLOURS};
 use toolkit::provenance;
 
 /// What the page says of the study besides its runs.
@@ -236,17 +234,8 @@ fn numerical(study: &Study, facts: &Facts, text: &mut String) {
     for name in &study.measures {
         table = table.with(format!("`{name}`"), move |run| dash(off(study, run, name), signed));
     }
-    table = table
-        .with("`energy_error`", |run| dash(run.outcome.measure("energy_error"), percent))
-        .with("processor [s]", |run| three(study.cost(&run.point).unwrap_or(run.outcome.cost())))
-        .with("wall [s]", |run| three(run.outcome.wall))
-        .with("loop [s]", |run| dash(run.outcome.time_loop, three));
-    for name in processes(study) {
-        table =
-            table.with(format!("CPU {name} [s]"), move |run| dash(run.outcome.cpu.get(name).copied(), three));
-    }
-    let table = table
-        .with("passes per ms", |run| dash(facts.passes_per_ms(&run.outcome), three))
+    table = table.with("processor [s]", |run| three(study.cost(&run.point).unwrap_or(run.outcome.cost())));
+    let table = costs(table, study, facts, |run| run)
         .with("memory [MB]", |run| dash(run.outcome.memory.map(|bytes| 1e-6 * bytes), three))
         .with("runs", |run| study.timed(&run.point).len().max(1).to_string());
     text.push_str("## Settings of the scene's own model\n\n`*`: on the Pareto front, where no other run is both cheaper and more accurate.\n\n");
@@ -301,9 +290,22 @@ fn sorted(study: &Study, class: Class) -> Vec<&Finished> {
     runs
 }
 
-/// Names of the processes of any run.
-fn processes(study: &Study) -> BTreeSet<&String> {
-    study.runs.iter().flat_map(|run| run.outcome.cpu.keys()).collect()
+/// What a run costs, by stage and process, and how well it keeps its energy: the same columns for the page and for programs.
+fn costs<'a, R>(
+    table: Columns<'a, R>,
+    study: &'a Study,
+    facts: &'a Facts,
+    of: impl Fn(&R) -> &Finished + Copy + 'a,
+) -> Columns<'a, R> {
+    let table = table
+        .number("energy error", move |row| of(row).outcome.measure("energy_error"))
+        .number("wall s", move |row| Some(of(row).outcome.wall))
+        .number("loop s", move |row| of(row).outcome.time_loop);
+    let processes: BTreeSet<&String> = study.runs.iter().flat_map(|run| run.outcome.cpu.keys()).collect();
+    let table = processes.into_iter().fold(table, |table, name| {
+        table.number(format!("cpu {name} s"), move |row| of(row).outcome.cpu.get(name).copied())
+    });
+    table.number("passes per ms", move |row| facts.passes_per_ms(&of(row).outcome))
 }
 
 /// All runs, repeats too, one a line.
@@ -326,18 +328,10 @@ pub fn table(study: &Study, facts: &Facts) -> Result<String, csv::Error> {
             .number(name, move |(_, run)| run.outcome.measure(name))
             .number(format!("{name}_error"), move |(_, run)| off(study, run, name));
     }
-    table = table
-        .number("energy_error", |(_, run)| run.outcome.measure("energy_error"))
-        .number("processor_s", |(_, run)| Some(run.outcome.cost()))
-        .number("wall_s", |(_, run)| Some(run.outcome.wall))
-        .number("loop_s", |(_, run)| run.outcome.time_loop)
-        .number("command_s", |(_, run)| Some(run.outcome.seconds));
-    for name in processes(study) {
-        table = table.number(format!("cpu_{name}_s"), move |(_, run)| run.outcome.cpu.get(name).copied());
-    }
-    let table = table
-        .number("passes_per_ms", |(_, run)| facts.passes_per_ms(&run.outcome))
-        .number("peak_memory_bytes", |(_, run)| run.outcome.memory)
+    let table = table.number("processor s", |(_, run)| Some(run.outcome.cost()));
+    let table = costs(table, study, facts, |(_, run)| run)
+        .number("peak memory bytes", |(_, run)| run.outcome.memory)
+        .number("command s", |(_, run)| Some(run.outcome.seconds))
         .text("message", |(_, run)| shortened(&run.outcome.message()));
     table.csv(&study.runs.iter().enumerate().collect::<Vec<_>>())
 }
@@ -348,170 +342,4 @@ pub fn screen(study: &Study, facts: &Facts) -> String {
     references(study, &mut text);
     recommendations(study, facts, &mut text);
     text
-}
-
-/// What is drawn.
-pub struct Picture {
-    /// Above it.
-    pub title: String,
-    /// Beside its axis of errors.
-    pub error: &'static str,
-    /// When it was drawn, at its foot.
-    pub date: String,
-    /// Names of the groups.
-    pub groups: Vec<String>,
-    /// All runs that have an error, each with its group: the first is the scene's own arm.
-    pub marks: Vec<(Trade, usize)>,
-    /// The front, the cheapest first, with what to write beside it.
-    pub front: Vec<(Trade, String)>,
-}
-
-const SIZE: (i32, i32) = (900, 620);
-/// Left of the plot, height of a line of text, and width of a letter [px].
-const LEFT: i32 = 82;
-const LINE: i32 = 18;
-const LETTER: i32 = 6;
-const INK: RGBColor = RGBColor(40, 40, 40);
-const GRID: RGBColor = RGBColor(205, 205, 205);
-/// Marks: corners, the turn of the first one [quarters of a circle], and how far from the middle lies what is between two of them.
-const FORMS: [(u8, f64, f64); 7] = [
-    (12, 0.0, 0.97),
-    (3, -1.0, 0.5),
-    (4, 0.5, 0.71),
-    (5, -1.0, 0.4),
-    (4, 0.0, 0.71),
-    (3, 1.0, 0.5),
-    (4, 0.0, 0.3),
-];
-/// Errors below are drawn there: the plot has no room for less.
-const LEAST: f64 = 1e-7;
-
-/// The picture as SVG; there is one mark at least.
-pub fn draw(picture: &Picture) -> Result<String, String> {
-    let mut text = String::new();
-    let size = [SIZE.0, SIZE.1 + LINE * (picture.front.len() as i32 + 2) + picture::FOOT];
-    {
-        let root = SVGBackend::with_string(&mut text, (size[0] as u32, size[1] as u32)).into_drawing_area();
-        draw_page(&root, picture).and_then(|()| root.present()).map_err(|e| e.to_string())?;
-    }
-    picture::close(&mut text, size, 1, &[Some(&picture.date)]);
-    Ok(text)
-}
-
-type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
-
-fn font(size: i32) -> TextStyle<'static> {
-    ("sans-serif", size).into_font().color(&INK)
-}
-
-/// From a bit below the least to a bit above the largest.
-fn extent(values: impl Iterator<Item = f64>, room: f64) -> std::ops::Range<f64> {
-    let (low, high) = values.fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
-    low / room..high * room
-}
-
-type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
-
-/// What marks mean, the plot, and below it what the numbers at the front mean.
-fn draw_page(root: &Area, picture: &Picture) -> Drawn {
-    root.fill(&WHITE)?;
-    let (head, rest) = root.split_vertically(2 * LINE + 40);
-    let (plot, words) = rest.split_vertically(SIZE.1 - 40);
-    head.draw(&Text::new(picture.title.as_str(), (LEFT, 12), font(19)))?;
-    let (mut x, mut y) = (LEFT, 48);
-    head.draw(&PathElement::new([(x, y), (x + 18, y)], INK.stroke_width(2)))?;
-    head.draw(&Text::new("front", (x + 24, y - 7), font(13)))?;
-    for (group, name) in picture.groups.iter().enumerate() {
-        x += 70;
-        if x + 24 + LETTER * name.len() as i32 > SIZE.0 {
-            (x, y) = (LEFT, y + LINE);
-        }
-        head.draw(&(EmptyElement::at((x + 9, y)) + mark(group)))?;
-        head.draw(&Text::new(name.as_str(), (x + 24, y - 7), font(13)))?;
-        x += LETTER * name.len() as i32 - 30;
-    }
-    chart(&plot, picture)?;
-    for (line, (trade, settings)) in picture.front.iter().enumerate() {
-        let text = format!("{}: {settings}; {}, {}", line + 1, percent(trade.error), seconds(trade.cost));
-        words.draw(&Text::new(text, (LEFT, LINE * line as i32), font(13)))?;
-    }
-    Ok(())
-}
-
-/// The mark of a group, about its place: groups differ in form as well as in colour.
-fn mark(group: usize) -> Polygon<(i32, i32)> {
-    let ((corners, turn, inner), (r, g, b)) = (FORMS[group % FORMS.len()], COLOURS[group % COLOURS.len()]);
-    let corner = |k: u8| {
-        let far = if k.is_multiple_of(2) { 6.0 } else { 6.0 * inner };
-        let angle = std::f64::consts::PI * (0.5 * turn + f64::from(k) / f64::from(corners));
-        ((far * angle.cos()).round() as i32, (far * angle.sin()).round() as i32)
-    };
-    Polygon::new((0..2 * corners).map(corner).collect::<Vec<_>>(), RGBColor(r, g, b).mix(0.8).filled())
-}
-
-fn chart(root: &Area, picture: &Picture) -> Drawn {
-    let shown = |trade: &Trade| (trade.cost, trade.error.max(LEAST));
-    let costs = extent(picture.marks.iter().map(|(trade, _)| trade.cost), 1.6);
-    let errors = extent(picture.marks.iter().map(|(trade, _)| shown(trade).1), 2.5);
-    let mut chart = ChartBuilder::on(root)
-        .margin(14)
-        .x_label_area_size(46)
-        .y_label_area_size(LEFT - 14)
-        .build_cartesian_2d(costs.clone().log_scale(), errors.clone().log_scale())?;
-    // Of the numbers of a decade there is room for three.
-    let number = |seconds: f64| {
-        let first = seconds / 10_f64.powf((seconds.log10() + 1e-9).floor());
-        if [1.0, 2.0, 5.0].iter().any(|it| (first - it).abs() < 0.01) {
-            three(seconds)
-        } else {
-            String::new()
-        }
-    };
-    chart
-        .configure_mesh()
-        .bold_line_style(GRID)
-        .light_line_style(TRANSPARENT)
-        .label_style(font(13))
-        .axis_desc_style(font(15))
-        .x_desc("processor time of a run [s]")
-        .y_desc(picture.error)
-        .x_label_formatter(&|seconds| number(*seconds))
-        .y_label_formatter(&|error| percent(*error))
-        .draw()?;
-    for accuracy in ACCURACIES.iter().filter(|accuracy| errors.contains(accuracy)) {
-        let ends = [(costs.start, *accuracy), (costs.end, *accuracy)];
-        chart.draw_series(DashedLineSeries::new(ends, 6, 5, INK.mix(0.55).stroke_width(1)))?;
-    }
-    let front: Vec<(f64, f64)> = picture.front.iter().map(|(trade, _)| shown(trade)).collect();
-    chart.draw_series(LineSeries::new(front.iter().copied(), INK.stroke_width(2)))?;
-    let marks = picture.marks.iter();
-    chart.draw_series(marks.map(|(trade, group)| EmptyElement::at(shown(trade)) + mark(*group)))?;
-    chart.draw_series(front.iter().map(|place| Circle::new(*place, 9, INK.stroke_width(2))))?;
-    chart.draw_series(front.iter().enumerate().map(|(number, place)| {
-        EmptyElement::at(*place) + Text::new((number + 1).to_string(), (10, -17), font(13))
-    }))?;
-    Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_run_is_a_mark_and_the_front_is_drawn_over_them() {
-        let at = |cost, error| Trade { cost, error };
-        let marks = [(1.0, 0.1, 0), (3.0, 0.01, 1), (2.0, 0.5, 0)];
-        let picture = Picture {
-            title: "Drop & test".into(),
-            error: "error",
-            date: "2026-01-01".into(),
-            groups: vec!["as it is".into(), "strong".into()],
-            marks: marks.iter().map(|(c, e, group)| (at(*c, *e), *group)).collect(),
-            front: vec![(at(1.0, 0.1), "window 2e-4".into()), (at(3.0, 0.01), "scheme strong".into())],
-        };
-        let svg = draw(&picture).expect("drawn");
-        // Three runs and two of the legend, and two rings of the front.
-        assert_eq!([svg.matches("<polygon").count(), svg.matches("<circle").count()], [5, 2], "{svg}");
-        assert!(svg.contains("1: window 2e-4; 10 %, 1 s") && svg.contains("Drop &amp; test"), "{svg}");
-    }
 }

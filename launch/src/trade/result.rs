@@ -1,6 +1,6 @@
 //! What one run gave, and what it cost; and what it is compared with: a value that the user gives, or what the finest runs tend to.
 
-use crate::sweep::Ran;
+use crate::run::sweep::Ran;
 use interface_defs::diagnostic::{Diagnostic, code};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;

@@ -2,8 +2,8 @@
 
 use super::knobs::Space;
 use super::study::Finished;
-use crate::stop::{Stop, write};
-use crate::sweep::{self, Build};
+use crate::front::stop::{Stop, write};
+use crate::run::sweep::{self, Build};
 use interface_defs::diagnostic::{Diagnostic, Place};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};

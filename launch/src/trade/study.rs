@@ -2,7 +2,7 @@
 
 use super::knobs::{Class, Point, Space};
 use super::result::{CABLE_FORCE, Outcome, Purpose, Reference, Status, TORN, TORN_PART, median};
-use crate::stop::Stop;
+use crate::front::stop::Stop;
 use interface_defs::diagnostic::Diagnostic;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};

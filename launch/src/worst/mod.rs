@@ -7,14 +7,14 @@
 
 mod table;
 
-use crate::children::{self, Event, Events, Goes, Job, Rules};
-use crate::ground::{self, Scratch};
-use crate::plan::own_program;
-use crate::prepared::{self, Prepared};
-use crate::progress::{Progress, far};
+use crate::check::ground::{self, Scratch};
+use crate::check::plan::own_program;
+use crate::check::prepared::{self, Prepared};
+use crate::front::stop::Stop;
 use crate::report;
-use crate::stop::Stop;
-use crate::sweep::{self, Task};
+use crate::run::children::{self, Event, Events, Goes, Job, Rules};
+use crate::run::progress::{Progress, far};
+use crate::run::sweep::{self, Task};
 use interface_defs::diagnostic::{Diagnostic, code};
 use serde_json::json;
 use std::path::Path;

@@ -1,8 +1,8 @@
 //! What the barrier did to all chosen members: a row for each, counts, envelopes; and where in the user's file that stands which is
 //! wrong in the scene of a member, most of which is the barrier's own.
 
-use crate::stop::Stop;
-use crate::sweep::{self, Ran};
+use crate::front::stop::Stop;
+use crate::run::sweep::{self, Ran};
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::message::{Measure, Worse};
 use interface_defs::verdict::Fate;

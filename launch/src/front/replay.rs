@@ -1,8 +1,8 @@
 //! `rockfall replay`: one solver is asked again what a recording says that it was asked.
 
-use crate::children::{self, Events, Goes, Job, Rules};
-use crate::plan::own_program;
-use crate::stop::Stop;
+use crate::check::plan::own_program;
+use crate::front::stop::Stop;
+use crate::run::children::{self, Events, Goes, Job, Rules};
 use clap::Args;
 use interface_defs::RunId;
 use interface_defs::diagnostic::code;

@@ -1,7 +1,7 @@
 //! What the programs report of themselves to `check`, brought together.
 
-use crate::plan::Part;
-use crate::stability::{Contact, Integrator, Limit, Node, Scheme, longest_window, steps};
+use crate::check::plan::Part;
+use crate::check::stability::{Contact, Integrator, Limit, Node, Scheme, longest_window, steps};
 use std::f64::consts::PI;
 use toml::Value;
 use toolkit::check::CheckReport;

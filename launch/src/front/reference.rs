@@ -3,10 +3,10 @@
 //!
 //! Every word of it comes from the schema, that is from the doc comments of what the programs read.
 
-use crate::children::{self, Events};
+use crate::check::plan::own_program;
+use crate::front::stop::Stop;
 use crate::new::fill;
-use crate::plan::own_program;
-use crate::stop::Stop;
+use crate::run::children::{self, Events};
 use interface_defs::diagnostic::code;
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;

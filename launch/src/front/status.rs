@@ -2,8 +2,8 @@
 //! study wrote. Nothing is started or changed.
 
 use crate::approve;
-use crate::progress::far;
-use crate::stop::Stop;
+use crate::front::stop::Stop;
+use crate::run::progress::far;
 use crate::worst;
 use interface_defs::diagnostic::{Severity, code};
 use serde_json::json;
@@ -296,7 +296,7 @@ mod tests {
         std::fs::create_dir_all(barrier.join("17")).expect("created");
         let chosen = r#"{"line": "barrier", "members": 200, "reach": 9, "columns": [], "chosen": [{"member": 17}, {"member": 4}]}"#;
         std::fs::write(barrier.join("chosen.json"), chosen).expect("written");
-        crate::sweep::keep(&barrier.join("17"), "a scene", ()).expect("written");
+        crate::run::sweep::keep(&barrier.join("17"), "a scene", ()).expect("written");
         let (text, exit) = status(dir).expect("a study");
         assert!(text.contains("barrier: 1 of 2 members run") && text.contains("goes on"), "{text}");
         assert_eq!(exit, Exit::Failed);
@@ -315,7 +315,7 @@ mod tests {
         let said = || status(dir).expect("a test");
         let text = said().0;
         assert!(text.contains(" cases judged") && text.contains("begun: as_defined/sel_1: "), "{text}");
-        crate::sweep::keep(&begun, "a scene", ()).expect("written");
+        crate::run::sweep::keep(&begun, "a scene", ()).expect("written");
         let report = |verdict: &str, all: u64| {
             let cases = json!([{ "case": "as defined", "verdict": verdict }]);
             let report = json!({ "all_cases": all, "stands": "pass (0 of 1 cases failed)", "cases": cases });

@@ -1,9 +1,9 @@
 //! `rockfall run --refine`: the scene once more with half the windows and steps, and what that changes.
 
-use crate::children::Events;
-use crate::numbers::Numbers;
-use crate::stop::Stop;
-use crate::sweep::Task;
+use crate::check::numbers::Numbers;
+use crate::front::stop::Stop;
+use crate::run::children::Events;
+use crate::run::sweep::Task;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::message::{Found, Measure, Uncertainty};
 use std::path::Path;

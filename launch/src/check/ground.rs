@@ -3,9 +3,9 @@
 //!
 //! Neither of the two knows the other. What a scene names itself is left as it is, and so is a scene without terrain.
 
-use crate::children::{self, Events, ask};
-use crate::plan::{Part, Plan};
-use crate::stop::Stop;
+use crate::check::plan::{Part, Plan};
+use crate::front::stop::Stop;
+use crate::run::children::{self, Events, ask};
 use interface_defs::diagnostic::code;
 use rustix::process::getuid;
 use std::ffi::OsString;

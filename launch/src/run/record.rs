@@ -1,10 +1,10 @@
 //! What will run, on disk before it runs: `scene.toml` with every default, `run.json`. With `--resume`: whether the run in the
 //! directory is the one that was asked for, and from where it goes on.
 
-use crate::ground::Ground;
-use crate::plan::{Member, Part, Plan};
-use crate::shell;
-use crate::stop::Stop;
+use crate::check::ground::Ground;
+use crate::check::plan::{Member, Part, Plan};
+use crate::front::shell;
+use crate::front::stop::Stop;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc::RunId;
 use serde_json::{Map, Value, json};

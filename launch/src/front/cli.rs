@@ -1,11 +1,11 @@
 //! The command line, and the manual page of it.
 
-use crate::plan::own_program;
-use crate::stop::Stop;
-use crate::{
-    approve, bridge, children, conform, estimate, export, new, prepared, reference, replay, report, run,
-    status, trade, worst,
-};
+use super::{bridge, conform, reference, replay, status};
+use crate::check::plan::own_program;
+use crate::check::{self, prepared};
+use crate::front::stop::Stop;
+use crate::run::children;
+use crate::{approve, export, new, report, run, trade, worst};
 use clap::{CommandFactory, Parser, Subcommand};
 use clap_mangen::Man;
 use interface_defs::diagnostic::{Diagnostic, code};
@@ -230,7 +230,7 @@ fn execute(command: Command, json: bool) -> Result<Exit, Stop> {
             check_study(&input, answer.format)
         }
         Command::Check { input, resolved, answer } => {
-            let checked = estimate::check(&input, resolved.as_deref(), answer.format);
+            let checked = check::check(&input, resolved.as_deref(), answer.format);
             shown(checked.map(|text| (text, Exit::Done)), answer.format)
         }
         Command::Conform(arguments) => conform::conform(&arguments),

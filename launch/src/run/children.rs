@@ -3,7 +3,7 @@
 //! Each child leads a process group of its own, so that Ctrl-C reaches this program alone, which ends the others in order; and
 //! so that what a child has started ends with it. What is wrong a child of this project says as data, see [`Errors`].
 
-use crate::stop::Stop;
+use crate::front::stop::Stop;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc::interrupt;
 use rustix::fs::{FallocateFlags, MemfdFlags, OFlags, fallocate, fcntl_setfl, memfd_create};

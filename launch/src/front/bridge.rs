@@ -1,7 +1,7 @@
 //! `rockfall bridge`: a solver that is elsewhere takes part in a run, over TCP.
 
-use crate::children;
-use crate::stop::Stop;
+use crate::front::stop::Stop;
+use crate::run::children;
 use clap::Args;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc::{self, Connection, interrupt, link::LONGEST_TOKEN};

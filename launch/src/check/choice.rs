@@ -7,9 +7,9 @@
 //! Elsewhere weak coupling where its longest window is about as long as the steps of the structure, which it then costs nothing
 //! to exchange at; else strong coupling, whose windows are limited by what they resolve. Measured: `tests/tests/physics/defaults.rs`.
 
-use crate::numbers::Numbers;
-use crate::plan::{Part, Plan};
-use crate::stability::divided;
+use crate::check::numbers::Numbers;
+use crate::check::plan::{Part, Plan};
+use crate::check::stability::divided;
 use interface_defs::diagnostic::Diagnostic;
 use toml::{Table, Value};
 use toolkit::check::CheckReport;

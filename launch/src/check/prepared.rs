@@ -1,12 +1,12 @@
 //! A scene before its start: that it is one, who takes part, what each program says of it, and what was chosen where it leaves something open.
 
-use crate::children::{self, Events, Job, Rules, SOON};
-use crate::choice::{self, Chosen};
-use crate::ground::Ground;
-use crate::numbers::Numbers;
-use crate::plan::{Member, Part, Plan};
-use crate::record;
-use crate::stop::Stop;
+use crate::check::choice::{self, Chosen};
+use crate::check::ground::Ground;
+use crate::check::numbers::Numbers;
+use crate::check::plan::{Member, Part, Plan};
+use crate::front::stop::Stop;
+use crate::run::children::{self, Events, Job, Rules, SOON};
+use crate::run::record;
 use interface_defs::InterfaceMesh;
 use interface_defs::diagnostic::{Diagnostic, Severity, code};
 use std::path::{Path, PathBuf};

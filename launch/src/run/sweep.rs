@@ -1,9 +1,9 @@
 //! Many runs, one after the other: each is `rockfall run`, as a user would call it, into a directory of its own. What has ended
 //! is kept there, so that the same command goes on where it was left.
 
-use crate::children::{self, Events, Goes, Job, Rules};
-use crate::plan::own_program;
-use crate::stop::{Stop, unwritten};
+use crate::check::plan::own_program;
+use crate::front::stop::{Stop, unwritten};
+use crate::run::children::{self, Events, Goes, Job, Rules};
 use interface_defs::diagnostic::{Diagnostic, Place, code};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};

@@ -136,7 +136,7 @@ fn member(part: Part, processes: &Processes, scene: &Scene) -> Result<Member, Di
                     key out for this project's own program";
         scene.invalid(&format!("processes.{}", part.name()), what).try_instead(cure)
     };
-    let mut words = crate::shell::split(line).map_err(refuse)?.into_iter();
+    let mut words = crate::front::shell::split(line).map_err(refuse)?.into_iter();
     let name = words.next().unwrap_or_default();
     let base = scene.path().parent().unwrap_or(Path::new(""));
     // Absolute, so that the command line in the record can be run from anywhere.

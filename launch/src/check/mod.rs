@@ -1,11 +1,24 @@
 //! `rockfall check`: what would run, critical steps, windows, cost, from the programs' own numbers.
+//!
+//! - [`prepared`]: all that comes before the record, for every command that reads a scene: each program checks the tables that are its
+//!   own, and reports numbers
+//! - [`plan`]: who takes part, by presence, and the program files
+//! - [`ground`]: heights of the terrain for a structure that stands on it, and where files lie that one program hands to another
+//! - [`choice`]: scheme, window and steps that the scene leaves open, from [`numbers`] and [`stability`] (the longest weak window)
 
-use crate::children::Events;
-use crate::choice::Preset;
-use crate::numbers::{Numbers, Side};
-use crate::prepared::Prepared;
-use crate::record;
-use crate::stop::Stop;
+pub mod choice;
+pub mod ground;
+pub mod numbers;
+pub mod plan;
+pub mod prepared;
+pub mod stability;
+
+use crate::check::choice::Preset;
+use crate::check::numbers::{Numbers, Side};
+use crate::check::prepared::Prepared;
+use crate::front::stop::Stop;
+use crate::run::children::Events;
+use crate::run::record;
 use interface_defs::diagnostic::{Diagnostic, Severity, code};
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -76,7 +89,7 @@ impl Prepared {
 
     /// The same as data, with what was chosen by its dotted key.
     fn json(&self, warnings: &[Diagnostic]) -> Value {
-        let process = |member: &crate::plan::Member| {
+        let process = |member: &crate::check::plan::Member| {
             let report = self.report(member.part);
             json!({
                 "name": member.part.name(),
@@ -255,7 +268,7 @@ impl Numbers {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan::Part;
+    use crate::check::plan::Part;
     use toolkit::check::CheckReport;
 
     fn report(numbers: &[(&str, f64)]) -> CheckReport {

@@ -1,11 +1,11 @@
 //! `rockfall conform`: whether a program keeps the interface contract, clause by clause.
 
-use crate::children::{self, Events, Goes, Job, Rules, how};
-use crate::plan::Part;
-use crate::prepared::Prepared;
-use crate::record;
+use crate::check::plan::Part;
+use crate::check::prepared::Prepared;
+use crate::front::stop::{Stop, write};
+use crate::run::children::{self, Events, Goes, Job, Rules, how};
+use crate::run::record;
 use crate::run::verdict::quote;
-use crate::stop::{Stop, write};
 use clap::{Args, ValueEnum};
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::ipc::{self, RunId};
@@ -70,7 +70,7 @@ pub fn conform(request: &Arguments) -> Result<Exit, Stop> {
         // In a scene a path counts from the directory of the scene.
         words[0] = children_path(&words[0])?;
     }
-    let line = toml::Value::from(crate::shell::join(words));
+    let line = toml::Value::from(crate::front::shell::join(words));
     let mut sets = request.sets.clone();
     sets.push(format!("processes.{}={line}", part.name()));
     let prepared = Prepared::of(&Input { scene, sets }, |_| None, &events)?;
@@ -82,7 +82,7 @@ pub fn conform(request: &Arguments) -> Result<Exit, Stop> {
     let file = dir.join(run_dir::SCENE);
     let mut resolved = prepared.resolved()?;
     let failed = |e| Stop::failed(code::NOT_WRITTEN, format!("{}: cannot be written: {e}", dir.display()));
-    prepared.ground.keep(&dir.join(crate::ground::FILE), &mut resolved).map_err(failed)?;
+    prepared.ground.keep(&dir.join(crate::check::ground::FILE), &mut resolved).map_err(failed)?;
     record::write_scene(&file, &prepared.scene, &resolved, Some(&run)).map_err(failed)?;
     let log = dir.join(run_dir::LOG);
     Dir::create(&log).map_err(failed)?;
