@@ -1,6 +1,6 @@
 //! Each criterion of the test, with its number, its bound, and what follows.
 
-use super::layout::{NET, Part};
+use super::layout::{BarrierPart, NET};
 use super::measured::{Launch, NOMINAL, Row};
 use super::site::{Test, Which};
 use interface_defs::verdict::Fate;
@@ -53,13 +53,13 @@ pub fn category(share: f64) -> &'static str {
 }
 
 /// Of a criterion: its name, number and bound with their unit, what follows, and why.
-type Found = (&'static str, Option<(f64, f64)>, &'static str, Result, String);
+type Judgement = (&'static str, Option<(f64, f64)>, &'static str, Result, String);
 
 /// All criteria.
 pub fn all(test: &Test, launches: &[Launch]) -> Vec<Criterion> {
     let absent = |why: &str| ("stopped", None, "1", Result::NotExamined, why.to_owned());
     let mut all = Vec::new();
-    let mut add = |which: Which, (name, number, unit, result, why): Found| {
+    let mut add = |which: Which, (name, number, unit, result, why): Judgement| {
         let (value, bound) = number.unzip();
         all.push(Criterion { launch: which.name(), name, value, bound, unit, result, why });
     };
@@ -91,7 +91,7 @@ fn is_open(launch: &Launch) -> bool {
     matches!(launch.fate, Some(Fate::Undecided | Fate::StillMoving))
 }
 
-fn stopped(launch: &Launch) -> Found {
+fn stopped(launch: &Launch) -> Judgement {
     let (result, why) = match launch.stopped {
         _ if is_open(launch) => {
             let why = "it is still being stopped at the end of the run: --time S, longer";
@@ -103,7 +103,7 @@ fn stopped(launch: &Launch) -> Found {
     ("stopped", None, "1", result, why)
 }
 
-fn clear_of_ground(launch: &Launch) -> Found {
+fn clear_of_ground(launch: &Launch) -> Judgement {
     let clear = launch.value("clearance_block").zip(launch.value("clearance_net"));
     let clear = clear.map(|(block, net)| (block.min(net), 0.0));
     let result = match clear {
@@ -117,7 +117,7 @@ fn clear_of_ground(launch: &Launch) -> Found {
 }
 
 /// The residual height after SEL 1.
-fn left(launch: &Launch) -> Found {
+fn left(launch: &Launch) -> Judgement {
     let numbers = ["h_R/h_N", NOMINAL, "h_R_least", "h_R_most"].map(|name| launch.value(name));
     let [Some(share), Some(before), Some(least), Some(most)] = numbers else {
         return ("residual height", None, "1", Result::NotExamined, launch.no_height());
@@ -137,9 +137,9 @@ fn left(launch: &Launch) -> Found {
 
 /// Of the net: openings below twice what they were. Where a mesh tears, two become one; where none does, its sides hold, and a mesh
 /// cannot open to more than the circle of its perimeter. Of all other parts: none in two, and so many tore.
-fn tearing(test: &Test, launch: &Launch, net: bool) -> Found {
+fn tearing(test: &Test, launch: &Launch, net: bool) -> Judgement {
     let names = |breaks: bool| {
-        let of = |part: &&Part| (part.name == NET) == net && part.can_break == breaks;
+        let of = |part: &&BarrierPart| (part.name == NET) == net && part.can_break == breaks;
         test.layout.parts.iter().filter(of).map(|part| part.name.as_str()).collect::<Vec<_>>().join(", ")
     };
     let torn = launch.torn.iter().flatten().filter(|torn| (torn.part == NET) == net);

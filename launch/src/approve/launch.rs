@@ -77,7 +77,7 @@ pub struct Runs<'a> {
 
 /// Where a second launch starts: directory of the run whose structure it takes over; whether that is at rest as it is, and no
 /// equilibrium is looked for; the structure there; what the run is of.
-type Start = (String, bool, Layout, String);
+type Second = (String, bool, Layout, String);
 
 /// What a run is, in words, and whether block and net settle in it.
 type What<'a> = (&'a str, bool);
@@ -149,7 +149,7 @@ impl Runs<'_> {
     }
 
     /// Where a launch starts after the `first`. An error within: it came to no rest, and how that ended.
-    fn at_rest(&self, first: &Launch) -> Result<Result<Start, Ended>, Stop> {
+    fn at_rest(&self, first: &Launch) -> Result<Result<Second, Ended>, Stop> {
         let [from, of] = first.last.clone();
         let layout = |from: &str, rests: bool| {
             let mut scene = self.test.document.clone();

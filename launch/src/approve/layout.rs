@@ -21,14 +21,14 @@ pub struct Layout {
     /// Nodes, lines, groups, at rest.
     pub mesh: InterfaceMesh,
     /// Its parts.
-    pub parts: Vec<Part>,
+    pub parts: Vec<BarrierPart>,
     /// Its tables with every default.
     pub resolved: Table,
 }
 
 /// A part of it.
 #[derive(Debug, Clone)]
-pub struct Part {
+pub struct BarrierPart {
     /// Name of its group.
     pub name: String,
     /// What it is made of.
@@ -55,7 +55,7 @@ impl Layout {
         let report = CheckReport::from_json(&text)?;
         let mesh = report.interface.unwrap_or_default();
         let parts = at(&report.resolved, "structure.parts").and_then(Value::as_array).into_iter().flatten();
-        let parts = parts.filter_map(|part| Part::of(part.as_table()?, &mesh)).collect();
+        let parts = parts.filter_map(|part| BarrierPart::of(part.as_table()?, &mesh)).collect();
         Ok(Self { mesh, parts, resolved: report.resolved })
     }
 
@@ -171,7 +171,7 @@ impl Layout {
     }
 }
 
-impl Part {
+impl BarrierPart {
     fn of(table: &Table, mesh: &InterfaceMesh) -> Option<Self> {
         let text = |key: &str| table.get(key).and_then(Value::as_str).map(str::to_owned);
         let (name, element) = (text("name")?, text("element")?);

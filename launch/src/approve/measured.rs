@@ -1,7 +1,7 @@
 //! The numbers of a launch, from the summary and the history of its runs. Definitions: EAD 340059-00-0106, as far as it could be read
 //! (docs/approval.md).
 
-use super::layout::{Layout, OWN, Part};
+use super::layout::{BarrierPart, Layout, OWN};
 use super::site::{BLOCK, Block, CORNER, GRAVITY, Test, Which};
 use crate::front::stop::Stop;
 use crate::report::table::Table;
@@ -237,7 +237,7 @@ impl Launch {
         }
         let nominal = first.and_then(|first| first.value(NOMINAL));
         let block = test.kit.block(test.kit.energy(which));
-        let mut rows = Rows { block, nominal, run: &run, rows: Vec::new() };
+        let mut rows = LaunchNumbers { block, nominal, run: &run, rows: Vec::new() };
         if let Some(now) = now.filter(|_| !run.history.times().is_empty()) {
             rows.all(test, now, rest.as_ref(), torn.as_deref().unwrap_or_default());
         }
@@ -306,7 +306,7 @@ impl Launch {
 type Timed = Option<(f64, f64)>;
 
 /// The numbers of a launch in the making.
-struct Rows<'a> {
+struct LaunchNumbers<'a> {
     block: Block,
     /// Height of the top rope before the first launch [m]; `None`: this is the first.
     nominal: Option<f64>,
@@ -314,7 +314,7 @@ struct Rows<'a> {
     rows: Vec<Row>,
 }
 
-impl Rows<'_> {
+impl LaunchNumbers<'_> {
     /// One more; an empty note is none.
     fn add(&mut self, name: &str, value: Option<f64>, unit: &'static str, note: &str) -> &mut Row {
         let note = Some(note.to_owned()).filter(|note| !note.is_empty());
@@ -403,7 +403,7 @@ impl Rows<'_> {
             self.support(&name);
         }
         let brakes = test.layout.parts.iter().filter(|part| part.element == "brake");
-        let work = |(part, i): (&Part, usize)| work(history, part, i, history.row_at(end));
+        let work = |(part, i): (&BarrierPart, usize)| work(history, part, i, history.row_at(end));
         let brakes = brakes.flat_map(|part| (0..part.members.len()).map(move |i| (part, i)));
         self.energies(brakes.filter_map(work).sum(), end, absorbed);
     }
@@ -436,7 +436,7 @@ impl Rows<'_> {
     }
 
     /// What is reported of a part depends on what it is made of: of ropes and nets of all together, of brakes and posts of each.
-    fn part(&mut self, part: &Part, now: &Layout) {
+    fn part(&mut self, part: &BarrierPart, now: &Layout) {
         let force = |name, end| (name, end, "N", part.strength);
         let table = match part.element.as_str() {
             _ if part.members.is_empty() => vec![force("tension", "tension_max")],
@@ -466,7 +466,7 @@ impl Rows<'_> {
 
     /// The plastic travel of brake number `i` of `part`, whose nodes stand at `ends` at the start: what its stroke and its utilisation
     /// count, too.
-    fn travel(&mut self, name: &str, part: &Part, i: usize, [a, b]: [[f64; 3]; 2]) {
+    fn travel(&mut self, name: &str, part: &BarrierPart, i: usize, [a, b]: [[f64; 3]; 2]) {
         let at_start = self.run.history.column(&format!("{}_elongation_m", part.member(i))).first();
         let modelled = size(&[0, 1, 2].map(|k| b[k] - a[k])) - at_start.unwrap_or(&0.0);
         let slack = part.length.map_or(0.0, |length| modelled - length);
@@ -541,7 +541,7 @@ fn size(v: &[f64; 3]) -> f64 {
 }
 
 /// Elongation of brake number `i` of `part` less what of it is elastic, in each row [m].
-fn plastic(history: &Table, part: &Part, i: usize) -> Vec<f64> {
+fn plastic(history: &Table, part: &BarrierPart, i: usize) -> Vec<f64> {
     let column = |end| history.column(&format!("{}_{end}", part.member(i)));
     let elastic = |force: &f64| part.stiffness.map_or(0.0, |of| force / of);
     column("elongation_m").iter().zip(column("tension_N")).map(|(e, force)| e - elastic(force)).collect()
@@ -550,7 +550,7 @@ fn plastic(history: &Table, part: &Part, i: usize) -> Vec<f64> {
 /// What brake number `i` of `part` has dissipated up to a row [J]: its force over its plastic travel, which is the largest elongation less
 /// that of its force. Over the elongation itself a brake that stays elastic comes to a work of either sign: rows are samples, and do not
 /// see where it goes slack.
-fn work(history: &Table, part: &Part, i: usize, row: usize) -> Option<f64> {
+fn work(history: &Table, part: &BarrierPart, i: usize, row: usize) -> Option<f64> {
     let (forces, travels) =
         (history.column(&format!("{}_tension_N", part.member(i))), plastic(history, part, i));
     let last = row.min(travels.len().checked_sub(1)?);
@@ -592,7 +592,7 @@ mod tests {
         let columns = ["time_s", "block_vx_m_per_s", "block_vy_m_per_s", "block_vz_m_per_s"];
         let run = Ended { history: history(&columns, rows), ..Ended::default() };
         let block = Block { mass: 2.0, size: 0.1 };
-        let mut rows = Rows { block, nominal: None, run: &run, rows: Vec::new() };
+        let mut rows = LaunchNumbers { block, nominal: None, run: &run, rows: Vec::new() };
         rows.block_force(f64::from(fall) * step, f64::from(brake) * step);
         let [mean, smooth, raw] = [0, 1, 2].map(|i| rows.rows[i].value.expect("a force"));
         assert!((mean / (2.0 * (100.0 + GRAVITY)) - 1.0).abs() < 1e-9, "{mean}");
@@ -603,7 +603,7 @@ mod tests {
 
     #[test]
     fn the_work_of_a_brake_is_its_force_over_its_plastic_travel_and_none_while_it_is_elastic() {
-        let brake = Part {
+        let brake = BarrierPart {
             name: "b".into(),
             element: "brake".into(),
             strength: None,
@@ -620,12 +620,12 @@ mod tests {
         assert_eq!(work(&slips, &brake, 1, 2), None);
         // Its travel is that of its law, which begins at its own length.
         for (length, travel) in [(None, 0.5), (Some(0.5), 1.0)] {
-            let brake = Part { length, ..brake.clone() };
+            let brake = BarrierPart { length, ..brake.clone() };
             let columns = ["time_s", "approve_b_1_tension_N", "approve_b_1_elongation_m"];
             let rows = [[0.0, 0.0, 0.0], [1.0, 100.0, 0.01], [2.0, 100.0, 0.51], [3.0, 0.0, 0.5]];
             let run = Ended { history: history(&columns, rows.map(Vec::from).into()), ..Ended::default() };
             let block = Block { mass: 2.0, size: 0.1 };
-            let mut rows = Rows { block, nominal: None, run: &run, rows: Vec::new() };
+            let mut rows = LaunchNumbers { block, nominal: None, run: &run, rows: Vec::new() };
             rows.travel("b 1", &brake, 0, [[0.0; 3], [1.0, 0.0, 0.0]]);
             let row = &rows.rows[0];
             assert!(

@@ -44,7 +44,7 @@ const AS_DEFINED: &str = "as_defined";
 
 /// What the command line asks for.
 #[derive(Debug, Clone, Args)]
-pub struct Arguments {
+pub struct ApproveArguments {
     /// Kit file: [structure] with a barrier, [[gauge]], [kit]
     #[arg(value_name = "KIT", value_parser = path())]
     pub kit: PathBuf,
@@ -126,7 +126,7 @@ impl Case {
 }
 
 /// The whole command.
-pub fn approve(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
+pub fn approve(arguments: &ApproveArguments, json: bool) -> Result<Exit, Stop> {
     let events = Events::watch()?;
     let kit = site::Kit::read(arguments)?;
     let variations = vary::all(arguments, &kit.document)?;

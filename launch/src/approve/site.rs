@@ -3,7 +3,7 @@
 //! The site is vertical, as most: the barrier stands out from a wall, gravity acts along the motion of the block. In the axes of the
 //! barrier y runs down the slope, z is normal to it, and the anchors lie in the wall through the feet, which is the reference slope.
 
-use super::Arguments;
+use super::ApproveArguments;
 use super::layout::{Layout, table_at};
 use super::vary::Variation;
 use crate::check::ground::Scratch;
@@ -71,10 +71,10 @@ pub struct Kit {
 
 impl Kit {
     /// What the command line asks for. Nothing has been started where it is refused.
-    pub fn read(arguments: &Arguments) -> Result<Self, Stop> {
+    pub fn read(arguments: &ApproveArguments) -> Result<Self, Stop> {
         let refused = |e: Diagnostic| prepared::no_kit(&arguments.kit).unwrap_or_else(|| e.into());
         let (own, about) = Scene::load_kit(&arguments.kit).map_err(refused)?;
-        let Arguments { energy, sel, speed, density, time, .. } = *arguments;
+        let ApproveArguments { energy, sel, speed, density, time, .. } = *arguments;
         let Some(mel) = energy.map(|energy| 1e3 * energy).or(about.energy) else {
             let what = "the energy of the largest launch is not known";
             let cure = "add --energy KJ, or energy = 1e6 [J] to [kit]";

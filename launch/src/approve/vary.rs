@@ -1,6 +1,6 @@
 //! What is uncertain of a kit, varied one at a time.
 
-use super::Arguments;
+use super::ApproveArguments;
 use crate::front::stop::Stop;
 use interface_defs::diagnostic::{Diagnostic, Place, code};
 use toml::{Table, Value};
@@ -36,7 +36,7 @@ pub const PLACES: [&str; 3] = ["post", "edge_field", "top_rope"];
 const ABSENT: [(&str, &str); 2] = [(".friction", "0.0"), (".bundle_factor", "1.0")];
 
 /// The test as it is defined, then every variation.
-pub fn all(arguments: &Arguments, document: &Table) -> Result<Vec<Variation>, Stop> {
+pub fn all(arguments: &ApproveArguments, document: &Table) -> Result<Vec<Variation>, Stop> {
     let mut found = vec![Variation { name: NOTHING.into(), ..Variation::default() }];
     let asked = if arguments.vary.is_empty() { &DEFAULT.map(str::to_owned)[..] } else { &arguments.vary };
     for word in asked.iter().filter(|_| !arguments.no_variations) {
@@ -52,12 +52,12 @@ pub fn all(arguments: &Arguments, document: &Table) -> Result<Vec<Variation>, St
             }
             if key == "place" {
                 let place = PLACES.into_iter().find(|place| *place == value);
-                let other = || refuse(format!("`{value}` is no place: {}", PLACES.join(", ")));
+                let other = || refuse(format!("`{value}` is not a place: {}", PLACES.join(", ")));
                 found.push(Variation { name, place: place.ok_or_else(other)?, sets: Vec::new() });
                 continue;
             }
             let number: f64 = value.parse().ok().filter(|n: &f64| n.is_finite()).ok_or_else(|| {
-                refuse(format!("`{value}` is no number")).try_instead("write KEY=A,B with numbers")
+                refuse(format!("`{value}` is not a number")).try_instead("write KEY=A,B with numbers")
             })?;
             let sets = sets_of(document, key, number);
             let changes = |set: &String| {

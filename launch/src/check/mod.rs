@@ -40,7 +40,7 @@ pub fn check(input: &Input, resolved: Option<&Path>, format: Format) -> Result<S
     if let Some(file) = resolved {
         // A device or a directory would be replaced, not written to.
         if file.metadata().is_ok_and(|known| !known.is_file()) {
-            let what = format!("--resolved {}: this is no regular file", file.display());
+            let what = format!("--resolved {}: this is not a regular file", file.display());
             return Err(Stop::input(code::ARGUMENT, what)
                 .hinted("name the file of a scene, as in --resolved full.toml"));
         }

@@ -5,7 +5,7 @@ use crate::check::ground::Ground;
 use crate::check::numbers::Numbers;
 use crate::check::plan::{Member, Part, Plan};
 use crate::front::stop::Stop;
-use crate::run::children::{self, Events, Job, Rules, SOON};
+use crate::run::children::{self, EARLY_REPORT, Events, Job, Rules};
 use crate::run::record;
 use interface_defs::InterfaceMesh;
 use interface_defs::diagnostic::{Diagnostic, Severity, code};
@@ -214,7 +214,7 @@ fn validate(
         // What is asked for a run is said by the run.
         let seconds: Option<&mut dyn FnMut(u64)> = if trial.0.is_some() { Some(&mut say) } else { None };
         let mut outcome =
-            children::watch(jobs, Rules { seconds, first: Some(SOON), ..Rules::default() }, events)?;
+            children::watch(jobs, Rules { seconds, first: Some(EARLY_REPORT), ..Rules::default() }, events)?;
         if outcome.interrupted {
             return Err(Stop::interrupted());
         }

@@ -24,11 +24,11 @@ use toolkit::program::seconds;
 const SHORTEST_TOKEN: usize = 16;
 
 /// What the solver is given to end by itself when the run is over.
-const GRACE: Duration = Duration::from_secs(2);
+const SOLVER_GRACE: Duration = Duration::from_secs(2);
 
 /// What the command line asks for.
 #[derive(Debug, Args)]
-pub struct Arguments {
+pub struct BridgeArguments {
     /// Beside the run: wait here in the solver's place. An address that other machines reach takes a token
     #[arg(long, value_name = "HOST:PORT", conflicts_with = "connect", required_unless_present = "connect")]
     listen: Option<String>,
@@ -50,7 +50,7 @@ pub struct Arguments {
 }
 
 /// One end of a bridge.
-pub fn bridge(request: &Arguments) -> Result<Exit, Stop> {
+pub fn bridge(request: &BridgeArguments) -> Result<Exit, Stop> {
     interrupt::install();
     let token = token(request)?;
     match (&request.listen, &request.connect) {
@@ -60,7 +60,7 @@ pub fn bridge(request: &Arguments) -> Result<Exit, Stop> {
 }
 
 /// What the file of the token holds; none without one.
-fn token(request: &Arguments) -> Result<Vec<u8>, Stop> {
+fn token(request: &BridgeArguments) -> Result<Vec<u8>, Stop> {
     let Some(file) = &request.token_file else { return Ok(Vec::new()) };
     let bytes = input_file::read(file, 2 * LONGEST_TOKEN as u64)?;
     let token = bytes.trim_ascii();
@@ -84,7 +84,7 @@ fn unstarted(failure: Failure) -> Stop {
 }
 
 /// In the place of a solver.
-fn listen(at: &str, token: &[u8], request: &Arguments) -> Result<Exit, Stop> {
+fn listen(at: &str, token: &[u8], request: &BridgeArguments) -> Result<Exit, Stop> {
     let refuse = |what: String, cure: &str| {
         let what = format!("--listen {at}: {what}");
         Stop::from(Diagnostic::error(code::ARGUMENT, what).try_instead(cure))
@@ -115,7 +115,7 @@ fn listen(at: &str, token: &[u8], request: &Arguments) -> Result<Exit, Stop> {
 }
 
 /// In the place of the coupler.
-fn connect(to: &str, token: &[u8], request: &Arguments) -> Result<Exit, Stop> {
+fn connect(to: &str, token: &[u8], request: &BridgeArguments) -> Result<Exit, Stop> {
     let timeout = Duration::from_secs_f64(request.timeout);
     let (mut link, invitation) = ipc::bridge::connect(to, token, timeout).map_err(unstarted)?;
     let unwritten = |e| Stop::failed(code::NOT_WRITTEN, format!("a directory for the solver: {e}"));
@@ -150,7 +150,7 @@ fn connect(to: &str, token: &[u8], request: &Arguments) -> Result<Exit, Stop> {
             ))),
             _ => Ok(()),
         });
-    let until = Instant::now() + GRACE;
+    let until = Instant::now() + SOLVER_GRACE;
     while Instant::now() < until && matches!(solver.borrow_mut().0.try_wait(), Ok(None)) {
         std::thread::sleep(Duration::from_millis(10));
     }

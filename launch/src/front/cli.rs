@@ -46,9 +46,9 @@ enum Command {
     ///
     /// What is missing is asked for on a terminal. Nothing that is there is overwritten.
     #[command(verbatim_doc_comment)]
-    New(new::Arguments),
+    New(new::NewArguments),
     /// Run a scene: start the processes that it requires, watch them, write the results
-    Run(run::Arguments),
+    Run(run::RunArguments),
     /// Check a scene: processes, critical time steps [s], windows, cost, warnings; or a study: members, lines, cost, warnings
     ///
     /// Nothing is started and nothing written; for the cost a fall to the net, or a structure alone, is tried for half a second, of a study
@@ -70,20 +70,20 @@ enum Command {
     /// clause it says kept, broken with the numbers of both sides, or not examined and why.
     /// Exit codes: 0 no clause is broken; 1 one is, or it was lost or interrupted; 2 bad input.
     #[command(verbatim_doc_comment)]
-    Conform(conform::Arguments),
+    Conform(conform::ConformArguments),
     /// Measure what accuracy costs: run a scene over its knobs, print the cheapest settings for 10, 3, 1 and 0.1 %
     ///
     /// Runs are made one at a time, and kept: the same command goes on where it was left. The page `trade.md` of its directory
     /// has the table of all settings, the front and lines to copy; `trade.csv` has all runs, `trade.svg` shows error over cost; `report.html` is page and picture.
     /// Exit codes: 0 done; 1 interrupted, or nothing to compare with; 2 bad input.
-    Trade(trade::Arguments),
+    Trade(trade::TradeArguments),
     /// Run a barrier kit through its approval tests (EAD 340059-00-0106): SEL 1, SEL 2, MEL, each criterion with its number, pass or fail
     ///
     /// The launches are made at a vertical site, then again with what is uncertain varied, one thing at a time. Runs are kept: after
     /// Ctrl-C the same command goes on. `approval.json` and `approval.csv` of its directory have all numbers.
     /// Exit codes: 0 judged, pass or fail; 1 interrupted, or failed; 2 bad input, nothing was started; 3 not settled: a run that
     /// failed or is unreliable decides, which is never a pass.
-    Approve(approve::Arguments),
+    Approve(approve::ApproveArguments),
     /// Fill a closed surface (STL, OBJ, built-in shape) with overlapping spheres, and print its error
     #[command(
         after_help = "SHAPE is a file or one of cube:EDGE, box:A,B,C (edges), sphere:RADIUS, ellipsoid:A,B,C (semi-axes), \
@@ -117,12 +117,12 @@ enum Command {
     /// `rockfall run SCENE --record FILE` makes the recording. Fields and gauges of every answer are compared with those recorded;
     /// the first answer that differs by more than --tolerance is named, with its window and both numbers. Exit codes: 0 no answer
     /// differs by more; 1 one does, or the solver failed; 2 bad input.
-    Replay(replay::Arguments),
+    Replay(replay::ReplayArguments),
     /// Write the report of a run, study, test for approval or `trade` anew: `report.html`, one page that opens from disk
     ///
     /// Each writes it at its end, unless its scene or kit has `report = false` in `[output]`, or its study `report = false`. With `[output] fields` the replay shows the
     /// structure. Exit codes: 0 written; 1 it could not be; 2 no run that has ended is there, or no browser for --pdf.
-    Report(report::Arguments),
+    Report(report::ReportArguments),
     /// A solver in another language, container or on another machine: what crosses goes over TCP
     ///
     /// Beside the run `--listen` stands in for the solver, as a scene says: `[processes] fem = "rockfall bridge --listen 127.0.0.1:4711"`.
@@ -130,7 +130,7 @@ enum Command {
     /// may also speak TCP itself (interface-defs/PROTOCOL.md, section 7). The text of the scene goes with it; files that it
     /// names must lie there, too, at the same paths. Nothing is encrypted: between machines use a tunnel (`ssh -L`, WireGuard).
     /// Exit codes: 0 the run is done; 1 it failed, or one side was lost; 2 bad input, nothing was started.
-    Bridge(bridge::Arguments),
+    Bridge(bridge::BridgeArguments),
     /// How far a run, a study or a test for approval is, by the files in its directory
     ///
     /// Exit codes: 0 done, or running; 1 failed, interrupted or killed; 2 nothing of these there; 3 done, but unreliable or not settled.

@@ -3,7 +3,7 @@
 use crate::check::plan::Part;
 use crate::check::prepared::Prepared;
 use crate::front::stop::{Stop, write};
-use crate::run::children::{self, Events, Goes, Job, Rules, how};
+use crate::run::children::{self, Destination, Events, Job, Rules, how};
 use crate::run::record;
 use crate::run::verdict::quote;
 use clap::{Args, ValueEnum};
@@ -32,7 +32,7 @@ enum Role {
 
 /// What the command line asks for.
 #[derive(Debug, Args)]
-pub struct Arguments {
+pub struct ConformArguments {
     /// Part that the program takes
     #[arg(long, value_enum)]
     role: Role,
@@ -50,7 +50,7 @@ pub struct Arguments {
 }
 
 /// Start the program with a partner and a coupler that examines it, and show what that found.
-pub fn conform(request: &Arguments) -> Result<Exit, Stop> {
+pub fn conform(request: &ConformArguments) -> Result<Exit, Stop> {
     let events = Events::watch()?;
     let scratch = tempfile::tempdir().map_err(|e| {
         Stop::failed(code::NOT_WRITTEN, format!("a directory for the run cannot be made: {e}"))
@@ -105,7 +105,7 @@ pub fn conform(request: &Arguments) -> Result<Exit, Stop> {
         }
         command.arg("--as").arg(name).arg("--out").arg(dir.join("out"));
         command.arg("--timeout").arg(prepared.plan.processes.timeout.to_string());
-        let output = Goes::Log { file: children::log_file(&log, name), progress: false };
+        let output = Destination::Log { file: children::log_file(&log, name), progress: false };
         Job { name: name.into(), command, input: None, output }
     });
     let rules =

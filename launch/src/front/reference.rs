@@ -26,10 +26,10 @@ pub fn text(share: &Share, study: &Share, calibration: &Share) -> String {
     let known: Vec<&str> = KEYS.into_iter().filter(|key| share.properties.contains_key(*key)).collect();
     let all = |share: &Share, required| {
         let keys: Vec<&str> = share.properties.keys().map(String::as_str).collect();
-        Page::document(share, &keys, required, 3)
+        ReferencePage::document(share, &keys, required, 3)
     };
     let values = [
-        ("SCENE", Page::document(share, &known, "end_time", 2)),
+        ("SCENE", ReferencePage::document(share, &known, "end_time", 2)),
         ("STUDY", all(study, "scene")),
         ("CALIBRATION", all(calibration, "study")),
         ("RESULTS", results(share)),
@@ -127,12 +127,12 @@ fn description(schema: &Value) -> &str {
     schema.get("description").and_then(Value::as_str).unwrap_or("")
 }
 
-struct Page<'a> {
+struct ReferencePage<'a> {
     share: &'a Share,
     text: String,
 }
 
-impl<'a> Page<'a> {
+impl<'a> ReferencePage<'a> {
     /// A whole document: the values at its top, of which one is required, then its tables.
     fn document(share: &'a Share, known: &[&str], required: &str, level: usize) -> String {
         let plain = |key: &&str| Kind::of(&share.properties[*key], share).is_plain();

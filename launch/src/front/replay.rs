@@ -2,7 +2,7 @@
 
 use crate::check::plan::own_program;
 use crate::front::stop::Stop;
-use crate::run::children::{self, Events, Goes, Job, Rules};
+use crate::run::children::{self, Destination, Events, Job, Rules};
 use clap::Args;
 use interface_defs::RunId;
 use interface_defs::diagnostic::code;
@@ -17,7 +17,7 @@ use toolkit::recording::{Entry, Reader};
 
 /// What the command line asks for.
 #[derive(Debug, Args)]
-pub struct Arguments {
+pub struct ReplayArguments {
     /// Recording that `rockfall run --record FILE` wrote
     file: PathBuf,
     /// Which solver is asked: dem (contact) or fem (structure)
@@ -37,7 +37,7 @@ pub struct Arguments {
 }
 
 /// Start the solver and whoever asks it.
-pub fn replay(request: &Arguments) -> Result<Exit, Stop> {
+pub fn replay(request: &ReplayArguments) -> Result<Exit, Stop> {
     let (role, scene) = (request.role.as_str(), Reader::open(&request.file)?.scene);
     let events = Events::watch()?;
     let (run, own) = (RunId::new().to_string(), |name| own_program(name).map(OsString::from));
@@ -66,8 +66,8 @@ pub fn replay(request: &Arguments) -> Result<Exit, Stop> {
     solver.args(&words[1..]).arg("serve").arg(scene.path()).args(["--run", &run, "--as", role]);
     solver.arg("--out").arg(dir.path()).args(["--timeout", &timeout, "--supervisor", &supervisor]);
     let jobs = vec![
-        Job { name: "coupler".into(), command: leader, input: None, output: Goes::Shown },
-        Job { name: role.into(), output: Goes::Kept, ..Job::of(solver) },
+        Job { name: "coupler".into(), command: leader, input: None, output: Destination::Inherited },
+        Job { name: role.into(), output: Destination::Captured, ..Job::of(solver) },
     ];
     let rules = Rules { together: true, grace: Some(children::GRACE_OF_LEADER), ..Rules::default() };
     let outcome = children::watch(jobs, rules, &events)?;
@@ -83,7 +83,7 @@ pub fn replay(request: &Arguments) -> Result<Exit, Stop> {
 }
 
 /// Which program a solver was in the recording.
-fn recorded_with(request: &Arguments, role: &str) -> Result<Option<String>, Stop> {
+fn recorded_with(request: &ReplayArguments, role: &str) -> Result<Option<String>, Stop> {
     let mut recording = Reader::open(&request.file)?;
     while let Some(entry) = recording.next_entry()? {
         match entry {

@@ -15,7 +15,7 @@ use toolkit::screen::show;
 
 /// What the command line asks for.
 #[derive(Debug, Args)]
-pub struct Arguments {
+pub struct NewArguments {
     /// Directory to make; it may be there, and none of the files
     pub dir: PathBuf,
     /// The Walenstadt drop test: a concrete cube falls on a wire net
@@ -28,7 +28,7 @@ pub struct Arguments {
     #[arg(long, value_name = "LANGUAGE", group = "kind", value_parser = solver::LANGUAGES)]
     solver: Option<String>,
     #[command(flatten)]
-    site: site::Arguments,
+    site: site::SiteArguments,
 }
 
 /// A file to write, by its name in the directory, and the commands that come next.
@@ -38,7 +38,7 @@ struct Project {
 }
 
 /// Write the files.
-pub fn new(request: &Arguments) -> Result<Exit, Stop> {
+pub fn new(request: &NewArguments) -> Result<Exit, Stop> {
     let dir = &request.dir;
     let file = |name: &str| shell::join([dir.join(name)]);
     let project = if request.drop_test {

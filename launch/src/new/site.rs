@@ -23,12 +23,12 @@ const KITS: [(&str, &str); 2] = [
     ("example-1000", include_str!("../../kits/example-1000.toml")),
 ];
 /// Largest raster that is read [cells].
-const MOST: usize = 1 << 22;
+const MAX_CELLS: usize = 1 << 22;
 
 /// What a site consists of.
 #[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = "A site")]
-pub struct Arguments {
+pub struct SiteArguments {
     /// Terrain: .asc, .tif, .grd, .xyz, .las, .laz, .stl or .obj, in metres
     #[arg(long, value_name = "FILE", conflicts_with = "kind")]
     terrain: Option<PathBuf>,
@@ -66,7 +66,7 @@ fn zone(text: &str) -> Result<(String, PathBuf), String> {
     }
 }
 
-impl Arguments {
+impl SiteArguments {
     /// With answers to questions in the place of what is missing.
     pub fn completed(&self, ask: &mut dyn FnMut(&str) -> Option<String>) -> Result<Self, Stop> {
         let mut all = self.clone();
@@ -119,7 +119,7 @@ fn layer(dir: &Path, file: &Path, form: Form, option: &str) -> Result<Layer, Sto
 }
 
 /// The files of a site.
-pub fn project(dir: &Path, asked: Arguments) -> Result<Project, Stop> {
+pub fn project(dir: &Path, asked: SiteArguments) -> Result<Project, Stop> {
     let (terrain, release) = (asked.terrain.unwrap_or_default(), asked.release.unwrap_or_default());
     let (ground, volume) = (asked.ground.unwrap_or_else(|| "scree".into()), asked.volume);
     let terrain_name = from(dir, &terrain)?;
@@ -232,7 +232,7 @@ fn height(terrain: &Path, place: [f64; 2], system: Option<u32>) -> Result<f64, S
     ask(&own_program("dem-solver")?, &words, &Events::watch()?)
         .map_err(|stop| Stop { errors: stop.errors.into_iter().map(about).collect(), ..stop })?;
     let bytes = files::read(&heights, files::STATE).map_err(fault)?;
-    let raster = Raster::read_asc(&bytes, MOST)
+    let raster = Raster::read_asc(&bytes, MAX_CELLS)
         .map_err(|_| Stop::failed(code::OTHER, "the heights of the terrain cannot be read"))?;
     raster.nearest(x, y).ok_or_else(|| {
         Stop::input(

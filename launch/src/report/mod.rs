@@ -3,7 +3,7 @@
 //! Every number of a table is that of `summary.json`; nothing is computed again. A kind of results is a file here that makes a [`page`].
 
 use crate::front::stop::Stop;
-use crate::run::children::{self, Events, Goes, Job, Rules};
+use crate::run::children::{self, Destination, Events, Job, Rules};
 use clap::Args;
 use interface_defs::diagnostic::{Diagnostic, code};
 use std::io;
@@ -55,7 +55,7 @@ const SILENT: &str = "--headless --disable-gpu --enable-unsafe-swiftshader --no-
 
 /// What the command line asks for.
 #[derive(Debug, Args)]
-pub struct Arguments {
+pub struct ReportArguments {
     /// Directory of the results
     pub dir: PathBuf,
     /// Write `report.pdf` too, A4, by a browser on PATH (Chromium, Chrome or Edge)
@@ -64,7 +64,7 @@ pub struct Arguments {
 }
 
 /// Write the report of a directory anew.
-pub fn report(Arguments { dir, pdf }: &Arguments) -> Result<Exit, Stop> {
+pub fn report(ReportArguments { dir, pdf }: &ReportArguments) -> Result<Exit, Stop> {
     let browser = pdf.then(browser).transpose()?;
     if maker(dir).is_none() {
         let what = format!("{}: there is no {SUMMARY}, and so no run that has ended", dir.display());
@@ -117,7 +117,7 @@ fn print(browser: &Path, from: &Path, to: &Path) -> Result<(), Stop> {
     command.arg(format!("--user-data-dir={}", profile.display()));
     command.arg(format!("--print-to-pdf={}", out.display())).arg(from.file_name().unwrap_or_default());
     let rules = Rules { grace: Some(children::GRACE_OF_RUN), limit: Some(PRINTING), ..Rules::default() };
-    let job = Job { name: "the browser".into(), command, input: None, output: Goes::Kept };
+    let job = Job { name: "the browser".into(), command, input: None, output: Destination::Captured };
     let (end, too_slow) = children::one(job, rules, &Events::watch()?)?;
     let from = from.display();
     if too_slow {

@@ -31,7 +31,7 @@ const GRACE: Duration = Duration::from_secs(2);
 const GRACE_AFTER_SUCCESS: Duration = Duration::from_secs(10);
 
 /// What the leader of a run is given before the others are asked to end, too: less than it waits for an answer of theirs.
-const ALONE: Duration = Duration::from_millis(700);
+const GRACE_ALONE: Duration = Duration::from_millis(700);
 
 /// What the leader of a run is given to end it in order when the user interrupts it.
 pub const GRACE_OF_LEADER: Duration = Duration::from_secs(5);
@@ -43,19 +43,19 @@ pub const GRACE_OF_RUN: Duration = Duration::from_secs(10);
 const GRACE_BEFORE_KILL: Duration = Duration::from_millis(500);
 
 /// A second signal so soon after the first is the same one, sent to this process and to its group, as `timeout` does.
-const SAME: Duration = Duration::from_millis(200);
+const SAME_SIGNAL: Duration = Duration::from_millis(200);
 
-/// When it is first said how long something takes, and again; later more rarely, after a tenth more.
-const SAID: Duration = Duration::from_secs(10);
+/// First report of how long something takes, and the least time to the next one, which comes after a tenth more.
+const FIRST_REPORT: Duration = Duration::from_secs(10);
 
 /// The same where somebody waits for an answer.
-pub const SOON: Duration = Duration::from_secs(2);
+pub const EARLY_REPORT: Duration = Duration::from_secs(2);
 
-/// Most of what is read of the errors of a child [bytes].
-const MOST: u64 = 1 << 20;
+/// What is read of the errors of a child at most [bytes]: one that writes without end fills no memory.
+const MAX_ERROR_BYTES: u64 = 1 << 20;
 
 /// Where the output of a child goes.
-pub enum Goes {
+pub enum Destination {
     /// Into this file, behind what is in it. With `progress` its stdout is watched for lines of it.
     Log {
         /// The file.
@@ -63,10 +63,10 @@ pub enum Goes {
         /// Whether lines of progress are looked for.
         progress: bool,
     },
-    /// It is kept for whoever has asked.
-    Kept,
+    /// It is captured for whoever has asked.
+    Captured,
     /// Where the command says.
-    Shown,
+    Inherited,
 }
 
 /// A process to start.
@@ -78,14 +78,14 @@ pub struct Job {
     /// For its stdin.
     pub input: Option<Vec<u8>>,
     /// Its output.
-    pub output: Goes,
+    pub output: Destination,
 }
 
 impl Job {
     /// A program whose output is kept, with its file as its name.
     pub fn of(command: Command) -> Self {
         let name = command.get_program().to_string_lossy().into_owned();
-        Self { name, command, input: None, output: Goes::Kept }
+        Self { name, command, input: None, output: Destination::Captured }
     }
 }
 
@@ -100,11 +100,11 @@ pub struct Rules<'a> {
     pub grace: Option<Duration>,
     /// They are ended after this time.
     pub limit: Option<Duration>,
-    /// Who is told how far they are.
+    /// Progress callback.
     pub progress: Option<&'a mut dyn FnMut(&Line)>,
-    /// Who is told the seconds since the start, now and then.
+    /// Callback with the seconds since the start, now and then.
     pub seconds: Option<&'a mut dyn FnMut(u64)>,
-    /// When they are told it first; by default after ten seconds.
+    /// When that is called first; by default after ten seconds.
     pub first: Option<Duration>,
 }
 
@@ -195,7 +195,7 @@ pub fn watch(jobs: Vec<Job>, rules: Rules, events: &Events) -> Result<Outcome, S
         deadline: None,
         begun,
         limit,
-        says: begun + rules.first.unwrap_or(SAID),
+        says: begun + rules.first.unwrap_or(FIRST_REPORT),
         looks: begun,
         rules,
     };
@@ -229,7 +229,7 @@ pub fn one(job: Job, rules: Rules, events: &Events) -> Result<(End, bool), Stop>
 /// What a program of this project prints when it is asked; a signal kills it. After two seconds it is said on stderr that it is `doing` it.
 pub fn ask_saying(doing: &str, command: Command, events: &Events) -> Result<String, Stop> {
     let mut say = |seconds: u64| eprintln!("{doing}: {seconds} s so far");
-    let rules = Rules { seconds: Some(&mut say), first: Some(SOON), ..Rules::default() };
+    let rules = Rules { seconds: Some(&mut say), first: Some(EARLY_REPORT), ..Rules::default() };
     one(Job::of(command), rules, events)?.0.text()
 }
 
@@ -269,7 +269,7 @@ impl Errors {
     fn read(&self) -> Vec<Diagnostic> {
         let (mut file, mut bytes) = (&self.0, Vec::new());
         // What cannot be read is in the log.
-        let _ = file.rewind().and_then(|()| file.take(MOST).read_to_end(&mut bytes));
+        let _ = file.rewind().and_then(|()| file.take(MAX_ERROR_BYTES).read_to_end(&mut bytes));
         screen::complaints(&String::from_utf8_lossy(&bytes))
     }
 }
@@ -279,23 +279,23 @@ fn start(job: &mut Job, index: usize, to_main: &Sender<Event>) -> io::Result<Run
     let command = &mut job.command;
     command.process_group(0);
     // One that speaks for itself says it to whoever has started this one, too.
-    if !matches!(job.output, Goes::Shown) {
+    if !matches!(job.output, Destination::Inherited) {
         command.env(screen::DIAGNOSTICS, errors.path());
     }
     command.stdin(if job.input.is_some() { Stdio::piped() } else { Stdio::null() });
     let (mut log, mut kept) = (None, None);
     match &job.output {
-        Goes::Log { file, progress } => {
+        Destination::Log { file, progress } => {
             let (bounded, file) = Log::open(file)?;
             kept = Some(bounded);
             command.stderr(file.try_clone()?);
             command.stdout(if *progress { Stdio::piped() } else { file.try_clone()?.into() });
             log = progress.then_some(file);
         }
-        Goes::Kept => {
+        Destination::Captured => {
             command.stdout(Stdio::piped()).stderr(Stdio::piped());
         }
-        Goes::Shown => {}
+        Destination::Inherited => {}
     }
     let mut child = command.spawn()?;
     tracing::info!("{} is process {}", job.name, child.id());
@@ -366,7 +366,7 @@ impl Watch<'_> {
         while self.running.iter().any(|r| r.alive) {
             let now = Instant::now();
             if self.looks <= now {
-                self.looks = now + LOOK;
+                self.looks = now + POLL_INTERVAL;
                 self.running.iter_mut().filter_map(|one| one.log.as_mut()).for_each(Log::look);
             }
             let next = [self.deadline, self.limit].into_iter().flatten().fold(self.says, Instant::min);
@@ -383,7 +383,7 @@ impl Watch<'_> {
     fn timed_out(&mut self, now: Instant) {
         if self.says <= now {
             let elapsed = self.begun.elapsed();
-            self.says = now + SAID.max(elapsed / 10);
+            self.says = now + FIRST_REPORT.max(elapsed / 10);
             let seconds = elapsed.as_secs();
             self.rules.seconds.iter_mut().for_each(|told| told(seconds));
         }
@@ -422,7 +422,7 @@ impl Watch<'_> {
 
     fn signalled(&mut self) {
         if self.outcome.interrupted {
-            if self.signalled_at.is_some_and(|at| at.elapsed() < SAME) {
+            if self.signalled_at.is_some_and(|at| at.elapsed() < SAME_SIGNAL) {
                 return;
             }
             self.press(if self.rules.together { Pressure::Killed } else { Pressure::Terminated });
@@ -440,7 +440,7 @@ impl Watch<'_> {
             (Some(leader), Some(grace)) if leader.alive => {
                 let _ = kill_process_group(leader.group, Signal::TERM);
                 self.pressure = Pressure::Leader;
-                self.within(if self.rules.together { ALONE } else { grace });
+                self.within(if self.rules.together { GRACE_ALONE } else { grace });
             }
             _ => self.press(Pressure::Terminated),
         }
@@ -510,8 +510,8 @@ impl Events {
 
 /// What is kept of the beginning of a log, and of its end [bytes].
 const KEPT: u64 = 8 << 20;
-/// How often its length is looked at.
-const LOOK: Duration = Duration::from_millis(250);
+/// Interval at which the length of a log is looked at.
+const POLL_INTERVAL: Duration = Duration::from_millis(250);
 
 /// Where the output of a process goes.
 pub fn log_file(dir: &Path, name: &str) -> PathBuf {

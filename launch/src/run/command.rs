@@ -1,6 +1,6 @@
 //! The command lines of a run.
 
-use super::Arguments;
+use super::RunArguments;
 use crate::check::plan::{Member, Part, Plan};
 use crate::front::shell;
 use crate::run::children;
@@ -14,7 +14,7 @@ use toolkit::{profile, run_dir};
 /// Program and arguments of each process by its name. The leader is told whether it shows how far it is, and whether it goes on.
 pub fn commands(
     plan: &Plan,
-    request: &Arguments,
+    request: &RunArguments,
     owner: &Owner,
     (show, goes_on): (bool, bool),
 ) -> Vec<(&'static str, Vec<OsString>)> {
@@ -32,7 +32,7 @@ pub fn commands(
 
 /// The command line of a member, program first: what the scene names, and what makes it take part. All get the resolved scene, in which
 /// every default and `--set` is filled in, so that all compute the same.
-fn words(member: &Member, plan: &Plan, request: &Arguments, (out, run): (&Path, &RunId)) -> Vec<OsString> {
+fn words(member: &Member, plan: &Plan, request: &RunArguments, (out, run): (&Path, &RunId)) -> Vec<OsString> {
     let mut words: Vec<OsString> = vec![member.program.clone().into()];
     words.extend(member.arguments.iter().map(OsString::from));
     let leads = !plan.is_coupled() || member.part == Part::Coupler;
@@ -67,7 +67,7 @@ fn words(member: &Member, plan: &Plan, request: &Arguments, (out, run): (&Path, 
 }
 
 /// What does the same as a run, a command a line, as a shell reads it: the resolved scene, then each program.
-pub fn by_hand(plan: &Plan, request: &Arguments, (out, run): (&Path, &RunId)) -> String {
+pub fn by_hand(plan: &Plan, request: &RunArguments, (out, run): (&Path, &RunId)) -> String {
     let line = |words: &[OsString]| shell::join(words) + "\n";
     let mut check = vec!["rockfall".into(), "check".into()];
     check.extend(children::scene(&request.input));

@@ -19,7 +19,7 @@ use crate::check::plan::{Part, Plan};
 use crate::check::prepared::Prepared;
 use crate::front::stop::Stop;
 use crate::report;
-use children::{Events, Goes, Job, Outcome, Rules};
+use children::{Destination, Events, Job, Outcome, Rules};
 use clap::Args;
 use command::{by_hand, commands};
 use interface_defs::RunId;
@@ -47,7 +47,7 @@ use verdict::verdict;
 
 /// What the command line asks for.
 #[derive(Debug, Args)]
-pub struct Arguments {
+pub struct RunArguments {
     /// The scene.
     #[command(flatten)]
     pub input: Input,
@@ -82,7 +82,7 @@ pub struct Arguments {
 }
 
 /// Prepare, start, watch, conclude.
-pub fn run(request: &Arguments, json: bool) -> Result<Exit, Stop> {
+pub fn run(request: &RunArguments, json: bool) -> Result<Exit, Stop> {
     let events = Events::watch()?;
     let Some(mut run) = Run::prepare(request, json, &events)? else { return Ok(Exit::Done) };
     let jobs = run.start()?;
@@ -92,7 +92,7 @@ pub fn run(request: &Arguments, json: bool) -> Result<Exit, Stop> {
 
 /// A run that is on disk, and owns its directory.
 struct Run<'a> {
-    request: &'a Arguments,
+    request: &'a RunArguments,
     plan: Plan,
     numbers: Numbers,
     limits: Limits,
@@ -112,7 +112,7 @@ struct Run<'a> {
 
 impl<'a> Run<'a> {
     /// All up to the record on disk; nothing is started where it is refused. `None`: there is nothing to start.
-    fn prepare(request: &'a Arguments, json: bool, events: &Events) -> Result<Option<Self>, Stop> {
+    fn prepare(request: &'a RunArguments, json: bool, events: &Events) -> Result<Option<Self>, Stop> {
         let (results, quiet) = (&request.results, request.quiet);
         let home = |scene: &Scene| children::path(&results.dir.of(scene));
         let prepared = Prepared::of(&request.input, |scene| Some(home(scene)), events)?;
@@ -225,7 +225,8 @@ impl<'a> Run<'a> {
         self.owner.share_with_children();
         let (log, show) = (self.log(), self.progress.moves());
         let jobs = self.commands.iter().enumerate().map(|(index, (name, words))| {
-            let output = Goes::Log { file: children::log_file(&log, name), progress: index == 0 && show };
+            let output =
+                Destination::Log { file: children::log_file(&log, name), progress: index == 0 && show };
             let mut command = Command::new(&words[0]);
             command.args(&words[1..]);
             Job { name: (*name).into(), command, input: None, output }

@@ -3,7 +3,7 @@
 
 use crate::check::plan::own_program;
 use crate::front::stop::{Stop, unwritten};
-use crate::run::children::{self, Events, Goes, Job, Rules};
+use crate::run::children::{self, Destination, Events, Job, Rules};
 use interface_defs::diagnostic::{Diagnostic, Place, code};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -67,7 +67,7 @@ impl Task<'_> {
         let limit = Some(Duration::from_secs_f64(self.limit.clamp(0.0, NO_LIMIT)));
         let grace = Some(children::GRACE_OF_RUN);
         let rules = Rules { grace, limit, seconds: Some(say), ..Rules::default() };
-        let job = Job { name: "rockfall run".into(), command, input: None, output: Goes::Kept };
+        let job = Job { name: "rockfall run".into(), command, input: None, output: Destination::Captured };
         let (end, too_slow) = children::one(job, rules, events)?;
         let exit = end.exit();
         // What is there of a run that was refused is of another one.

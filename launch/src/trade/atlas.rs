@@ -5,9 +5,9 @@
 //! study, a search is a function of the finished runs: it ends with what was found, or with the run that it needs next.
 
 use super::knobs::{Class, Knob, PRESET, Point, Space, with};
-use super::plan::{Budget, Task};
+use super::plan::{Budget, NextRun};
 use super::report;
-use super::result::{Outcome, Purpose, Status, deviation};
+use super::result::{Purpose, RunOutcome, Status, deviation};
 use super::study::Study;
 use crate::check::prepared::Prepared;
 use crate::run::children::Events;
@@ -46,7 +46,7 @@ pub struct Push {
 
 /// What came of a push.
 #[derive(Debug, Clone)]
-pub struct Found {
+pub struct StabilityLimit {
     /// What was pushed.
     pub push: Push,
     /// The last value that holds.
@@ -97,12 +97,12 @@ pub struct Atlas<'a> {
 
 impl Atlas<'_> {
     /// The run that the first search needs which has not ended; `None`: all have.
-    pub fn next(&self) -> Option<Task> {
+    pub fn next(&self) -> Option<NextRun> {
         self.all().1
     }
 
     /// What the searches have found that have ended, and the run that the next one needs.
-    pub fn all(&self) -> (Vec<Found>, Option<Task>) {
+    pub fn all(&self) -> (Vec<StabilityLimit>, Option<NextRun>) {
         let mut all = Vec::new();
         if !self.study.reference.0.is_empty() {
             for push in pushes(&self.study.space) {
@@ -117,9 +117,10 @@ impl Atlas<'_> {
 
     /// Push one knob, in the scene's own windows. Where these do not hold, in windows that do, and a step that they let be no longer
     /// in longer ones. `before` has what was found of the windows of this arm.
-    fn search(&self, push: &Push, before: &[Found]) -> Result<Found, Task> {
+    fn search(&self, push: &Push, before: &[StabilityLimit]) -> Result<StabilityLimit, NextRun> {
         let window = self.study.space.knob("window").filter(|knob| knob.name != push.knob.name);
-        let of_arm = |found: &&Found| found.push.knob.name == "window" && found.push.from == push.from;
+        let of_arm =
+            |found: &&StabilityLimit| found.push.knob.name == "window" && found.push.from == push.from;
         let longest = before.iter().find(of_arm).and_then(|found| found.holds);
         let safe = window
             .zip(longest)
@@ -133,7 +134,7 @@ impl Atlas<'_> {
         Ok(found)
     }
 
-    fn search_in(&self, push: &Push) -> Result<Found, Task> {
+    fn search_in(&self, push: &Push) -> Result<StabilityLimit, NextRun> {
         let space = &self.study.space;
         // Four digits of what a person copies; all of a step, so that it is a part of a window.
         let at = |value: f64| {
@@ -142,7 +143,8 @@ impl Atlas<'_> {
         };
         let used = |point: &Point| space.used(point, &push.knob);
         let same = |a: &Point, b: &Point| space.key(a) == space.key(b);
-        let mut found = Found { push: push.clone(), holds: None, breaks: None, theory: None, note: None };
+        let mut found =
+            StabilityLimit { push: push.clone(), holds: None, breaks: None, theory: None, note: None };
         let step = if push.coarser { 2.0_f64 } else { 0.5 };
         let own = push.knob.as_number(0.0).unwrap_or(f64::NAN);
         let mut power = 0;
@@ -200,7 +202,7 @@ impl Atlas<'_> {
     }
 
     /// How the scene fared at a point. An error: it has not been run there.
-    fn fare(&self, point: &Point, push: &Push) -> Result<Fared, Task> {
+    fn fare(&self, point: &Point, push: &Push) -> Result<Fared, NextRun> {
         let space = &self.study.space;
         if let Some(outcome) = self.study.pushed(point) {
             return Ok(self.judge(outcome, push.knob.class));
@@ -214,13 +216,13 @@ impl Atlas<'_> {
             () => {
                 let dearer = space.dearer(&Point::new(), &space.arm_of(point));
                 let limit = self.budget.limit(PATIENCE.0 * slowest * dearer + PATIENCE.1);
-                Err(Task { point: point.clone(), purpose: Purpose::Atlas, limit })
+                Err(NextRun { point: point.clone(), purpose: Purpose::Atlas, limit })
             }
         }
     }
 
     /// Whether a run holds. Another model has other measures: its status alone counts.
-    fn judge(&self, outcome: &Outcome, class: Class) -> Fared {
+    fn judge(&self, outcome: &RunOutcome, class: Class) -> Fared {
         // A value that no run may have breaks nothing.
         if matches!(outcome.status, Status::Stopped | Status::Refused) {
             return Fared::Not(format!("search ended: {}", outcome.message()));
@@ -264,7 +266,7 @@ pub fn theory(push: &Push, space: &Space, input: &Input, events: &Events) -> Opt
 }
 
 /// What to do about a limit.
-fn cure(found: &Found) -> &'static str {
+fn cure(found: &StabilityLimit) -> &'static str {
     match (found.push.knob.name, found.push.coarser) {
         ("window", _) => "shorten `coupling.time_window` or leave it out, or couple strongly",
         ("tolerance", _) => "lower `coupling.tolerance` and `coupling.absolute_tolerance`",
@@ -281,7 +283,7 @@ fn cure(found: &Found) -> &'static str {
 }
 
 /// The table, as a page.
-pub fn page(study: &Study, all: &[Found], facts: &report::Facts) -> String {
+pub fn page(study: &Study, all: &[StabilityLimit], facts: &report::Facts) -> String {
     let report::Facts { scene, command, .. } = facts;
     let (version, off) = (env!("CARGO_PKG_VERSION"), percent(OFF));
     let text = format!(
@@ -300,27 +302,27 @@ pub fn page(study: &Study, all: &[Found], facts: &report::Facts) -> String {
 }
 
 /// The limits, for the screen.
-pub fn screen(study: &Study, all: &[Found]) -> String {
+pub fn screen(study: &Study, all: &[StabilityLimit]) -> String {
     columns(study).text("symptom", symptom).aligned(all)
 }
 
 /// The table, for programs.
-pub fn table(study: &Study, all: &[Found]) -> Result<String, csv::Error> {
+pub fn table(study: &Study, all: &[StabilityLimit]) -> Result<String, csv::Error> {
     columns(study).text("symptom", symptom).text("cure", |found| cure(found).into()).csv(all)
 }
 
 /// What is said of a limit everywhere.
-fn columns(study: &Study) -> Columns<'_, Found> {
+fn columns(study: &Study) -> Columns<'_, StabilityLimit> {
     Columns::new()
         .text("setting", name)
-        .text("others", |found: &Found| study.space.label(&found.push.from))
+        .text("others", |found: &StabilityLimit| study.space.label(&found.push.from))
         .number("scene", |found| found.push.knob.as_number(0.0))
         .number("theory", |found| found.theory)
         .number("holds at", |found| found.holds)
         .number("breaks at", |found| found.breaks.as_ref().map(|(value, _)| *value))
 }
 
-fn name(found: &Found) -> String {
+fn name(found: &StabilityLimit) -> String {
     let direction = match (found.push.knob.class, found.push.coarser) {
         (Class::Numerical, _) => "",
         (Class::Model, true) => ", lower",
@@ -329,7 +331,7 @@ fn name(found: &Found) -> String {
     format!("{}{direction}", found.push.knob.name)
 }
 
-fn symptom(found: &Found) -> String {
+fn symptom(found: &StabilityLimit) -> String {
     let words = found.breaks.iter().map(|(_, symptom)| symptom.clone()).chain(found.note.clone());
     words.collect::<Vec<_>>().join("; ")
 }

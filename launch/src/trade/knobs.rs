@@ -114,7 +114,7 @@ const fn choice(
 impl Spec {
     /// This knob of the scene; `None` if it has none.
     fn of(&self, scene: &Base) -> Option<Knob> {
-        let own: Vec<Part> =
+        let own: Vec<KnobValue> =
             self.keys.iter().flat_map(|(key, power)| parts(scene.resolved, key, *power)).collect();
         let (mut parts, mut names) = (Vec::new(), Vec::new());
         if self.names.is_empty() {
@@ -122,7 +122,7 @@ impl Spec {
                 self.keys.iter().all(|(key, _)| key.contains('*') || own.iter().any(|p| p.key == *key));
             let of_report = || {
                 let (key, value) = (self.reported?, scene.reported(self.reported?)?);
-                Some(vec![Part { key: key.into(), base: Number::Float(value), power: self.keys[0].1 }])
+                Some(vec![KnobValue { key: key.into(), base: Number::Float(value), power: self.keys[0].1 }])
             };
             parts = if own.is_empty() { of_report()? } else { all_there.then_some(own)? };
         } else {
@@ -182,7 +182,7 @@ pub struct Knob {
     /// Whether it is to be turned; the reference refines it all the same.
     pub turned: bool,
     /// The values of a ladder.
-    parts: Vec<Part>,
+    parts: Vec<KnobValue>,
     /// The names of a choice, the scene's own first.
     names: Vec<String>,
 }
@@ -197,7 +197,7 @@ impl Deref for Knob {
 
 /// A value that a ladder changes.
 #[derive(Debug, Clone, PartialEq)]
-struct Part {
+struct KnobValue {
     key: String,
     base: Number,
     power: i32,
@@ -223,14 +223,14 @@ impl Knob {
     /// A ladder for a test or a knob that no registry has.
     #[cfg(test)]
     pub fn number(name: &'static str, key: &str, base: f64) -> Self {
-        let parts = vec![Part { key: key.into(), base: Number::Float(base), power: 1 }];
+        let parts = vec![KnobValue { key: key.into(), base: Number::Float(base), power: 1 }];
         Self { spec: Spec { refines: true, ..ladder(name, &[]) }, turned: true, parts, names: Vec::new() }
     }
 
     /// The `--set`s of a rung; `None` if it has none there, or if it is what another one is.
     pub fn sets(&self, rung: f64) -> Option<Vec<String>> {
         if self.is_ladder() {
-            let set = |part: &Part| {
+            let set = |part: &KnobValue| {
                 let value = part.base.scaled(f64::from(part.power) * rung)?;
                 let is_valid = part.key != SHARE || value.parse().is_ok_and(|share: f64| share < 1.0);
                 is_valid.then(|| format!("{}={value}", part.key))
@@ -261,7 +261,9 @@ impl Knob {
     /// The rung at which its first value is this number; `None`: it is not continuous.
     pub fn rung_of(&self, value: f64) -> Option<f64> {
         match self.parts.first()? {
-            Part { base: Number::Float(base), power, .. } => Some((value / base).log2() / f64::from(*power)),
+            KnobValue { base: Number::Float(base), power, .. } => {
+                Some((value / base).log2() / f64::from(*power))
+            }
             _ => None,
         }
     }
@@ -317,16 +319,16 @@ fn shown(value: String) -> String {
 }
 
 /// The numbers at a dotted key, `*` for every item of an array.
-fn parts(table: &Table, key: &str, power: i32) -> Vec<Part> {
+fn parts(table: &Table, key: &str, power: i32) -> Vec<KnobValue> {
     let mut found = Vec::new();
     if let Some((list, rest)) = key.split_once(".*.") {
         let items = at(table, list).and_then(Value::as_array).map_or(&[] as &[Value], Vec::as_slice);
         for (index, item) in items.iter().enumerate() {
             let number = item.as_table().and_then(|item| at(item, rest)).and_then(number);
-            found.extend(number.map(|base| Part { key: format!("{list}.{index}.{rest}"), base, power }));
+            found.extend(number.map(|base| KnobValue { key: format!("{list}.{index}.{rest}"), base, power }));
         }
     } else if let Some(base) = at(table, key).and_then(number) {
-        found.push(Part { key: key.into(), base, power });
+        found.push(KnobValue { key: key.into(), base, power });
     }
     // A single sphere is none of a cluster.
     found.retain(|part| part.base != Number::Whole(1) || part.key == "coupling.samples");

@@ -25,14 +25,14 @@ use crate::run::children::Events;
 use crate::run::progress::Progress;
 use crate::run::record;
 use crate::run::sweep;
-use atlas::{Atlas, Found};
+use atlas::{Atlas, StabilityLimit};
 use clap::Args;
 use interface_defs::diagnostic::code;
 use knobs::{Base, Knob, Point, Space, Start};
-use plan::{Budget, Task};
+use plan::{Budget, NextRun};
 use report::Facts;
 use result::Reference;
-use result::{Outcome, Purpose, Status};
+use result::{Purpose, RunOutcome, Status};
 use std::path::{Path, PathBuf};
 use store::{Identity, Store};
 use study::{Finished, Study};
@@ -47,7 +47,7 @@ use toolkit::{manifest, provenance};
 
 /// What the command line asks for.
 #[derive(Debug, Clone, Args)]
-pub struct Arguments {
+pub struct TradeArguments {
     /// The scene.
     #[command(flatten)]
     pub input: Input,
@@ -81,7 +81,7 @@ pub struct Arguments {
     pub quiet: bool,
 }
 
-impl Arguments {
+impl TradeArguments {
     /// What the study may cost.
     fn budget(&self) -> Budget {
         self.runs.map_or(Budget::Time(self.budget), Budget::Runs)
@@ -106,7 +106,7 @@ struct Setup {
 
 impl Setup {
     /// Of a scene. Nothing has run yet where it is refused.
-    fn of(arguments: &Arguments, events: &Events) -> Result<Self, Stop> {
+    fn of(arguments: &TradeArguments, events: &Events) -> Result<Self, Stop> {
         let input = &arguments.input;
         let prepared = Prepared::of(input, |_| None, events)?;
         let (resolved, mut own) = start(&prepared)?;
@@ -216,7 +216,7 @@ fn presets(scene: &Scene, mut resolved: Table, out: &Path, events: &Events) -> R
 }
 
 /// The whole command.
-pub fn trade(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
+pub fn trade(arguments: &TradeArguments, json: bool) -> Result<Exit, Stop> {
     let events = Events::watch()?;
     let mut setup = Setup::of(arguments, &events)?;
     let store = &mut setup.store;
@@ -236,10 +236,10 @@ pub fn trade(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
     let mut runner = |sets: &[String], dir: &Path, limit: f64| {
         let sets = own.iter().chain(&setup.always).chain(sets).map(String::as_str).collect();
         let run = sweep::Task { scene, sets, dir, shortcuts: true, limit };
-        Ok(Outcome::of_run(run.run(&events, &mut |_| {})?, limit))
+        Ok(RunOutcome::of_run(run.run(&events, &mut |_| {})?, limit))
     };
     let budget = arguments.budget();
-    let mut work = Work { runner: &mut runner, store, progress: &progress, budget };
+    let mut work = Explorer { runner: &mut runner, store, progress: &progress, budget };
     let next = if arguments.atlas { plan::next_of_atlas } else { plan::next };
     let ended = work.explore(&mut study, &arguments.measures, next);
     progress.finish();
@@ -274,25 +274,25 @@ pub fn trade(arguments: &Arguments, json: bool) -> Result<Exit, Stop> {
 }
 
 /// Runs the scene with these `--set`s into a directory; ends it after so many seconds. An error ends the study.
-type Runner<'a> = &'a mut dyn FnMut(&[String], &Path, f64) -> Result<Outcome, Stop>;
+type Runner<'a> = &'a mut dyn FnMut(&[String], &Path, f64) -> Result<RunOutcome, Stop>;
 
 /// Which run comes next within a budget.
-type Next = fn(&Study, Budget) -> Option<Task>;
+type Next = fn(&Study, Budget) -> Option<NextRun>;
 
 /// What computes, what keeps it, what shows it.
-struct Work<'a> {
+struct Explorer<'a> {
     runner: Runner<'a>,
     store: &'a mut Store,
     progress: &'a Progress,
     budget: Budget,
 }
 
-impl Work<'_> {
+impl Explorer<'_> {
     /// All runs that the plan asks for, each kept.
     fn explore(&mut self, study: &mut Study, asked: &[String], next: Next) -> Result<(), Stop> {
         study.choose_measures(asked)?;
         study.refresh();
-        while let Some(Task { point, purpose, limit }) = next(study, self.budget) {
+        while let Some(NextRun { point, purpose, limit }) = next(study, self.budget) {
             let sets = match purpose {
                 Purpose::Atlas => atlas::sets(&study.space, &point),
                 _ => study.space.sets(&point),
@@ -341,7 +341,12 @@ impl Work<'_> {
 }
 
 /// Page and table of the limits; what the screen shows.
-fn write_atlas(study: &Study, found: &[Found], store: &Store, facts: &Facts) -> Result<String, Stop> {
+fn write_atlas(
+    study: &Study,
+    found: &[StabilityLimit],
+    store: &Store,
+    facts: &Facts,
+) -> Result<String, Stop> {
     let page = atlas::page(study, found, facts);
     let path = store.write(TRADE[1], &page)?;
     store.write("atlas.csv", &atlas::table(study, found).map_err(|e| unwritten("atlas.csv", &e))?)?;

@@ -10,7 +10,7 @@
 
 use super::atlas::Atlas;
 use super::knobs::{Class, NET, Point, rung, with};
-use super::result::{Outcome, Purpose, Status};
+use super::result::{Purpose, RunOutcome, Status};
 use super::study::{ACCURACIES, Finished, Study, Trade, near_front};
 use std::fmt;
 use toolkit::numbers::seconds;
@@ -115,7 +115,7 @@ impl fmt::Display for Budget {
 
 /// A run to make.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Task {
+pub struct NextRun {
     /// Its settings.
     pub point: Point,
     /// Why.
@@ -125,10 +125,10 @@ pub struct Task {
 }
 
 /// The run that comes next within `budget`; `None`: nothing is left to do, or nothing that fits.
-pub fn next(study: &Study, budget: Budget) -> Option<Task> {
+pub fn next(study: &Study, budget: Budget) -> Option<NextRun> {
     let planner = Planner { study, budget };
     if study.runs.is_empty() {
-        return Some(Task {
+        return Some(NextRun {
             point: Point::new(),
             purpose: Purpose::Explore,
             limit: budget.limit(budget.whole()),
@@ -144,7 +144,7 @@ pub fn next(study: &Study, budget: Budget) -> Option<Task> {
 }
 
 /// The same for the limits of stability: the reference, then what their searches need.
-pub fn next_of_atlas(study: &Study, budget: Budget) -> Option<Task> {
+pub fn next_of_atlas(study: &Study, budget: Budget) -> Option<NextRun> {
     let of_reference =
         if study.runs.is_empty() { next(study, budget) } else { Planner { study, budget }.reference() };
     of_reference.or_else(|| Atlas { study, budget }.next())
@@ -157,7 +157,7 @@ struct Planner<'a> {
 
 impl Planner<'_> {
     /// A run of `point`, if it fits into this share of the budget.
-    fn task(&self, point: &Point, purpose: Purpose, share: f64) -> Option<Task> {
+    fn task(&self, point: &Point, purpose: Purpose, share: f64) -> Option<NextRun> {
         let estimate = self.study.estimate(point)?;
         if !self.budget.holds(self.study, estimate, share) {
             return None;
@@ -165,11 +165,11 @@ impl Planner<'_> {
         let left = self.budget.whole() - self.study.spent();
         let most = if share == REFERENCE { left } else { (ONE_RUN * self.budget.whole()).max(estimate) };
         let limit = self.budget.limit((PATIENCE.0 * estimate).min(most.min(left)) + PATIENCE.1);
-        Some(Task { point: point.clone(), purpose, limit })
+        Some(NextRun { point: point.clone(), purpose, limit })
     }
 
     /// The first run of a point that has none.
-    fn explore(&self, point: &Point, share: f64) -> Option<Task> {
+    fn explore(&self, point: &Point, share: f64) -> Option<NextRun> {
         self.study.space.key(point)?;
         if self.study.outcome(point).is_some() {
             return None;
@@ -177,19 +177,19 @@ impl Planner<'_> {
         self.task(point, Purpose::Explore, share)
     }
 
-    fn reference(&self) -> Option<Task> {
+    fn reference(&self) -> Option<NextRun> {
         self.explore(&self.study.next_refinement()?, REFERENCE)
     }
 
     /// The first point of an arm, and shorter windows until one is good. What is too slow as it is, is slower with these.
-    fn rescue(&self, arm: &Point) -> Option<Task> {
+    fn rescue(&self, arm: &Point) -> Option<NextRun> {
         let mut points = (0..=RESCUE).map(|rungs| with(arm, "window", -f64::from(rungs)));
-        let last = |run: &Outcome| run.status == Status::Stopped || self.study.is_good(run);
+        let last = |run: &RunOutcome| run.status == Status::Stopped || self.study.is_good(run);
         let next = points.find(|point| self.study.outcome(point).is_none_or(last))?;
         self.explore(&next, ARMS)
     }
 
-    fn models(&self) -> Option<Task> {
+    fn models(&self) -> Option<NextRun> {
         let space = &self.study.space;
         let knobs =
             || space.knobs().iter().filter(|knob| knob.turned && knob.class == Class::Model).map(|k| k.name);
@@ -203,7 +203,7 @@ impl Planner<'_> {
     }
 
     /// The neighbours of what is the cheapest so far, or the most accurate. Those of what costs least come first.
-    fn descend(&self) -> Option<Task> {
+    fn descend(&self) -> Option<NextRun> {
         let (study, space) = (self.study, &self.study.space);
         let trades = study.trades();
         let arms = space.arms();
@@ -233,7 +233,7 @@ impl Planner<'_> {
     }
 
     /// Those on the front, those that noise may hide behind it, and the scene in turn, the one with the fewest runs first.
-    fn repeats(&self) -> Option<Task> {
+    fn repeats(&self) -> Option<NextRun> {
         let scene = Point::new();
         let runs = |point: &&Point| self.study.timed(point).len();
         let mut few = near_front(&self.study.trades(), NOISE);
@@ -243,7 +243,7 @@ impl Planner<'_> {
         few.into_iter().find_map(|point| self.task(point, Purpose::Repeat, REPEATS))
     }
 
-    fn confirmations(&self) -> Option<Task> {
+    fn confirmations(&self) -> Option<NextRun> {
         let points = self.study.recommended().into_iter().filter_map(|recommended| recommended.point);
         let mut unconfirmed = points.filter(|point| self.study.confirmation(point).is_none());
         unconfirmed.find_map(|point| self.task(&point, Purpose::Confirm, 1.0))

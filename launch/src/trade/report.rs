@@ -2,7 +2,7 @@
 
 use super::knobs::{Class, NET, Point, rung};
 use super::plan::Budget;
-use super::result::{CABLE_FORCE, Known, Outcome, Status, deviation};
+use super::result::{CABLE_FORCE, Known, RunOutcome, Status, deviation};
 use super::study::{FINEST_ACCURACY, Finished, Recommended, Study};
 use crate::front::shell;
 use std::collections::BTreeSet;
@@ -29,7 +29,7 @@ pub struct Facts {
 
 impl Facts {
     /// Passes over both solvers in a millisecond of simulated time.
-    fn passes_per_ms(&self, outcome: &Outcome) -> Option<f64> {
+    fn passes_per_ms(&self, outcome: &RunOutcome) -> Option<f64> {
         outcome.passes.map(|passes| passes / (1e3 * self.end_time))
     }
 }
@@ -122,7 +122,7 @@ fn recommendations(study: &Study, facts: &Facts, text: &mut String) {
             })
         })
         .with("run again: processor time", |one| {
-            of(one, &|point| dash(study.confirmation(point).map(Outcome::cost), seconds))
+            of(one, &|point| dash(study.confirmation(point).map(RunOutcome::cost), seconds))
         });
     let _ = write!(
         text,
@@ -134,7 +134,7 @@ fn recommendations(study: &Study, facts: &Facts, text: &mut String) {
 }
 
 /// The error of a recommendation that was run again, and whether it is confirmed.
-fn again(study: &Study, accuracy: f64, run: &Outcome) -> String {
+fn again(study: &Study, accuracy: f64, run: &RunOutcome) -> String {
     match study.bound(run) {
         Some(bound) if bound <= accuracy => error(study, Some(run)),
         Some(_) => format!("not confirmed: {}", error(study, Some(run))),
@@ -143,7 +143,7 @@ fn again(study: &Study, accuracy: f64, run: &Outcome) -> String {
 }
 
 /// The error of a run, and what it is at most.
-fn error(study: &Study, run: Option<&Outcome>) -> String {
+fn error(study: &Study, run: Option<&RunOutcome>) -> String {
     let both = run.and_then(|run| Some((study.error(run)?, study.bound(run)?)));
     both.map_or("-".into(), |(error, bound)| format!("{}, at most {}", percent(error), percent(bound)))
 }
@@ -261,7 +261,7 @@ fn models(study: &Study, text: &mut String) {
 }
 
 /// How a run ended, and why not well.
-fn status(study: &Study, outcome: &Outcome) -> String {
+fn status(study: &Study, outcome: &RunOutcome) -> String {
     if outcome.status == Status::Done {
         let lacks = study.measures.iter().filter(|name| outcome.measure(name).is_none());
         let lacks: Vec<&str> = lacks.map(String::as_str).collect();
@@ -271,7 +271,7 @@ fn status(study: &Study, outcome: &Outcome) -> String {
 }
 
 /// How a run ended, with what it said.
-pub fn why(outcome: &Outcome) -> String {
+pub fn why(outcome: &RunOutcome) -> String {
     match outcome.message() {
         none if none.is_empty() => outcome.status.word().into(),
         message => format!("{}: {}", outcome.status.word(), shortened(&message)),

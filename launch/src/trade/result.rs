@@ -37,7 +37,7 @@ pub const TORN_PART: &str = "torn.";
 
 /// What one run gave, and what it cost.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct Outcome {
+pub struct RunOutcome {
     /// How it ended.
     pub status: Status,
     /// Why it is not done.
@@ -59,7 +59,7 @@ pub struct Outcome {
     pub measures: BTreeMap<String, (f64, String)>,
 }
 
-impl Outcome {
+impl RunOutcome {
     /// Of a run that was to take no more than `limit` [s].
     pub fn of_run(ran: Ran, limit: f64) -> Self {
         let status = match ran.summary {
@@ -234,7 +234,7 @@ pub struct Reference(pub Vec<(String, Known)>);
 impl Reference {
     /// Of these measures, from runs each twice as fine as the one before; `given` takes precedence. A measure that the finest
     /// run lacks has none.
-    pub fn of(measures: &[String], given: &BTreeMap<String, f64>, runs: &[&Outcome]) -> Self {
+    pub fn of(measures: &[String], given: &BTreeMap<String, f64>, runs: &[&RunOutcome]) -> Self {
         let known = |name: &String| {
             if let Some(value) = given.get(name) {
                 return Some(Known { value: *value, source: Source::Given, uncertainty: None });
@@ -259,16 +259,16 @@ impl Reference {
     }
 
     /// The largest deviation of a run; `None` if it lacks one of the measures.
-    pub fn error(&self, run: &Outcome) -> Option<f64> {
+    pub fn error(&self, run: &RunOutcome) -> Option<f64> {
         self.largest(run, |deviation, _| deviation)
     }
 
     /// The same with what the reference may be off itself.
-    pub fn bound(&self, run: &Outcome) -> Option<f64> {
+    pub fn bound(&self, run: &RunOutcome) -> Option<f64> {
         self.largest(run, |deviation, known| deviation + known.uncertainty.unwrap_or(0.0))
     }
 
-    fn largest(&self, run: &Outcome, of: impl Fn(f64, &Known) -> f64) -> Option<f64> {
+    fn largest(&self, run: &RunOutcome, of: impl Fn(f64, &Known) -> f64) -> Option<f64> {
         let each =
             self.0.iter().map(|(name, known)| Some((deviation(run.measure(name)?, known.value), known)));
         each.map(|one| one.map(|(off, known)| of(off.abs(), known)))
@@ -289,8 +289,8 @@ pub mod tests {
     use serde_json::json;
 
     /// A run that is done, with one measure.
-    pub fn done(name: &str, value: f64, wall: f64) -> Outcome {
-        let mut outcome = Outcome::without_results(Status::Done, Vec::new(), wall);
+    pub fn done(name: &str, value: f64, wall: f64) -> RunOutcome {
+        let mut outcome = RunOutcome::without_results(Status::Done, Vec::new(), wall);
         outcome.measures.insert(name.into(), (value, "m".into()));
         outcome
     }
@@ -305,7 +305,7 @@ pub mod tests {
             "dem": { "cpu_s": 1.5, "peak_memory_bytes": 10 }, "fem": { "cpu_s": 0.25, "peak_memory_bytes": 30 } } });
         summary.cost = cost.as_object().expect("a table").clone();
         summary.coupling.insert("iterations".into(), 12.into());
-        let outcome = Outcome::of(&summary, 3.0);
+        let outcome = RunOutcome::of(&summary, 3.0);
         assert_eq!((outcome.status, outcome.wall, outcome.time_loop), (Status::Unreliable, 2.5, Some(2.0)));
         assert_eq!(
             (outcome.cpu.values().sum::<f64>(), outcome.memory, outcome.passes),
@@ -371,7 +371,7 @@ pub mod tests {
         };
         let runs = [run(1.0, 1.0), run(1.1, 1.0), run(1.15, 1.01)];
         let measures = ["depth".to_owned(), "force".to_owned()];
-        let of = |runs: &[Outcome]| {
+        let of = |runs: &[RunOutcome]| {
             let known = Reference::of(&measures, &BTreeMap::new(), &runs.iter().collect::<Vec<_>>());
             known.0.iter().map(|(_, known)| known.uncertainty.expect("known")).collect::<Vec<_>>()
         };
@@ -383,15 +383,15 @@ pub mod tests {
     #[test]
     fn what_tears_is_a_measure_of_each_part() {
         let mut summary = Summary::new(RunStatus::Done);
-        assert_eq!(Outcome::of(&summary, 1.0).measure(TORN), None, "nothing can tear");
+        assert_eq!(RunOutcome::of(&summary, 1.0).measure(TORN), None, "nothing can tear");
         summary.torn = Some(Vec::new());
-        let whole = Outcome::of(&summary, 1.0);
+        let whole = RunOutcome::of(&summary, 1.0);
         assert_eq!((whole.measure(TORN), whole.measure("torn.rope")), (Some(0.0), Some(0.0)));
         assert!(whole.measure(TORN).is_some_and(f64::is_sign_positive));
         let part =
             json!({ "part": "rope", "elements": 2, "first": 0.1, "last": 0.2, "force": 1.0, "member": "m" });
         summary.torn = Some(vec![serde_json::from_value(part).expect("a part")]);
-        let torn = Outcome::of(&summary, 1.0);
+        let torn = RunOutcome::of(&summary, 1.0);
         assert_eq!((torn.measure(TORN), torn.measure("torn.rope")), (Some(2.0), Some(2.0)));
         assert_eq!(torn.measure("torn.net"), Some(0.0));
     }

@@ -1,7 +1,7 @@
 //! What is known so far: all finished runs of a study, which measures of them are compared, and what follows from them.
 
 use super::knobs::{Class, Point, Space};
-use super::result::{CABLE_FORCE, Outcome, Purpose, Reference, Status, TORN, TORN_PART, median};
+use super::result::{CABLE_FORCE, Purpose, Reference, RunOutcome, Status, TORN, TORN_PART, median};
 use crate::front::stop::Stop;
 use interface_defs::diagnostic::Diagnostic;
 use serde::{Deserialize, Serialize};
@@ -30,7 +30,7 @@ pub struct Finished<P = Point> {
     /// Its `--set`s, beside those of the user.
     pub sets: Vec<String>,
     /// What it gave.
-    pub outcome: Outcome,
+    pub outcome: RunOutcome,
 }
 
 /// All finished runs of a study.
@@ -96,18 +96,18 @@ impl Study {
     }
 
     /// What a point gave, when it was first computed.
-    pub fn outcome(&self, point: &Point) -> Option<&Outcome> {
+    pub fn outcome(&self, point: &Point) -> Option<&RunOutcome> {
         self.runs_of(point).find(|run| run.purpose == Purpose::Explore).map(|run| &run.outcome)
     }
 
     /// What came of a point that was pushed. What was too slow is tried once more: the machine may have been busy.
-    pub fn pushed(&self, point: &Point) -> Option<&Outcome> {
+    pub fn pushed(&self, point: &Point) -> Option<&RunOutcome> {
         let runs = || self.runs_of(point).filter(|run| run.purpose == Purpose::Atlas).map(|run| &run.outcome);
         runs().find(|run| run.status != Status::Stopped).or_else(|| runs().nth(1))
     }
 
     /// What came of a run again, to confirm a recommendation.
-    pub fn confirmation(&self, point: &Point) -> Option<&Outcome> {
+    pub fn confirmation(&self, point: &Point) -> Option<&RunOutcome> {
         let mut confirmed = self.runs_of(point).filter(|run| run.purpose == Purpose::Confirm);
         confirmed.next_back().map(|run| &run.outcome)
     }
@@ -118,7 +118,7 @@ impl Study {
     }
 
     /// Runs of a point whose time counts.
-    pub fn timed(&self, point: &Point) -> Vec<&Outcome> {
+    pub fn timed(&self, point: &Point) -> Vec<&RunOutcome> {
         let counts = |run: &&Finished| {
             matches!(run.purpose, Purpose::Explore | Purpose::Repeat) && run.outcome.status == Status::Done
         };
@@ -127,11 +127,11 @@ impl Study {
 
     /// Its cost: the median of the processor times [s].
     pub fn cost(&self, point: &Point) -> Option<f64> {
-        median(self.timed(point).into_iter().map(Outcome::cost).collect())
+        median(self.timed(point).into_iter().map(RunOutcome::cost).collect())
     }
 
     /// The scene as it is, and finer and finer in all that the reference refines, as far as it was run.
-    pub fn refinements(&self) -> Vec<&Outcome> {
+    pub fn refinements(&self) -> Vec<&RunOutcome> {
         let finer = |rungs| self.outcome(&self.space.refined(&Point::new(), rungs as f64));
         (0..=FINEST).map_while(finer).collect()
     }
@@ -169,18 +169,18 @@ impl Study {
     }
 
     /// Error of a run that is done and has all measures: its distance from the reference.
-    pub fn error(&self, outcome: &Outcome) -> Option<f64> {
+    pub fn error(&self, outcome: &RunOutcome) -> Option<f64> {
         let complete = !self.reference.0.is_empty() && self.reference.0.len() == self.measures.len();
         (outcome.status == Status::Done && complete).then(|| self.reference.error(outcome))?
     }
 
     /// The same with the uncertainty of the reference: what it is at most.
-    pub fn bound(&self, outcome: &Outcome) -> Option<f64> {
+    pub fn bound(&self, outcome: &RunOutcome) -> Option<f64> {
         self.error(outcome).and_then(|_| self.reference.bound(outcome))
     }
 
     /// Whether a run is good enough for a descent to begin with.
-    pub fn is_good(&self, run: &Outcome) -> bool {
+    pub fn is_good(&self, run: &RunOutcome) -> bool {
         self.error(run).is_some_and(|error| error <= WORST)
     }
 
@@ -305,7 +305,7 @@ fn usual(known: &[&String]) -> Vec<String> {
 
 /// A duration as 90s, 10m, 1h30m; a bare number is seconds.
 pub fn duration(text: &str) -> Result<f64, String> {
-    let refuse = || format!("{text} is no duration; write 90s, 10m or 1h30m");
+    let refuse = || format!("{text} is not a duration; write 90s, 10m or 1h30m");
     let mut total = 0.0;
     let mut rest = text.trim();
     while !rest.is_empty() {
@@ -330,7 +330,7 @@ pub fn given(text: &str) -> Result<(String, f64), String> {
         text.split_once('=').and_then(|(name, value)| Some((name.trim(), value.trim().parse::<f64>().ok()?)));
     match pair {
         Some((name, value)) if value.is_finite() && !name.is_empty() => Ok((name.to_owned(), value)),
-        _ => Err(format!("{text} is no value of a measure; write NAME=VALUE, as in max_deflection=0.495")),
+        _ => Err(format!("{text} is not a value of a measure; write NAME=VALUE, as in max_deflection=0.495")),
     }
 }
 

@@ -3,10 +3,10 @@
 use super::knobs::{Base, Point, Space, Start, of};
 use super::plan::{Budget, RUNS};
 use super::result::tests::done;
-use super::result::{Outcome, Purpose, Status};
+use super::result::{Purpose, RunOutcome, Status};
 use super::store::{Identity, Store};
 use super::study::Study;
-use super::{Arguments, Work, report};
+use super::{Explorer, TradeArguments, report};
 use crate::front::stop::Stop;
 use crate::run::progress::Progress;
 use crate::run::sweep::Build;
@@ -37,7 +37,7 @@ struct Formula {
 }
 
 impl Formula {
-    fn run(&mut self, sets: &[String], _: &Path, limit: f64) -> Result<Outcome, Stop> {
+    fn run(&mut self, sets: &[String], _: &Path, limit: f64) -> Result<RunOutcome, Stop> {
         if self.left == Some(0) {
             return Err(Stop::interrupted());
         }
@@ -56,10 +56,10 @@ impl Formula {
         let wall = if self.runs.len() % 3 == 1 { cpu * self.busy.max(1.0) } else { cpu };
         self.runs.push(sets);
         if wall > limit {
-            return Ok(Outcome::without_results(Status::Stopped, why("too slow"), limit));
+            return Ok(RunOutcome::without_results(Status::Stopped, why("too slow"), limit));
         }
         if !strong && window > STABLE {
-            return Ok(Outcome::without_results(Status::Failed, why("diverged | here"), 0.1));
+            return Ok(RunOutcome::without_results(Status::Failed, why("diverged | here"), 0.1));
         }
         let error = 0.002 * (window / 1e-4).powi(2) + 1e-4 * (step / 2.5e-5).powi(2);
         let mut outcome = done("max_deflection", EXACT * (1.0 + error) * (1e8 / young).powf(0.1), wall);
@@ -69,11 +69,11 @@ impl Formula {
     }
 }
 
-fn arguments(words: &[&str]) -> Arguments {
+fn arguments(words: &[&str]) -> TradeArguments {
     #[derive(Parser)]
     struct Program {
         #[command(flatten)]
-        arguments: Arguments,
+        arguments: TradeArguments,
     }
     Program::parse_from(["trade", "s.toml", "--quiet"].iter().chain(words)).arguments
 }
@@ -102,7 +102,7 @@ fn session(study: &mut Study, runner: &mut Formula, out: &Path, words: &[&str]) 
     study.runs = store.load(&study.space).expect("of this build");
     let (progress, budget) = (Progress::new(true, false, false), arguments.budget());
     let mut runner = |sets: &[String], dir: &Path, limit: f64| runner.run(sets, dir, limit);
-    let mut work = Work { runner: &mut runner, store: &mut store, progress: &progress, budget };
+    let mut work = Explorer { runner: &mut runner, store: &mut store, progress: &progress, budget };
     work.explore(study, &arguments.measures, super::plan::next)
 }
 
@@ -294,11 +294,11 @@ fn a_run_that_is_slower_than_it_should_be_is_ended() {
     let mut runner = |sets: &[String], dir: &Path, limit: f64| {
         if sets.iter().any(|set| set.ends_with("strong")) {
             assert!(limit < 100.0, "{limit}");
-            return Ok(Outcome::without_results(Status::Stopped, why("too slow"), limit));
+            return Ok(RunOutcome::without_results(Status::Stopped, why("too slow"), limit));
         }
         formula.run(sets, dir, limit)
     };
-    let mut work = Work { runner: &mut runner, store: &mut store, progress: &progress, budget };
+    let mut work = Explorer { runner: &mut runner, store: &mut store, progress: &progress, budget };
     work.explore(&mut study, &arguments.measures, super::plan::next).expect("explored");
     let stopped = study.runs.iter().filter(|run| run.outcome.status == Status::Stopped);
     assert!(stopped.clone().count() > 0);
@@ -317,7 +317,7 @@ fn a_push_ends_where_the_scene_breaks() {
     let (mut formula, progress, budget) =
         (Formula::default(), Progress::new(true, false, false), Budget::Time(1e4));
     let mut runner = |sets: &[String], dir: &Path, limit: f64| formula.run(sets, dir, limit);
-    let mut work = Work { runner: &mut runner, store: &mut store, progress: &progress, budget };
+    let mut work = Explorer { runner: &mut runner, store: &mut store, progress: &progress, budget };
     work.explore(&mut study, &arguments.measures, super::plan::next_of_atlas).expect("explored");
     let (found, next) = Atlas { study: &study, budget }.all();
     assert_eq!(next, None);

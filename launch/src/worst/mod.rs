@@ -12,7 +12,7 @@ use crate::check::plan::own_program;
 use crate::check::prepared::{self, Prepared};
 use crate::front::stop::Stop;
 use crate::report;
-use crate::run::children::{self, Event, Events, Goes, Job, Rules};
+use crate::run::children::{self, Destination, Event, Events, Job, Rules};
 use crate::run::progress::{Progress, far};
 use crate::run::sweep::{self, Task};
 use interface_defs::diagnostic::{Diagnostic, code};
@@ -138,7 +138,7 @@ pub fn study(arguments: &EnsembleArguments) -> Result<Exit, Stop> {
     let mut command = Command::new(own_program("dem-solver")?);
     command.args(std::env::args_os().skip_while(|word| word != "ensemble")).arg("--watched");
     let rules = Rules { grace: Some(children::GRACE_OF_RUN), ..Rules::default() };
-    let job = Job { output: Goes::Shown, ..Job::of(command) };
+    let job = Job { output: Destination::Inherited, ..Job::of(command) };
     let exit = children::one(job, rules, &Events::watch()?)?.0.exit();
     if matches!(exit, Exit::Done | Exit::Unreliable) {
         close(&run_dir::location(arguments.computation.dir.out.as_deref(), &name), &arguments.sets);
@@ -213,7 +213,7 @@ impl Work<'_> {
             command.stdout(Stdio::null());
         }
         // What is wrong it has said itself.
-        Ok(self.wait(Job { output: Goes::Shown, ..Job::of(command) })?.exit())
+        Ok(self.wait(Job { output: Destination::Inherited, ..Job::of(command) })?.exit())
     }
 
     fn wait(&self, job: Job) -> Result<children::End, Stop> {

@@ -449,8 +449,8 @@ fn what_cannot_be_tested_is_refused_before_anything_starts() {
     refused(&["--time", "1e-3"], &["--time", "nothing is stopped so soon"]);
     refused(&["--sel", "20"], &["--sel", "more than a third of the largest launch, 50 kJ"]);
     refused(&["--vary", "brake_force"], &["there is no `=`"]);
-    refused(&["--vary", "brake_force=much"], &["`much` is no number"]);
-    refused(&["--vary", "place=moon"], &["`moon` is no place: post, edge_field, top_rope"]);
+    refused(&["--vary", "brake_force=much"], &["`much` is not a number"]);
+    refused(&["--vary", "place=moon"], &["`moon` is not a place: post, edge_field, top_rope"]);
     refused(&["--vary", "bundle_factor=2"], &["there is nothing in the kit that `bundle_factor` changes"]);
     refused(&["--vary", "structure.parts.0.strok=2"], &["unknown key `strok`", "structure.parts.0.strok=2"]);
     refused(

@@ -41,7 +41,7 @@ const COMMANDS: &[(&[&str], &[&str])] = &[
     (&["cluster", "bolder.stl", "--spheres", "10", "-o", "a.xyzr"], &["no such file", "boulder.stl"]),
     (&["cluster", "open.stl", "--spheres", "10", "-o", "a.xyzr"], &["the surface is open", "--close-holes"]),
     (&["cluster", "boulder.stl", "--spheres", "0", "-o", "a.xyzr"], &["'0' for '--spheres <N>'"]),
-    (&["check", "scene.toml", "--resolved", "held"], &["--resolved held", "no regular file", "full.toml"]),
+    (&["check", "scene.toml", "--resolved", "held"], &["--resolved held", "not a regular file", "full.toml"]),
     (&["check", "scene.toml", "--resolved", "no/s.toml"], &["no/s.toml", "cannot be written"]),
     (
         &["run", "scene.toml", "--out", "/proc/rockfall"],
