@@ -65,7 +65,7 @@ pub fn refine(
     if !quiet {
         show(&table(first, &fine));
     }
-    take(first, &fine, limits);
+    absorb(first, &fine, limits);
     Ok(())
 }
 
@@ -86,8 +86,8 @@ fn table(first: &Summary, fine: &Summary) -> String {
     table.aligned(&both.collect::<Vec<_>>())
 }
 
-/// What the finer run says of the first one.
-fn take(first: &mut Summary, fine: &Summary, limits: &Limits) {
+/// Uncertainty, status and warnings of the first run, from the finer one.
+fn absorb(first: &mut Summary, fine: &Summary, limits: &Limits) {
     for measure in &mut first.measures {
         let other = fine.measures.iter().find(|other| other.name == measure.name);
         let chance = measure.uncertainty.filter(|known| known.by == Found::Vibration);

@@ -315,7 +315,7 @@ impl Number {
 /// A value as a label shows it: a third of a step has more digits than anyone reads.
 fn shown(value: String) -> String {
     let number = if value.parse::<i64>().is_ok() { None } else { value.parse().ok() };
-    number.map_or(value, |number| exact(rounded(number, 4)))
+    number.map_or(value, |number| exact(rounded(number, 4)).trim_end_matches(".0").to_owned())
 }
 
 /// The numbers at a dotted key, `*` for every item of an array.
