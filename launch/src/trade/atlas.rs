@@ -145,8 +145,10 @@ impl Atlas<'_> {
         let same = |a: &Point, b: &Point| space.key(a) == space.key(b);
         let mut found =
             StabilityLimit { push: push.clone(), holds: None, breaks: None, theory: None, note: None };
-        let step = if push.coarser { 2.0_f64 } else { 0.5 };
         let own = push.knob.as_number(0.0).unwrap_or(f64::NAN);
+        // A longer window is coarser, a stiffer contact finer.
+        let larger_is_coarser = push.knob.rung_of(2.0 * own).is_some_and(|rung| rung > 0.0);
+        let step = if push.coarser == larger_is_coarser { 2.0_f64 } else { 0.5 };
         let mut power = 0;
         loop {
             let point = at(own * step.powi(power));

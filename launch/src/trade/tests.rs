@@ -349,6 +349,8 @@ fn a_push_ends_where_the_scene_breaks() {
         stiff.breaks.is_none() && stiff.note.as_deref().is_some_and(|n| n.contains("nothing changed")),
         "{stiff:?}"
     );
+    let soft = found.iter().find(|f| f.push.knob.name == "modulus" && f.push.coarser).expect("pushed");
+    assert!(stiff.holds > Some(1e8) && soft.holds < Some(1e8), "{stiff:?} {soft:?}");
     let facts = report::Facts {
         scene: "s".into(),
         command: "s.toml".into(),
