@@ -2,7 +2,7 @@
 
 use super::grid::{self, Grid};
 use super::sampling::Sampler;
-use super::settings::{Quantity, Release, Sampling, StudySettings};
+use super::settings::{Release, Sampling, StudySettings, Varied};
 use dem_contact::contact::whole_rock::Whole;
 use dem_contact::rock::Rock;
 use dem_contact::settings::{RockSettings, Settings, Shape};
@@ -152,7 +152,7 @@ impl Base {
     /// Write the spheres that were made for its rocks to a folder, where they are not there yet: no later start makes them again.
     pub fn keep_clusters(&self, folder: &Path) -> io::Result<()> {
         let name = &self.settings.rocks[0].name;
-        let shapes = self.study.varies(Quantity::Shape).then_some(&self.prototypes);
+        let shapes = self.study.varies(Varied::Shape).then_some(&self.prototypes);
         let shapes = shapes.into_iter().flatten().zip(1..).map(|(shape, number)| (Some(number), &shape.made));
         for (shape, made) in [(None, &self.own)].into_iter().chain(shapes) {
             let Some(text) = made else { continue };
@@ -275,7 +275,7 @@ fn prototypes(
     mut model: Model,
     clusters: &[PathBuf],
 ) -> Result<Vec<Prototype>, Diagnostic> {
-    let shapes = study.varied().iter().find(|v| v.quantity == Quantity::Shape);
+    let shapes = study.varied().iter().find(|v| v.quantity == Varied::Shape);
     let whole = model.wholes.pop().flatten().is_some();
     let own = model.rocks.pop().zip(model.settings.rocks.pop());
     let (rock, table) = own.expect("checked: there is one rock");
@@ -326,10 +326,10 @@ impl Base {
         self.check_lines(file)?;
         let size = self.ground.highest - self.ground.lowest;
         let cell = self.study.maps.as_ref().and_then(|maps| maps.cell);
-        match cell.filter(|cell| (size.x / cell + 1.0) * (size.y / cell + 1.0) > grid::MOST) {
+        match cell.filter(|cell| (size.x / cell + 1.0) * (size.y / cell + 1.0) > grid::MAX_CELLS) {
             None => Ok(()),
             Some(cell) => {
-                let (x, y, most) = (size.x, size.y, grid::MOST);
+                let (x, y, most) = (size.x, size.y, grid::MAX_CELLS);
                 let what =
                     format!("cells of {cell} m on a terrain of {x:.0} m x {y:.0} m are more than {most:.0e}");
                 file.refuse("maps.cell", what, "make them larger, or leave `cell` out")
@@ -339,8 +339,8 @@ impl Base {
 
     /// Refuse a mass that nothing turns into a volume.
     fn check_masses(&self, file: &Scene) -> Result<(), Diagnostic> {
-        let dense = self.study.varies(Quantity::Density) || self.prototypes[0].table.density.is_some();
-        for (quantity, name) in [(Quantity::Mass, "mass"), (Quantity::Volume, "volume")] {
+        let dense = self.study.varies(Varied::Density) || self.prototypes[0].table.density.is_some();
+        for (quantity, name) in [(Varied::Mass, "mass"), (Varied::Volume, "volume")] {
             if self.study.varies(quantity) && !dense {
                 let what = format!("{name} varies, and the rock of the scene has no density");
                 let cure = "write density in place of mass in the scene";

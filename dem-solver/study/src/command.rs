@@ -11,7 +11,7 @@ use super::settings::StudySettings;
 use super::summary::Numbers;
 use super::table::Table;
 use super::until::Until;
-use super::worst::Comings;
+use super::worst::BarrierHits;
 use super::worst::barrier::Barrier;
 use super::{gate, results};
 use clap::{ArgMatches, Args, FromArgMatches};
@@ -42,9 +42,9 @@ use toolkit::{files, manifest, run_dir};
 pub const COMMAND: Extra = Extra { command, run };
 
 /// How often the screen shows how far it is.
-const SHOWN: Duration = Duration::from_millis(500);
+const BAR_INTERVAL: Duration = Duration::from_millis(500);
 /// The same in lines where the screen is no terminal.
-const LINES: Duration = Duration::from_secs(30);
+const LINE_INTERVAL: Duration = Duration::from_secs(30);
 
 fn command() -> clap::Command {
     EnsembleArguments::augment_args(
@@ -55,7 +55,7 @@ fn command() -> clap::Command {
 }
 
 /// How often a task that waits for another looks whether it has ended.
-const LOOK: Duration = Duration::from_millis(100);
+const POLL_INTERVAL: Duration = Duration::from_millis(100);
 
 /// How far it is, for those who look.
 struct Progress {
@@ -257,7 +257,7 @@ impl<'a> Study<'a> {
             return Err(Diagnostic::in_file("--scene-of", what));
         }
         let text = match self.barrier {
-            Some((barrier, _)) => Comings::new(base, barrier).scene_of_one(number)?,
+            Some((barrier, _)) => BarrierHits::new(base, barrier).scene_of_one(number)?,
             None => {
                 let member = base.member(number);
                 base.text(&member, "", &base.scene_of(&member)?)?
@@ -299,8 +299,8 @@ impl<'a> Study<'a> {
         let bar = !self.computation.quiet && io::stderr().is_terminal();
         let every = match bar {
             _ if self.computation.quiet => Duration::MAX,
-            true => SHOWN,
-            false => LINES,
+            true => BAR_INTERVAL,
+            false => LINE_INTERVAL,
         };
         let (end, t) = (total as f64, before as f64);
         let line = Line { t, end, windows: before, what: "members".into(), ..Line::default() };
@@ -363,7 +363,7 @@ impl<'a> Study<'a> {
                     if !std::mem::replace(&mut announced, true) {
                         tracing::warn!("{}: waiting for it", taken(part));
                     }
-                    std::thread::sleep(LOOK);
+                    std::thread::sleep(POLL_INTERVAL);
                 }
             }
         }
@@ -471,15 +471,14 @@ impl<'a> Study<'a> {
         seconds: f64,
     ) -> Result<Exit, Diagnostic> {
         let mut all = |each: &mut dyn FnMut(&Record) -> io::Result<()>| self.each(index, each);
-        let (mut summary, shown, comings) = match self.calibration {
+        let (mut summary, shown, hits) = match self.calibration {
             Some(calibration) => match calibration.conclude(&self.base, owner.dir(), &mut all) {
                 Ok((summary, shown)) => (summary, shown, None),
                 Err(why) => return failed(&why),
             },
             None => {
-                let (summary, comings) =
-                    self.results(owner, &mut all).map_err(|e| self.directory.fault(e))?;
-                (summary, String::new(), comings)
+                let (summary, hits) = self.results(owner, &mut all).map_err(|e| self.directory.fault(e))?;
+                (summary, String::new(), hits)
             }
         };
         let mut cost = |name: &str, value: Value| drop(summary.cost.insert(name.into(), value));
@@ -498,8 +497,8 @@ impl<'a> Study<'a> {
         if !self.computation.quiet {
             show(&summary.table(owner.dir()));
         }
-        if let (Some(comings), Some((_, worst))) = (comings, self.barrier) {
-            comings.write(&owner.dir().join(run_dir::BARRIER), worst)?;
+        if let (Some(hits), Some((_, worst))) = (hits, self.barrier) {
+            hits.write(&owner.dir().join(run_dir::BARRIER), worst)?;
         }
         manifest::seal(owner.dir());
         // With a barrier more follows, and its command says it at its own end.
@@ -510,12 +509,12 @@ impl<'a> Study<'a> {
     }
 
     /// Write what follows from all members; the summary, and what they bring to the line of a barrier.
-    fn results(&self, owner: &Owner, all: All) -> io::Result<(Summary, Option<Comings<'_>>)> {
+    fn results(&self, owner: &Owner, all: All) -> io::Result<(Summary, Option<BarrierHits<'_>>)> {
         let mut numbers = Numbers::default();
-        let mut comings = self.barrier.map(|(barrier, _)| Comings::new(&self.base, barrier));
+        let mut hits = self.barrier.map(|(barrier, _)| BarrierHits::new(&self.base, barrier));
         all(&mut |record| {
             numbers.add(record.number, &record.outcome);
-            comings.iter_mut().for_each(|comings| comings.add(record));
+            hits.iter_mut().for_each(|hits| hits.add(record));
             Ok(())
         })?;
         let deep = numbers.too_deep(&self.base.limits);
@@ -544,7 +543,7 @@ impl<'a> Study<'a> {
             }
             None => {}
         }
-        Ok((summary, comings))
+        Ok((summary, hits))
     }
 }
 
@@ -568,7 +567,7 @@ fn follow(base: &Base, index: &mut Index, table: &mut Table, due: u64) -> io::Re
 }
 
 /// Members that may be computed before one that takes long: what is known of them waits in memory.
-const AHEAD: usize = 4096;
+const MAX_AHEAD: usize = 4096;
 /// How long a core waits for the others before it looks again.
 const WAIT: Duration = Duration::from_millis(2);
 
@@ -581,7 +580,7 @@ fn compute(base: &Base, todo: &[u64], threads: usize, mut take: impl FnMut(Recor
         loop {
             let at = next.fetch_add(1, Ordering::Relaxed);
             let Some(number) = todo.get(at) else { return };
-            while at > taken.load(Ordering::Relaxed) + AHEAD && !ended.load(Ordering::Relaxed) {
+            while at > taken.load(Ordering::Relaxed) + MAX_AHEAD && !ended.load(Ordering::Relaxed) {
                 std::thread::sleep(WAIT);
             }
             if ended.load(Ordering::Relaxed) || interrupt::requested() {

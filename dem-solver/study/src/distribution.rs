@@ -126,7 +126,7 @@ impl Distribution {
         }
     }
 
-    /// Smallest and largest value; `None` where some are no numbers.
+    /// Smallest and largest value; `None` where some are not numbers.
     pub fn range(&self) -> Option<[f64; 2]> {
         match &self.form {
             Form::Choice(values, _) => {
@@ -177,7 +177,7 @@ impl Distribution {
         }
     }
 
-    /// The same as a number; NaN where it is none.
+    /// The same as a number; NaN where it is not a number.
     pub fn quantile(&self, u: f64) -> f64 {
         match &self.form {
             Form::Choice(values, _) => number(&values[self.chosen(u)]).unwrap_or(f64::NAN),
@@ -215,19 +215,17 @@ fn rising(name: &str, [low, high]: [f64; 2]) -> Result<[f64; 2], Wrong> {
 }
 
 impl Spec {
-    fn form(self) -> Result<Form, Wrong> {
+    /// Refuse keys that do not go with each other.
+    fn check(&self) -> Result<(), Wrong> {
         let Self { uniform, normal, lognormal, power_law, table, choice, weights, within, levels } = self;
         let has_tails = normal.is_some() || lognormal.is_some();
         let [law, rows] = [power_law.is_some(), table.is_some()];
         let forms = [uniform.is_some(), normal.is_some(), lognormal.is_some(), law, rows, choice.is_some()];
         let one = forms.iter().filter(|there| **there).count() == 1;
         let counted = levels.is_none_or(|levels| levels > 0 && choice.is_none());
+        let what = format!("a distribution is one of {}", FORMS.join(", "));
         let rules = [
-            (
-                one,
-                "a distribution is one of uniform, normal, lognormal, power_law, table, choice",
-                "keep one of them",
-            ),
+            (one, &what[..], "keep one of them"),
             (weights.is_none() || choice.is_some(), "`weights` belongs to `choice`", "leave it out"),
             (
                 within.is_none() || has_tails,
@@ -236,9 +234,13 @@ impl Spec {
             ),
             (counted, "`levels`: one or more, of a distribution of numbers", "a choice has its own"),
         ];
-        if let Some((_, what, cure)) = rules.into_iter().find(|(kept, ..)| !kept) {
-            return Err((what.into(), cure));
-        }
+        let broken = rules.into_iter().find(|(kept, ..)| !kept);
+        broken.map_or(Ok(()), |(_, what, cure)| Err((what.into(), cure)))
+    }
+
+    fn form(self) -> Result<Form, Wrong> {
+        self.check()?;
+        let Self { uniform, normal, lognormal, power_law, table, choice, weights, within, .. } = self;
         let within = within.map(|range| rising("within", range)).transpose()?;
         if let Some(range) = uniform {
             return Ok(Form::Uniform(rising("uniform", range)?));

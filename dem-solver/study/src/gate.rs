@@ -6,7 +6,7 @@
 use super::base::Base;
 use super::member::Member;
 use super::record;
-use super::settings::{Place, Quantity, Variable};
+use super::settings::{Place, Variable, Varied};
 use dem_contact::settings::Settings;
 use dem_rocks::gate::contacts::of_contact;
 use dem_rocks::gate::units::{all_of_rock, in_litres};
@@ -104,7 +104,7 @@ fn warning(file: &Scene, key: &str, what: String) -> Diagnostic {
 /// Refuse keys of the scene that do not exist, and values at the ends of their distributions that it refuses; say what it doubts.
 fn of_keys(base: &Base, release: usize, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> {
     let variables = &base.study.variables[release];
-    let keys: Vec<&Variable> = variables.iter().filter(|v| v.quantity == Quantity::Key).collect();
+    let keys: Vec<&Variable> = variables.iter().filter(|v| v.quantity == Varied::Key).collect();
     let mut said: Vec<Diagnostic> = Vec::new();
     for end in [0, 1] {
         let set = |v: &&Variable| format!("{}={}", v.name, v.distribution.ends()[end]);
@@ -145,13 +145,13 @@ fn of_keys(base: &Base, release: usize, file: &Scene) -> Result<Vec<Diagnostic>,
 }
 
 /// The quantities that a key of a rock's table follows from.
-fn quantities(key: &str) -> &'static [Quantity] {
+fn quantities(key: &str) -> &'static [Varied] {
     match key {
-        "density" => &[Quantity::Density],
-        "mass" => &[Quantity::Mass],
-        "shape" | "shape.volume" => &[Quantity::Volume, Quantity::Mass, Quantity::Shape],
-        "velocity" => &[Quantity::Speed],
-        "angular_velocity" => &[Quantity::Spin],
+        "density" => &[Varied::Density],
+        "mass" => &[Varied::Mass],
+        "shape" | "shape.volume" => &[Varied::Volume, Varied::Mass, Varied::Shape],
+        "velocity" => &[Varied::Speed],
+        "angular_velocity" => &[Varied::Spin],
         _ => &[],
     }
 }
@@ -163,8 +163,8 @@ fn of_rocks(base: &Base, release: usize, file: &Scene) -> Result<Vec<Diagnostic>
     let ends = [[true, true], [true, false], [false, true], [false, false]];
     for (prototype, [large, dense]) in (0..base.prototypes.len()).flat_map(|p| ends.map(|end| (p, end))) {
         let high = |quantity| match quantity {
-            Quantity::Volume | Quantity::Mass => large,
-            Quantity::Density => dense,
+            Varied::Volume | Varied::Mass => large,
+            Varied::Density => dense,
             _ => true,
         };
         let values = variables.iter().map(|v| v.distribution.ends()[usize::from(high(v.quantity))].clone());
@@ -181,7 +181,7 @@ fn of_rocks(base: &Base, release: usize, file: &Scene) -> Result<Vec<Diagnostic>
         let volume = rock.solid.volume();
         for mut found in all_of_rock(&rock, &table) {
             let all = quantities(found.key.as_deref().unwrap_or_default());
-            let varied = |quantity: &Quantity| variables.iter().find(|v| v.quantity == *quantity);
+            let varied = |quantity: &Varied| variables.iter().find(|v| v.quantity == *quantity);
             let Some(variable) = all.iter().find_map(varied) else { continue };
             let (name, quantity) = (&variable.name, variable.quantity);
             if all.len() > 1
@@ -190,7 +190,7 @@ fn of_rocks(base: &Base, release: usize, file: &Scene) -> Result<Vec<Diagnostic>
                 found.hint = Some(hint);
             }
             let (key, mut what) = (variable.key.clone(), found.message);
-            if quantity != Quantity::Shape {
+            if quantity != Varied::Shape {
                 let value = four(base.quantity(&member, quantity).unwrap_or(f64::NAN));
                 what = format!("with {name} = {value}: {what}");
             }
@@ -199,13 +199,13 @@ fn of_rocks(base: &Base, release: usize, file: &Scene) -> Result<Vec<Diagnostic>
                 said.push(file.placed(found));
             }
         }
-        let sized = variables.iter().find(|v| matches!(v.quantity, Quantity::Volume | Quantity::Mass));
+        let sized = variables.iter().find(|v| matches!(v.quantity, Varied::Volume | Varied::Mass));
         if let Some(variable) = sized.filter(|_| large && dense)
             && let Some(hint) = of_size_meant(variable.quantity, volume, rock.mass)
             && keys.insert(variable.key.clone())
         {
             let (name, of, mass, volume) = (&variable.name, &rock.name, four(rock.mass), four(volume));
-            let value = if variable.quantity == Quantity::Mass { &mass } else { &volume };
+            let value = if variable.quantity == Varied::Mass { &mass } else { &volume };
             let what = format!("with {name} = {value}: rock `{of}` has {mass} kg in {volume} m3");
             let doubted = warning(file, &variable.key, what);
             said.push(doubted.coded(code::LIKELY_UNIT).try_instead(hint));
@@ -215,11 +215,11 @@ fn of_rocks(base: &Base, release: usize, file: &Scene) -> Result<Vec<Diagnostic>
 }
 
 /// What a size that few rocks have may have been, where the study varies this quantity.
-fn of_size_meant(quantity: Quantity, volume: f64, mass: f64) -> Option<String> {
+fn of_size_meant(quantity: Varied, volume: f64, mass: f64) -> Option<String> {
     let meant = match quantity {
-        Quantity::Mass if mass < LIGHT => Some(("tonnes", 1e3)),
-        Quantity::Mass => in_litres(volume).map(|_| ("grams", 1e-3)),
-        Quantity::Volume => return in_litres(volume),
+        Varied::Mass if mass < LIGHT => Some(("tonnes", 1e3)),
+        Varied::Mass => in_litres(volume).map(|_| ("grams", 1e-3)),
+        Varied::Volume => return in_litres(volume),
         _ => None,
     };
     meant.map(|(unit, size)| format!("were it in {unit}, it would be {} kg", four(size * mass)))
@@ -228,8 +228,8 @@ fn of_size_meant(quantity: Quantity, volume: f64, mass: f64) -> Option<String> {
 /// A direction that is likelier in radians, or upward.
 fn of_direction(variable: &Variable, file: &Scene) -> Option<Diagnostic> {
     let (most, name) = match variable.quantity {
-        Quantity::Azimuth => (TURN, "azimuth"),
-        Quantity::Dip => (QUARTER, "dip"),
+        Varied::Azimuth => (TURN, "azimuth"),
+        Varied::Dip => (QUARTER, "dip"),
         _ => return None,
     };
     let [low, high] = variable.distribution.range()?;
@@ -323,7 +323,7 @@ const STEEP: f64 = 0.3;
 
 /// Rocks of a release that all start up the slope, as far as the ground in the middle of its corners says.
 fn of_slope(base: &Base, release: usize, file: &Scene) -> Option<Diagnostic> {
-    let azimuth = base.study.variables[release].iter().find(|v| v.quantity == Quantity::Azimuth)?;
+    let azimuth = base.study.variables[release].iter().find(|v| v.quantity == Varied::Azimuth)?;
     let [low, high] = azimuth.distribution.range()?;
     let corners = base.study.releases[release].place().corners;
     let mean = |axis: usize| corners.iter().map(|c| c[axis]).sum::<f64>() / corners.len() as f64;
@@ -365,7 +365,7 @@ fn of_heights(base: &Base, file: &Scene) -> Result<Vec<Diagnostic>, Diagnostic> 
     for (at, release) in study.releases.iter().enumerate() {
         HEIGHT.pass(file, &format!("release.{at}"), release.height, &mut said)?;
     }
-    for variable in study.variables.iter().flatten().filter(|v| v.quantity == Quantity::Height) {
+    for variable in study.variables.iter().flatten().filter(|v| v.quantity == Varied::Height) {
         let table = variable.key.strip_suffix(".height").unwrap_or("vary");
         for value in variable.distribution.range().into_iter().flatten() {
             HEIGHT.pass(file, table, value, &mut said)?;

@@ -6,7 +6,7 @@ use dem_terrain::Terrain;
 /// Cells along the longer side where the study does not say how large they are, about.
 const CELLS: f64 = 300.0;
 /// Most cells.
-pub const MOST: f64 = 16e6;
+pub const MAX_CELLS: f64 = 16e6;
 
 /// The cells.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -8,8 +8,8 @@
 //! - [`sampling`]: numbers from 0 to 1, a function of seed and member alone
 //! - [`base`](mod@base): what all members share; [`gate`]: what can be known of them before the start; [`member`]: what one has of its own, and its scene; [`place`]: where it starts
 //! - [`runner`]: one member from start to end
-//! - [`record`], [`directory`]: what is kept of each, the quantities of its fall a line of one table, so that a killed process loses
-//!   nothing; and what they were computed from
+//! - [`quantity`]: the quantities of members and of their paths, each a line; all results follow from these
+//! - [`record`], [`directory`]: what is kept of each member, so that a killed process loses nothing; and what they were computed from
 //! - [`preview`]: what it would compute, and at what cost
 //! - [`table`], [`summary`]: `members.csv`, `summary.json`; [`bounds`]: how far quantiles and shares may be off
 //! - [`track`]: what is kept of a member's trajectory, by the cells of [`grid`]; [`results`]: maps, lines, trajectories of all
@@ -31,6 +31,7 @@ pub mod grid;
 pub mod member;
 pub mod place;
 pub mod preview;
+pub mod quantity;
 pub mod record;
 pub mod results;
 pub mod runner;

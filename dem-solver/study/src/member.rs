@@ -2,7 +2,7 @@
 
 use super::base::{Base, put_shape, rock_of};
 use super::place::{above_ground, line_of_fall};
-use super::settings::{Place, Quantity};
+use super::settings::{Place, Varied};
 use dem_contact::contact::whole_rock::Whole;
 use dem_contact::rock::Rock;
 use dem_contact::settings::{RockSettings, Settings};
@@ -120,7 +120,7 @@ impl Base {
         for (at, of_replicates) in &self.shared {
             values[*at] = toml::Value::Float(of_replicates[replicate as usize]);
         }
-        let shape = self.study.varied().iter().position(|v| v.quantity == Quantity::Shape);
+        let shape = self.study.varied().iter().position(|v| v.quantity == Varied::Shape);
         Member {
             number,
             release,
@@ -139,7 +139,7 @@ impl Base {
     }
 
     /// A quantity of a member, where it varies.
-    pub fn quantity(&self, member: &Member, quantity: Quantity) -> Option<f64> {
+    pub fn quantity(&self, member: &Member, quantity: Varied) -> Option<f64> {
         let at = self.study.varied().iter().position(|v| v.quantity == quantity)?;
         number(&member.values[at])
     }
@@ -155,11 +155,11 @@ impl Base {
         if let Some(orientation) = member.orientation {
             table.orientation = orientation;
         }
-        if let Some(spin) = self.quantity(member, Quantity::Spin) {
+        if let Some(spin) = self.quantity(member, Varied::Spin) {
             table.angular_velocity = (member.axis * spin).into();
         }
         table.velocity = self.velocity(member, &rock, &table.velocity)?.into();
-        let height = self.quantity(member, Quantity::Height);
+        let height = self.quantity(member, Varied::Height);
         let height = height.unwrap_or(self.study.releases[member.release].height);
         let motion = rock.start(table, settings.gravity);
         let position =
@@ -180,12 +180,12 @@ impl Base {
 
     /// What the scene says with the member's values in place.
     fn settings_of(&self, member: &Member) -> Result<Settings, Diagnostic> {
-        if !self.study.varied().iter().any(|v| v.quantity == Quantity::Key) {
+        if !self.study.varied().iter().any(|v| v.quantity == Varied::Key) {
             return Ok(self.settings.clone());
         }
         let mut document = self.document.clone();
         for (variable, value) in self.study.varied().iter().zip(&member.values) {
-            if variable.quantity == Quantity::Key {
+            if variable.quantity == Varied::Key {
                 put(&mut document, &variable.name, value.clone());
             }
         }
@@ -196,13 +196,13 @@ impl Base {
     pub(super) fn rock_alone(&self, member: &Member) -> (Rock, RockSettings) {
         let mut table = self.prototypes[member.prototype].table.clone();
         table.scale = Some(self.factor(member));
-        if self.study.varies(Quantity::Density) {
+        if self.study.varies(Varied::Density) {
             table.density = Some(self.density(member));
         }
-        if let Some(speed) = self.quantity(member, Quantity::Speed) {
+        if let Some(speed) = self.quantity(member, Varied::Speed) {
             table.velocity = [speed, 0.0, 0.0];
         }
-        if let Some(spin) = self.quantity(member, Quantity::Spin) {
+        if let Some(spin) = self.quantity(member, Varied::Spin) {
             table.angular_velocity = [spin, 0.0, 0.0];
         }
         (self.rock(member, None).rock, table)
@@ -212,14 +212,14 @@ impl Base {
     fn density(&self, member: &Member) -> f64 {
         let prototype = &self.prototypes[member.prototype];
         let own = || prototype.mass / prototype.rock.solid.scaled(prototype.scale).volume();
-        self.quantity(member, Quantity::Density).or(prototype.table.density).unwrap_or_else(own)
+        self.quantity(member, Varied::Density).or(prototype.table.density).unwrap_or_else(own)
     }
 
     /// Lengths of a member over those of its shape as it is stated.
     fn factor(&self, member: &Member) -> f64 {
         let prototype = &self.prototypes[member.prototype];
-        let mass = self.quantity(member, Quantity::Mass);
-        let wanted = self.quantity(member, Quantity::Volume).or(mass.map(|mass| mass / self.density(member)));
+        let mass = self.quantity(member, Varied::Mass);
+        let wanted = self.quantity(member, Varied::Volume).or(mass.map(|mass| mass / self.density(member)));
         wanted.map_or(prototype.scale, |volume| (volume / prototype.rock.solid.volume()).cbrt())
     }
 
@@ -229,7 +229,7 @@ impl Base {
         let rock = &prototype.rock;
         let factor = self.factor(member);
         let solid = rock.solid.scaled(factor);
-        let varies = [Quantity::Volume, Quantity::Mass, Quantity::Density];
+        let varies = [Varied::Volume, Varied::Mass, Varied::Density];
         let mass = if varies.iter().any(|quantity| self.study.varies(*quantity)) {
             self.density(member) * solid.volume()
         } else {
@@ -247,8 +247,8 @@ impl Base {
     /// Velocity of the start: what the study varies of it, else the scene's; without a direction down the line of fall.
     fn velocity(&self, member: &Member, rock: &Rock, own: &[f64; 3]) -> Result<Vector3<f64>, Diagnostic> {
         let own = Vector3::from(*own);
-        let [speed, azimuth, dip] = [Quantity::Speed, Quantity::Azimuth, Quantity::Dip]
-            .map(|quantity| self.quantity(member, quantity));
+        let [speed, azimuth, dip] =
+            [Varied::Speed, Varied::Azimuth, Varied::Dip].map(|quantity| self.quantity(member, quantity));
         if [speed, azimuth, dip].iter().all(Option::is_none) {
             return Ok(own);
         }
@@ -278,8 +278,8 @@ impl Base {
         let mut document = self.document.clone();
         for (variable, value) in self.study.varied().iter().zip(&member.values) {
             match (variable.quantity, rock_of(&mut document)) {
-                (Quantity::Key, _) => put(&mut document, &variable.name, value.clone()),
-                (Quantity::Shape, Some(rock)) => put_shape(rock, value),
+                (Varied::Key, _) => put(&mut document, &variable.name, value.clone()),
+                (Varied::Shape, Some(rock)) => put_shape(rock, value),
                 _ => {}
             }
         }

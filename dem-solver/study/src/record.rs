@@ -1,4 +1,4 @@
-//! What is kept of a member, with the quantities of its fall, each declared once ([`QUANTITIES`]); and the files of such records.
+//! What is kept of a member, from which all its quantities follow ([`super::quantity`]); and the files of such records.
 //!
 //! In a file members stand as they are computed, one frame (length, content as in messages, a hash of both) behind the other, whole
 //! whenever the process ends. It begins with a line that says which study it belongs to, and with the build and the layout of its
@@ -12,7 +12,7 @@ use dem_rocks::model::Model;
 use dem_rocks::model::runout::RunOut;
 use interface_defs::diagnostic::{Code, Diagnostic, code};
 use interface_defs::ipc::run_id::fnv1a;
-use interface_defs::message::{Worse, pack, unpack};
+use interface_defs::message::{pack, unpack};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::fs::{File, TryLockError};
@@ -20,7 +20,6 @@ use std::io::{self, BufReader, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use toolkit::files::{self, Dir, Stream};
-use toolkit::history::column;
 use toolkit::provenance;
 use toolkit::scene::Scene;
 use toolkit::summary::RunStatus;
@@ -83,8 +82,14 @@ pub struct Outcome {
     pub end: [f64; 3],
     /// Its velocity there.
     pub end_velocity: [f64; 3],
-    /// The [`QUANTITIES`] of its fall.
-    pub values: [f64; QUANTITIES.len()],
+    /// When it ended [s].
+    pub time: f64,
+    /// What was followed on its course.
+    pub path: RunOut,
+    /// Deepest overlap over the radius.
+    pub penetration: f64,
+    /// Largest imbalance of energy over that of the largest impact.
+    pub energy_error: f64,
     /// Why it is not to be trusted.
     pub fault: Option<Diagnostic>,
 }
@@ -114,15 +119,15 @@ impl Outcome {
         (self.status, self.fault) = (RunStatus::Failed, Some(fault));
     }
 
-    /// Its fall has ended like this.
-    pub fn end(&mut self, fall: &Ended) {
-        self.values = QUANTITIES.each_ref().map(|quantity| (quantity.of)(fall));
-    }
-
     /// How far its end is from its start, seen from above [m].
     pub fn run_out(&self) -> f64 {
         let moved = Vector3::from(self.end) - Vector3::from(self.start);
         moved.xy().norm()
+    }
+
+    /// Share of its time in which it touched.
+    pub fn contact_time_fraction(&self) -> f64 {
+        if self.time > 0.0 { self.path.in_contact / self.time } else { 0.0 }
     }
 
     /// Why it is not to be trusted, in words.
@@ -176,73 +181,6 @@ impl Record {
         let cells = base.grid.as_ref().map_or(0, Grid::cells);
         self.track.visits.iter().all(|visit| (visit.cell as usize) < cells)
             && self.track.crossings.iter().all(|crossing| usize::from(crossing.line) < base.lines.len())
-    }
-}
-
-/// What is known of a fall that has ended.
-pub struct Ended<'a> {
-    /// When it ended [s].
-    pub time: f64,
-    /// How far from its start, seen from above [m].
-    pub run_out: f64,
-    /// What was followed on its course.
-    pub path: &'a RunOut,
-    /// Deepest overlap over the radius.
-    pub penetration: f64,
-    /// Largest imbalance of energy over that of the largest impact.
-    pub energy_error: f64,
-}
-
-/// A quantity of every member.
-pub struct Quantity {
-    /// Its name.
-    pub name: &'static str,
-    /// Its unit.
-    pub unit: &'static str,
-    /// Its value.
-    pub of: fn(&Ended) -> f64,
-    /// Whether the summary has its quantiles, and in which direction they are worse.
-    pub quantiles: Option<Worse>,
-    /// Whether trajectories and ends on the map have it.
-    pub mapped: bool,
-    /// Whether it is known of rocks that came to rest alone: of others it is at least that at which they were seen last.
-    pub at_rest: bool,
-}
-
-impl Quantity {
-    /// Name of its column.
-    pub fn column(&self) -> String {
-        column(self.name, self.unit)
-    }
-}
-
-const fn quantity(
-    name: &'static str,
-    unit: &'static str,
-    of: fn(&Ended) -> f64,
-    quantiles: Option<Worse>,
-) -> Quantity {
-    Quantity { name, unit, of, quantiles, mapped: false, at_rest: false }
-}
-
-/// All of them, in the order of their columns. A new one takes a line here.
-pub const QUANTITIES: [Quantity; 9] = [
-    Quantity { mapped: true, at_rest: true, ..quantity("time", "s", |fall| fall.time, Some(Worse::Neither)) },
-    Quantity { mapped: true, at_rest: true, ..quantity("run_out", "m", |fall| fall.run_out, LARGER) },
-    Quantity { mapped: true, ..quantity("max_speed", "m/s", |fall| fall.path.fastest.0, LARGER) },
-    Quantity { mapped: true, ..quantity("max_kinetic_energy", "J", |fall| fall.path.most_energy.0, LARGER) },
-    Quantity { mapped: true, ..quantity("max_jump_height", "m", |fall| fall.path.highest.0, LARGER) },
-    quantity("impacts", "1", |fall| fall.path.impacts as f64, Some(Worse::Neither)),
-    quantity("contact_time_fraction", "1", |fall| fall.contact_time_fraction(), None),
-    quantity("max_penetration", "1", |fall| fall.penetration, None),
-    quantity("energy_error", "1", |fall| fall.energy_error, None),
-];
-
-const LARGER: Option<Worse> = Some(Worse::Larger);
-
-impl Ended<'_> {
-    fn contact_time_fraction(&self) -> f64 {
-        if self.time > 0.0 { self.path.in_contact / self.time } else { 0.0 }
     }
 }
 
@@ -396,20 +334,24 @@ impl Journal {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::track::{Crossing, Track, Visit};
+    use crate::track::{Crossing, PathPoint, Track, Visit};
 
     #[test]
     fn a_record_is_read_as_it_was_written_and_half_of_one_is_none() {
         let mut outcome = Outcome::failed(Diagnostic::new("why, \"so\"").try_instead("that"));
         outcome.how = How::Moving;
-        outcome.values = std::array::from_fn(|k| k as f64 + 0.5);
+        (outcome.time, outcome.path.impacts) = (2.5, 7);
         (outcome.end, outcome.mass) = ([0.25, -1.0, 7.0], 3.5);
         let track = Track {
             visits: vec![
                 Visit { cell: 3, values: [1.0, 2.0, 0.5, 4.0] },
                 Visit { cell: 9, values: [0.0; 4] },
             ],
-            crossings: vec![Crossing { line: 1, time: 0.25, speed: 4.0, ..Crossing::default() }],
+            crossings: vec![Crossing {
+                line: 1,
+                along: 0.25,
+                at: PathPoint { speed: 4.0, ..PathPoint::default() },
+            }],
             path: vec![[1.0, 2.0, 3.0, 4.0]; 3],
         };
         let record = Record { number: 42, outcome, track };

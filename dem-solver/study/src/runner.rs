@@ -2,7 +2,7 @@
 
 use super::base::Base;
 use super::member::{Kept, Member};
-use super::record::{Ended, How, Outcome};
+use super::record::{How, Outcome};
 use super::track::{Follower, Track};
 use dem_rocks::DemSolver;
 use dem_rocks::model::Model;
@@ -190,12 +190,8 @@ impl Fall {
         outcome.how = how;
         outcome.end = (position + base.ground.origin).into();
         outcome.end_velocity = velocity.into();
-        outcome.end(&Ended {
-            time,
-            run_out: outcome.run_out(),
-            path,
-            penetration: depth.map_or(0.0, |(depth, _)| depth),
-            energy_error: error.map_or(0.0, |(error, _)| error),
-        });
+        (outcome.time, outcome.path) = (time, *path);
+        outcome.penetration = depth.map_or(0.0, |(depth, _)| depth);
+        outcome.energy_error = error.map_or(0.0, |(error, _)| error);
     }
 }

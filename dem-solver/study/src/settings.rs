@@ -2,7 +2,8 @@
 
 use super::capacity::Capacity;
 use super::design::Design;
-pub use super::vary::{Quantity, Variable};
+use super::quantity;
+pub use super::vary::{Variable, Varied};
 use super::vary::{Vary, of_release, variables};
 use dem_solid::geometry::plan;
 use interface_defs::diagnostic::Diagnostic;
@@ -47,7 +48,7 @@ pub fn of_falls(mut study: toml::Table) -> toml::Table {
 }
 
 /// Most members of a release that a Sobol sequence has: indices of 16 bits.
-pub const MOST_OF_SOBOL: u64 = 1 << 16;
+pub const MAX_OF_SOBOL: u64 = 1 << 16;
 
 /// How the members of a study are spread over what varies.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
@@ -199,7 +200,7 @@ pub struct StudySettings {
 pub const BEHIND: &str = "_with_barriers";
 
 /// Largest number of members.
-const MOST: u64 = 10_000_000;
+const MAX_MEMBERS: u64 = 10_000_000;
 
 impl StudySettings {
     /// Read and check them.
@@ -317,7 +318,7 @@ impl StudySettings {
     /// What is wrong with replicates of a study in which nothing is random: intervals of the same members again would be too narrow.
     pub fn unrepeatable(&self) -> Option<&'static str> {
         let random = self.turned
-            || self.varies(Quantity::Spin)
+            || self.varies(Varied::Spin)
             || self.releases.iter().any(|release| release.place().form == Form::Polygon);
         (self.sampling == Sampling::FullFactorial && !random).then_some(
             "nothing is random in this full factorial: a replicate would have the same members again",
@@ -327,26 +328,26 @@ impl StudySettings {
     /// Most replicates that there can be.
     pub fn most_replicates(&self) -> u64 {
         let largest = self.counts().into_iter().max().unwrap_or(1);
-        let of_sobol = if self.sampling == Sampling::Sobol { MOST_OF_SOBOL / largest } else { u64::MAX };
-        of_sobol.min(MOST * self.replicates / self.members())
+        let of_sobol = if self.sampling == Sampling::Sobol { MAX_OF_SOBOL / largest } else { u64::MAX };
+        of_sobol.min(MAX_MEMBERS * self.replicates / self.members())
     }
 
     /// Whether this quantity varies.
-    pub fn varies(&self, quantity: Quantity) -> bool {
+    pub fn varies(&self, quantity: Varied) -> bool {
         self.varied().iter().any(|v| v.quantity == quantity)
     }
 
     fn check(&self, study: &Scene) -> Result<(), Diagnostic> {
         let members = self.members();
-        if members > MOST {
-            let what = format!("{members} members: up to {MOST} are possible");
+        if members > MAX_MEMBERS {
+            let what = format!("{members} members: up to {MAX_MEMBERS} are possible");
             return study.refuse("release", what, "lower count, or the levels in [vary]");
         }
         if self.sampling == Sampling::Sobol
             && let counts = self.counts().into_iter().map(|n| n.saturating_mul(self.replicates))
-            && let Some((at, count)) = counts.enumerate().find(|(_, n)| *n > MOST_OF_SOBOL)
+            && let Some((at, count)) = counts.enumerate().find(|(_, n)| *n > MAX_OF_SOBOL)
         {
-            let what = format!("{count} members of one release: a Sobol sequence has {MOST_OF_SOBOL}");
+            let what = format!("{count} members of one release: a Sobol sequence has {MAX_OF_SOBOL}");
             let cure = "sampling = \"latin_hypercube\"";
             return study.refuse(&format!("release.{at}.count"), what, cure);
         }
@@ -368,7 +369,7 @@ impl StudySettings {
         if let Some(what) = self.unrepeatable().filter(|_| self.replicates > 1) {
             return study.refuse(REPLICATES, what, "leave it out, or give distributions more levels");
         }
-        if self.varies(Quantity::Volume) && self.varies(Quantity::Mass) {
+        if self.varies(Varied::Volume) && self.varies(Varied::Mass) {
             let what = "mass and volume together define one thing twice";
             return study.refuse("vary.mass", what, "vary volume and density");
         }
@@ -497,6 +498,7 @@ pub fn share() -> Share {
         .key::<Vary>("vary")
         .key::<Maps>("maps")
         .key::<Vec<ScreenLine>>("line")
+        .results(&quantity::reference())
         .share()
 }
 

@@ -1,7 +1,8 @@
 //! What a study came to: counts of endings, quantiles over its members.
 
 use super::bounds::{of_quantile, quantile};
-use super::record::{How, Outcome, QUANTITIES};
+use super::quantity::{MEMBER_QUANTITIES, MemberQuantity};
+use super::record::{How, Outcome};
 use interface_defs::diagnostic::{Diagnostic, Severity, code};
 use interface_defs::message::{Interval, Measure, Worse};
 use toolkit::limits::{Limits, NOTICED, TOO_SOFT};
@@ -18,8 +19,12 @@ pub fn quantile_of(name: &str, share: u32) -> String {
 
 /// Names of all quantiles of the summary.
 pub fn quantiles() -> impl Iterator<Item = String> {
-    let all = QUANTITIES.iter().filter(|quantity| quantity.quantiles.is_some());
-    all.flat_map(|quantity| SHARES.map(|share| quantile_of(quantity.name, share)))
+    ranked().flat_map(|(quantity, _)| SHARES.map(|share| quantile_of(quantity.name, share)))
+}
+
+/// Quantities of which there are quantiles, and in which direction these are worse.
+fn ranked() -> impl Iterator<Item = (&'static MemberQuantity, Worse)> {
+    MEMBER_QUANTITIES.iter().filter_map(|quantity| Some((quantity, quantity.quantiles?)))
 }
 
 /// What the screen shows before all else.
@@ -61,7 +66,10 @@ pub struct Numbers {
     moving: u64,
     /// Those at rest nearer to their start than their own size: how many, and the first of them.
     stayed: (u64, Vec<u64>),
-    values: [Values; QUANTITIES.len()],
+    /// How many overlapped deeper than is noticed, and the deepest overlap, in radii.
+    deep: (u64, f64),
+    /// Of each quantity with quantiles.
+    values: Vec<Values>,
     first: Option<(u64, String)>,
 }
 
@@ -86,18 +94,18 @@ impl Numbers {
                 self.stayed.1.push(number);
             }
         }
-        for ((values, quantity), value) in self.values.iter_mut().zip(&QUANTITIES).zip(outcome.values) {
+        self.deep.0 += u64::from(outcome.penetration > NOTICED);
+        self.deep.1 = self.deep.1.max(outcome.penetration);
+        self.values.resize_with(ranked().count(), Values::default);
+        for (values, (quantity, _)) in self.values.iter_mut().zip(ranked()) {
             let ended = outcome.how == How::Rest || !quantity.at_rest;
-            (if ended { &mut values.known } else { &mut values.at_least }).push(value);
+            (if ended { &mut values.known } else { &mut values.at_least }).push((quantity.of)(outcome));
         }
     }
 
     /// That members overlapped deeper than is noticed, where the scene has no bound of its own that would make them unreliable.
     pub fn too_deep(&self, limits: &Limits) -> Option<Diagnostic> {
-        let at = QUANTITIES.iter().position(|quantity| quantity.name == "max_penetration")?;
-        let values = &self.values[at].known;
-        let deep = values.iter().filter(|value| **value > NOTICED).count();
-        let most = values.iter().copied().fold(0.0, f64::max);
+        let (deep, most) = self.deep;
         (deep > 0 && limits.penetration.is_none()).then(|| {
             let what = format!(
                 "{deep} of {} members overlapped by more than {NOTICED} radii, the deepest by {most:.3}: there the contact law does not \
@@ -111,18 +119,29 @@ impl Numbers {
     /// The summary; with more than the share `most_failed` of members that failed or are unreliable it is unreliable itself.
     pub fn summary(mut self, most_failed: f64) -> Summary {
         let mut summary = Summary::new(RunStatus::Done);
-        let Self { members, unreliable, failed, rest, left, moving, .. } = self;
+        self.counts(&mut summary);
+        self.quantiles(&mut summary);
+        summary.warnings.extend(self.stayed());
+        let mut doubts = Vec::new();
+        // What more members than `most_failed` have makes the study unreliable, what fewer have is a warning.
+        let found = [self.moving(most_failed), self.untrusted(most_failed)];
+        for (is_doubt, said) in found.into_iter().flatten() {
+            (if is_doubt { &mut doubts } else { &mut summary.warnings }).push(said);
+        }
+        if !doubts.is_empty() {
+            summary.doubt(doubts);
+        }
+        summary
+    }
+
+    /// How many ended how.
+    fn counts(&self, summary: &mut Summary) {
+        let Self { members, unreliable, failed, rest, left, moving, .. } = *self;
         let counts = format!(
             "of {members} members {rest} came to rest, {left} left the terrain, {moving} still moved at the end, {failed} failed; \
              {unreliable} of those computed are unreliable"
         );
         summary.warnings.push(Diagnostic::of(Severity::Note, code::OTHER, counts));
-        let mut report = |name: String, value: f64, unit: &str, worse: Worse, interval: Option<Interval>| {
-            let rank =
-                FIRST.iter().position(|first| *first == name).map_or(Measure::ORDINARY, |at| 1 + at as u16);
-            let measure = Measure::new(name, value, unit).ranked(rank, worse);
-            summary.measures.push(Measure { interval, ..measure });
-        };
         for (name, count, worse) in [
             ("members", members, Worse::Neither),
             ("members_at_rest", rest, Worse::Neither),
@@ -131,21 +150,30 @@ impl Numbers {
             ("members_unreliable", unreliable, Worse::Larger),
             ("members_failed", failed, Worse::Larger),
         ] {
-            report(name.into(), count as f64, "1", worse, None);
+            summary.measures.push(Measure::new(name, count as f64, "1").ranked(Measure::ORDINARY, worse));
         }
+    }
+
+    /// Quantiles with their intervals and largest values of all quantities that have them.
+    fn quantiles(&mut self, summary: &mut Summary) {
+        let mut report = |name: String, value: f64, unit: &str, worse: Worse, interval: Option<Interval>| {
+            let rank =
+                FIRST.iter().position(|first| *first == name).map_or(Measure::ORDINARY, |at| 1 + at as u16);
+            let measure = Measure::new(name, value, unit).ranked(rank, worse);
+            summary.measures.push(Measure { interval, ..measure });
+        };
         let (mut none, mut unknown, mut wide) = (Vec::new(), Vec::new(), Vec::new());
-        for (values, column) in self.values.iter_mut().zip(&QUANTITIES) {
-            let Some(worse) = column.quantiles else { continue };
+        self.values.resize_with(ranked().count(), Values::default);
+        for (values, (&MemberQuantity { name, unit, .. }, worse)) in self.values.iter_mut().zip(ranked()) {
             if values.known.is_empty() && values.at_least.is_empty() {
-                none.push(column.name);
+                none.push(name);
                 continue;
             }
             values.known.sort_by(f64::total_cmp);
             let sorted = values.sorted();
             for percent in SHARES {
-                let (name, share) = (quantile_of(column.name, percent), f64::from(percent) / 100.0);
+                let (name, share) = (quantile_of(name, percent), f64::from(percent) / 100.0);
                 let [least, most] = sorted.each_ref().map(|all| quantile(all, share));
-                let unit = column.unit;
                 if most.is_infinite() {
                     unknown.push(format!("{name} (at least {least:.3} {unit})"));
                     continue;
@@ -158,23 +186,27 @@ impl Numbers {
                     wide.push(format!("{name} from {least:.3} to {most:.3} {unit}"));
                 }
             }
+            let largest = format!("{name}_largest");
             match values.known.last().filter(|_| values.at_least.is_empty()) {
-                Some(most) => {
-                    let name = format!("{}_largest", column.name);
-                    report(name, *most, column.unit, worse, None);
-                }
-                None => unknown.push(format!("{}_largest", column.name)),
+                Some(most) => report(largest, *most, unit, worse, None),
+                None => unknown.push(largest),
             }
         }
         if !none.is_empty() {
             let what = format!("quantiles of {} absent: no member was computed", none.join(", "));
             summary.warnings.push(Diagnostic::warning(code::ABSENT_MEASURE, what));
         }
-        let (computed, on) = (members - failed, left + moving);
-        if on > 0 && computed > 0 {
+        summary.warnings.extend(self.beyond(&wide, &unknown));
+    }
+
+    /// Members that did not come to rest, and what that does to quantiles: those that are `wide`, and those that are absent.
+    fn beyond(&self, wide: &[String], unknown: &[String]) -> Option<Diagnostic> {
+        let (computed, on) = (self.members - self.failed, self.left + self.moving);
+        (on > 0 && computed > 0).then(|| {
             let mut what = format!(
-                "{on} of {computed} members did not come to rest on the terrain ({left} left it, {moving} still moved): in quantiles of \
-                 run-out and time they count as having gone farther and longer than all others"
+                "{on} of {computed} members did not come to rest on the terrain ({} left it, {} still moved): in quantiles of \
+                 run-out and time they count as having gone farther and longer than all others",
+                self.left, self.moving
             );
             if !wide.is_empty() {
                 what += &format!(", which may be too much: {}", wide.join(", "));
@@ -183,69 +215,67 @@ impl Numbers {
                 what += &format!("; absent: {}", unknown.join(", "));
             }
             let cure = "a larger terrain or a longer end_time may do";
-            summary.warnings.push(Diagnostic::warning(code::TRUST, what).try_instead(cure));
-        }
-        if let (stayed @ 1.., first) = &self.stayed {
-            let named = first.iter().map(u64::to_string).collect::<Vec<_>>().join(", ");
-            let more = if *stayed > first.len() as u64 { ", ..." } else { "" };
+            Diagnostic::warning(code::TRUST, what).try_instead(cure)
+        })
+    }
+
+    /// Members that came to rest where they started.
+    fn stayed(&self) -> Option<Diagnostic> {
+        let ((stayed @ 1.., first), members) = (&self.stayed, self.members) else { return None };
+        let named = first.iter().map(u64::to_string).collect::<Vec<_>>().join(", ");
+        let more = if *stayed > first.len() as u64 { ", ..." } else { "" };
+        let what = format!(
+            "{stayed} of {members} members came to rest where they started, nearer than their own size: {named}{more}; they count in \
+             all shares and quantiles"
+        );
+        let cure =
+            "for rocks that fall a speed in [vary], a height, or a release where the ground is steeper";
+        Some(Diagnostic::warning(code::UNUSUAL_VALUE, what).try_instead(cure))
+    }
+
+    /// Members that still moved, and whether they are too many.
+    fn moving(&self, most_failed: f64) -> Option<(bool, Diagnostic)> {
+        let (moving, members, share) = (self.moving, self.members, self.moving as f64 / self.members as f64);
+        (moving > 0).then(|| {
             let what = format!(
-                "{stayed} of {members} members came to rest where they started, nearer than their own size: {named}{more}; they count in \
-                 all shares and quantiles"
+                "{moving} of {members} members ({}) still moved when the time was over: shares and quantiles at lines, maps and \
+                 run-outs are of falls that are not at their end",
+                percent(share)
             );
-            let cure =
-                "for rocks that fall a speed in [vary], a height, or a release where the ground is steeper";
-            summary.warnings.push(Diagnostic::warning(code::UNUSUAL_VALUE, what).try_instead(cure));
+            let cure = match share > most_failed {
+                true => format!("raise end_time, or allow it with most_failed = {share:.3}"),
+                false => "raise end_time".into(),
+            };
+            (share > most_failed, Diagnostic::warning(code::TRUST, what).try_instead(cure))
+        })
+    }
+
+    /// Members that failed or are unreliable, and whether they are too many.
+    fn untrusted(&self, most_failed: f64) -> Option<(bool, Diagnostic)> {
+        let ((number, why), members) = (self.first.as_ref()?, self.members);
+        let bad = self.unreliable + self.failed;
+        let share = bad as f64 / members as f64;
+        let mut what = format!(
+            "{bad} of {members} members ({}) failed or are unreliable; the first, member {number}: {why}",
+            percent(share)
+        );
+        if share <= most_failed {
+            return Some((false, Diagnostic::warning(code::TRUST, what)));
         }
-        let mut doubts = Vec::new();
-        let cut = moving as f64 / members as f64;
-        if moving > 0 {
-            let share = percent(cut);
-            let what = format!(
-                "{moving} of {members} members ({share}) still moved when the time was over: shares and quantiles at lines, maps and \
-                 run-outs are of falls that are not at their end"
-            );
-            let cure = "raise end_time";
-            let allow = format!("{cure}, or allow it with most_failed = {cut:.3}");
-            let doubted = Diagnostic::warning(code::TRUST, what);
-            match cut > most_failed {
-                true => doubts.push(doubted.try_instead(allow)),
-                false => summary.warnings.push(doubted.try_instead(cure)),
-            }
-        }
-        let bad = unreliable + failed;
-        if let Some((number, why)) = self.first {
-            let share = bad as f64 / members as f64;
-            let of_all = percent(share);
-            let what = format!(
-                "{bad} of {members} members ({of_all}) failed or are unreliable; the first, member {number}: {why}"
-            );
-            if share > most_failed {
-                let what = format!("{what}; more than most_failed = {most_failed}");
-                let cure = "the column `message` of members.csv has all";
-                doubts.push(Diagnostic::warning(code::TRUST, what).try_instead(cure));
-            } else {
-                summary.warnings.push(Diagnostic::warning(code::TRUST, what));
-            }
-        }
-        if !doubts.is_empty() {
-            summary.doubt(doubts);
-        }
-        summary
+        what += &format!("; more than most_failed = {most_failed}");
+        let cure = "the column `message` of members.csv has all";
+        Some((true, Diagnostic::warning(code::TRUST, what).try_instead(cure)))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::Ended;
-    use dem_rocks::model::runout::RunOut;
 
     /// Of a member that ended so far from its start [m].
     fn ended(how: How, run_out: f64) -> Outcome {
         let mut outcome = Outcome::failed(Diagnostic::new("why"));
         (outcome.status, outcome.how, outcome.end[0]) = (RunStatus::Done, how, run_out);
-        let path = RunOut::default();
-        outcome.end(&Ended { time: 0.0, run_out, path: &path, penetration: 0.0, energy_error: 0.0 });
         outcome
     }
 
@@ -254,8 +284,7 @@ mod tests {
         let mut numbers = Numbers::default();
         for penetration in [0.1, 0.573, 0.52, 0.5] {
             let mut outcome = ended(How::Rest, 10.0);
-            let path = RunOut::default();
-            outcome.end(&Ended { time: 0.0, run_out: 10.0, path: &path, penetration, energy_error: 0.0 });
+            outcome.penetration = penetration;
             numbers.add(1, &outcome);
         }
         let said = numbers.too_deep(&Limits::default()).expect("two are").to_string();

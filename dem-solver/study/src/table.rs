@@ -2,8 +2,9 @@
 
 use super::base::Base;
 use super::member::Member;
-use super::record::{Outcome, QUANTITIES, Record};
-use super::settings::Quantity;
+use super::quantity::MEMBER_QUANTITIES;
+use super::record::{Outcome, Record};
+use super::settings::Varied;
 use std::io::{self, BufWriter};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -16,65 +17,64 @@ use toolkit::summary::RunStatus;
 const SYNC: Duration = Duration::from_secs(1);
 
 /// A member, with what became of it.
-type Row = (Member, Record);
+type MemberRow = (Member, Record);
 
-/// Numbers that are written with the digits that it takes to read them again; a zero has no sign.
-fn of<const N: usize>(outcome: Option<&Outcome>, of: impl Fn(&Outcome) -> [f64; N]) -> Option<[f64; N]> {
-    outcome.map(|outcome| of(outcome).map(|number| number + 0.0))
+/// Whether what is known at the start, or at the end alone, is known of a member.
+fn is_known(at_start: bool, outcome: &Outcome) -> bool {
+    if at_start { outcome.mass > 0.0 } else { outcome.status != RunStatus::Failed }
 }
 
-/// Of one that could start.
-fn started((_, record): &Row) -> Option<&Outcome> {
-    Some(&record.outcome).filter(|outcome| outcome.mass > 0.0)
+/// Numbers of a member that could start; a zero has no sign.
+fn started<const N: usize>((_, record): &MemberRow, of: impl Fn(&Outcome) -> [f64; N]) -> Option<[f64; N]> {
+    is_known(true, &record.outcome).then(|| of(&record.outcome).map(|number| number + 0.0))
 }
 
-/// Of one that was computed to an end.
-fn ended((_, record): &Row) -> Option<&Outcome> {
-    Some(&record.outcome).filter(|outcome| outcome.status != RunStatus::Failed)
+/// Add the columns of the quantities that are known then.
+fn with_quantities(columns: Columns<'_, MemberRow>, at_start: bool) -> Columns<'_, MemberRow> {
+    let own = MEMBER_QUANTITIES.iter().filter(|quantity| quantity.at_start == at_start);
+    own.fold(columns, |columns, quantity| {
+        columns.number(quantity.column(), move |(_, record): &MemberRow| {
+            is_known(at_start, &record.outcome).then(|| quantity.value(&record.outcome))
+        })
+    })
 }
 
 /// Every column, in order. What is not known of a member that failed stays empty.
-fn columns(base: &Base) -> Columns<'_, Row> {
-    let mut columns = Columns::new()
-        .with("member", |(_, record): &Row| record.number.to_string())
-        .text("release", |(member, _)| base.study.releases[member.release].name.clone())
-        .numbers(["x_m", "y_m", "z_m"], |row| of(started(row), |it| it.start))
-        .numbers(["vx_m_per_s", "vy_m_per_s", "vz_m_per_s"], |row| of(started(row), |it| it.velocity))
+fn columns(base: &Base) -> Columns<'_, MemberRow> {
+    let columns = Columns::new()
+        .with("member", |(_, record): &MemberRow| record.number.to_string())
+        .text("release", |(member, _)| base.study.releases[member.release].name.clone());
+    let columns = columns
+        .numbers(["x_m", "y_m", "z_m"], |row| started(row, |it| it.start))
+        .numbers(["vx_m_per_s", "vy_m_per_s", "vz_m_per_s"], |row| started(row, |it| it.velocity))
         .numbers(["orientation_w", "orientation_x", "orientation_y", "orientation_z"], |row| {
-            of(started(row), |it| it.orientation)
+            started(row, |it| it.orientation)
         })
-        .numbers(["wx_rad_per_s", "wy_rad_per_s", "wz_rad_per_s"], |row| of(started(row), |it| it.spin))
-        .numbers(["volume_m3", "mass_kg"], |row| of(started(row), |it| [it.volume, it.mass]));
+        .numbers(["wx_rad_per_s", "wy_rad_per_s", "wz_rad_per_s"], |row| started(row, |it| it.spin));
+    let mut columns = with_quantities(columns, true);
     for (at, variable) in base.study.varied().iter().enumerate() {
         let name = match variable.quantity {
-            Quantity::Key => csv_text(&variable.name).into_owned(),
+            Varied::Key => csv_text(&variable.name).into_owned(),
             _ => format!("vary_{}", variable.name),
         };
         columns = columns.with(name, move |(member, _)| match (variable.quantity, &member.values[at]) {
-            (Quantity::Shape, _) => (member.prototype + 1).to_string(),
+            (Varied::Shape, _) => (member.prototype + 1).to_string(),
             (_, toml::Value::Float(number)) => (number + 0.0).to_string(),
             (_, toml::Value::String(words)) => csv_text(words).into_owned(),
             (_, other) => other.to_string(),
         });
     }
-    columns = columns
+    let ending = |outcome: &Outcome| if is_known(false, outcome) { outcome.how.word() } else { "" };
+    let columns = columns
         .with("status", |(_, record)| record.outcome.status.word().into())
-        .with("ending", |row| ended(row).map_or("", |it| it.how.word()).into())
-        .numbers(["end_x_m", "end_y_m", "end_z_m"], |row| of(ended(row), |it| it.end))
-        .numbers(["end_vx_m_per_s", "end_vy_m_per_s", "end_vz_m_per_s"], |row| {
-            of(ended(row), |it| it.end_velocity)
-        });
-    for (at, quantity) in QUANTITIES.iter().enumerate() {
-        columns = columns
-            .number(quantity.column(), move |row| of(ended(row), |it| [it.values[at]]).map(|[value]| value));
-    }
-    columns.text("message", |(_, record)| record.outcome.message())
+        .with("ending", move |(_, record)| ending(&record.outcome).into());
+    with_quantities(columns, false).text("message", |(_, record)| record.outcome.message())
 }
 
 /// The table on disk.
 pub struct Table<'a> {
     base: &'a Base,
-    columns: Columns<'a, Row>,
+    columns: Columns<'a, MemberRow>,
     rows: csv::Writer<BufWriter<Stream>>,
     synced: Instant,
 }

@@ -5,6 +5,7 @@
 //! taken at both ends and in the middle.
 
 use super::base::Base;
+use super::quantity::{RASTERS, rasters};
 use dem_rocks::results::trajectory::Row;
 use dem_solid::geometry::plan::Point;
 use dem_terrain::Terrain;
@@ -16,21 +17,19 @@ use serde::{Deserialize, Serialize};
 pub struct Visit {
     /// The cell.
     pub cell: u32,
-    /// Speed [m/s], kinetic energy, that of rotation [J], jump height [m].
-    pub values: [f32; 4],
+    /// Of the quantities that have [`rasters`], in their order.
+    pub values: [f32; RASTERS],
 }
 
-/// Where a member crosses a line.
+/// A member at a place of its path; from it follow the [`PATH_QUANTITIES`](super::quantity::PATH_QUANTITIES).
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct Crossing {
-    /// Number of the line, from 0.
-    pub line: u16,
+pub struct PathPoint {
     /// When [s].
     pub time: f64,
-    /// Distance along the line [m].
-    pub along: f64,
     /// Where its centre is, local [m].
     pub position: [f64; 3],
+    /// Velocity [m/s].
+    pub velocity: [f64; 3],
     /// Height of its centre above the ground [m]; not a number beside the terrain and over holes in it.
     pub centre: f64,
     /// The same of its lowest point [m].
@@ -41,8 +40,17 @@ pub struct Crossing {
     pub energy: f64,
     /// That of rotation [J].
     pub rotation: f64,
-    /// Velocity [m/s].
-    pub velocity: [f64; 3],
+}
+
+/// Where a member crosses a line.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Crossing {
+    /// Number of the line, from 0.
+    pub line: u16,
+    /// Distance along the line [m].
+    pub along: f64,
+    /// The member there.
+    pub at: PathPoint,
 }
 
 /// What is kept of a trajectory.
@@ -99,6 +107,24 @@ impl Piece<'_> {
         let centre = row.position()[2] - self.ground.origin.z - self.ground.ground_at(at)?;
         Some([centre - lowest, centre])
     }
+
+    /// The member at a share of the piece, with its heights or without: they take a search in the terrain.
+    fn point(&self, share: f64, with_heights: bool) -> PathPoint {
+        let row = self.row(share);
+        let (place, origin) = (row.position(), self.ground.origin);
+        let heights = if with_heights { self.heights(share, &row) } else { None };
+        let [height, centre] = heights.unwrap_or([f64::NAN; 2]);
+        PathPoint {
+            time: row.time(),
+            position: [0, 1, 2].map(|k| place[k] - origin[k]),
+            velocity: row.velocity(),
+            centre,
+            height,
+            speed: row.speed(),
+            energy: row.kinetic_energy(),
+            rotation: row.rotation_energy(),
+        }
+    }
 }
 
 impl<'a> Follower<'a> {
@@ -147,24 +173,23 @@ impl<'a> Follower<'a> {
         let middle = 0.5 * (begin + end);
         let at = [0, 1].map(|k| piece.from.at[k] + middle * (piece.to.at[k] - piece.from.at[k]));
         let Some(cell) = grid.at(at) else { return };
-        let mut values = [0.0_f64; 4];
-        let mut take = |more: [f64; 4]| values.iter_mut().zip(more).for_each(|(a, b)| *a = a.max(b));
-        for share in [begin, end] {
-            let row = piece.row(share);
-            take([row.speed(), row.kinetic_energy(), row.rotation_energy(), 0.0]);
-        }
-        let looks = if begin == end { &[begin][..] } else { &[begin, middle, end] };
-        // In contact the lowest point is at the ground.
-        for share in looks.iter().filter(|_| !(piece.from.row.touches() && piece.to.row.touches())) {
-            let row = piece.row(*share);
-            take([0.0, 0.0, 0.0, piece.heights(*share, &row).map_or(0.0, |[height, _]| height)]);
-        }
-        let found = self.place.entry(cell).or_insert_with(|| {
-            self.visits.push(Visit { cell, values: [0.0; 4] });
+        let found = *self.place.entry(cell).or_insert_with(|| {
+            self.visits.push(Visit { cell, values: [0.0; RASTERS] });
             self.visits.len() - 1
         });
-        let visit = &mut self.visits[*found];
-        visit.values.iter_mut().zip(values).for_each(|(kept, value)| *kept = kept.max(value as f32));
+        // In contact the lowest point is at the ground.
+        let flies = !(piece.from.row.touches() && piece.to.row.touches());
+        // Of a flight its middle too.
+        let looks = [(begin, false), (end, false), (middle, true)];
+        let count = if begin == end { 1 } else { 2 + usize::from(flies) };
+        for (share, is_between) in &looks[..count] {
+            let at = piece.point(*share, flies);
+            let values = self.visits[found].values.iter_mut().zip(rasters());
+            // Speed and energies are largest at an end: between them rounding alone could make them larger.
+            let own = values.filter(|(_, (quantity, _))| !is_between || quantity.peaks_in_flight);
+            // A height that is not known counts as none.
+            own.for_each(|(kept, (quantity, _))| *kept = kept.max((quantity.of)(&at) as f32));
+        }
     }
 
     /// Points of the trajectory, about two cells of the map apart.
@@ -214,23 +239,13 @@ fn cross(piece: &Piece, number: u16, line: &[Point], found: &mut Vec<Crossing>) 
             ((off[0] * side[1] - off[1] * side[0]) / det, (off[0] * way[1] - off[1] * way[0]) / det);
         // A row on the line belongs to the piece that ends there.
         if share > 0.0 && share <= 1.0 && (0.0..1.0).contains(&along) {
-            let row = piece.row(share);
-            let (place, origin, along) = (row.position(), piece.ground.origin, passed + along * length);
-            let [height, centre] = piece.heights(share, &row).unwrap_or([f64::NAN; 2]);
             found.push(Crossing {
                 line: number,
-                time: row.time(),
-                along,
-                position: [0, 1, 2].map(|k| place[k] - origin[k]),
-                centre,
-                height,
-                speed: row.speed(),
-                energy: row.kinetic_energy(),
-                rotation: row.rotation_energy(),
-                velocity: row.velocity(),
+                along: passed + along * length,
+                at: piece.point(share, true),
             });
         }
         passed += length;
     }
-    found[before..].sort_by(|a, b| a.time.total_cmp(&b.time));
+    found[before..].sort_by(|a, b| a.at.time.total_cmp(&b.at.time));
 }

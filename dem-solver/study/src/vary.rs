@@ -13,7 +13,7 @@ pub struct Variable {
     /// Its key in `[vary]`: a quantity of the rock, or a dotted key of the scene.
     pub name: String,
     /// What.
-    pub quantity: Quantity,
+    pub quantity: Varied,
     /// How.
     pub distribution: Distribution,
     /// Where it stands in the study.
@@ -22,7 +22,7 @@ pub struct Variable {
 
 /// What can vary.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Quantity {
+pub enum Varied {
     /// Volume of the rock [m3]: its shape and spheres are scaled.
     Volume,
     /// Mass [kg]: the same, by its density.
@@ -46,16 +46,16 @@ pub enum Quantity {
 }
 
 /// Quantities by name, with the least and the largest value that is possible; any other name is a key of the scene.
-const QUANTITIES: [(&str, Quantity, [Bound<f64>; 2]); 9] = [
-    ("volume", Quantity::Volume, [Bound::Excluded(0.0), Bound::Unbounded]),
-    ("mass", Quantity::Mass, [Bound::Excluded(0.0), Bound::Unbounded]),
-    ("density", Quantity::Density, [Bound::Excluded(0.0), Bound::Unbounded]),
-    ("shape", Quantity::Shape, [Bound::Unbounded; 2]),
-    ("speed", Quantity::Speed, [Bound::Included(0.0), Bound::Unbounded]),
-    ("azimuth", Quantity::Azimuth, [Bound::Included(-360.0), Bound::Included(360.0)]),
-    ("dip", Quantity::Dip, [Bound::Included(-90.0), Bound::Included(90.0)]),
-    ("spin", Quantity::Spin, [Bound::Included(0.0), Bound::Unbounded]),
-    ("height", Quantity::Height, [Bound::Included(0.0), Bound::Unbounded]),
+const QUANTITIES: [(&str, Varied, [Bound<f64>; 2]); 9] = [
+    ("volume", Varied::Volume, [Bound::Excluded(0.0), Bound::Unbounded]),
+    ("mass", Varied::Mass, [Bound::Excluded(0.0), Bound::Unbounded]),
+    ("density", Varied::Density, [Bound::Excluded(0.0), Bound::Unbounded]),
+    ("shape", Varied::Shape, [Bound::Unbounded; 2]),
+    ("speed", Varied::Speed, [Bound::Included(0.0), Bound::Unbounded]),
+    ("azimuth", Varied::Azimuth, [Bound::Included(-360.0), Bound::Included(360.0)]),
+    ("dip", Varied::Dip, [Bound::Included(-90.0), Bound::Included(90.0)]),
+    ("spin", Varied::Spin, [Bound::Included(0.0), Bound::Unbounded]),
+    ("height", Varied::Height, [Bound::Included(0.0), Bound::Unbounded]),
 ];
 
 /// Their names.
@@ -132,7 +132,7 @@ pub fn of_release(
     let own = own.map_or(Ok(Vec::new()), |own| all_of(own, key, study))?;
     let of = |variable: &Variable| own.iter().find(|it| it.name == variable.name).unwrap_or(variable).clone();
     let found: Vec<Variable> = all.iter().map(of).collect();
-    match own.iter().find(|it| it.quantity == Quantity::Shape || !found.contains(it)) {
+    match own.iter().find(|it| it.quantity == Varied::Shape || !found.contains(it)) {
         None => Ok(found),
         Some(Variable { name, key, .. }) => {
             let what = format!(
@@ -191,14 +191,14 @@ fn keys_below(
         return study.refuse(&key, what, "write one study for each");
     }
     let distribution = Distribution::of(value, &key, study)?;
-    found.push(Variable { name: name.into(), quantity: Quantity::Key, distribution, key });
+    found.push(Variable { name: name.into(), quantity: Varied::Key, distribution, key });
     Ok(())
 }
 
 impl Variable {
     fn check(&self, possible: [Bound<f64>; 2], study: &Scene) -> Result<(), Diagnostic> {
         let Self { quantity, distribution, key, .. } = self;
-        if *quantity == Quantity::Shape {
+        if *quantity == Varied::Shape {
             let tables = distribution.values().is_some_and(|v| v.iter().all(toml::Value::is_table));
             let cure = "shape = { choice = [{ type = \"norm_rock\", form = \"111\", volume = 1.0 }, { type = \"sphere\", radius = 0.5 }] }";
             return if tables { Ok(()) } else { study.refuse(key, "shapes are a choice of tables", cure) };
@@ -219,7 +219,7 @@ impl Variable {
             if low == high { format!("a value of {low}") } else { format!("values from {low} to {high}") };
         let cure = match (distribution.has_tails(), quantity) {
             (true, _) => "cut the distribution with within = [low, high]".into(),
-            (false, Quantity::Speed) => "a speed has no sign: azimuth and dip say where it points".into(),
+            (false, Varied::Speed) => "a speed has no sign: azimuth and dip say where it points".into(),
             (false, _) => format!("write values {bounds}"),
         };
         study.refuse(key, format!("{what}: {bounds} is possible"), cure)

@@ -32,7 +32,7 @@ pub fn text(share: &Share, study: &Share, calibration: &Share) -> String {
         ("SCENE", ReferencePage::document(share, &known, "end_time", 2)),
         ("STUDY", all(study, "scene")),
         ("CALIBRATION", all(calibration, "study")),
-        ("RESULTS", results(share)),
+        ("RESULTS", results(&[&share.results[..], &study.results].concat())),
         ("CODES", code::reference()),
     ];
     fill(include_str!("reference.txt").trim_end(), &values)
@@ -236,8 +236,8 @@ impl<'a> ReferencePage<'a> {
 }
 
 /// A table for each file of results.
-fn results(share: &Share) -> String {
-    let (mut text, all) = (String::new(), &share.results);
+fn results(all: &[Entry]) -> String {
+    let mut text = String::new();
     for (at, Entry { file, .. }) in all.iter().enumerate() {
         if all[..at].iter().any(|entry| entry.file == *file) {
             continue;

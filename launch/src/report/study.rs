@@ -12,6 +12,7 @@ use std::io;
 use std::path::Path;
 use toolkit::columns::Columns;
 use toolkit::files::{self, Dir};
+use toolkit::history::column;
 use toolkit::numbers::{percent, short, three};
 use toolkit::run_dir::{BARRIER, REPORT, STUDY_RECORD};
 use toolkit::scene::{self, STUDY, Scene, at};
@@ -66,7 +67,7 @@ pub fn page(dir: &Path) -> io::Result<Page> {
         let place = format!("<div data-hits=\"{}\"></div>", escape(line));
         page.section(
             &format!("Line {line}"),
-            &(capacity(line, &all, settings) + &design + &place + &picture),
+            &(capacity(dir, line, &all, settings)? + &design + &place + &picture),
         );
     }
     page.data("hits", hits);
@@ -148,19 +149,28 @@ fn number_at(table: Option<&toml::Table>, key: &str) -> Option<f64> {
 }
 
 /// What comes to a line against what the barrier there bears, where that is known.
-fn capacity(line: &str, all: &[&Measure], settings: Option<&toml::Table>) -> String {
+fn capacity(dir: &Path, line: &str, all: &[&Measure], settings: Option<&toml::Table>) -> io::Result<String> {
     let has = |key: &str| {
         number_at(settings, &format!("barrier.{key}"))
             .or(number_at(settings, &format!("design.barrier_{key}")))
     };
-    let [energy, height] = ["energy", "height"].map(has);
-    let what = [("energy", energy), ("centre_height", height), ("height", None), ("speed", None)];
+    // Statistics of which a barrier has a bound stand first.
+    let bounds = [("energy", has("energy")), ("centre_height", has("height"))];
     let ends = ["q50", "q95", "q99", "largest", "10_years", "30_years", "100_years", "300_years"];
-    let find = |name: String| all.iter().copied().find(|measure| measure.name == name);
-    let found =
-        what.into_iter().flat_map(|(what, has)| ends.map(|end| (find(format!("{line}_{what}_{end}")), has)));
-    let found: Vec<(&Measure, Option<f64>)> =
-        found.filter_map(|(measure, has)| Some((measure?, has))).collect();
+    // Which statistics there are, the table of exceedance says: names of lines may begin like those of others.
+    let statistics = header(&dir.join("lines").join(format!("{line}_exceedance.csv")))?;
+    let place = |measure: &Measure| {
+        let rest = measure.name.strip_prefix(line)?.strip_prefix('_')?;
+        let of_end = |(at, end): (usize, &&str)| Some((at, rest.strip_suffix(end)?.strip_suffix('_')?));
+        let (end, what) = ends.iter().enumerate().find_map(of_end)?;
+        let statistic = statistics.iter().position(|name| *name == column(what, &measure.unit))?;
+        let own = bounds.iter().position(|(of, _)| *of == what).unwrap_or(bounds.len());
+        Some(((own, statistic, end), bounds.get(own).and_then(|(_, has)| *has)))
+    };
+    let mut found: Vec<_> =
+        all.iter().filter_map(|measure| place(measure).map(|(at, has)| (at, *measure, has))).collect();
+    found.sort_by_key(|(at, ..)| *at);
+    let found: Vec<(&Measure, Option<f64>)> = found.into_iter().map(|(_, of, has)| (of, has)).collect();
     let bound = |end: Option<f64>| end.map_or("too few".into(), |end| number(end, &short(end)));
     let columns = Columns::new()
         .with("measure", |(of, _): &(&Measure, Option<f64>)| format!("<code>{}</code>", escape(&of.name)))
@@ -175,13 +185,19 @@ fn capacity(line: &str, all: &[&Measure], settings: Option<&toml::Table>) -> Str
             let upper = of.interval.map_or(Some(of.value), |interval| interval.high);
             upper.map_or("too few members".into(), |upper| bar(upper / has, &percent(upper / has)))
         });
-    let caption = match energy.or(height) {
+    let caption = match bounds[0].1.or(bounds[1].1) {
         Some(_) => "What comes to the line, against what the barrier there bears.",
         None => {
             "What comes to the line. What a barrier there bears is not given ([line.barrier], [line.design])."
         }
     };
-    table(caption, &columns, &found)
+    Ok(table(caption, &columns, &found))
+}
+
+/// Names of the columns of a table; none where there is no file.
+fn header(file: &Path) -> io::Result<Vec<String>> {
+    let Some(file) = files::if_there(files::source(file))? else { return Ok(Vec::new()) };
+    Ok(csv::Reader::from_reader(file).headers()?.iter().map(str::to_owned).collect())
 }
 
 /// All rows of a table; none where there is no file.

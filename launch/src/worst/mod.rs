@@ -34,7 +34,7 @@ use toolkit::summary::{RunStatus, Summary};
 use toolkit::{files, manifest};
 
 /// How often a member is looked at that another process runs.
-const LOOK: Duration = Duration::from_millis(500);
+const POLL_INTERVAL: Duration = Duration::from_millis(500);
 
 /// How many members were chosen in the folder `dir` of a barrier, and how many of them are run; `None`: none were chosen.
 pub fn progress(dir: &Path) -> Option<(usize, usize)> {
@@ -284,7 +284,7 @@ impl Work<'_> {
         };
         let place = dir.join(member.to_string());
         while holder(&place).is_some() {
-            if let Ok(Event::Signal) = self.events.receiver.recv_timeout(LOOK) {
+            if let Ok(Event::Signal) = self.events.receiver.recv_timeout(POLL_INTERVAL) {
                 return Err(Stop::interrupted());
             }
         }

@@ -5,7 +5,7 @@ use coupler::settings::CouplingSettings;
 use coupler::side::Side;
 use dem_solver::study::record::Journal;
 use dem_solver::study::record::{Outcome, Record};
-use dem_solver::study::track::{Crossing, Track, Visit};
+use dem_solver::study::track::{Crossing, PathPoint, Track, Visit};
 use in_process::{Any, InProcess};
 use interface_defs::Diagnostic;
 use interface_defs::message::{Fault, FromSolver, Hello, Measure, Plan, Ready, Statistics, ToSolver, encode};
@@ -117,7 +117,10 @@ pub(super) fn records() -> [Record; 2] {
     let failed = Outcome::failed(Diagnostic::new("member 1"));
     let track = Track {
         visits: vec![Visit { cell: 1, values: [1.0; 4] }],
-        crossings: vec![Crossing { time: 2.0, speed: 2.0, ..Crossing::default() }],
+        crossings: vec![Crossing {
+            at: PathPoint { time: 2.0, speed: 2.0, ..PathPoint::default() },
+            ..Crossing::default()
+        }],
         ..Track::default()
     };
     [1, 2].map(|number| Record { number, outcome: failed.clone(), track: track.clone() })

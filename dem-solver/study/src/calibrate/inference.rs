@@ -43,7 +43,7 @@ pub struct Case {
 }
 
 /// All of them.
-pub struct Table {
+pub struct CaseTable {
     /// The cases.
     pub cases: Vec<Case>,
     /// Which observables are fitted; the others are predicted.
@@ -201,7 +201,7 @@ impl Near {
     }
 }
 
-impl Table {
+impl CaseTable {
     /// All numbers that are fitted, one behind the other; `None` where some are missing.
     fn fitted(&self, case: &Case) -> Option<Vec<f64>> {
         let own = case.samples.iter().zip(&self.fitted).filter(|(_, fitted)| **fitted);

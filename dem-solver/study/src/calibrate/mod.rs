@@ -6,15 +6,15 @@
 pub mod command;
 pub mod inference;
 pub mod report;
+mod what;
 
 use crate::base::Base;
 use crate::bounds::quantile;
 use crate::directory::Directory;
 use crate::gate;
-use crate::record::{QUANTITIES, Record};
+use crate::record::Record;
 use crate::sampling::Sampler;
 use crate::settings::{REPLICATES, Release, Sampling, StudySettings};
-use crate::track::Crossing;
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::ipc::run_id::fnv1a;
 use schemars::JsonSchema;
@@ -28,6 +28,7 @@ use toolkit::schema::{Share, Tables};
 use toolkit::screen::show;
 use toolkit::summary::RunStatus;
 use toolkit::{files, run_dir};
+use what::What;
 
 /// What a calibration file may hold at its top.
 pub static CALIBRATION: Kind =
@@ -76,48 +77,6 @@ impl Parameter {
     }
 }
 
-/// What was observed of falls.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum What {
-    /// Horizontal distance from the start to where it stopped [m].
-    Stop,
-    /// x of where it stopped, in the terrain's coordinates [m].
-    StopX,
-    /// y of where it stopped, in the terrain's coordinates [m].
-    StopY,
-    /// Speed [m/s]: at a line, at the first crossing; without one the largest of the fall.
-    Speed,
-    /// Height of the lowest point above the ground [m], likewise.
-    JumpHeight,
-    /// Kinetic energy, rotation included [J], likewise.
-    Energy,
-}
-
-impl What {
-    /// Name, unit, and the quantity of the whole fall.
-    fn known(self) -> [&'static str; 3] {
-        match self {
-            Self::Stop => ["stop", "m", "run_out"],
-            Self::StopX => ["stop_x", "m", ""],
-            Self::StopY => ["stop_y", "m", ""],
-            Self::Speed => ["speed", "m/s", "max_speed"],
-            Self::JumpHeight => ["jump_height", "m", "max_jump_height"],
-            Self::Energy => ["energy", "J", "max_kinetic_energy"],
-        }
-    }
-
-    /// What it is where a rock crosses a line; a stop is nowhere on one.
-    fn at_line(self) -> Option<fn(&Crossing) -> f64> {
-        match self {
-            Self::Stop | Self::StopX | Self::StopY => None,
-            Self::Speed => Some(|it| it.speed),
-            Self::JumpHeight => Some(|it| it.height),
-            Self::Energy => Some(|it| it.energy),
-        }
-    }
-}
-
 /// What observed values are for.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -130,7 +89,7 @@ pub enum Use {
 }
 
 /// Values of one kind that were observed, one for each fall.
-#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Observed {
     /// What was observed.
@@ -166,7 +125,7 @@ impl Observed {
         let of = |word: &str, name: &Option<String>| {
             name.as_ref().map_or(String::new(), |name| format!(" {word} {name}"))
         };
-        format!("{}{}{}", self.what.known()[0], of("at", &self.line), of("from", &self.release))
+        format!("{}{}{}", self.what.0, of("at", &self.line), of("from", &self.release))
     }
 
     /// The numbers by which its values are compared.
@@ -190,8 +149,7 @@ impl Observed {
                 return file.refuse(key, "`file` and `column` belong together", cure);
             }
         }
-        let [name, unit, _] = self.what.known();
-        let least = if matches!(self.what, What::Stop | What::Speed | What::Energy) { 0.0 } else { f64::MIN };
+        let (What(name), (unit, least)) = (self.what, self.what.bounds());
         if let Some(wrong) = self.values.iter().find(|value| !(**value >= least && value.is_finite())) {
             return Err(
                 file.invalid(&format!("{key}.values"), format!("{name} = {wrong} {unit}: it cannot be"))
@@ -226,9 +184,8 @@ fn column_of(path: &Path, column: &str) -> Result<Vec<f64>, String> {
         let row = row.map_err(|e| format!("{name}: {e}"))?;
         match row.get(at).unwrap_or_default() {
             "" => {}
-            cell => {
-                found.push(cell.parse().map_err(|_| format!("{name}, line {line}: `{cell}` is no number"))?)
-            }
+            cell => found
+                .push(cell.parse().map_err(|_| format!("{name}, line {line}: `{cell}` is not a number"))?),
         }
     }
     Ok(found)
@@ -329,8 +286,15 @@ impl Calibration {
             let place = |key: &str| format!("observed.{at}.{key}");
             let lines: Vec<&str> = study.lines.iter().map(|line| &line.name[..]).collect();
             let releases: Vec<&str> = study.releases.iter().map(|release| &release.name[..]).collect();
-            if own.line.is_some() && own.what.at_line().is_none() {
-                return file.refuse(&place("line"), "a stop is nowhere on a line", "leave `line` out");
+            match (&own.line, own.what.of_member(), own.what.at_line()) {
+                (Some(_), _, None) => {
+                    return file.refuse(&place("line"), "a stop is nowhere on a line", "leave `line` out");
+                }
+                (None, None, _) => {
+                    let what = format!("{} is observed at a line alone", own.what.0);
+                    return file.refuse(&place("what"), what, "line = \"road\", a line of the study");
+                }
+                _ => {}
             }
             for (key, name, known) in [("line", &own.line, lines), ("release", &own.release, releases)] {
                 if let Some(name) = name.as_deref().filter(|name| !known.contains(name)) {
@@ -440,15 +404,12 @@ impl Calibration {
         if outcome.status == RunStatus::Failed {
             return None;
         }
-        let value = match (&own.line, own.what.at_line()) {
-            (Some(name), Some(crossed)) => {
+        let value = match (&own.line, own.what.at_line(), own.what.of_member()) {
+            (Some(name), Some(at_line), _) => {
                 let line = base.study.lines.iter().position(|line| line.name == *name)?;
-                crossed(record.track.crossings.iter().find(|it| usize::from(it.line) == line)?)
+                (at_line.of)(&record.track.crossings.iter().find(|it| usize::from(it.line) == line)?.at)
             }
-            _ => match QUANTITIES.iter().position(|it| it.name == own.what.known()[2]) {
-                Some(at) => outcome.values[at],
-                None => outcome.end[usize::from(own.what == What::StopY)],
-            },
+            (_, _, of_member) => (of_member?.of)(outcome),
         };
         Some(value).filter(|value| value.is_finite())
     }
@@ -513,13 +474,13 @@ mod tests {
     }
 
     #[test]
-    fn a_column_is_read_by_its_name_and_what_is_no_number_has_its_line() {
+    fn a_column_is_read_by_its_name_and_what_is_not_a_number_has_its_line() {
         let temp = tempfile::tempdir().expect("a directory");
         let path = temp.path().join("a.csv");
         std::fs::write(&path, "block, stop\n1, 80.5\n2,\n3, 91\n").expect("written");
         assert_eq!(column_of(&path, "stop"), Ok(vec![80.5, 91.0]));
         assert!(column_of(&path, "stops").is_err_and(|e| e.contains("no column `stops`, but block, stop")));
         std::fs::write(&path, "stop\n80.5\nfar\n").expect("written");
-        assert!(column_of(&path, "stop").is_err_and(|e| e.contains("line 3: `far` is no number")));
+        assert!(column_of(&path, "stop").is_err_and(|e| e.contains("line 3: `far` is not a number")));
     }
 }

@@ -1,6 +1,6 @@
 //! What a calibration comes to: `calibration.json` for programs, `calibration.md` and the screen for people.
 
-use super::inference::{Answer, Case, FEWEST, LEVEL, Posterior, Prediction, Table, Verdict};
+use super::inference::{Answer, Case, CaseTable, FEWEST, LEVEL, Posterior, Prediction, Verdict};
 use super::{Calibration, NUMBERS, Observed, Parameter, Use};
 use crate::base::Base;
 use crate::directory::CALIBRATION;
@@ -38,7 +38,7 @@ impl Observed {
 
 impl Calibration {
     /// The sets with what came of each, and what was observed.
-    fn gather(&self, base: &Base, all: All) -> io::Result<(Table, Case)> {
+    fn gather(&self, base: &Base, all: All) -> io::Result<(CaseTable, Case)> {
         let orders = [Use::Fit, Use::Predict].map(|used| self.members(base, used));
         let (mut falls, mut cases) = (Vec::<Record>::new(), Vec::<Case>::new());
         all(&mut |record| {
@@ -55,7 +55,7 @@ impl Calibration {
         })?;
         let fitted = self.observed.iter().map(|own| own.used == Use::Fit).collect();
         let samples = self.observed.iter().map(Observed::numbers).collect();
-        Ok((Table { cases, fitted }, Case { values: Vec::new(), samples }))
+        Ok((CaseTable { cases, fitted }, Case { values: Vec::new(), samples }))
     }
 
     /// Write what follows from all falls into `dir`; the summary, and what the screen shows.
@@ -86,7 +86,7 @@ impl Calibration {
     }
 
     /// That too few sets have what is compared, and of what.
-    fn too_few(&self, table: &Table) -> Diagnostic {
+    fn too_few(&self, table: &CaseTable) -> Diagnostic {
         let missing = |at: usize| table.cases.iter().filter(|case| case.samples[at].is_none()).count();
         let worst = (0..self.observed.len()).filter(|at| table.fitted[*at]).max_by_key(|at| missing(*at));
         let (name, missing) =
@@ -169,7 +169,7 @@ impl Calibration {
                 json!({ "name": name, "observed": observed, "low": low, "median": median, "high": high })
             });
             json!({
-                "what": own.what, "line": own.line, "release": own.release, "use": own.used, "unit": own.what.known()[1],
+                "what": own.what, "line": own.line, "release": own.release, "use": own.used, "unit": own.what.bounds().0,
                 "count": own.values.len(), "of": own.of, "numbers": numbers.collect::<Vec<_>>(),
                 "p": found.as_ref().map(|it| it.p), "verdict": found.as_ref().map(|it| own.verdict(it)),
             })
@@ -218,7 +218,7 @@ impl Calibration {
         let mut seen = Columns::new()
             .with("observed", |((own, _), _): &Seen| {
                 let used = if own.used == Use::Fit { "fitted" } else { "predicted" };
-                format!("{} [{}], {used}", own.name(), own.what.known()[1])
+                format!("{} [{}], {used}", own.name(), own.what.bounds().0)
             })
             .with("values", |((own, _), _)| {
                 own.values.len().to_string() + &own.of.map_or(String::new(), |of| format!(" of {of}"))

@@ -5,6 +5,7 @@ use super::frequency::{PERIODS, Source, of_period, reaching, value_of};
 use crate::base::Base;
 use crate::bounds::{Part, of_frequency, of_quantile, of_share, quantile};
 use crate::capacity::{COUNTED, FATES, fate};
+use crate::quantity::{PathQuantity, in_order, statistics};
 use crate::record::All;
 use crate::settings::{BEHIND, ScreenLine, StudySettings};
 use crate::summary::{SHARES, quantile_of};
@@ -24,39 +25,6 @@ use toolkit::history::column;
 use toolkit::numbers::three;
 use toolkit::summary::RunStatus;
 
-/// A statistic of what passes a line: of each member that passes its largest value.
-struct Statistic {
-    name: &'static str,
-    unit: &'static str,
-    of: fn(&Crossing) -> f64,
-    /// Title of its curve, and what its values are multiplied by there.
-    curve: (&'static str, f64),
-}
-
-/// All of them. A new one takes a line here.
-const STATISTICS: [Statistic; 4] = [
-    statistic("energy", "J", |it| it.energy, ("kinetic energy, rotation included [kJ]", 1e-3)),
-    // Below 0 a rock is pressed into soft ground, and passes at its level.
-    statistic(
-        "height",
-        "m",
-        |it| if it.height < 0.0 { 0.0 } else { it.height },
-        ("height of the lowest point [m]", 1.0),
-    ),
-    // Against it the height of a barrier is judged.
-    statistic("centre_height", "m", |it| it.centre, ("height of the centre [m]", 1.0)),
-    statistic("speed", "m/s", |it| it.speed, ("speed [m/s]", 1.0)),
-];
-
-const fn statistic(
-    name: &'static str,
-    unit: &'static str,
-    of: fn(&Crossing) -> f64,
-    curve: (&'static str, f64),
-) -> Statistic {
-    Statistic { name, unit, of, curve }
-}
-
 /// Measures of a line that the screen shows first, with their ranks.
 const RANKS: [(&str, u16); 9] = [
     ("passing_share", 5),
@@ -70,23 +38,26 @@ const RANKS: [(&str, u16); 9] = [
     ("height_q95", 14),
 ];
 
+/// Quantities of crossings in the order of their columns; what is not named here follows.
+const COLUMNS: [&str; 6] =
+    ["centre_height", "height", "speed", "energy", "translation_energy", "rotation_energy"];
+
 /// The table of crossings: of a member, the number of the crossing, and the crossing.
 fn columns(base: &Base) -> Columns<'_, (u64, u64, Crossing)> {
     let origin = base.ground.origin;
-    Columns::new()
+    let columns = Columns::new()
         .with("member", |(member, ..): &(u64, u64, Crossing)| member.to_string())
         .with("crossing", |(_, number, _)| number.to_string())
-        .numbers(["time_s", "along_m"], |(.., it)| Some([it.time, it.along]))
-        .numbers(["x_m", "y_m", "z_m"], move |(.., it)| Some([0, 1, 2].map(|k| it.position[k] + origin[k])))
+        .numbers(["time_s", "along_m"], |(.., it)| Some([it.at.time, it.along]))
+        .numbers(["x_m", "y_m", "z_m"], move |(.., it)| {
+            Some([0, 1, 2].map(|k| it.at.position[k] + origin[k]))
+        });
+    let columns = in_order(&COLUMNS).into_iter().fold(columns, |columns, quantity| {
         // Beside the terrain, or over a hole in it, a height is not known.
-        .number("centre_height_m", |(.., it)| Some(it.centre).filter(|height| !height.is_nan()))
-        .number("passing_height_m", |(.., it)| Some(it.height).filter(|height| !height.is_nan()))
-        .number("speed_m_per_s", |(.., it)| Some(it.speed))
-        // The first is the sum of the others.
-        .numbers(["kinetic_energy_J", "translation_energy_J", "rotation_energy_J"], |(.., it)| {
-            Some([it.energy, it.energy - it.rotation, it.rotation])
-        })
-        .numbers(["vx_m_per_s", "vy_m_per_s", "vz_m_per_s"], |(.., it)| Some(it.velocity))
+        let value = |it: &Crossing| Some((quantity.of)(&it.at)).filter(|value| !value.is_nan());
+        columns.number(quantity.column(), move |(.., it)| value(it))
+    });
+    columns.numbers(["vx_m_per_s", "vy_m_per_s", "vz_m_per_s"], |(.., it)| Some(it.at.velocity))
 }
 
 /// A line as it is looked at: all that passes it, or what the barriers of other lines leave of that.
@@ -118,21 +89,20 @@ fn stops(lines: &[ScreenLine], crossings: &[Crossing]) -> Vec<f64> {
     let of = |(number, line): (usize, &ScreenLine)| {
         let first =
             crossings.iter().find(|it| usize::from(it.line) == number).filter(|_| line.barrier.is_some());
-        let stopped = first.filter(|it| fate(line.barrier, Some([it.energy, it.centre])) == 0);
-        stopped.map_or(f64::INFINITY, |it| it.time)
+        let stopped = first.filter(|it| fate(line.barrier, Some([it.at.energy, it.at.centre])) == 0);
+        stopped.map_or(f64::INFINITY, |it| it.at.time)
     };
     lines.iter().enumerate().map(of).collect()
 }
 
 /// What passes one line.
-#[derive(Default)]
-struct Passing {
-    /// Largest values of each member that passes, in ascending order.
-    largest: [Vec<f64>; STATISTICS.len()],
+struct Passages {
+    /// Of each of the [`statistics`] the largest values of each member that passes, in ascending order.
+    largest: Vec<Vec<f64>>,
     /// Their masses [kg], likewise.
     masses: Vec<f64>,
     /// The largest values by release, where blocks a year are known.
-    of_release: Vec<[Vec<f64>; STATISTICS.len()]>,
+    of_release: Vec<Vec<Vec<f64>>>,
     /// How many members of each release have which fate.
     fates: Vec<[u64; FATES]>,
 }
@@ -160,15 +130,17 @@ impl Releases {
 type Each<'a> = &'a mut dyn FnMut(usize, &(u64, u64, Crossing)) -> io::Result<()>;
 
 /// What passes the line of each view, and how many members were computed.
-fn gather(base: &Base, views: &[View], all: All, each: Each) -> io::Result<(Vec<Passing>, Releases)> {
+fn gather(base: &Base, views: &[View], all: All, each: Each) -> io::Result<(Vec<Passages>, Releases)> {
     let (rates, count) = (base.study.rates(), base.study.releases.len());
     let rated = rates.as_ref().map_or(0, Vec::len);
-    let of_line = || Passing {
-        of_release: vec![Default::default(); rated],
+    let none = || vec![Vec::new(); statistics().count()];
+    let of_line = || Passages {
+        largest: none(),
+        masses: Vec::new(),
+        of_release: vec![none(); rated],
         fates: vec![[0; FATES]; count],
-        ..Passing::default()
     };
-    let mut passing: Vec<Passing> = views.iter().map(|_| of_line()).collect();
+    let mut passing: Vec<Passages> = views.iter().map(|_| of_line()).collect();
     let mut computed = vec![0_u64; count];
     all(&mut |record| {
         if record.outcome.status == RunStatus::Failed {
@@ -180,30 +152,31 @@ fn gather(base: &Base, views: &[View], all: All, each: Each) -> io::Result<(Vec<
         for (passing, &View { number, line, behind, .. }) in passing.iter_mut().zip(views) {
             let others = stopped.iter().enumerate().filter(|(other, _)| behind && *other != number);
             let until = others.fold(f64::INFINITY, |until, (_, time)| until.min(*time));
-            let mut most: Option<[f64; STATISTICS.len()]> = None;
+            let mut most: Option<Vec<f64>> = None;
             let own = || {
                 let crossings = record.track.crossings.iter();
-                crossings.filter(move |it| usize::from(it.line) == number && it.time < until)
+                crossings.filter(move |it| usize::from(it.line) == number && it.at.time < until)
             };
             for (count, crossing) in (1..).zip(own()) {
                 if !behind {
                     each(number, &(record.number, count, *crossing))?;
                 }
-                let most = most.get_or_insert([f64::NEG_INFINITY; STATISTICS.len()]);
-                most.iter_mut().zip(&STATISTICS).for_each(|(most, it)| *most = most.max((it.of)(crossing)));
+                let most = most.get_or_insert_with(|| vec![f64::NEG_INFINITY; statistics().count()]);
+                let all = most.iter_mut().zip(statistics());
+                all.for_each(|(most, quantity)| *most = most.max(quantity.statistic_of(&crossing.at)));
             }
-            passing.fates[release][fate(line.barrier, own().next().map(|c| [c.energy, c.centre]))] += 1;
+            passing.fates[release][fate(line.barrier, own().next().map(|c| [c.at.energy, c.at.centre]))] += 1;
             let Some(most) = most else { continue };
             passing.masses.push(record.outcome.mass);
             for all in std::iter::once(&mut passing.largest).chain(passing.of_release.get_mut(release)) {
-                let known = all.iter_mut().zip(most).filter(|(_, value)| value.is_finite());
-                known.for_each(|(all, value)| all.push(value));
+                let known = all.iter_mut().zip(&most).filter(|(_, value)| value.is_finite());
+                known.for_each(|(all, value)| all.push(*value));
             }
         }
         Ok(())
     })?;
     let sort = |values: &mut Vec<f64>| values.sort_by(f64::total_cmp);
-    for Passing { largest, masses, of_release, .. } in &mut passing {
+    for Passages { largest, masses, of_release, .. } in &mut passing {
         largest.iter_mut().chain(of_release.iter_mut().flatten()).chain([masses]).for_each(sort);
     }
     // Of a release without a member nothing is known.
@@ -211,15 +184,21 @@ fn gather(base: &Base, views: &[View], all: All, each: Each) -> io::Result<(Vec<
     Ok((passing, Releases { computed, rates }))
 }
 
-impl Passing {
-    /// What comes from each release, of each of the [`STATISTICS`]; nothing where blocks a year are not known.
+impl Passages {
+    /// The largest values of the statistic of this name.
+    fn largest(&self, name: &str) -> &[f64] {
+        let known = statistics().zip(&self.largest).find(|(quantity, _)| quantity.name == name);
+        known.map_or(&[], |(_, values)| values)
+    }
+
+    /// What comes from each release, of each of the [`statistics`]; nothing where blocks a year are not known.
     fn sources(&self, Releases { computed, rates }: &Releases) -> Vec<Vec<Source<'_>>> {
         let Some(rates) = rates else { return Vec::new() };
         let of = |at: usize| {
             let all = rates.iter().zip(computed).zip(&self.of_release);
             all.map(|((&rate, &all), values)| Source { rate, all, values: &values[at] }).collect()
         };
-        (0..STATISTICS.len()).map(of).collect()
+        (0..self.largest.len()).map(of).collect()
     }
 
     /// Its measures, and values of which return periods are absent.
@@ -244,7 +223,9 @@ impl Passing {
             }
         }
         let sources = self.sources(releases);
-        for (at, (values, Statistic { name, unit, .. })) in self.largest.iter().zip(&STATISTICS).enumerate() {
+        for (at, (values, PathQuantity { name, unit, .. })) in
+            self.largest.iter().zip(statistics()).enumerate()
+        {
             let Some(most) = values.last() else { continue };
             for percent in SHARES {
                 let share = f64::from(percent) / 100.0;
@@ -281,8 +262,8 @@ fn counted(line: &ScreenLine) -> impl Iterator<Item = (&'static str, &'static [u
 pub fn bounded(base: &Base) -> impl Iterator<Item = String> {
     let is_rated = base.study.rates().is_some();
     views(&base.study).into_iter().flat_map(move |View { line, name, .. }| {
-        let quantiles = STATISTICS.iter().flat_map(|it| SHARES.map(|share| quantile_of(it.name, share)));
-        let of_periods = STATISTICS.iter().flat_map(|it| PERIODS.map(|years| value_of(it.name, years)));
+        let quantiles = statistics().flat_map(|it| SHARES.map(|share| quantile_of(it.name, share)));
+        let of_periods = statistics().flat_map(|it| PERIODS.map(|years| value_of(it.name, years)));
         let frequencies = counted(line).map(|(what, _)| frequency_of(what));
         let rated = of_periods.chain(frequencies).filter(move |_| is_rated);
         let all = counted(line).map(|(what, _)| share_of(what)).chain(quantiles).chain(rated);
@@ -323,12 +304,11 @@ pub fn write(
         found.warnings.push(Diagnostic::warning(code::ABSENT_MEASURE, what));
     }
     let (mut before, mut rare) = (0, Vec::<(Vec<String>, String)>::new());
-    for (view, passing) in views.iter().zip(passing) {
+    for (view, passing) in views.iter().zip(&passing) {
         let View { line, name, behind, .. } = view;
-        let mut warn = |code, what: String| found.warnings.push(Diagnostic::warning(code, what));
         if computed == 0 {
             let what = format!("what passes the line `{name}` is not known: no member was computed");
-            warn(code::ABSENT_MEASURE, what);
+            found.warnings.push(Diagnostic::warning(code::ABSENT_MEASURE, what));
             continue;
         }
         let (measures, absent) = passing.measures(view, &releases);
@@ -346,42 +326,52 @@ pub fn write(
             ));
         }
         before = count;
-        if count == 0 && *behind {
-            continue;
+        if count > 0 {
+            let marks = [marks(line), judged(view, passing, dir, study, found)?].concat();
+            exceedance(&dir.join(format!("{name}_exceedance.csv")), passing, &releases)?;
+            let svg = curves(name, &passing.largest, computed, &marks, imprint).map_err(io::Error::other)?;
+            files::write(&dir.join(format!("{name}.svg")), svg.as_bytes())?;
+        } else if !behind {
+            found.warnings.extend(none_passes(line, computed));
         }
-        if passing.masses.is_empty() {
-            let what = format!("quantiles at the line `{name}` absent: none of {computed} rocks passes it");
-            warn(code::ABSENT_MEASURE, what);
-            if line.design.is_some() {
-                let what = format!(
-                    "the barrier on the line `{name}` is not judged by its design: no rock passes it"
-                );
-                let cure = "is the line where rocks come, and end_time long enough?";
-                found.warnings.push(Diagnostic::warning(code::FEW_SAMPLES, what).try_instead(cure));
-            }
-            continue;
-        }
-        let mut marks = marks(line);
-        if let Some(design) = line.design.as_ref().filter(|_| !behind) {
-            let [energy, _, height, speed, ..] = &passing.largest;
-            let path = dir.join(format!("{name}_design.csv"));
-            let rocks = Rocks { energy, height, speed, mass: &passing.masses };
-            let required = design::write(&path, name, design, &rocks, study, found)?;
-            let all = required.into_iter().filter_map(|(standard, quantity, value)| {
-                let (_, of) = REQUIRED.iter().find(|(known, _)| *known == quantity)?;
-                Some(Mark { of, what: format!("{standard} requires"), value, has: false })
-            });
-            marks.extend(all);
-        }
-        exceedance(&dir.join(format!("{name}_exceedance.csv")), &passing, &releases)?;
-        let svg = curves(name, &passing.largest, computed, &marks, imprint).map_err(io::Error::other)?;
-        files::write(&dir.join(format!("{name}.svg")), svg.as_bytes())?;
     }
     for (absent, lines) in rare.into_iter().filter(|(absent, _)| !absent.is_empty()) {
         let why = "rocks come less often, or it lies above the largest value that was found";
         found.sentences.push(format!("absent at {lines}: {}: {why}", absent.join(", ")));
     }
     Ok(())
+}
+
+/// What is absent at a line that none of so many rocks passes.
+fn none_passes(ScreenLine { name, design, .. }: &ScreenLine, computed: u64) -> Vec<Diagnostic> {
+    let what = format!("quantiles at the line `{name}` absent: none of {computed} rocks passes it");
+    let mut said = vec![Diagnostic::warning(code::ABSENT_MEASURE, what)];
+    if design.is_some() {
+        let what = format!("the barrier on the line `{name}` is not judged by its design: no rock passes it");
+        let cure = "is the line where rocks come, and end_time long enough?";
+        said.push(Diagnostic::warning(code::FEW_SAMPLES, what).try_instead(cure));
+    }
+    said
+}
+
+/// Judge the barrier on a line by its design, where it has one; what the standards require of it.
+fn judged(
+    View { line, name, behind, .. }: &View,
+    passing: &Passages,
+    dir: &Path,
+    study: &Reliability,
+    found: &mut Checked,
+) -> io::Result<Vec<Mark>> {
+    let Some(design) = line.design.as_ref().filter(|_| !behind) else { return Ok(Vec::new()) };
+    let [energy, height, speed] = ["energy", "centre_height", "speed"].map(|of| passing.largest(of));
+    let rocks = Rocks { energy, height, speed, mass: &passing.masses };
+    let path = dir.join(format!("{name}_design.csv"));
+    let required = design::write(&path, name, design, &rocks, study, found)?.into_iter();
+    let marks = required.filter_map(|(standard, quantity, value)| {
+        let (_, of) = REQUIRED.iter().find(|(known, _)| *known == quantity)?;
+        Some(Mark { of, what: format!("{standard} requires"), value, has: false })
+    });
+    Ok(marks.collect())
 }
 
 /// Rows of many members, about, and how many of the rarest have one each in any case.
@@ -395,12 +385,12 @@ fn rows(count: usize) -> impl Iterator<Item = usize> {
 }
 
 /// How often each value is reached or exceeded, of the members that pass and of all; with blocks a year also how often in a year.
-fn exceedance(path: &Path, passing: &Passing, releases: &Releases) -> io::Result<()> {
+fn exceedance(path: &Path, passing: &Passages, releases: &Releases) -> io::Result<()> {
     let (largest, computed) = (&passing.largest, releases.computed());
     let mut table = csv::Writer::from_writer(files::create(path)?);
-    let names = STATISTICS.iter().map(|it| column(it.name, it.unit));
+    let names = statistics().map(|it| column(it.name, it.unit));
     let sources = passing.sources(releases);
-    let frequencies = STATISTICS.iter().zip(&sources).flat_map(|(Statistic { name, .. }, _)| {
+    let frequencies = statistics().zip(&sources).flat_map(|(PathQuantity { name, .. }, _)| {
         ["frequency_per_year", "frequency_per_year_low", "frequency_per_year_high", "return_period_years"]
             .map(|what| format!("{name}_{what}"))
     });
@@ -429,6 +419,7 @@ fn exceedance(path: &Path, passing: &Passing, releases: &Releases) -> io::Result
 }
 
 /// What a curve is looked at against.
+#[derive(Clone)]
 struct Mark {
     /// The statistic.
     of: &'static str,
@@ -468,13 +459,13 @@ const MARK: RGBColor = RGBColor(200, 80, 0);
 /// Exceedance of energy, heights and speed, each share with its interval as a band, and what a barrier has and must have.
 fn curves(
     name: &str,
-    largest: &[Vec<f64>; STATISTICS.len()],
+    largest: &[Vec<f64>],
     computed: u64,
     marks: &[Mark],
     imprint: &Imprint,
 ) -> Result<String, String> {
-    let drawn = largest.iter().zip(&STATISTICS).filter(|(values, _)| !values.is_empty());
-    let drawn: Vec<_> = drawn.map(|(values, it)| (values, it.name, it.curve)).collect();
+    let drawn = largest.iter().zip(statistics()).filter(|(values, _)| !values.is_empty());
+    let drawn: Vec<_> = drawn.map(|(values, it)| (values, it.name, it.title())).collect();
     let count = largest[0].len() as u64;
     let of = of_share(count, computed);
     let [share, low, high] = [Some(count as f64 / computed as f64), of.low, of.high]
@@ -498,7 +489,7 @@ fn curves(
             let least = (values[0] * scale).min(0.0);
             let room = [12, RIGHT, 42, LEFT];
             let axes =
-                Axes { room, titles: [title, "share of those that pass"], numbers: [6, 6], grid: true };
+                Axes { room, titles: [&title, "share of those that pass"], numbers: [6, 6], grid: true };
             let chart = plot(panel, [[least, 0.0], [most, 1.0]], &axes)?;
             let plot = chart.plotting_area();
             let count = values.len();

@@ -5,16 +5,18 @@
 //! Source: OGC GeoTIFF 1.1, 7.1 and B; the mark of cells without a value is GDAL's.
 
 use super::geopackage::{GeoPackage, Geometry, Layer};
-use super::picture::{self, Map, Scale};
+use super::picture::{self, ColourScale, Map};
 use super::style;
 use crate::base::Base;
 use crate::bounds::{Ends, Part, of_frequency, of_share, quantile};
 use crate::grid::Grid;
-use crate::record::{All, How, QUANTITIES, Record};
+use crate::quantity::{MEMBER_QUANTITIES, MemberQuantity, PathQuantity, rasters};
+use crate::record::{All, How, Record};
 use crate::summary::quantile_of;
 use dem_rocks::results::map::sheet::Imprint;
 use dem_terrain::system::{PROJECTED_TYPE, USER_DEFINED};
 use interface_defs::diagnostic::{Diagnostic, code};
+use interface_defs::message::Interval;
 use rusqlite::types::Value as Attribute;
 use rustc_hash::FxHashMap;
 use std::io::{self, Cursor};
@@ -29,14 +31,6 @@ use toolkit::files;
 use toolkit::numbers;
 use toolkit::summary::RunStatus;
 
-/// The quantities of a visit, in its order: name of the file, and what the picture says.
-const VISITED: [(&str, &str); 4] = [
-    ("speed", "speed [m/s]"),
-    ("kinetic_energy", "kinetic energy, rotation included [J]"),
-    ("rotation_energy", "energy of rotation [J]"),
-    ("jump_height", "jump height of the lowest point [m]"),
-];
-
 /// Shares of which there are maps [%]: those that a design asks for.
 const SHARES: [u32; 4] = [50, 90, 95, 99];
 
@@ -46,8 +40,7 @@ fn note(share: u32) -> Option<String> {
     (share >= 90).then(|| format!("where up to {few} rocks pass (see count): between the two largest"))
 }
 
-/// Maps that have an interval, and what ends the names of its two ends.
-const INTERVALS: [&str; 6] = ["share", "frequency", VISITED[0].0, VISITED[1].0, VISITED[2].0, VISITED[3].0];
+/// What ends the names of a value's raster and of those of its interval.
 const ENDINGS: [&str; 3] = ["", "_low", "_high"];
 
 /// Values of cells that are in memory at once, 4 bytes each: where there are more, members are read again for other cells.
@@ -74,75 +67,115 @@ pub fn write(
     imprint: &Imprint,
     all: All,
 ) -> io::Result<()> {
-    let (mut count, mut ends, mut computed) = (vec![0_u32; grid.cells()], vec![0_u32; grid.cells()], 0_u64);
-    // Of each release its blocks a year, its members, and how many of them pass each cell.
-    let rates = base.study.rates().into_iter().flatten();
-    let mut rated: Vec<(f64, u64, Vec<u32>)> = rates.map(|rate| (rate, 0, vec![0; grid.cells()])).collect();
-    all(&mut |record| {
-        if record.outcome.status == RunStatus::Failed {
-            return Ok(());
-        }
-        computed += 1;
-        record.track.visits.iter().for_each(|visit| count[visit.cell as usize] += 1);
-        if let Some((_, members, count)) = rated.get_mut(base.release_of(record.number)) {
-            *members += 1;
-            record.track.visits.iter().for_each(|visit| count[visit.cell as usize] += 1);
-        }
-        let [x, y, _] = record.outcome.end;
-        let place = base.local(&[x, y]);
-        if let Some(cell) = grid.at(place).filter(|_| record.outcome.how == How::Rest) {
-            ends[cell as usize] += 1;
-        }
-        Ok(())
-    })?;
-    let picture = picture::Sheet::new(base, grid, computed, imprint, |cell| count[cell] > 0);
-    let band =
-        |name: &str, values: &[f32]| write_band(&dir.join(format!("{name}.tif")), base, grid, system, values);
-    let put = |name: &str, title: String, note, scale, values: &[f32]| {
-        band(name, values)?;
-        // The ends of the interval of a value have its colours.
-        if values.iter().any(|value| !value.is_nan()) {
-            let style = style::of_raster(scale, values);
-            for end in
-                if INTERVALS.iter().any(|of| name.starts_with(of)) { &ENDINGS[..] } else { &ENDINGS[..1] }
-            {
+    let found = Counts::of(base, grid, all)?;
+    let sheet = picture::Sheet::new(base, grid, found.computed, imprint, |cell| found.count[cell] > 0);
+    // A picture of the value, and a raster with its style of it and of each end of its interval, where it has one.
+    let put = |name: &str, map: &Map, ends: &[Vec<f32>]| {
+        let rasters = std::iter::once(map.values).chain(ends.iter().map(|values| &values[..]));
+        for (values, end) in rasters.zip(ENDINGS) {
+            write_band(&dir.join(format!("{name}{end}.tif")), base, grid, system, values)?;
+            // The ends of the interval of a value have its colours.
+            if map.values.iter().any(|value| !value.is_nan()) {
+                let style = style::of_raster(map.scale, map.values);
                 files::write(&dir.join(format!("{name}{end}.qml")), style.as_bytes())?;
             }
         }
-        picture.write(&dir.join(format!("{name}.svg")), &Map { title, note, scale, values })
+        sheet.write(&dir.join(format!("{name}.svg")), map)
     };
-    let known = |of: &dyn Fn(usize) -> f32| -> Vec<f32> {
-        (0..grid.cells()).map(|cell| if count[cell] > 0 { of(cell) } else { f32::NAN }).collect()
-    };
-    let passing = known(&|cell| count[cell] as f32);
-    put("count", "number of rocks passing".into(), None, Scale::Log, &passing)?;
-    let shares = known(&|cell| (f64::from(count[cell]) / computed.max(1) as f64) as f32);
-    put("share", "share of rocks passing".into(), None, Scale::Log, &shares)?;
-    let interval = |cell: usize| of_share(count[cell].into(), computed.max(1));
-    band("share_low", &known(&|cell| interval(cell).low.map_or(f32::NAN, |low| low as f32)))?;
-    band("share_high", &known(&|cell| interval(cell).high.map_or(f32::NAN, |high| high as f32)))?;
+    let passing = found.known(&|cell| found.count[cell] as f32);
+    put("count", &Map::new("number of rocks passing", ColourScale::Log, &passing), &[])?;
+    let computed = found.computed.max(1);
+    let shares = found.known(&|cell| (f64::from(found.count[cell]) / computed as f64) as f32);
+    let ends = found.ends(&|cell| of_share(found.count[cell].into(), computed));
+    put("share", &Map::new("share of rocks passing", ColourScale::Log, &shares), &ends)?;
     // Of a release without a member nothing is known.
-    if !rated.is_empty() && rated.iter().all(|(_, members, _)| *members > 0) {
-        let part = |cell: usize| {
-            let all = rated.iter().map(|(rate, all, count)| (*rate, *all, count[cell].into()));
-            of_frequency(all.map(|(rate, all, count)| Part { rate, count, all }))
-        };
-        let often = known(&|cell| part(cell).0 as f32);
-        put("frequency", "rocks passing in a year [1/year]".into(), None, Scale::Log, &often)?;
-        let end = |end: Option<f64>| end.map_or(f32::NAN, |end| end as f32);
-        band("frequency_low", &known(&|cell| end(part(cell).1.low)))?;
-        band("frequency_high", &known(&|cell| end(part(cell).1.high)))?;
+    if !found.rated.is_empty() && found.rated.iter().all(|(_, members, _)| *members > 0) {
+        let often = found.known(&|cell| found.frequency(cell).0 as f32);
+        let ends = found.ends(&|cell| found.frequency(cell).1);
+        put("frequency", &Map::new("rocks passing in a year [1/year]", ColourScale::Log, &often), &ends)?;
     }
-    let stopped: Vec<f32> = ends.iter().map(|n| if *n > 0 { *n as f32 } else { f32::NAN }).collect();
-    put("deposition", "number of rocks at rest".into(), None, Scale::Linear, &stopped)?;
-    // Where the values of each cell begin in one long row.
-    let mut starts = vec![0_usize];
-    count.iter().for_each(|n| starts.push(starts[starts.len() - 1] + *n as usize));
+    let stopped: Vec<f32> = found.stopped.iter().map(|n| if *n > 0 { *n as f32 } else { f32::NAN }).collect();
+    put("deposition", &Map::new("number of rocks at rest", ColourScale::Linear, &stopped), &[])?;
     // Where intervals end depends on the number of rocks alone.
-    let mut ends: FxHashMap<usize, [Ends; SHARES.len()]> = FxHashMap::default();
-    for (number, (name, title)) in VISITED.into_iter().enumerate() {
-        // The quantile, and both ends of its interval.
-        let mut maps = vec![[(); 3].map(|()| vec![f32::NAN; grid.cells()]); SHARES.len()];
+    let mut known_ends = FxHashMap::default();
+    for (number, (PathQuantity { unit, .. }, [name, title])) in rasters().enumerate() {
+        let maps = found.quantiles(number, &mut known_ends, all)?;
+        for ([values, ends @ ..], share) in maps.iter().zip(SHARES) {
+            let title = format!("{share} % quantile of the {title} [{unit}]");
+            let map = Map { title, note: note(share), scale: ColourScale::Linear, values };
+            put(&quantile_of(name, share), &map, ends)?;
+        }
+    }
+    Ok(())
+}
+
+/// What is counted in each cell.
+struct Counts {
+    /// Members that were computed.
+    computed: u64,
+    /// Those that pass.
+    count: Vec<u32>,
+    /// Those that come to rest.
+    stopped: Vec<u32>,
+    /// Of each release its blocks a year, its members, and how many of them pass; empty where blocks a year are not known.
+    rated: Vec<(f64, u64, Vec<u32>)>,
+}
+
+impl Counts {
+    fn of(base: &Base, grid: &Grid, all: All) -> io::Result<Self> {
+        let none = || vec![0_u32; grid.cells()];
+        let rates = base.study.rates().into_iter().flatten();
+        let rated = rates.map(|rate| (rate, 0, none())).collect();
+        let mut it = Self { computed: 0, count: none(), stopped: none(), rated };
+        all(&mut |record| {
+            if record.outcome.status == RunStatus::Failed {
+                return Ok(());
+            }
+            it.computed += 1;
+            record.track.visits.iter().for_each(|visit| it.count[visit.cell as usize] += 1);
+            if let Some((_, members, count)) = it.rated.get_mut(base.release_of(record.number)) {
+                *members += 1;
+                record.track.visits.iter().for_each(|visit| count[visit.cell as usize] += 1);
+            }
+            let [x, y, _] = record.outcome.end;
+            let place = base.local(&[x, y]);
+            if let Some(cell) = grid.at(place).filter(|_| record.outcome.how == How::Rest) {
+                it.stopped[cell as usize] += 1;
+            }
+            Ok(())
+        })?;
+        Ok(it)
+    }
+
+    /// Values of the cells that rocks pass; of the others NaN.
+    fn known(&self, of: &dyn Fn(usize) -> f32) -> Vec<f32> {
+        let cells = self.count.iter().enumerate();
+        cells.map(|(cell, count)| if *count > 0 { of(cell) } else { f32::NAN }).collect()
+    }
+
+    /// Both ends of the interval of such values.
+    fn ends(&self, of: &dyn Fn(usize) -> Interval) -> [Vec<f32>; 2] {
+        let end = |end: Option<f64>| end.map_or(f32::NAN, |end| end as f32);
+        [self.known(&|cell| end(of(cell).low)), self.known(&|cell| end(of(cell).high))]
+    }
+
+    /// Rocks a year that pass a cell.
+    fn frequency(&self, cell: usize) -> (f64, Interval) {
+        let all = self.rated.iter();
+        of_frequency(all.map(|(rate, all, count)| Part { rate: *rate, count: count[cell].into(), all: *all }))
+    }
+
+    /// For each of the [`SHARES`] the quantile of quantity `number` of the visits, and both ends of its interval.
+    fn quantiles(
+        &self,
+        number: usize,
+        known_ends: &mut FxHashMap<usize, [Ends; SHARES.len()]>,
+        all: All,
+    ) -> io::Result<Vec<[Vec<f32>; 3]>> {
+        // Where the values of each cell begin in one long row.
+        let mut starts = vec![0_usize];
+        self.count.iter().for_each(|n| starts.push(starts[starts.len() - 1] + *n as usize));
+        let mut maps = vec![[(); 3].map(|()| vec![f32::NAN; self.count.len()]); SHARES.len()];
         let mut sorted = Vec::new();
         for part in parts(&starts, AT_ONCE) {
             let before = starts[part.start];
@@ -160,12 +193,12 @@ pub fn write(
                 }
                 Ok(())
             })?;
-            for cell in part.filter(|cell| count[*cell] > 0) {
+            for cell in part.filter(|cell| self.count[*cell] > 0) {
                 sorted.clear();
                 let own = starts[cell] - before..starts[cell + 1] - before;
                 sorted.extend(values[own].iter().map(|v| f64::from(*v)));
                 sorted.sort_by(f64::total_cmp);
-                let ends = ends.entry(sorted.len()).or_insert_with_key(|count| {
+                let ends = known_ends.entry(sorted.len()).or_insert_with_key(|count| {
                     SHARES.map(|share| Ends::of(*count, f64::from(share) / 100.0))
                 });
                 for ((maps, share), ends) in maps.iter_mut().zip(SHARES).zip(ends) {
@@ -177,14 +210,8 @@ pub fn write(
                 }
             }
         }
-        for ([map, low, high], share) in maps.iter().zip(SHARES) {
-            let (title, name) = (format!("{share} % quantile of the {title}"), quantile_of(name, share));
-            put(&name, title, note(share), Scale::Linear, map)?;
-            band(&format!("{name}_low"), low)?;
-            band(&format!("{name}_high"), high)?;
-        }
+        Ok(maps)
     }
-    Ok(())
 }
 
 /// Value of cells without one.
@@ -273,38 +300,33 @@ fn rounded(value: f64) -> f64 {
 /// Significant digits of attributes: all are in the table of members.
 const DIGITS: usize = 6;
 
-/// Attributes of a member that are no numbers of a fall.
-const OWN: [(&str, &str); 6] = [
-    ("member", "INTEGER"),
-    ("release", "TEXT"),
-    ("status", "TEXT"),
-    ("ending", "TEXT"),
-    ("volume_m3", "DOUBLE"),
-    ("mass_kg", "DOUBLE"),
-];
+/// Attributes of a member that are no numbers of its fall.
+const OWN: [(&str, &str); 4] =
+    [("member", "INTEGER"), ("release", "TEXT"), ("status", "TEXT"), ("ending", "TEXT")];
+
+/// The quantities that are attributes.
+fn mapped() -> impl Iterator<Item = &'static MemberQuantity> {
+    MEMBER_QUANTITIES.iter().filter(|quantity| quantity.mapped)
+}
 
 /// What is known of a member, in the order of the columns.
 fn attributes(base: &Base, record: &Record) -> Vec<Attribute> {
     let it = &record.outcome;
-    let number = |value: f64| Attribute::Real(numbers::rounded(value, DIGITS));
-    let mapped = QUANTITIES.iter().zip(it.values).filter(|(quantity, _)| quantity.mapped);
     let own = [
         Attribute::Integer(record.number as i64),
         Attribute::Text(base.study.releases[base.release_of(record.number)].name.clone()),
         Attribute::Text(it.status.word().into()),
         Attribute::Text(it.how.word().into()),
-        number(it.volume),
-        number(it.mass),
     ];
-    own.into_iter().chain(mapped.map(|(_, value)| number(value))).collect()
+    let numbers = mapped().map(|quantity| Attribute::Real(numbers::rounded((quantity.of)(it), DIGITS)));
+    own.into_iter().chain(numbers).collect()
 }
 
 /// Write trajectories and ends.
 pub fn write_features(base: &Base, system: &System, dir: &Path, all: All) -> io::Result<()> {
     let file = GeoPackage::create(&dir.join(FEATURES), system.epsg)?;
-    let mapped = QUANTITIES.iter().filter(|quantity| quantity.mapped);
-    let columns = OWN.map(|(name, kind)| (name.to_owned(), kind)).into_iter();
-    let columns: Vec<_> = columns.chain(mapped.map(|quantity| (quantity.column(), "DOUBLE"))).collect();
+    let own = OWN.map(|(name, kind)| (name.to_owned(), kind)).into_iter();
+    let columns: Vec<_> = own.chain(mapped().map(|quantity| (quantity.column(), "DOUBLE"))).collect();
     file.layer(&TRAJECTORIES, &columns)?;
     file.layer(&ENDS, &columns)?;
     let origin = base.ground.origin;

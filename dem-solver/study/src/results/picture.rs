@@ -19,7 +19,7 @@ use toolkit::files;
 use toolkit::numbers::three;
 
 /// Largest width and height of the map [px].
-const MOST: [f64; 2] = [900.0, 900.0];
+const MAX_SIZE: [f64; 2] = [900.0, 900.0];
 /// Room for the title, for the legend at the right, for the axis below, and below that for the scale bar [px].
 const TOP: i32 = 56;
 const RIGHT: i32 = 150;
@@ -56,14 +56,21 @@ pub struct Map<'a> {
     /// What to know when reading it, for the line below the title.
     pub note: Option<String>,
     /// How its colours are spread.
-    pub scale: Scale,
+    pub scale: ColourScale,
     /// Value of each cell; NaN: nothing was there.
     pub values: &'a [f32],
 }
 
+impl<'a> Map<'a> {
+    /// One that needs no note.
+    pub fn new(title: &str, scale: ColourScale, values: &'a [f32]) -> Self {
+        Self { title: title.into(), note: None, scale, values }
+    }
+}
+
 /// How colours are spread over values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Scale {
+pub enum ColourScale {
     /// Evenly.
     Linear,
     /// By their logarithm.
@@ -84,12 +91,12 @@ pub struct Sheet<'a> {
 }
 
 /// Values of the first and the last colour; infinite where there is no value.
-pub fn extremes(scale: Scale, values: &[f32]) -> [f64; 2] {
+pub fn extremes(scale: ColourScale, values: &[f32]) -> [f64; 2] {
     let known = || values.iter().filter(|v| !v.is_nan()).map(|v| f64::from(*v));
     let most = known().fold(f64::NEG_INFINITY, f64::max);
     match scale {
-        Scale::Linear => [0.0, most],
-        Scale::Log => [known().fold(f64::INFINITY, f64::min), most],
+        ColourScale::Linear => [0.0, most],
+        ColourScale::Log => [known().fold(f64::INFINITY, f64::min), most],
     }
 }
 
@@ -132,7 +139,7 @@ impl<'a> Sheet<'a> {
         let corners = [[west, south], [east, north]];
         let height = |x: f64, y: f64| base.ground.highest_at(x, y);
         let shading = ShadedGrid::new(corners, SHADES, &height).image().unwrap_or_default();
-        let frame = Frame::new(corners, MOST);
+        let frame = Frame::new(corners, MAX_SIZE);
         let contours = Contours::new(&frame, &height);
         Self { base, grid, members, imprint, shown, frame, shading, contours }
     }
@@ -150,7 +157,7 @@ impl<'a> Sheet<'a> {
             Some(words) => (format!("{words}[kJ]"), 1e-3),
             None => (map.title.clone(), 1.0),
         };
-        let log = (map.scale == Scale::Log).then_some("colours on a logarithmic scale");
+        let log = (map.scale == ColourScale::Log).then_some("colours on a logarithmic scale");
         let notes: String = [map.note.as_deref(), log].iter().flatten().map(|n| format!("; {n}")).collect();
         let (title, members, cell) = (capital(&title), self.members, three(self.grid.cell));
         let below_title = format!("{members} members, cells of {cell} m{notes}");
@@ -229,7 +236,7 @@ impl<'a> Sheet<'a> {
     }
 
     /// The colours and their values.
-    fn legend(&self, area: &Area, scale: Scale, [least, most]: [f64; 2]) -> Drawn {
+    fn legend(&self, area: &Area, scale: ColourScale, [least, most]: [f64; 2]) -> Drawn {
         let (x, bottom) = (f64::from(LEFT + self.frame.size[0] + 24), f64::from(TOP) + 70.0 + HEIGHT);
         let at = |share: f64| px(bottom - HEIGHT * share);
         for k in 0..STEPS {
@@ -279,18 +286,18 @@ impl<'a> Sheet<'a> {
 }
 
 /// Where a value lies between the least and the largest: 0 to 1.
-fn share(scale: Scale, [least, most]: [f64; 2], value: f64) -> f64 {
+fn share(scale: ColourScale, [least, most]: [f64; 2], value: f64) -> f64 {
     match scale {
         _ if most <= least => 1.0,
-        Scale::Linear => (value - least) / (most - least),
-        Scale::Log => (value / least).ln() / (most / least).ln(),
+        ColourScale::Linear => (value - least) / (most - least),
+        ColourScale::Log => (value / least).ln() / (most / least).ln(),
     }
 }
 
 /// Round numbers from the least to the largest value: 1, 2 or 5 times powers of ten, or multiples of such a step.
-fn numbers(scale: Scale, [least, most]: [f64; 2]) -> Vec<f64> {
+fn numbers(scale: ColourScale, [least, most]: [f64; 2]) -> Vec<f64> {
     let all: Vec<f64> = match scale {
-        Scale::Log => {
+        ColourScale::Log => {
             let powers = || (least.log10().floor() as i32)..=(most.log10().ceil() as i32);
             let of = |factors: &[f64]| -> Vec<f64> {
                 let all = powers().flat_map(|power| factors.iter().map(move |f| f * 10_f64.powi(power)));
@@ -304,12 +311,12 @@ fn numbers(scale: Scale, [least, most]: [f64; 2]) -> Vec<f64> {
             let fine = of(&[1.0, 2.0, 5.0]);
             if fine.len() > NUMBERS { of(&[1.0]) } else { fine }
         }
-        Scale::Linear if most > least => {
+        ColourScale::Linear if most > least => {
             let step = round_step((most - least) / 5.0);
             let [first, last] = [(least / step).ceil() as i64, (most / step).floor() as i64];
             (first..=last).map(|k| k as f64 * step).collect()
         }
-        Scale::Linear => Vec::new(),
+        ColourScale::Linear => Vec::new(),
     };
     if all.is_empty() { vec![most] } else { all }
 }
@@ -326,10 +333,10 @@ mod tests {
 
     #[test]
     fn numbers_beside_the_colours_are_round() {
-        assert_eq!(numbers(Scale::Linear, [0.0, 2328.0]), [0.0, 500.0, 1000.0, 1500.0, 2000.0]);
-        assert_eq!(numbers(Scale::Log, [1.0, 47.0]), [1.0, 2.0, 5.0, 10.0, 20.0]);
-        assert_eq!(numbers(Scale::Log, [3.0, 3.0]), [3.0]);
-        assert_eq!(numbers(Scale::Log, [1.0, 2e4]), [1.0, 10.0, 100.0, 1000.0, 1e4]);
+        assert_eq!(numbers(ColourScale::Linear, [0.0, 2328.0]), [0.0, 500.0, 1000.0, 1500.0, 2000.0]);
+        assert_eq!(numbers(ColourScale::Log, [1.0, 47.0]), [1.0, 2.0, 5.0, 10.0, 20.0]);
+        assert_eq!(numbers(ColourScale::Log, [3.0, 3.0]), [3.0]);
+        assert_eq!(numbers(ColourScale::Log, [1.0, 2e4]), [1.0, 10.0, 100.0, 1000.0, 1e4]);
     }
 
     #[test]

@@ -2,21 +2,21 @@
 //!
 //! Source: QGIS 3 writes such files ("Save Style"); what is left out here has its own default.
 
-use super::picture::{COLOURS, Scale, colour, extremes};
+use super::picture::{COLOURS, ColourScale, colour, extremes};
 use toolkit::numbers::three;
 
 /// Steps between two of the colours: QGIS interpolates evenly between them.
 const STEPS: usize = 4;
 
 /// Of a raster with these values: the colours of its picture, spread in the same way.
-pub fn of_raster(scale: Scale, values: &[f32]) -> String {
+pub fn of_raster(scale: ColourScale, values: &[f32]) -> String {
     let [least, most] = extremes(scale, values);
     let count = STEPS * (COLOURS.len() - 1);
     let item = |step: usize| {
         let at = step as f64 / count as f64;
         let value = match scale {
-            Scale::Linear => least + at * (most - least),
-            Scale::Log => least * (most / least).powf(at),
+            ColourScale::Linear => least + at * (most - least),
+            ColourScale::Log => least * (most / least).powf(at),
         };
         let [r, g, b] = colour(at);
         let label = three(value);

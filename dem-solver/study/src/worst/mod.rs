@@ -8,6 +8,7 @@ pub mod barrier;
 
 use super::base::Base;
 use super::member::Member;
+use super::quantity::{PATH_QUANTITIES, in_order};
 use super::record::Record;
 use super::runner::{Flight, Runner, flight_before};
 use super::track::{Crossing, Track};
@@ -24,24 +25,24 @@ use toolkit::summary::RunStatus;
 
 /// How a member comes to the line for the first time.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Coming {
+pub struct BarrierHit {
     member: u64,
     crossing: Crossing,
 }
 
 /// The first crossings of the barrier's line.
-pub struct Comings<'a> {
+pub struct BarrierHits<'a> {
     base: &'a Base,
     barrier: &'a Barrier,
     line: u16,
     computed: u64,
-    all: Vec<Coming>,
+    all: Vec<BarrierHit>,
 }
 
 /// What is known of a chosen member, by column.
-type Row = Vec<(&'static str, Value)>;
+type ChosenRow = Vec<(String, Value)>;
 
-impl<'a> Comings<'a> {
+impl<'a> BarrierHits<'a> {
     /// None so far.
     pub fn new(base: &'a Base, barrier: &'a Barrier) -> Self {
         let line = base.study.lines.iter().position(|line| line.name == barrier.line);
@@ -59,22 +60,19 @@ impl<'a> Comings<'a> {
         }
         self.computed += 1;
         let first = self.first(&record.track).copied();
-        self.all.extend(first.map(|crossing| Coming { member: record.number, crossing }));
+        self.all.extend(first.map(|crossing| BarrierHit { member: record.number, crossing }));
     }
 
-    fn arrivals(&self) -> Vec<Arrival> {
+    /// Distance of a crossing from the nearer end of the line, along it [m].
+    fn edge(&self, crossing: &Crossing) -> f64 {
         let length = plan::length(&self.base.lines[usize::from(self.line)]);
-        let of = |coming: &Coming| {
-            let Crossing { energy, height, along, .. } = coming.crossing;
-            Arrival { member: coming.member, energy, height, edge: along.min(length - along) }
-        };
-        self.all.iter().map(of).collect()
+        crossing.along.min(length - crossing.along)
     }
 
     /// Write the scenes of the worst members, and which they are.
     pub fn write(&self, dir: &Path, count: usize) -> Result<(), Diagnostic> {
-        let (base, barrier, arrivals) = (self.base, self.barrier, self.arrivals());
-        if arrivals.is_empty() {
+        let (base, barrier) = (self.base, self.barrier);
+        if self.all.is_empty() {
             let what = format!("no member of the study reaches the line `{}`", barrier.line);
             return Err(Diagnostic::in_file(barrier.file().display(), what)
                 .try_instead("move the barrier, or look at maps/share.svg where rocks pass"));
@@ -82,43 +80,48 @@ impl<'a> Comings<'a> {
         let fault = |e: io::Error| Diagnostic::in_file(dir.display(), e.to_string());
         files::Dir::create(dir).map_err(fault)?;
         base.keep_clusters(&dir.join(CLUSTERS)).map_err(fault)?;
-        let mut rows: Vec<Row> = Vec::new();
-        for choice in choose(&arrivals, count) {
-            let coming = &self.all[choice.at];
-            let (text, flight) = self.scene(&base.member(coming.member), &coming.crossing)?;
-            files::write(&dir.join(format!("{}.toml", coming.member)), text.as_bytes()).map_err(fault)?;
-            rows.push(self.row(&choice, &arrivals[choice.at], flight.as_ref()));
+        let mut rows: Vec<ChosenRow> = Vec::new();
+        // In turn the worst by each of these quantities, and the nearest to an end of the line.
+        let by = || PATH_QUANTITIES.iter().filter(|quantity| quantity.chosen);
+        let mut orders: Vec<(&str, Vec<f64>)> = by()
+            .map(|it| (it.name, self.all.iter().map(|hit| (it.of)(&hit.crossing.at)).collect()))
+            .collect();
+        orders.push(("edge", self.all.iter().map(|hit| -self.edge(&hit.crossing)).collect()));
+        for choice in choose(&orders, count) {
+            let hit = &self.all[choice.at];
+            let (text, flight) = self.scene(&base.member(hit.member), &hit.crossing)?;
+            files::write(&dir.join(format!("{}.toml", hit.member)), text.as_bytes()).map_err(fault)?;
+            rows.push(self.row(&choice, flight.as_ref()));
         }
-        let columns: Vec<&str> = rows.first().into_iter().flatten().map(|(name, _)| *name).collect();
-        let named = |row: &Row| row.iter().map(|(name, value)| ((*name).into(), value.clone())).collect();
-        let chosen: Vec<Map<String, Value>> = rows.iter().map(named).collect();
+        let columns: Vec<String> = rows.first().into_iter().flatten().map(|(name, _)| name.clone()).collect();
+        let chosen: Vec<Map<String, Value>> = rows.into_iter().map(Map::from_iter).collect();
         let index = json!({
-            "line": barrier.line, "members": base.members(), "computed": self.computed, "reach": arrivals.len(),
+            "line": barrier.line, "members": base.members(), "computed": self.computed, "reach": self.all.len(),
             "columns": columns, "chosen": chosen,
         });
         files::write_json(&dir.join(CHOSEN), &index).map_err(fault)
     }
 
-    fn row(&self, choice: &Choice, arrival: &Arrival, flight: Option<&Flight>) -> Row {
-        let Coming { member, crossing } = &self.all[choice.at];
-        let [x, y, z] = [0, 1, 2].map(|axis| crossing.position[axis] + self.base.ground.origin[axis]);
-        vec![
-            ("member", json!(member)),
-            ("chosen_for", json!(choice.reason)),
-            ("rank", json!(choice.rank)),
-            ("line_time_s", json!(crossing.time)),
-            ("line_x_m", json!(x)),
-            ("line_y_m", json!(y)),
-            ("line_z_m", json!(z)),
-            ("along_m", json!(crossing.along)),
-            ("edge_m", json!(arrival.edge)),
-            ("passing_height_m", json!(crossing.height)),
-            ("centre_height_m", json!(crossing.centre)),
-            ("speed_m_per_s", json!(crossing.speed)),
-            ("kinetic_energy_J", json!(crossing.energy)),
-            ("rotation_energy_J", json!(crossing.rotation)),
-            ("start_time_s", json!(flight.map_or(0.0, |flight| flight.time))),
-        ]
+    fn row(&self, choice: &Choice, flight: Option<&Flight>) -> ChosenRow {
+        let BarrierHit { member, crossing } = &self.all[choice.at];
+        let [x, y, z] = [0, 1, 2].map(|axis| crossing.at.position[axis] + self.base.ground.origin[axis]);
+        let mut row: ChosenRow = vec![
+            ("member".into(), json!(member)),
+            ("chosen_for".into(), json!(choice.reason)),
+            ("rank".into(), json!(choice.rank)),
+            ("line_time_s".into(), json!(crossing.at.time)),
+            ("line_x_m".into(), json!(x)),
+            ("line_y_m".into(), json!(y)),
+            ("line_z_m".into(), json!(z)),
+            ("along_m".into(), json!(crossing.along)),
+            ("edge_m".into(), json!(self.edge(crossing))),
+        ];
+        let all = in_order(&["height", "centre_height", "speed", "energy"]).into_iter();
+        // Quantities that are results of their own: others follow from them.
+        let own = all.filter(|it| it.statistic.is_some() || it.raster.is_some());
+        row.extend(own.map(|it| (it.column(), json!((it.of)(&crossing.at)))));
+        row.push(("start_time_s".into(), json!(flight.map_or(0.0, |flight| flight.time))));
+        row
     }
 
     /// The scene of a member with the barrier: from a flight before the line on where there is one, else from its release.
@@ -127,8 +130,8 @@ impl<'a> Comings<'a> {
         let line = &base.lines[usize::from(crossing.line)];
         let reach = base.model(member, None).map_err(&fault)?.rocks[0].reach;
         let is_far = |at| distance_from(line, &at) > self.barrier.margin + reach;
-        let flight = flight_before(base, member, crossing.time, &is_far).map_err(fault)?;
-        Ok((self.text(member, flight.as_ref(), crossing.time)?, flight))
+        let flight = flight_before(base, member, crossing.at.time, &is_far).map_err(fault)?;
+        Ok((self.text(member, flight.as_ref(), crossing.at.time)?, flight))
     }
 
     /// The same from this flight on, or from the release, with a head that says so.
@@ -152,46 +155,28 @@ impl<'a> Comings<'a> {
     }
 }
 
-/// What a member brings to the line.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Arrival {
-    /// Its number.
-    pub member: u64,
-    /// Kinetic energy [J].
-    pub energy: f64,
-    /// Height of its lowest point above the ground [m]; not a number where that is not known.
-    pub height: f64,
-    /// Distance from the nearer end of the line, along it [m].
-    pub edge: f64,
-}
-
 /// Why a member is chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Choice {
+pub struct Choice<'a> {
     /// The member, by its place among all.
     pub at: usize,
     /// For which quantity.
-    pub reason: &'static str,
+    pub reason: &'a str,
     /// Its rank in that, from 1.
     pub rank: usize,
 }
 
-/// A quantity that is worse the larger it is: its name, and its value.
-type Order = (&'static str, fn(&Arrival) -> f64);
-
-/// The three orders, in the order of their turns.
-const ORDERS: [Order; 3] = [("energy", |a| a.energy), ("height", |a| a.height), ("edge", |a| -a.edge)];
-
-/// Choose `count` members, in turn the worst by each order that is not chosen yet. Of equal ones the first.
-pub fn choose(arrivals: &[Arrival], count: usize) -> Vec<Choice> {
-    let mut lists = ORDERS.map(|(reason, of)| {
-        let mut list: Vec<usize> = (0..arrivals.len()).filter(|at| !of(&arrivals[*at]).is_nan()).collect();
-        list.sort_by(|a, b| of(&arrivals[*b]).total_cmp(&of(&arrivals[*a])).then(a.cmp(b)));
-        (reason, list.into_iter().enumerate())
-    });
+/// Choose `count` members, in turn the worst by each order that is not chosen yet. Of equal ones the first. An order is a name, and a
+/// value of each member, the worse the larger; what is not a number is in none.
+pub fn choose<'a>(orders: &[(&'a str, Vec<f64>)], count: usize) -> Vec<Choice<'a>> {
+    let list = |(reason, values): &(&'a str, Vec<f64>)| {
+        let mut list: Vec<usize> = (0..values.len()).filter(|at| !values[*at].is_nan()).collect();
+        list.sort_by(|a, b| values[*b].total_cmp(&values[*a]).then(a.cmp(b)));
+        (*reason, list.into_iter().enumerate())
+    };
+    let mut lists: Vec<_> = orders.iter().map(list).collect();
     let (mut chosen, mut known) = (Vec::new(), BTreeSet::new());
-    let count = count.min(arrivals.len());
-    while chosen.len() < count {
+    loop {
         let before = chosen.len();
         for (reason, list) in &mut lists {
             if chosen.len() < count
@@ -201,10 +186,9 @@ pub fn choose(arrivals: &[Arrival], count: usize) -> Vec<Choice> {
             }
         }
         if chosen.len() == before {
-            break;
+            return chosen;
         }
     }
-    chosen
 }
 
 #[cfg(test)]
@@ -213,22 +197,19 @@ mod tests {
 
     #[test]
     fn members_are_chosen_in_turn_and_each_once() {
-        let of = |member, energy, height, edge| Arrival { member, energy, height, edge };
-        let all = [
-            of(1, 5.0, 1.0, 9.0),
-            of(2, 9.0, 3.0, 8.0),
-            of(3, 9.0, 2.0, 0.5),
-            of(4, 1.0, f64::NAN, 1.0),
-            of(5, 0.0, 0.0, 20.0),
+        let orders = [
+            ("energy", vec![5.0, 9.0, 9.0, 1.0, 0.0]),
+            ("height", vec![1.0, 3.0, 2.0, f64::NAN, 0.0]),
+            ("edge", vec![-9.0, -8.0, -0.5, -1.0, -20.0]),
         ];
         let names = |count| {
-            let chosen = choose(&all, count);
-            chosen.iter().map(|c| format!("{} {} {}", all[c.at].member, c.reason, c.rank)).collect::<Vec<_>>()
+            let chosen = choose(&orders, count);
+            chosen.iter().map(|c| format!("{} {} {}", c.at + 1, c.reason, c.rank)).collect::<Vec<_>>()
         };
         // The highest is the one with the most energy, the first of two: the next in height has its turn.
         assert_eq!(names(4), ["2 energy 1", "3 height 2", "4 edge 2", "1 energy 3"]);
         assert_eq!(names(2), names(4)[..2]);
         assert_eq!(names(20).len(), 5);
-        assert_eq!(choose(&[], 3), []);
+        assert_eq!(choose(&[("energy", vec![])], 3), []);
     }
 }

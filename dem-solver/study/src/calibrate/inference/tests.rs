@@ -36,7 +36,7 @@ fn cases(model: &Model, seed: u64, count: u64, parameters: usize) -> Vec<Case> {
 }
 
 /// In how many of so many fresh trials the range of each parameter holds it, the verdicts, and the widths.
-fn trials(table: &Table, all: &[Case]) -> (Vec<f64>, Vec<Vec<Verdict>>, Vec<f64>) {
+fn trials(table: &CaseTable, all: &[Case]) -> (Vec<f64>, Vec<Vec<Verdict>>, Vec<f64>) {
     let count = table.cases[0].values.len();
     let (mut held, mut verdicts, mut widths) = (vec![0.0; count], vec![Vec::new(); count], vec![0.0; count]);
     for case in all {
@@ -58,7 +58,7 @@ fn a_mean_is_found_and_what_has_no_influence_is_not_settled() {
     let model = |values: &[f64], draw: &mut dyn FnMut() -> f64| {
         vec![(0..20).map(|_| 6.0 * values[0] - 3.0 + normal(draw())).collect()]
     };
-    let table = Table { cases: cases(&model, 1, 200, 2), fitted: vec![true] };
+    let table = CaseTable { cases: cases(&model, 1, 200, 2), fitted: vec![true] };
     let (held, verdicts, widths) = trials(&table, &cases(&model, 2, 200, 2));
     let exact = 2.0 * 1.645 / 20.0_f64.sqrt() / 6.0;
     println!("held {held:?}, widths {widths:?}, exact {exact}");
@@ -78,7 +78,7 @@ fn ranges_hold_where_the_model_is_not_linear() {
         let first = (0..15).map(|_| mean + deviation * normal(draw())).collect();
         vec![first, (0..15).map(|_| 10.0 * sum + normal(draw())).collect()]
     };
-    let table = Table { cases: cases(&model, 1, 300, 4), fitted: vec![true, true] };
+    let table = CaseTable { cases: cases(&model, 1, 300, 4), fitted: vec![true, true] };
     let (held, verdicts, widths) = trials(&table, &cases(&model, 2, 100, 4));
     println!("held {held:?}, widths {widths:?}");
     assert!(held.iter().all(|share| (0.85..=0.98).contains(share)), "{held:?}");
@@ -101,7 +101,7 @@ fn what_was_left_out_is_rejected_where_the_model_is_wrong() {
             vec![first, (0..10).map(|_| 2.0 * mean + shift + normal(draw())).collect()]
         }
     };
-    let table = Table { cases: cases(&model(0.0), 1, 200, 1), fitted: vec![true, false] };
+    let table = CaseTable { cases: cases(&model(0.0), 1, 200, 1), fitted: vec![true, false] };
     let rejected = |shift: f64| {
         let all = cases(&model(shift), 2, 200, 1);
         let ps = all.iter().map(|case| {
