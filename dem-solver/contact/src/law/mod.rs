@@ -105,7 +105,7 @@ impl Law {
             damping: settings.rolling_damping.unwrap_or(0.0),
             stiffening: normal.stiffening(),
         });
-        let whole = settings.is_of_rock();
+        let whole = settings.law.kind().whole;
         let growing = settings.friction_max.map(|most| Growing {
             most,
             growth: settings.friction_growth.expect("checked: beside friction_max"),
@@ -115,7 +115,7 @@ impl Law {
             settings.scarring_drag.filter(|_| whole && partner == PartnerKind::Surface).map(|drag| {
                 Scarring { drag, density: settings.ground_density.unwrap_or(ContactSettings::GROUND_DENSITY) }
             });
-        let pressure = settings.ground_pressure().filter(|_| settings.rolling == Some(RollingName::Rut));
+        let pressure = normal.pressure().filter(|_| settings.rolling == Some(RollingName::Rut));
         let impact = settings.rolling_friction_impact.unwrap_or(0.0);
         let resists = rolls || pressure.is_some() || impact > 0.0;
         let resistance = (resists && partner == PartnerKind::Surface).then(|| Resistance {

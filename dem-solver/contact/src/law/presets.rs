@@ -4,6 +4,8 @@
 //! Pfeiffer and Bowen; friction is that of the classes of RAMMS; the modulus of pasture soil is that fitted by Lu et al. (2019) to
 //! scars at Chant Sura, the other moduli are assumed. They are starting points of a calibration.
 
+use crate::law::normal::LawName;
+
 /// A kind of ground.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Preset {
@@ -18,6 +20,9 @@ pub struct Preset {
     /// Where the numbers come from.
     pub source: &'static str,
 }
+
+/// The law whose values they are.
+pub const LAW: LawName = LawName::Ground;
 
 /// Friction to which all of them grow.
 const FRICTION_MAX: f64 = 2.0;
@@ -60,7 +65,7 @@ pub fn fill(table: &mut toml::Table) {
     let [friction, growth, relaxation] = preset.friction;
     // With the keys in whose place it stands.
     let all: [(&str, toml::Value, &[&str]); 9] = [
-        ("law", "ground".into(), &[]),
+        ("law", LAW.name().into(), &[]),
         ("restitution_law", "pfeiffer_bowen".into(), &[]),
         ("ground_modulus", preset.modulus.into(), &["ground_stiffness", "ground_pressure"]),
         ("restitution", preset.restitution.into(), &[]),

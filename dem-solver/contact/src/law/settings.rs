@@ -2,7 +2,7 @@
 
 use super::PartnerKind;
 use super::elastic::Elastic;
-use super::normal::{LawName, names};
+use super::normal::{LawName, Normal, names};
 use super::presets;
 use crate::keys::{Checked, Keys};
 use interface_defs::diagnostic::{Diagnostic, code};
@@ -25,9 +25,7 @@ pub struct ContactSettings {
     /// Kind of ground whose values fill in what the table does not say: `bedrock`, `scree`, `meadow`, `soil`, `wetland` or
     /// `forest`, of `law = "ground"`. None is calibrated, and none sets `rolling_friction` or `rolling_friction_impact`: docs/ground.md.
     pub preset: Option<String>,
-    /// Normal law: `hertz_rock` (force ~ overlap^1.5 of the rock as a whole: does not depend on the number of
-    /// spheres), `hertz_mindlin` (the same of each sphere by its own radius), `linear` (force ~ overlap) or `ground` (terrain that
-    /// gives way and remembers it; see docs/ground.md). Required without `preset`.
+    /// Normal law. Required without `preset`.
     pub law: LawName,
     /// Young's modulus of the rock [Pa]. `linear` takes it or `stiffness`.
     pub young: Option<f64>,
@@ -196,16 +194,13 @@ impl ContactSettings {
             let known = presets::ALL.map(|preset| preset.name).join(", ");
             let what = format!("there is no ground `{preset}`");
             keys.refuse(presets::named(preset).is_none(), "preset", what, known)?;
-            let what = format!("the preset `{preset}` is of law = \"ground\", and this is `{name}`");
-            keys.refuse(self.law != LawName::Ground, "preset", what, "leave `preset` or `law` out")?;
+            let due = presets::LAW;
+            let what = format!("the preset `{preset}` is of law = \"{}\", and this is `{name}`", due.name());
+            keys.refuse(self.law != due, "preset", what, "leave `preset` or `law` out")?;
         }
-        let rocks_mass = self.is_of_rock() && self.effective_mass == EffectiveMass::Rock;
+        let rocks_mass = self.law.kind().whole && self.effective_mass == EffectiveMass::Rock;
         let what = format!("`{name}` knows the mass that its force acts on");
         keys.refuse(rocks_mass, "effective_mass", what, "leave it out")?;
-        let what = "`ground` has no dashpot that this could be the ratio of";
-        let cure = "write restitution, that of a slow impact: 0.25 on soft soil, 0.5 on bedrock";
-        let has_ratio = self.law == LawName::Ground && self.damping_ratio.is_some();
-        keys.refuse(has_ratio, "damping_ratio", what, cure)?;
         keys.above_zero(&[
             ("young", self.young, ""),
             ("partner_young", self.partner_young, ""),
@@ -215,7 +210,11 @@ impl ContactSettings {
             ("scarring_drag", self.scarring_drag, ""),
             ("ground_density", self.ground_density, ""),
         ])?;
-        self.check_law(&keys)?;
+        let law = self.check_law(&keys)?;
+        let what = format!("`{name}` has no dashpot that this could be the ratio of");
+        let cure = "write restitution, that of a slow impact: 0.25 on soft soil, 0.5 on bedrock";
+        let has_ratio = law.rule().is_some() && self.damping_ratio.is_some();
+        keys.refuse(has_ratio, "damping_ratio", what, cure)?;
         self.check_numbers(&keys)?;
         keys.not_negative(&[
             ("friction", Some(self.friction), ""),
@@ -226,12 +225,7 @@ impl ContactSettings {
             ("rolling_friction_impact", self.rolling_friction_impact, ""),
             ("rolling_damping", self.rolling_damping, ""),
         ])?;
-        self.check_parts(&keys)
-    }
-
-    /// Whether the law is that of the rock as a whole on terrain.
-    pub(super) fn is_of_rock(&self) -> bool {
-        matches!(self.law, LawName::HertzRock | LawName::Ground)
+        self.check_parts(&keys, &law)
     }
 
     /// A number of the law's own keys.
@@ -239,13 +233,8 @@ impl ContactSettings {
         self.own.get(key).and_then(number)
     }
 
-    /// `ground_pressure` of `law = "ground"` [Pa].
-    pub(super) fn ground_pressure(&self) -> Option<f64> {
-        self.own_number("ground_pressure").filter(|_| self.law == LawName::Ground)
-    }
-
-    /// What only the law knows.
-    fn check_law(&self, keys: &Keys) -> Checked {
+    /// The law, by what it alone knows of its keys.
+    fn check_law(&self, keys: &Keys) -> Checked<Normal> {
         let (name, own) = (self.law.name(), self.law.own_keys());
         if let Some(key) = self.own.keys().find(|key| !own.contains(*key)) {
             let owner = owner(key).expect("others are refused when read").name();
@@ -253,11 +242,9 @@ impl ContactSettings {
                 .invalid(key, format!("`{key}` belongs to law = \"{owner}\", and this is `{name}`"))
                 .try_instead(format!("leave it out, or write law = \"{owner}\"")));
         }
-        let hertzian = matches!(self.law, LawName::HertzRock | LawName::HertzMindlin);
-        keys.refuse(hertzian && self.young.is_none(), "young", format!("`{name}` needs `young` [Pa]"), "")?;
         let sides =
             self.young.map(|young| Elastic { own: (young, self.poisson.unwrap_or(0.0)), other: None });
-        self.law.build(&self.own, sides.as_ref()).map(drop).map_err(|e| keys.placed(e, "law"))
+        self.law.build(&self.own, sides.as_ref()).map_err(|e| keys.placed(e, "law"))
     }
 
     /// The two sides; `None` without `young`.
@@ -307,7 +294,7 @@ impl ContactSettings {
     }
 
     /// Keys that go together, and those of parts that are not built.
-    fn check_parts(&self, keys: &Keys) -> Checked {
+    fn check_parts(&self, keys: &Keys, law: &Normal) -> Checked {
         let partner = (self.partner_young.is_some(), self.partner_poisson.is_some());
         let what = "partner_young is the partner of `young`, which is missing";
         keys.refuse(partner.0 && self.young.is_none(), "partner_young", what, "")?;
@@ -327,12 +314,12 @@ impl ContactSettings {
         }
         let rut = self.rolling == Some(RollingName::Rut);
         let what = "the rut is that of ground which resists with a pressure";
-        let cure = "law = \"ground\" with ground_pressure; or rolling = \"constant\" with rolling_friction";
-        keys.refuse(rut && self.ground_pressure().is_none(), "rolling", what, cure)?;
+        let cure = "write ground_pressure; or rolling = \"constant\" with rolling_friction";
+        keys.refuse(rut && law.pressure().is_none(), "rolling", what, cure)?;
         let (slides, rolls) = (self.friction > 0.0, self.rolling_friction > 0.0);
         let springs = self.rolling == Some(RollingName::Spring);
         let (dynamic, decays) = (self.friction_dynamic.is_some(), self.friction_decay.is_some());
-        let (ploughs, of_rock) = (self.scarring_drag.is_some(), self.is_of_rock());
+        let ploughs = self.scarring_drag.is_some();
         keys.idle(&[
             ("friction_dynamic", dynamic && !slides, "without `friction`"),
             ("friction_decay", decays && !dynamic, "without `friction_dynamic`"),
@@ -341,7 +328,7 @@ impl ContactSettings {
             ("friction_max", grows && dynamic, "beside `friction_dynamic`"),
             ("friction_growth", growth && !grows, "without `friction_max`"),
             ("friction_relaxation", relaxes && !grows, "without `friction_max`"),
-            ("scarring_drag", ploughs && !of_rock, "without law = \"ground\" or \"hertz_rock\""),
+            ("scarring_drag", ploughs && !self.law.kind().whole, "without a law of the rock as a whole"),
             ("ground_density", self.ground_density.is_some() && !ploughs, "without `scarring_drag`"),
             ("rolling_friction", rut && rolls, "beside rolling = \"rut\""),
             ("rolling", self.rolling.is_some() && !rut && !rolls, "without `rolling_friction`"),

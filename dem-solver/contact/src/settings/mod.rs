@@ -18,6 +18,7 @@ pub use rock::{Cluster, RockSettings, Shape};
 pub use spheres::{BoxSettings, SpheresSettings};
 
 use crate::keys::Checked;
+use crate::law::normal::LawName;
 use crate::law::settings::check_all;
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::Vector3;
@@ -204,7 +205,7 @@ fn refuse_of_rocks(scene: &Scene) -> Checked {
     tables.push(("dem".into(), dem, &OF_ROCKS_IN_DEM));
     for (place, table, _) in &tables {
         let name = table.get("law").and_then(|law| law.as_str()).unwrap_or_default();
-        if ["hertz_rock", "ground"].contains(&name) {
+        if LawName::ALL.iter().any(|law| law.name() == name && law.kind().whole) {
             let what = format!("`{name}` is a contact of rocks with terrain");
             let cure = "separate spheres take hertz_mindlin: each is a rock of its own";
             return scene.refuse(&format!("{place}.law"), what, cure);

@@ -2,12 +2,11 @@
 
 use crate::model::Model;
 use crate::model::between::rows;
-use dem_contact::law::normal::LawName;
 use dem_contact::settings::STRUCTURE;
 use interface_defs::diagnostic::{Diagnostic, code};
 use toolkit::scene::Scene;
 
-/// Refuse `law = "ground"` where it would be the law with a net, with the sides of a box, or between rocks.
+/// Refuse a law of ground that gives way where it would be the law with a net, with the sides of a box, or between rocks.
 pub fn check(model: &Model, scene: &Scene) -> Result<(), Diagnostic> {
     let Model { settings, laws: Some(laws), between, side_rows, .. } = model else { return Ok(()) };
     for (number, contact) in settings.contacts.iter().enumerate() {
@@ -23,9 +22,10 @@ pub fn check(model: &Model, scene: &Scene) -> Result<(), Diagnostic> {
             return Err(refused.coded(code::UNUSED_KEY).try_instead("leave it out"));
         }
     }
-    let gives_way = |n: &u16| settings.contacts[*n as usize].law == LawName::Ground;
+    let gives_way = |n: &u16| laws.surfaces[*n as usize].yielding.is_some();
     let refuse = |number: usize, what: String, cure: &str| {
-        let what = format!("`ground` is a contact of rocks with terrain, {what}");
+        let name = settings.contacts[number].law.name();
+        let what = format!("`{name}` is a contact of rocks with terrain, {what}");
         let refused = scene.invalid(&format!("contact.{number}.law"), what);
         Err(refused.coded(code::CONTRADICTION).try_instead(cure))
     };

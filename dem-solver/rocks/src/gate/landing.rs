@@ -7,7 +7,7 @@ use super::lengths::height as height_at_start;
 pub use super::units::LIMIT;
 use crate::model::{Model, halved};
 use dem_contact::contact::whole_rock::Whole;
-use dem_contact::law::normal::{LawName, Normal};
+use dem_contact::law::normal::Normal;
 use dem_contact::rock::{Motion, Rock};
 use dem_solid::geometry::sphere::direction;
 use dem_terrain::Terrain;
@@ -68,7 +68,7 @@ fn of_rock(model: &Model, ground: &Terrain, at: usize) -> Option<Diagnostic> {
         "stiffness" => Some(format!("stiffness = {} N/m", four(value * times))),
         _ => Some(format!("{key} = {}", four(value * times))),
     });
-    let law = (contact.law == LawName::HertzMindlin).then(|| format!("contact.{law}.law = \"hertz_rock\""));
+    let law = contact.law.kind().as_whole.map(|whole| format!("contact.{law}.law = \"{whole}\""));
     let radius = larger(rock, deepest).map(|r| format!("cluster.smallest_radius = {} m (about)", four(r)));
     let cures: Vec<String> = [law, radius, stiffness].into_iter().flatten().collect();
     let cure = match cures.join(" or ") {
@@ -242,10 +242,7 @@ mod tests {
         let most = worst(&cube, &law, energy);
         assert!(most > 1.5 * face && most <= alone * (1.0 + 1e-9), "{face} {most} {alone}");
         let times = stiffer(&cube, &law, energy);
-        let modulus = match law {
-            Normal::HertzRock(law) | Normal::HertzMindlin(law) => law.modulus,
-            other => panic!("{other:?}"),
-        };
+        let modulus = law.modulus().expect("by Hertz");
         let kept = worst(&cube, &Normal::HertzMindlin(Hertz { modulus: modulus * times }), energy);
         assert!(kept <= LIMIT && (most <= LIMIT || kept > 0.9 * LIMIT), "{kept}");
     }

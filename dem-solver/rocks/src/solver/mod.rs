@@ -255,7 +255,7 @@ impl DemSolver {
             touch_by_faces(&mut self.model);
         } else if before {
             self.model.rocks.iter_mut().for_each(|rock| rock.faces = None);
-            let what = "the structure's mesh has faces: it touches the rock's spheres, `hertz_rock` is `hertz_mindlin` there";
+            let what = "the structure's mesh has faces: it touches the rock's spheres, each by its own radius, whatever the law";
             warnings.push(Diagnostic::warning(code::TRUST, what).about("contact"));
         }
         if by_faces(&self.model) != before {
@@ -296,11 +296,12 @@ impl DemSolver {
             .map_err(|[what, advice]| Fault::input(format!("{what}; {advice}")))?;
         self.wires_touch_faces(&contact_mesh, warnings)?;
         let laws = self.model.laws.as_ref().expect("there are some");
-        let yields = |n: &u16| laws.surfaces[*n as usize].yielding.is_some();
-        if self.model.rows.iter().flatten().any(yields) {
-            return Err(Fault::input(
-                "`ground` is a contact of rocks with terrain, and here also of one with the net; add a table [[contact]] for the net",
-            ));
+        let yields = |n: &&u16| laws.surfaces[**n as usize].yielding.is_some();
+        if let Some(number) = self.model.rows.iter().flatten().find(yields) {
+            let name = laws.settings[usize::from(*number)].law.name();
+            return Err(Fault::input(format!(
+                "`{name}` is a contact of rocks with terrain, and here also of one with the net; add a table [[contact]] for the net"
+            )));
         }
         if laws.use_local_masses() && contact_mesh.inverse_mass.is_none() {
             self.model.laws = Some(laws.clone().without_local_masses());

@@ -8,7 +8,7 @@
 //!
 //! Source: Lu et al. (2019), Rock Mech. Rock Eng. 52, 2343 (the formula of Gerber); the rest is derived in docs/ground.md.
 
-use super::{Load, NormalLaw, Powers};
+use super::{LawKind, Load, NormalLaw, Powers};
 use crate::law::elastic::Elastic;
 use interface_defs::diagnostic::Diagnostic;
 use schemars::JsonSchema;
@@ -95,6 +95,10 @@ pub fn hertz_over_plate() -> f64 {
 impl NormalLaw for Ground {
     type Keys = GroundKeys;
 
+    fn kind() -> LawKind {
+        LawKind { whole: true, as_whole: None }
+    }
+
     fn new(keys: GroundKeys, sides: Option<&Elastic>) -> Result<Self, Diagnostic> {
         let wrong = |key: &str, what: String| Diagnostic::new(what).about(key);
         if sides.is_some() {
@@ -164,6 +168,13 @@ impl NormalLaw for Ground {
             Loading::Stiffness(_) => Powers::LINEAR,
             Loading::Pressure(_) => Powers { radius: 1.0, ..Powers::LINEAR },
             Loading::Modulus(_) => Powers::HERTZ,
+        }
+    }
+
+    fn pressure(&self) -> Option<f64> {
+        match self.loading {
+            Loading::Pressure(pressure) => Some(pressure),
+            _ => None,
         }
     }
 

@@ -3,22 +3,32 @@
 //!
 //! Source: handbook 1.2, 1.5.
 
-use super::{Load, NoKeys, NormalLaw, Powers};
+use super::{LawKind, Load, NoKeys, NormalLaw, Powers};
 use crate::law::elastic::Elastic;
 use interface_defs::diagnostic::Diagnostic;
 
-/// Force ~ overlap^1.5.
+/// Force ~ overlap^1.5, of the rock as a whole or of each of its spheres.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Hertz {
+pub struct Hertz<const WHOLE: bool> {
     /// `E*` [Pa].
     pub modulus: f64,
 }
 
-impl NormalLaw for Hertz {
+/// `hertz_mindlin`: each sphere by its own radius.
+pub type HertzMindlin = Hertz<false>;
+
+/// `hertz_rock`: the rock by its own radius, whatever spheres cover it.
+pub type HertzRock = Hertz<true>;
+
+impl<const WHOLE: bool> NormalLaw for Hertz<WHOLE> {
     type Keys = NoKeys;
 
+    fn kind() -> LawKind {
+        LawKind { whole: WHOLE, as_whole: Some("hertz_rock") }
+    }
+
     fn new(_: NoKeys, sides: Option<&Elastic>) -> Result<Self, Diagnostic> {
-        let sides = sides.ok_or_else(|| Diagnostic::new("it needs `young` [Pa]").about("young"))?;
+        let sides = sides.ok_or_else(|| Diagnostic::new("Hertz's law needs `young` [Pa]").about("young"))?;
         Ok(Self { modulus: sides.modulus() })
     }
 

@@ -36,6 +36,11 @@ macro_rules! laws {
                 match self { $(Self::$kind => $name,)+ }
             }
 
+            /// What is known of it before it has parameters.
+            pub fn kind(self) -> LawKind {
+                match self { $(Self::$kind => <$law as NormalLaw>::kind(),)+ }
+            }
+
             /// Schema of its own keys.
             pub(super) fn keys(self) -> schemars::Schema {
                 // What it refers to stands in it: it becomes a part of another schema.
@@ -105,12 +110,21 @@ macro_rules! laws {
 }
 
 laws! {
-    "hertz_mindlin" => HertzMindlin(hertz::Hertz): "Hertz normal and Mindlin tangential stiffness, both growing with the overlap; each \
+    "hertz_mindlin" => HertzMindlin(hertz::HertzMindlin): "Hertz normal and Mindlin tangential stiffness, both growing with the overlap; each \
         sphere by its own radius.",
-    "hertz_rock" => HertzRock(hertz::Hertz): "The same of the rock as a whole, by its own radius, whatever spheres cover it; \
+    "hertz_rock" => HertzRock(hertz::HertzRock): "The same of the rock as a whole, by its own radius: it does not depend on the number of spheres; \
         wires touch the faces of a convex rock itself. With faces of a structure it is `hertz_mindlin`.",
     "linear" => Linear(linear::Linear): "Constant stiffnesses.",
-    "ground" => Ground(ground::Ground): "Ground that gives way below the rock as a whole and remembers its depth: on terrain alone.",
+    "ground" => Ground(ground::Ground): "Ground that gives way below the rock as a whole and remembers its depth: on terrain alone (docs/ground.md).",
+}
+
+/// What is known of a law by its name alone.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct LawKind {
+    /// Whether the rock touches as a whole ([`crate::contact::whole_rock`]), not each of its spheres by its own radius.
+    pub whole: bool,
+    /// The law with the same formula that touches as a whole, for what to try where spheres are too small.
+    pub as_whole: Option<&'static str>,
 }
 
 /// What the normal law gives.
@@ -175,6 +189,14 @@ pub trait NormalLaw {
     where
         Self: Sized;
 
+    /// What is known of it by its name alone. Default: each sphere touches for itself.
+    fn kind() -> LawKind
+    where
+        Self: Sized,
+    {
+        LawKind::default()
+    }
+
     /// Load at effective radius `radius` [m] and `overlap` > 0 [m]. It is computed for eight contacts at once: `#[inline(always)]`.
     fn load(&self, radius: f64, overlap: f64) -> Load;
 
@@ -197,6 +219,11 @@ pub trait NormalLaw {
 
     /// Its modulus E* [Pa], of a law by Hertz.
     fn modulus(&self) -> Option<f64> {
+        None
+    }
+
+    /// Pressure with which the ground resists whatever the depth [Pa], from which the rut below a rolling rock follows.
+    fn pressure(&self) -> Option<f64> {
         None
     }
 
