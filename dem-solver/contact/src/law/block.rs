@@ -1,14 +1,13 @@
 //! The law applied to several contacts at once: what [`Law::respond`] does to one, with each quantity in a column.
 //!
-//! Roots and quotients take most of the time of a contact; a processor forms four at once as fast as one. The expressions are
-//! those of the scalar code in the same order and without fused products, so that the bytes are the same (a test compares
-//! them). Where a contact takes another branch than its neighbours, both are computed and one is chosen. What is rare is done
-//! one by one: rolling resistance, a jump between windows, the contacts that are left over.
+//! Roots and quotients take most of the time of a contact; a processor forms four at once as fast as one. The formulas are those
+//! of one contact ([`Law::normal_force`], [`friction_force`]), inlined into each lane, so that the bytes are the same (a test
+//! compares them). What is rare is done one by one: rolling resistance, a jump between windows, the contacts that are left over.
 
 use crate::law::Law;
 use crate::law::contact_point::{ContactPoint, History, Response};
 use crate::law::normal::Load;
-use crate::law::tangential::Tangential;
+use crate::law::tangential::{FrictionForce, Slip, Tangential, dot, friction_force, into_plane, slip_rate};
 use crate::settings::TangentialName;
 use nalgebra::Vector3;
 use toolkit::wide;
@@ -45,7 +44,7 @@ struct Found {
     stiffness: Column,
     elastic: Column,
     energy: Column,
-    pressed: Column,
+    normal_force: Column,
     approach: Column,
     damping_power: Column,
     force: [Column; 3],
@@ -68,7 +67,7 @@ pub struct Block {
     given: Given,
     found: Found,
     /// Whether they were computed one by one, and what that has given in place of `found`.
-    singly: bool,
+    scalar: bool,
     alone: [Response; WIDTH],
 }
 
@@ -143,7 +142,7 @@ impl Block {
     /// The response of contact number `l`.
     #[inline(always)]
     pub fn response(&self, l: usize) -> Response {
-        if self.singly {
+        if self.scalar {
             return self.alone[l];
         }
         let (found, zero) = (&self.found, Vector3::zeros());
@@ -164,8 +163,8 @@ impl Block {
 
     /// Compute the responses in the middle of a step of `h` [s] (0: at an instant).
     pub fn compute(&mut self, law: &Law, h: f64) {
-        self.singly = self.count < WORTH || self.jumps || self.rolls;
-        if self.singly {
+        self.scalar = self.count < WORTH || self.jumps || self.rolls;
+        if self.scalar {
             for l in 0..self.count {
                 let (point, history) = self.contact(l);
                 self.alone[l] = law.respond(&point, &history, h);
@@ -173,112 +172,70 @@ impl Block {
             return;
         }
         let (given, found) = (&self.given, &mut self.found);
-        press(law, given, found);
+        normal_forces(law, given, found);
         match &law.tangential {
             Some(tangential) => {
                 let [friction, carried] = variants(tangential, given, &found.approach);
-                grip(tangential, given, &friction, &carried, h, found);
+                friction_forces(tangential.stiffness_ratio, given, &friction, &carried, h, found);
             }
             None => (found.spring, found.friction_power, found.tangential_energy) = ([ZERO; 3], ZERO, ZERO),
         }
     }
 }
 
-#[inline(always)]
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-/// The first where `first` is true.
-#[inline(always)]
-fn choose(first: bool, a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [if first { a[0] } else { b[0] }, if first { a[1] } else { b[1] }, if first { a[2] } else { b[2] }]
-}
-
 wide! {
     /// The elastic load, and the normal force with the dashpot.
-    fn press(law: &Law, given: &Given, found: &mut Found) {
+    fn normal_forces(law: &Law, given: &Given, found: &mut Found) {
         [found.stiffness, found.elastic, found.energy] = law.normal.loads(&given.radius, &given.overlap);
-        let has_dashpot = law.damping.is_some();
         for l in 0..WIDTH {
             let n = [given.normal[0][l], given.normal[1][l], given.normal[2][l]];
             let v = [given.velocity[0][l], given.velocity[1][l], given.velocity[2][l]];
             let approach = dot(v, n);
-            let viscous = given.dashpot[l] * found.stiffness[l].sqrt() * approach;
-            let both = found.elastic[l] + viscous;
-            let pushed = if both > 0.0 { both } else { 0.0 };
-            let pressed = if has_dashpot { pushed } else { found.elastic[l] };
+            let load =
+                Load { stiffness: found.stiffness[l], force: found.elastic[l], energy: found.energy[l] };
+            let normal_force = law.normal_force(&load, given.dashpot[l], approach);
             found.approach[l] = approach;
-            found.pressed[l] = pressed;
-            found.damping_power[l] = (pressed - found.elastic[l]) * approach;
-            found.force[0][l] = n[0] * -pressed;
-            found.force[1][l] = n[1] * -pressed;
-            found.force[2][l] = n[2] * -pressed;
+            found.normal_force[l] = normal_force;
+            found.damping_power[l] = (normal_force - load.force) * approach;
+            found.force[0][l] = n[0] * -normal_force;
+            found.force[1][l] = n[1] * -normal_force;
+            found.force[2][l] = n[2] * -normal_force;
         }
     }
 }
 
 wide! {
-    /// The tangential spring and its dashpot, within the limits `friction` times the normal force; `carried`: what of the springs
-    /// is left.
-    fn grip(tangential: &Tangential, given: &Given, friction: &Column, carried: &Column, h: f64, found: &mut Found) {
-        let half_step = 0.5 * h;
+    /// The tangential springs and their dashpots, within the limits `friction` times the normal force; `carried`: what of the
+    /// springs is left.
+    fn friction_forces(
+        ratio: f64,
+        given: &Given,
+        friction: &Column,
+        carried: &Column,
+        h: f64,
+        found: &mut Found,
+    ) {
         for l in 0..WIDTH {
             let n = [given.normal[0][l], given.normal[1][l], given.normal[2][l]];
             let v = [given.velocity[0][l], given.velocity[1][l], given.velocity[2][l]];
-            let approach = found.approach[l];
-            let slip = [v[0] - n[0] * approach, v[1] - n[1] * approach, v[2] - n[2] * approach];
-            // The spring, laid into the plane.
-            let old = [given.spring[0][l], given.spring[1][l], given.spring[2][l]];
-            let along = dot(old, n);
-            let flat = [old[0] - n[0] * along, old[1] - n[1] * along, old[2] - n[2] * along];
-            let (square, whole) = (dot(flat, flat), dot(old, old));
-            let longer = (whole / square).sqrt();
-            let turned = if square > 0.25 * whole { longer } else { 1.0 };
-            let left = carried[l];
-            let spring = [flat[0] * turned * left, flat[1] * turned * left, flat[2] * turned * left];
-            // Half an increment of slip.
-            let stiffness = tangential.stiffness_ratio * found.stiffness[l];
-            let limit = friction[l] * found.pressed[l];
-            let by = half_step * stiffness;
-            let half = [slip[0] * by, slip[1] * by, slip[2] * by];
-            let trial = [spring[0] - half[0], spring[1] - half[1], spring[2] - half[2]];
-            let size = dot(trial, trial).sqrt();
-            let slides = size > limit;
-            // Sliding: cut, without dashpot.
-            let shorter = limit / size;
-            let cut = [trial[0] * shorter, trial[1] * shorter, trial[2] * shorter];
-            // Sticking: with the dashpot, shortened until both are within the limit.
-            let c = -given.dashpot[l] * stiffness.sqrt();
-            let viscous = [slip[0] * c, slip[1] * c, slip[2] * c];
-            let limit2 = limit * limit;
-            let sum = [trial[0] + viscous[0], trial[1] + viscous[1], trial[2] + viscous[2]];
-            let (against, viscous2) = (dot(trial, viscous), dot(viscous, viscous));
-            let beside = limit2 - dot(trial, trial);
-            let room = if beside > 0.0 { beside } else { 0.0 };
-            let share = ((against * against + viscous2 * room).sqrt() - against) / viscous2;
-            let share = share.clamp(0.0, 1.0);
-            let share = if dot(sum, sum) <= limit2 { 1.0 } else { share };
-            let stuck = [
-                trial[0] + viscous[0] * share,
-                trial[1] + viscous[1] * share,
-                trial[2] + viscous[2] * share,
-            ];
-            let elastic = choose(slides, cut, trial);
-            let force = choose(slides, cut, stuck);
-            let end = [elastic[0] - half[0], elastic[1] - half[1], elastic[2] - half[2]];
-            let size = dot(end, end).sqrt();
-            let shorter = limit / size;
-            let shorter = if size > limit { shorter } else { 1.0 };
-            let end = [end[0] * shorter, end[1] * shorter, end[2] * shorter];
+            let flat = into_plane([given.spring[0][l], given.spring[1][l], given.spring[2][l]], n);
+            let spring = [flat[0] * carried[l], flat[1] * carried[l], flat[2] * carried[l]];
+            let slip = Slip {
+                rate: slip_rate(v, n, found.approach[l]),
+                stiffness: ratio * found.stiffness[l],
+                dashpot: given.dashpot[l],
+                limit: friction[l] * found.normal_force[l],
+                h,
+            };
+            let FrictionForce { force, spring, power, energy } = friction_force(spring, &slip);
             found.force[0][l] += force[0];
             found.force[1][l] += force[1];
             found.force[2][l] += force[2];
-            found.spring[0][l] = end[0];
-            found.spring[1][l] = end[1];
-            found.spring[2][l] = end[2];
-            found.friction_power[l] = 0.0 - dot(force, slip);
-            found.tangential_energy[l] = 0.5 * dot(end, end) / stiffness;
+            found.spring[0][l] = spring[0];
+            found.spring[1][l] = spring[1];
+            found.spring[2][l] = spring[2];
+            found.friction_power[l] = power;
+            found.tangential_energy[l] = energy;
         }
     }
 }

@@ -9,7 +9,7 @@
 
 use crate::law::Law;
 use crate::law::normal::Load;
-use crate::law::tangential::into_plane;
+use crate::law::tangential::{Slip, friction_force, into_plane, slip_rate};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
@@ -90,21 +90,25 @@ impl Law {
     #[inline]
     pub fn respond(&self, point: &ContactPoint, history: &History, h: f64) -> Response {
         let load = self.normal.load(point.radius, point.overlap);
-        let mut pressed = load.force;
-        if self.damping.is_some() {
-            let viscous = point.dashpot * load.stiffness.sqrt() * point.velocity.dot(&point.normal);
-            // Rocks do not stick.
-            pressed = (load.force + viscous).max(0.0);
-        }
-        self.respond_pressed(load, pressed, point, history, h)
+        let normal_force = self.normal_force(&load, point.dashpot, point.velocity.dot(&point.normal));
+        self.respond_along(load, normal_force, point, history, h)
     }
 
-    /// The same where elastic load and normal force [N] are known: parts along the surface.
+    /// The force along the normal [N] of a contact that closes in with `approach` [m/s]: the elastic one, and its dashpot.
+    #[inline(always)]
+    pub fn normal_force(&self, load: &Load, dashpot: f64, approach: f64) -> f64 {
+        let both = load.force + dashpot * load.stiffness.sqrt() * approach;
+        // Rocks do not stick.
+        let pushed = if both > 0.0 { both } else { 0.0 };
+        if self.damping.is_some() { pushed } else { load.force }
+    }
+
+    /// The response along the surface, where elastic load and normal force [N] are known.
     #[inline]
-    pub fn respond_pressed(
+    pub fn respond_along(
         &self,
         load: Load,
-        pressed: f64,
+        normal_force: f64,
         point: &ContactPoint,
         history: &History,
         h: f64,
@@ -113,28 +117,30 @@ impl Law {
         let approach = point.velocity.dot(normal);
         let mut response = Response {
             load,
-            force: normal * -pressed,
-            damping_power: (pressed - load.force) * approach,
+            force: normal * -normal_force,
+            damping_power: (normal_force - load.force) * approach,
             ..Response::default()
         };
         if let Some(tangential) = &self.tangential {
-            let slip = point.velocity - normal * approach;
-            let mut spring =
-                into_plane(&history.spring, normal) * tangential.carried(point.overlap, history.overlap);
+            let stiffness = tangential.stiffness_ratio * load.stiffness;
+            let mut spring = Vector3::from(into_plane(history.spring.into(), point.normal.into()))
+                * tangential.carried(point.overlap, history.overlap);
             if point.jump != Vector3::zeros() {
-                let stiffness = tangential.stiffness_ratio * load.stiffness;
                 let stretched = spring + (point.jump - normal * point.jump.dot(normal)) * stiffness;
                 response.jump_energy = (stretched.norm_squared() - spring.norm_squared()) / (2.0 * stiffness);
                 spring = stretched;
             }
-            let grip = tangential.grip(load.stiffness, point.dashpot, spring, slip, pressed, h);
-            response.force += grip.force;
-            response.friction_power -= grip.force.dot(&slip);
-            response.tangential_energy += grip.energy;
-            response.spring = grip.spring;
+            let rate = slip_rate(point.velocity.into(), point.normal.into(), approach);
+            let limit = tangential.coefficient(&rate.into()) * normal_force;
+            let slip = Slip { rate, stiffness, dashpot: point.dashpot, limit, h };
+            let friction = friction_force(spring.into(), &slip);
+            response.force += Vector3::from(friction.force);
+            response.friction_power = friction.power;
+            response.tangential_energy = friction.energy;
+            response.spring = friction.spring.into();
         }
         if let Some(rolling) = &self.rolling {
-            let turn = rolling.resist(&load, pressed, point, history, h);
+            let turn = rolling.resist(&load, normal_force, point, history, h);
             response.moment = turn.moment;
             response.friction_power -= turn.moment.dot(&point.spin);
             response.tangential_energy += turn.energy;

@@ -16,7 +16,7 @@
 use crate::law::contact_point::{ContactPoint, History};
 use crate::law::normal::Load;
 use crate::law::settings::RollingName;
-use crate::law::tangential::{cut, left_on_unloading, within};
+use crate::law::tangential::left_on_unloading;
 use nalgebra::Vector3;
 
 /// `k_r / (k_n (mu_r R*)^2)`.
@@ -95,6 +95,26 @@ pub(super) fn stretch(spring: Vector3<f64>, spun: &Spun, limit: f64) -> (Vector3
     let elastic = cut(spring - half, limit);
     let moment = elastic + within(limit, &elastic, spun.spin * -spun.dashpot);
     (moment, cut(elastic - half, limit))
+}
+
+/// A moment, shortened to `limit` [N m].
+fn cut(moment: Vector3<f64>, limit: f64) -> Vector3<f64> {
+    let size = moment.norm();
+    if size > limit { moment * (limit / size) } else { moment }
+}
+
+/// `viscous`, shortened until `elastic + viscous` is not above `limit`; `elastic` alone is not.
+fn within(limit: f64, elastic: &Vector3<f64>, viscous: Vector3<f64>) -> Vector3<f64> {
+    let limit2 = limit * limit;
+    let square = viscous.norm_squared();
+    // A spring at its limit, and rounding above it.
+    if (elastic + viscous).norm_squared() <= limit2 || square == 0.0 {
+        return viscous;
+    }
+    let along = elastic.dot(&viscous);
+    let room = (limit2 - elastic.norm_squared()).max(0.0);
+    let share = ((along * along + square * room).sqrt() - along) / square;
+    viscous * share.clamp(0.0, 1.0)
 }
 
 /// Moment of the size `limit` [N m] against `spin` [rad/s], at most what would halve that of an `inertia` [kg m2] within `h` [s].

@@ -48,15 +48,109 @@ pub struct Sliding {
     pub decay: f64,
 }
 
+/// What stretches the tangential spring of a contact in a step.
+#[derive(Debug, Clone, Copy)]
+pub struct Slip {
+    /// Slip rate in its middle [m/s].
+    pub rate: [f64; 3],
+    /// Stiffness of the spring [N/m].
+    pub stiffness: f64,
+    /// `2 g sqrt(m*)` [kg^(1/2)].
+    pub dashpot: f64,
+    /// Largest force: the friction coefficient times the normal force [N].
+    pub limit: f64,
+    /// Length of the step [s]; 0: at an instant.
+    pub h: f64,
+}
+
 /// Tangential force of one contact in a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Grip {
+pub struct FrictionForce {
     /// Force on the rock in the middle of the step [N].
-    pub force: Vector3<f64>,
+    pub force: [f64; 3],
     /// Force of the spring alone at the step's end [N].
-    pub spring: Vector3<f64>,
+    pub spring: [f64; 3],
+    /// Power that it takes from the motion [W].
+    pub power: f64,
     /// Energy of the spring at the step's end [J].
     pub energy: f64,
+}
+
+#[inline(always)]
+pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline(always)]
+fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+#[inline(always)]
+fn times(a: [f64; 3], by: f64) -> [f64; 3] {
+    [a[0] * by, a[1] * by, a[2] * by]
+}
+
+/// The first where `first` is true.
+#[inline(always)]
+fn choose(first: bool, a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [if first { a[0] } else { b[0] }, if first { a[1] } else { b[1] }, if first { a[2] } else { b[2] }]
+}
+
+/// What of `velocity` [m/s] lies in the plane across `normal`, along which it is `approach`.
+#[inline(always)]
+pub fn slip_rate(velocity: [f64; 3], normal: [f64; 3], approach: f64) -> [f64; 3] {
+    minus(velocity, times(normal, approach))
+}
+
+/// `force` laid into the plane across `normal`. It keeps its size, unless it stood so steeply to the
+/// plane (60 degrees) that its direction there would be a guess.
+#[inline(always)]
+pub fn into_plane(force: [f64; 3], normal: [f64; 3]) -> [f64; 3] {
+    let flat = minus(force, times(normal, dot(force, normal)));
+    let (square, whole) = (dot(flat, flat), dot(force, force));
+    let longer = (whole / square).sqrt();
+    times(flat, if square > 0.25 * whole { longer } else { 1.0 })
+}
+
+/// The force of a spring that is stretched by `slip`; `spring` is what it had before [N], in the tangent plane and scaled.
+///
+/// One formula for one contact and for eight: without branches, both sides of each choice are computed and one is taken, so that
+/// [`crate::law::block`] forms all lanes of a register at once.
+#[inline(always)]
+pub fn friction_force(spring: [f64; 3], slip: &Slip) -> FrictionForce {
+    let Slip { rate, stiffness, dashpot, limit, h } = *slip;
+    // Half an increment of slip.
+    let half = times(rate, 0.5 * h * stiffness);
+    let trial = minus(spring, half);
+    let size = dot(trial, trial).sqrt();
+    let slides = size > limit;
+    // Sliding: cut, without dashpot.
+    let cut = times(trial, limit / size);
+    // Sticking: with the dashpot, shortened until both are within the limit.
+    let viscous = times(rate, -dashpot * stiffness.sqrt());
+    let limit2 = limit * limit;
+    let sum = [trial[0] + viscous[0], trial[1] + viscous[1], trial[2] + viscous[2]];
+    let (against, viscous2) = (dot(trial, viscous), dot(viscous, viscous));
+    let beside = limit2 - dot(trial, trial);
+    let room = if beside > 0.0 { beside } else { 0.0 };
+    let share = ((against * against + viscous2 * room).sqrt() - against) / viscous2;
+    let share = share.clamp(0.0, 1.0);
+    // A spring at its limit and rounding above it, without a dashpot: the share would be 0 / 0.
+    let share = if dot(sum, sum) <= limit2 || viscous2 == 0.0 { 1.0 } else { share };
+    let stuck = [trial[0] + viscous[0] * share, trial[1] + viscous[1] * share, trial[2] + viscous[2] * share];
+    let elastic = choose(slides, cut, trial);
+    let force = choose(slides, cut, stuck);
+    let end = minus(elastic, half);
+    let size = dot(end, end).sqrt();
+    let shorter = limit / size;
+    let end = times(end, if size > limit { shorter } else { 1.0 });
+    FrictionForce {
+        force,
+        spring: end,
+        power: 0.0 - dot(force, rate),
+        energy: 0.5 * dot(end, end) / stiffness,
+    }
 }
 
 impl Tangential {
@@ -81,42 +175,6 @@ impl Tangential {
             None => self.friction,
         }
     }
-
-    /// Force in a step of `h` [s] (0: at an instant) of a contact with normal stiffness
-    /// `normal_stiffness` [N/m], slip rate `slip` [m/s] and normal force `pressed` [N]. `spring` is its
-    /// force from before [N], in the tangent plane and scaled; `dashpot` is `2 g sqrt(m*)`.
-    #[inline]
-    pub fn grip(
-        &self,
-        normal_stiffness: f64,
-        dashpot: f64,
-        spring: Vector3<f64>,
-        slip: Vector3<f64>,
-        pressed: f64,
-        h: f64,
-    ) -> Grip {
-        let stiffness = self.stiffness_ratio * normal_stiffness;
-        let limit = self.coefficient(&slip) * pressed;
-        let half = slip * (0.5 * h * stiffness);
-        let trial = spring - half;
-        let size = trial.norm();
-        let (elastic, force) = if size > limit {
-            let cut = trial * (limit / size);
-            (cut, cut)
-        } else {
-            let viscous = slip * (-dashpot * stiffness.sqrt());
-            (trial, trial + within(limit, &trial, viscous))
-        };
-        let spring = cut(elastic - half, limit);
-        Grip { force, spring, energy: 0.5 * spring.norm_squared() / stiffness }
-    }
-}
-
-/// A force, shortened to `limit` [N].
-#[inline]
-pub(super) fn cut(force: Vector3<f64>, limit: f64) -> Vector3<f64> {
-    let size = force.norm();
-    if size > limit { force * (limit / size) } else { force }
 }
 
 /// What of a spring's force is left as its contact unloads from `before` to `overlap` [m]: it goes with the contact area, and
@@ -138,31 +196,6 @@ fn root_of_power(ratio: f64, power: f64) -> f64 {
     }
 }
 
-/// `viscous`, shortened until `elastic + viscous` is not above `limit`; `elastic` alone is not.
-pub(super) fn within(limit: f64, elastic: &Vector3<f64>, viscous: Vector3<f64>) -> Vector3<f64> {
-    let limit2 = limit * limit;
-    if (elastic + viscous).norm_squared() <= limit2 {
-        return viscous;
-    }
-    let (along, square) = (elastic.dot(&viscous), viscous.norm_squared());
-    // A spring at its limit, and rounding above it.
-    if square == 0.0 {
-        return viscous;
-    }
-    let room = (limit2 - elastic.norm_squared()).max(0.0);
-    let share = ((along * along + square * room).sqrt() - along) / square;
-    viscous * share.clamp(0.0, 1.0)
-}
-
-/// `force` laid into the plane across `normal`. It keeps its size, unless it stood so steeply to the
-/// plane (60 degrees) that its direction there would be a guess.
-#[inline]
-pub fn into_plane(force: &Vector3<f64>, normal: &Vector3<f64>) -> Vector3<f64> {
-    let flat = force - normal * force.dot(normal);
-    let (square, whole) = (flat.norm_squared(), force.norm_squared());
-    if square > 0.25 * whole { flat * (whole / square).sqrt() } else { flat }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -175,15 +208,28 @@ mod tests {
         sliding: None,
     };
 
+    /// The force with normal stiffness `stiffness` [N/m] under the normal force `normal` [N], and its spring.
+    fn grip(
+        law: &Tangential,
+        [stiffness, dashpot, normal, h]: [f64; 4],
+        spring: Vector3<f64>,
+        rate: Vector3<f64>,
+    ) -> [Vector3<f64>; 2] {
+        let limit = law.coefficient(&rate) * normal;
+        let slip = Slip { rate: rate.into(), stiffness: law.stiffness_ratio * stiffness, dashpot, limit, h };
+        let found = friction_force(spring.into(), &slip);
+        [found.force.into(), found.spring.into()]
+    }
+
     #[test]
     fn in_stick_the_work_of_the_slip_is_the_energy_of_the_spring() {
         let slip = Vector3::new(0.3, -0.1, 0.0);
         let (mut spring, mut work) = (Vector3::new(0.0, 2.0, 0.0), 0.0);
         let before = 0.5 * spring.norm_squared() / (0.8 * 1e5);
         for _ in 0..10 {
-            let grip = LAW.grip(1e5, 0.0, spring, slip, 1e3, 1e-4);
-            work -= grip.force.dot(&slip) * 1e-4;
-            spring = grip.spring;
+            let [force, end] = grip(&LAW, [1e5, 0.0, 1e3, 1e-4], spring, slip);
+            work -= force.dot(&slip) * 1e-4;
+            spring = end;
         }
         let after = 0.5 * spring.norm_squared() / (0.8 * 1e5);
         // Ten sums of numbers as large as the energies.
@@ -195,14 +241,13 @@ mod tests {
         for size in [0.0, 10.0, 49.0, 51.0, 500.0] {
             for dashpot in [0.0, 1.0, 300.0] {
                 for slip in [Vector3::x(), -Vector3::x(), Vector3::y() * 0.01] {
-                    let grip = LAW.grip(1e5, dashpot, Vector3::x() * size, slip, 100.0, 1e-5);
-                    assert!(grip.force.norm() <= 50.0 * (1.0 + 1e-15), "{grip:?}");
-                    assert!(grip.spring.norm() <= 50.0 * (1.0 + 1e-15), "{grip:?}");
+                    let found = grip(&LAW, [1e5, dashpot, 100.0, 1e-5], Vector3::x() * size, slip);
+                    assert!(found.iter().all(|f| f.norm() <= 50.0 * (1.0 + 1e-15)), "{found:?}");
                 }
             }
         }
-        let sliding = LAW.grip(1e5, 5.0, Vector3::zeros(), Vector3::x(), 100.0, 1.0);
-        assert!((sliding.force + Vector3::x() * 50.0).norm() < 1e-13);
+        let [sliding, _] = grip(&LAW, [1e5, 5.0, 100.0, 1.0], Vector3::zeros(), Vector3::x());
+        assert!((sliding + Vector3::x() * 50.0).norm() < 1e-13);
     }
 
     #[test]
@@ -210,8 +255,8 @@ mod tests {
         let law = Tangential { sliding: Some(Sliding { friction: 0.2, decay: 5.0 }), ..LAW };
         for (speed, friction) in [(0.0, 0.5), (0.2, 0.2 + 0.3 / std::f64::consts::E), (100.0, 0.2)] {
             let slip = Vector3::y() * speed;
-            let grip = law.grip(1e5, 0.0, Vector3::x() * 1e3, slip, 100.0, 1e-9);
-            assert!((grip.force.norm() / (100.0 * friction) - 1.0).abs() < 1e-14, "{speed} m/s: {grip:?}");
+            let [force, _] = grip(&law, [1e5, 0.0, 100.0, 1e-9], Vector3::x() * 1e3, slip);
+            assert!((force.norm() / (100.0 * friction) - 1.0).abs() < 1e-14, "{speed} m/s: {force:?}");
         }
     }
 
@@ -248,17 +293,28 @@ mod tests {
 
     #[test]
     fn a_dashpot_against_the_spring_is_cut_where_the_sum_reaches_the_limit() {
-        let grip = LAW.grip(1e5, 1e3, Vector3::x() * 40.0, Vector3::x(), 100.0, 1e-9);
-        assert!((grip.force + Vector3::x() * 50.0).norm() < 1e-10, "{grip:?}");
+        let [force, _] = grip(&LAW, [1e5, 1e3, 100.0, 1e-9], Vector3::x() * 40.0, Vector3::x());
+        assert!((force + Vector3::x() * 50.0).norm() < 1e-10, "{force:?}");
+    }
+
+    /// Without a dashpot a spring that rounding leaves above its limit gave 0 / 0 where eight contacts were computed at once.
+    #[test]
+    fn a_spring_at_its_limit_without_a_dashpot_has_a_force() {
+        for k in 0..1000 {
+            let direction = Vector3::new(1.0, 0.3 + 1e-3 * f64::from(k), 0.7).normalize();
+            let [force, end] = grip(&LAW, [1e5, 0.0, 1.0, 1e-4], direction * 0.5, Vector3::zeros());
+            assert!((force.norm() - 0.5).abs() < 1e-15 && end == force, "{k}: {force:?}");
+        }
     }
 
     #[test]
     fn laid_into_the_plane_a_force_keeps_its_size() {
         let normal = Vector3::new(1.0, 2.0, -0.5).normalize();
-        let flat = into_plane(&Vector3::new(3.0, 0.1, 0.2), &normal);
+        let laid = |force: Vector3<f64>| Vector3::from(into_plane(force.into(), normal.into()));
+        let flat = laid(Vector3::new(3.0, 0.1, 0.2));
         assert!(flat.dot(&normal).abs() < 1e-15);
         assert!((flat.norm() - Vector3::new(3.0_f64, 0.1, 0.2).norm()).abs() < 1e-15);
-        assert_eq!(into_plane(&Vector3::zeros(), &normal), Vector3::zeros());
-        assert!(into_plane(&(normal * 5.0), &normal).norm() < 1e-14);
+        assert_eq!(laid(Vector3::zeros()), Vector3::zeros());
+        assert!(laid(normal * 5.0).norm() < 1e-14);
     }
 }

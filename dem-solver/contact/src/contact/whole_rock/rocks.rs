@@ -121,7 +121,7 @@ impl Shared<'_> {
                 dashpot: 2.0 * ratio * (mass * share).sqrt(),
                 jump: Vector3::zeros(),
             };
-            let response = law.respond_pressed(load, pressed, &point, &history, h);
+            let response = law.respond_along(load, pressed, &point, &history, h);
             if law.remembers() {
                 partner.keep(contact, &site, response.history(overlap));
             }

@@ -320,7 +320,7 @@ impl<'a> Seat<'a> {
         };
         let found = before.binary_search_by_key(&contact.sphere, |m| m.sphere);
         let history = found.map_or(History::default(), |at| before[at].history);
-        let response = law.respond_pressed(load, pressed_by, &point, &history, h);
+        let response = law.respond_along(load, pressed_by, &point, &history, h);
         if law.remembers() {
             histories.push(SurfaceHistory {
                 sphere: contact.sphere,

@@ -146,7 +146,7 @@ impl MeshForces {
                 dashpot: law.damping.map_or(0.0, |d| 2.0 * d.ratio * mass.sqrt()),
                 jump,
             };
-            let response = law.respond_pressed(*load, pressed, &point, &history, h);
+            let response = law.respond_along(*load, pressed, &point, &history, h);
             if law.remembers() {
                 let (normal, history) = (rotation * contact.normal, response.history(overlap));
                 let history = history.turned(|v| rotation * v);
