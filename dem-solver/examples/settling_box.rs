@@ -51,12 +51,11 @@ impl Box {
     }
 }
 
-fn scene(count: usize, threads: usize, edge: f64, gravity: f64, scatter: f64) -> String {
+fn scene(count: usize, edge: f64, gravity: f64, scatter: f64) -> String {
     format!(
         "end_time = 1.0\ngravity = [0.0, 0.0, {:?}]\n[[spheres]]\ncount = {count}\nradius = [0.009, 0.011]\ndensity = 2500.0\n\
          velocity_scatter = {scatter:?}\n[box]\nlowest = [0.0, 0.0, 0.0]\nhighest = [{edge:?}, {edge:?}, {edge:?}]\n\
-         [[contact]]\nlaw = \"hertz_mindlin\"\nyoung = 1e7\npoisson = 0.3\nrestitution = 0.3\nfriction = 0.5\n\
-         [dem]\nthreads = {threads}\n",
+         [[contact]]\nlaw = \"hertz_mindlin\"\nyoung = 1e7\npoisson = 0.3\nrestitution = 0.3\nfriction = 0.5\n",
         -gravity
     )
 }
@@ -64,14 +63,14 @@ fn scene(count: usize, threads: usize, edge: f64, gravity: f64, scatter: f64) ->
 fn main() {
     let mut arguments = std::env::args().skip(1);
     let mut next = |default: usize| arguments.next().and_then(|a| a.parse().ok()).unwrap_or(default);
-    let (count, threads) = (next(10_000), next(1));
+    let count = next(10_000);
     // Share of the volume: 0.05 loose, 0.35 before it settles to some 0.6.
     let edge = |share: f64| (count as f64 * 4.0 / 3.0 * std::f64::consts::PI * 1e-6 / share).cbrt();
-    println!("{count} spheres, {threads} threads");
-    let mut loose = Box::new(&scene(count, threads, edge(0.05), 0.0, 0.5));
+    println!("{count} spheres");
+    let mut loose = Box::new(&scene(count, edge(0.05), 0.0, 0.5));
     loose.advance(500);
     loose.line("loose", 2000);
-    let mut dense = Box::new(&scene(count, threads, edge(0.35), 9.81, 0.0));
+    let mut dense = Box::new(&scene(count, edge(0.35), 9.81, 0.0));
     println!("settling, step {:.3e} s", dense.solver.model().steps.step);
     while dense.time < 0.4 {
         dense.advance(500);

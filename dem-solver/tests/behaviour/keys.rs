@@ -198,7 +198,6 @@ fn tables_of_the_other_engine_are_refused_by_both_names() {
     let rocks = scene(OtherRock, LAW);
     let balls = scene(Box, LAW);
     for (text, names) in [
-        (format!("{rocks}threads = 2\n"), ["`threads`", "[[rock]]"]),
         (format!("{balls}rotation = \"exact\"\n"), ["`rotation`", "[[spheres]]"]),
         (format!("{balls}contact_selection = \"nearest\"\n"), ["`contact_selection`", "[[spheres]]"]),
     ] {

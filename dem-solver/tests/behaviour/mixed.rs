@@ -229,11 +229,6 @@ fn what_makes_no_sense_of_boxes_and_spheres_beside_rocks_is_refused_with_its_pla
         (text.replace("0.45]", "0.2]"), "[[spheres]]", "overlap at the start"),
         (text.replace("\"stone\"", "\"spheres\""), "[[spheres]]", "is the name of a rock"),
         (
-            text.replace("time_step = 1e-5", "time_step = 1e-5\nthreads = 2"),
-            "threads = 2",
-            "[[spheres]] alone",
-        ),
-        (
             text.replace("[[contact]]", "[[contact]]\nbetween = [\"rock\", \"rock\"]"),
             "[box]",
             "no table [[contact]] is for `rock` and `wall`",

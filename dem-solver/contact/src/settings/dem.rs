@@ -30,8 +30,6 @@ pub struct DemSettings {
     /// terrain only.
     #[serde(default)]
     pub contact_selection: ContactSelection,
-    /// Threads for many separate spheres; the results do not depend on it. Default 1.
-    pub threads: Option<usize>,
     /// Whether a step above the critical one is taken all the same. Default false.
     #[serde(default)]
     pub allow_unstable: bool,
@@ -111,9 +109,6 @@ impl DemSettings {
         let what = format!("a fraction of {scale} of the critical step: it must be above 0 and at most 1");
         keys.refuse(!(scale > 0.0 && scale <= 1.0), "time_step_scale", what, "")?;
         keys.above_zero(&[("time_step", self.time_step, " s")])?;
-        let threads = self.threads.unwrap_or(1);
-        let what = format!("{threads} threads: 1 to 256 are possible");
-        keys.refuse(!(1..=256).contains(&threads), "threads", what, "")?;
         let steps = self.steps_per_contact.unwrap_or(1.0);
         let what = format!("{steps} steps per contact: at least 1 is needed");
         keys.refuse(steps < 1.0, "steps_per_contact", what, "")?;

@@ -66,10 +66,6 @@ impl Settings {
         rock::complete(&mut rocks, scene)?;
         let common = Self::without_rocks(scene)?;
         let group = placement::as_rocks(&common.spheres, &mut rocks, scene)?;
-        if common.dem.threads.is_some() {
-            let what = "`threads` beside [[rock]], [terrain] or [structure]: they share the work of [[spheres]] alone";
-            return scene.refuse("dem.threads", what, "leave it out");
-        }
         let mut terrain = TerrainSettings::of(scene)?;
         let notices = terrain.as_mut().map_or(Ok(Vec::new()), |terrain| terrain.plant(scene))?;
         let it = Self { rocks, group, terrain, notices, ..common };

@@ -1,10 +1,10 @@
 //! Forces of all pairs at one instant.
 //!
 //! Two passes: the first answers every pair, the second adds up, sphere by sphere, the answers of the
-//! pairs in which it is the second, then of those in which it is the first, each ascending. Threads
-//! share out blocks of spheres; who computes a block does not change a bit of it, and energies are
-//! summed up in the order of the blocks.
+//! pairs in which it is the second, then of those in which it is the first, each ascending. Energies are
+//! summed up block by block of spheres, and the blocks in their order.
 
+use super::GranularModel;
 use dem_contact::contact::broad_phase::cell_grid::{Plane, SpherePair, SpherePairs};
 use dem_contact::law::Law;
 use dem_contact::law::block::{Block, WIDTH};
@@ -68,7 +68,7 @@ impl BlockSums {
 /// A contact that waits for its response.
 #[derive(Debug, Clone, Copy, Default)]
 struct WaitingContact {
-    /// Its pair, from the first of those that are answered.
+    /// Its pair.
     pair: usize,
     normal: Vector3<f64>,
     overlap: f64,
@@ -76,9 +76,9 @@ struct WaitingContact {
     depth: f64,
 }
 
-/// Where the answers of some pairs go.
+/// Where the answers of the pairs go.
 pub struct Answers<'a> {
-    /// Their sums.
+    /// Sums of those answered so far.
     pub sums: BlockSums,
     /// What the pairs remember.
     pub held: &'a mut [History],
@@ -108,7 +108,13 @@ pub struct PairScene<'a> {
 /// Most spheres that touch one of equal size.
 const MOST_NEIGHBOURS: f64 = 12.0;
 
-impl PairScene<'_> {
+impl<'a> PairScene<'a> {
+    /// The pairs of `list` as the spheres are `seen`, in a step of `h` [s].
+    pub fn of(model: &'a GranularModel, list: &'a SpherePairs, seen: &'a [Seen], h: f64) -> Self {
+        let GranularModel { laws, planes, inertia, .. } = model;
+        Self { laws, list, planes, seen, inertia, h }
+    }
+
     /// Where the pair touches: normal from the first, overlap, lever arms of both (the second's is 0 for a
     /// mesh).
     #[inline]
@@ -131,18 +137,17 @@ impl PairScene<'_> {
         (overlap > 0.0).then_some((plane.normal, overlap, [distance, 0.0]))
     }
 
-    /// Answer the pairs of the spheres from `from` to `to`, for which `out` has room.
+    /// Answer the pairs of the spheres from `from` to `to`.
     pub fn answer(&self, from: usize, to: usize, out: &mut Answers) {
         let mut block = Block::default();
         let mut waiting = [WaitingContact::default(); WIDTH];
-        let origin = self.list.start[from] as usize;
         for i in from..to {
             let first = &self.seen[i];
             let range = self.list.start[i] as usize..self.list.start[i + 1] as usize;
             for p in range {
                 let pair = &self.list.pairs[p];
                 let Some((normal, overlap, arms)) = self.touch(first, pair.second) else {
-                    out.held[p - origin].overlap = 0.0;
+                    out.held[p].overlap = 0.0;
                     continue;
                 };
                 let law = &self.laws[pair.law as usize];
@@ -156,9 +161,8 @@ impl PairScene<'_> {
                     Some(other) => first.radius.min(other.radius),
                     None => first.radius,
                 };
-                waiting[block.count] =
-                    WaitingContact { pair: p - origin, normal, overlap, depth: overlap / smaller };
-                let held = &out.held[p - origin];
+                waiting[block.count] = WaitingContact { pair: p, normal, overlap, depth: overlap / smaller };
+                let held = &out.held[p];
                 let history = if held.overlap > 0.0 { *held } else { History::default() };
                 block.push(&self.point(law, i, pair, normal, overlap, arms), &history);
             }

@@ -1,6 +1,6 @@
 //! Thousands of separate spheres that touch each other and the sides of a box.
 //!
-//! - [`forces`]: what the pairs do, in an order that does not depend on threads
+//! - [`forces`]: what the pairs do
 //! - [`run`]: the steps of a window, and why one went wrong
 //! - [`state`]: what is committed and what is tried
 //! - [`steps`](mod@steps): the largest stable step
@@ -30,7 +30,6 @@ use interface_defs::message::{Gauge, Hello};
 use interface_defs::solver::OnProgress;
 use interface_defs::{Fault, Plan, Ready, Solver, Statistics, Window};
 use nalgebra::Vector3;
-use rayon::ThreadPool;
 use run::GranularIntegrator;
 use state::GranularState;
 use toolkit::program::Options;
@@ -72,7 +71,6 @@ pub struct GranularModel {
     pub steps: Steps,
     /// `gravity` [m/s2].
     pub gravity: Vector3<f64>,
-    pool: Option<ThreadPool>,
 }
 
 impl GranularModel {
@@ -92,11 +90,6 @@ impl GranularModel {
         let used = || table.iter().map(|n| &all[*n as usize]);
         let (rolls, remembers) = (used().any(|l| l.rolling.is_some()), used().any(Law::remembers));
         let steps = steps::steps(&settings, &start, &used().cloned().collect::<Vec<_>>(), scene)?;
-        let threads = settings.dem.threads.unwrap_or(1);
-        let pool = (threads > 1).then(|| rayon::ThreadPoolBuilder::new().num_threads(threads).build());
-        let pool = pool
-            .transpose()
-            .map_err(|e| scene.invalid("dem.threads", format!("{threads} threads cannot be started: {e}")))?;
         let smallest = start.radius.iter().copied().fold(f64::INFINITY, f64::min);
         let inertia = start.mass.iter().zip(&start.radius).map(|(m, r)| 0.4 * m * r * r).collect();
         let model = Self {
@@ -112,7 +105,6 @@ impl GranularModel {
             remembers,
             steps,
             gravity: settings.gravity,
-            pool,
             settings,
         };
         Ok((model, start))
@@ -132,17 +124,6 @@ impl GranularModel {
             None => (groups, radius, mass),
         };
         SpherePair { second, law: self.table[row + column], radius, root_mass: mass.sqrt() }
-    }
-
-    /// Do `work` for each of `parts`, on all threads.
-    pub(crate) fn each<T: Send>(&self, parts: impl Iterator<Item = T> + Send, work: impl Fn(T) + Sync) {
-        match &self.pool {
-            None => parts.for_each(work),
-            Some(pool) => {
-                let work = &work;
-                pool.in_place_scope(|scope| parts.for_each(|part| scope.spawn(move |_| work(part))));
-            }
-        }
     }
 }
 

@@ -27,8 +27,8 @@ pub struct GranularIntegrator {
     centres: Vec<Vector3<f64>>,
     pushes: Vec<Push>,
     moments: Vec<Vector3<f64>>,
-    sums: Vec<BlockSums>,
-    moved: Vec<f64>,
+    /// Square of the furthest that a sphere has moved since the pairs were searched [m2].
+    moved: f64,
     /// Steps so far.
     pub steps: u64,
     /// Evaluations of a contact so far.
@@ -38,9 +38,7 @@ pub struct GranularIntegrator {
 impl GranularIntegrator {
     /// With room for what usually touches.
     pub fn new(count: usize) -> Self {
-        let blocks = count.div_ceil(BLOCK);
-        let mut run =
-            Self { sums: vec![BlockSums::default(); blocks], moved: vec![0.0; blocks], ..Self::default() };
+        let mut run = Self::default();
         run.list.pairs.reserve(8 * count);
         run.held.reserve(8 * count);
         run.old.1.reserve(8 * count);
@@ -80,18 +78,13 @@ impl GranularIntegrator {
     pub fn at_end(&mut self, model: &GranularModel, state: &mut GranularState) {
         self.see(model, state, 0.0);
         self.make_sure(model);
-        let scene = self.scene(model, 0.0);
+        let scene = PairScene::of(model, &self.list, &self.seen, 0.0);
         let (mut energy, mut contacts) = (0.0, 0);
         for from in (0..self.seen.len()).step_by(BLOCK) {
             let (e, c) = scene.stored(from, (from + BLOCK).min(self.seen.len()));
             (energy, contacts) = (energy + e, contacts + c);
         }
         (state.elastic, state.contacts) = (energy, contacts);
-    }
-
-    fn scene<'a>(&'a self, model: &'a GranularModel, h: f64) -> PairScene<'a> {
-        let (laws, planes, inertia) = (&model.laws, &model.planes, &model.inertia);
-        PairScene { laws, list: &self.list, planes, seen: &self.seen, inertia, h }
     }
 
     /// The spheres after `half` a step of drift, their velocities half a step further; `half` 0: as they are.
@@ -102,32 +95,21 @@ impl GranularIntegrator {
             self.seen = model.radius.iter().map(seen).collect();
         }
         let known = self.list.reference.len() == self.seen.len();
-        let reference = &self.list.reference;
-        let blocks = self.seen.chunks_mut(BLOCK).zip(&mut self.moved).enumerate();
-        model.each(blocks, |(block, (seen, moved))| {
-            let mut furthest = 0.0_f64;
-            for (k, seen) in seen.iter_mut().enumerate() {
-                let i = block * BLOCK + k;
-                seen.centre = state.position[i] + state.velocity[i] * half;
-                seen.velocity = state.velocity[i] + state.acceleration[i] * half;
-                seen.spin = state.spin[i] + state.turning[i] * half;
-                if known {
-                    let way = (seen.centre - reference[i]).norm_squared();
-                    furthest = if way > furthest { way } else { furthest };
-                }
+        self.moved = if known { 0.0 } else { f64::INFINITY };
+        for (i, seen) in self.seen.iter_mut().enumerate() {
+            seen.centre = state.position[i] + state.velocity[i] * half;
+            seen.velocity = state.velocity[i] + state.acceleration[i] * half;
+            seen.spin = state.spin[i] + state.turning[i] * half;
+            if known {
+                self.moved = self.moved.max((seen.centre - self.list.reference[i]).norm_squared());
             }
-            *moved = furthest;
-        });
-        if !known {
-            self.moved.fill(f64::INFINITY);
         }
     }
 
     /// Make sure that every pair of touching spheres is listed, histories in their places.
     fn make_sure(&mut self, model: &GranularModel) {
-        let furthest = self.moved.iter().copied().fold(0.0, f64::max).sqrt();
         let skin = SKIN * model.smallest;
-        if 2.0 * furthest <= skin {
+        if 2.0 * self.moved.sqrt() <= skin {
             return;
         }
         let (start, pairs, held) = &mut self.old;
@@ -161,11 +143,7 @@ impl GranularIntegrator {
     ) -> Result<(), String> {
         self.see(model, state, 0.5 * h);
         self.make_sure(model);
-        self.answer(model, h);
-        let mut sums = BlockSums::default();
-        for block in &self.sums {
-            sums.add(block);
-        }
+        let sums = self.answer(model, h);
         if sums.deepest > DEEPEST {
             return Err(format!(
                 "spheres overlap by {:.2} radii of the smaller: {}",
@@ -180,56 +158,40 @@ impl GranularIntegrator {
             - (sums.tangential_energy - state.tangential_energy);
         state.tangential_energy = sums.tangential_energy;
         self.evaluations += sums.contacts as u64;
-        self.kick(model, state, h);
-        if self.moved.iter().any(|m| !m.is_finite()) {
+        if !self.kick(model, state, h) {
             return Err(format!("a sphere has left the finite numbers: {}", cause(model, state, h)));
         }
         Ok(())
     }
 
-    fn answer(&mut self, model: &GranularModel, h: f64) {
-        let count = self.seen.len();
-        let (laws, planes, inertia) = (&model.laws, &model.planes, &model.inertia);
-        let scene = PairScene { laws, list: &self.list, planes, seen: &self.seen, inertia, h };
-        let (mut held, mut pushes, mut moments) =
-            (&mut self.held[..], &mut self.pushes[..], &mut self.moments[..]);
-        let list = &self.list;
-        let blocks = self.sums.iter_mut().enumerate().map(|(block, sums)| {
-            let (from, to) = (block * BLOCK, ((block + 1) * BLOCK).min(count));
-            let pairs = (list.start[to] - list.start[from]) as usize;
-            let moments = if model.rolls { split(&mut moments, pairs) } else { &mut [] };
-            let (held, pushes) = (split(&mut held, pairs), split(&mut pushes, pairs));
-            (from, to, Answers { sums: BlockSums::default(), held, pushes, moments }, sums)
-        });
-        model.each(blocks, |(from, to, mut out, sums)| {
-            scene.answer(from, to, &mut out);
-            *sums = out.sums;
-        });
+    /// Forces of all pairs.
+    fn answer(&mut self, model: &GranularModel, h: f64) -> BlockSums {
+        let Self { list, seen, held, pushes, moments, .. } = self;
+        let scene = PairScene::of(model, list, seen, h);
+        let mut all = BlockSums::default();
+        for from in (0..seen.len()).step_by(BLOCK) {
+            let mut out = Answers { sums: BlockSums::default(), held, pushes, moments };
+            scene.answer(from, (from + BLOCK).min(seen.len()), &mut out);
+            all.add(&out.sums);
+        }
+        all
     }
 
-    fn kick(&mut self, model: &GranularModel, state: &mut GranularState, h: f64) {
-        let (laws, planes, inertia) = (&model.laws, &model.planes, &model.inertia);
-        let scene = PairScene { laws, list: &self.list, planes, seen: &self.seen, inertia, h };
-        let (held, pushes, moments) = (&self.held, &self.pushes, &self.moments);
+    /// The kick, and the second half of the drift; false if a sphere has left the finite numbers.
+    fn kick(&self, model: &GranularModel, state: &mut GranularState, h: f64) -> bool {
+        let scene = PairScene::of(model, &self.list, &self.seen, h);
         let GranularState { position, velocity, spin, acceleration, turning, .. } = state;
-        let linear =
-            position.chunks_mut(BLOCK).zip(velocity.chunks_mut(BLOCK)).zip(acceleration.chunks_mut(BLOCK));
-        let angular = spin.chunks_mut(BLOCK).zip(turning.chunks_mut(BLOCK));
-        let blocks = linear.zip(angular).zip(&mut self.moved).enumerate();
-        model.each(blocks, |(block, ((((x, v), a), (w, turning)), finite))| {
-            let mut sum = 0.0;
-            for k in 0..x.len() {
-                let i = block * BLOCK + k;
-                let [force, torque] = scene.gather(i, held, pushes, moments);
-                a[k] = force / model.mass[i] + model.gravity;
-                turning[k] = torque / model.inertia[i];
-                v[k] += a[k] * h;
-                w[k] += turning[k] * h;
-                x[k] = scene.seen[i].centre + v[k] * (0.5 * h);
-                sum += x[k].sum() + v[k].sum() + w[k].sum();
-            }
-            *finite = sum;
-        });
+        let mut sum = 0.0;
+        for i in 0..position.len() {
+            let [force, torque] = scene.gather(i, &self.held, &self.pushes, &self.moments);
+            acceleration[i] = force / model.mass[i] + model.gravity;
+            turning[i] = torque / model.inertia[i];
+            velocity[i] += acceleration[i] * h;
+            spin[i] += turning[i] * h;
+            position[i] = scene.seen[i].centre + velocity[i] * (0.5 * h);
+            sum += position[i].sum() + velocity[i].sum() + spin[i].sum();
+        }
+        sum.is_finite()
     }
 
     /// Put what the state remembers into the list.
@@ -261,13 +223,6 @@ impl GranularIntegrator {
             }
         }
     }
-}
-
-/// The first `count` of `rest`, which keeps the others.
-fn split<'a, T>(rest: &mut &'a mut [T], count: usize) -> &'a mut [T] {
-    let (first, others) = std::mem::take(rest).split_at_mut(count);
-    *rest = others;
-    first
 }
 
 /// Hand the histories of sphere `i` from its old pairs to its new ones; both ascend.
