@@ -11,7 +11,8 @@
 
 use super::broad_phase::rock_pairs::Pose;
 use super::pipeline::{Mover, Partner, Rows, Site, Sums, forces};
-use super::whole_rock::rocks::{Shared, TwoWholes};
+use super::whole_rock::patch::ContactPatch;
+use super::whole_rock::rocks::TwoWholes;
 use crate::law::Law;
 use crate::law::contact_point::History;
 use crate::rock::{Motion, Rock};
@@ -73,7 +74,6 @@ struct RockContact {
 pub struct RockForces {
     contacts: Vec<RockContact>,
     rows: Rows,
-    weights: Vec<f64>,
 }
 
 impl RockForces {
@@ -81,7 +81,6 @@ impl RockForces {
     pub fn reserve(&mut self, contacts: usize) {
         self.contacts.reserve(contacts);
         self.rows.reserve(contacts);
-        self.weights.reserve(contacts);
     }
 
     fn find(&mut self, two: &RockPair, pose: &Pose, turn: &Matrix3<f64>) {
@@ -155,27 +154,24 @@ impl RockForces {
             None => forces(&mut partner, &self.contacts, &mover, laws, &mut self.rows, h),
             Some(wholes) => {
                 let overlap = wholes.equivalent(self.contacts.iter().map(|c| (c.spheres, c.overlap)));
-                self.weights.clear();
-                self.weights
-                    .extend(self.contacts.iter().map(|c| wholes.weight(c.spheres, c.overlap, overlap)));
+                let weight = |c: &RockContact| wholes.weight(c.spheres, c.overlap, overlap);
+                let weighted = || self.contacts.iter().map(|c| (c, weight(c)));
                 let mobility = |push: &Vector3<f64>, torque: &Vector3<f64>| {
                     let others = turn.tr_mul(&(torque - pose.position.cross(push)));
                     let turned =
                         |torque: &Vector3<f64>, rock: &Rock| torque.dot(&torque.component_div(&rock.inertia));
                     push.norm_squared() / reduced + turned(torque, a) + turned(&others, b)
                 };
+                let (mut sums, size) = (Sums::default(), [wholes.radius(), overlap]);
                 // Too little for a number: nothing.
-                match overlap > f64::MIN_POSITIVE {
-                    true => Shared { overlap, radius: wholes.radius(), weights: &self.weights }.forces(
-                        &mut partner,
-                        &self.contacts,
-                        &mover,
-                        two.law,
-                        mobility,
-                        h,
-                    ),
-                    false => Sums::default(),
+                if overlap > f64::MIN_POSITIVE {
+                    let mut patch = ContactPatch::new(two.law, size, &partner, weighted(), &mover, mobility);
+                    patch.load_elastically(two.law.normal.load(size[0], overlap), &mut sums);
+                    for (number, (contact, weight)) in weighted().enumerate() {
+                        patch.add(&mut partner, (number, contact, weight), &mover, h, &mut sums);
+                    }
                 }
+                sums
             }
         };
         first.fastest = fastest;

@@ -16,6 +16,7 @@
 //! One ball is the contact of Hertz to the last digit. The same energy by volume of overlap (p = 1) is that of Feng (2021),
 //! Comput. Methods Appl. Mech. Engrg. 373, 113454; there the stiffness of a face is infinite at the first touch.
 
+pub mod patch;
 pub mod rocks;
 pub mod terrain;
 pub mod wires;
@@ -36,6 +37,28 @@ struct Cap {
     size: f64,
     /// Depth at which the plane that cuts it has passed as much area as is exposed [m]; 0: it is inside others.
     height: f64,
+}
+
+impl Cap {
+    /// Its part, overlapping by `overlap` > 0 [m], in the sum that is (D / R)^(p+1) of a `radius` R [m].
+    #[inline]
+    fn part(&self, overlap: f64, radius: f64) -> f64 {
+        let power = |depth: f64| (depth / radius).powi(POWER + 1);
+        self.size * (power(overlap) - power((overlap - self.height).max(0.0)))
+    }
+
+    /// How much of the force on the equivalent overlap it has: `dD / dd_i`.
+    #[inline]
+    fn weight(&self, overlap: f64, equivalent: f64) -> f64 {
+        let power = |depth: f64| (depth / equivalent).powi(POWER);
+        self.size * (power(overlap) - power((overlap - self.height).max(0.0)))
+    }
+}
+
+/// The equivalent overlap of a sum of parts at `radius` [m].
+#[inline]
+fn equivalent(radius: f64, sum: f64) -> f64 {
+    radius * sum.powf(1.0 / f64::from(POWER + 1))
 }
 
 /// What of a rock its contacts as a whole need.
@@ -73,23 +96,19 @@ impl Whole {
     /// The part of a sphere that overlaps by `overlap` > 0 [m] in the sum that is (D / R)^(p+1).
     #[inline]
     pub fn part(&self, sphere: u32, overlap: f64) -> f64 {
-        let cap = &self.caps[sphere as usize];
-        let power = |depth: f64| (depth / self.radius).powi(POWER + 1);
-        cap.size * (power(overlap) - power((overlap - cap.height).max(0.0)))
+        self.caps[sphere as usize].part(overlap, self.radius)
     }
 
     /// The equivalent overlap of a sum of [`Whole::part`]s [m].
     #[inline]
     pub fn equivalent(&self, sum: f64) -> f64 {
-        self.radius * sum.powf(1.0 / f64::from(POWER + 1))
+        equivalent(self.radius, sum)
     }
 
     /// How much of the force on the equivalent overlap a sphere has: `dD / dd_i`.
     #[inline]
     pub fn weight(&self, sphere: u32, overlap: f64, equivalent: f64) -> f64 {
-        let cap = &self.caps[sphere as usize];
-        let power = |depth: f64| (depth / equivalent).powi(POWER);
-        cap.size * (power(overlap) - power((overlap - cap.height).max(0.0)))
+        self.caps[sphere as usize].weight(overlap, equivalent)
     }
 
     /// The stiffest landing at `speed` [m/s] under `law`: flat, on a plane face as wide as the rock, where the force acts on the

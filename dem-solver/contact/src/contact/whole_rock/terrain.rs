@@ -14,15 +14,15 @@ use crate::contact::broad_phase::cell_grid::Plane;
 use crate::contact::broad_phase::terrain_pairs::{PairsOfSphere, TerrainPairs};
 use crate::contact::history::SurfaceHistory;
 use crate::contact::narrow_phase::Touch;
-use crate::contact::pipeline::{Site, Sums};
+use crate::contact::pipeline::{Mover, Partner, Site, Sums};
 use crate::contact::terrain::Turned;
 use crate::contact::whole_rock::Whole;
+use crate::contact::whole_rock::patch::ContactPatch;
 use crate::law::Law;
-use crate::law::contact_point::{ContactPoint, History};
+use crate::law::contact_point::History;
 use crate::law::normal::Load;
-use crate::law::restitution;
 use crate::law::table::SurfaceLaws;
-use crate::law::yielding::{Dent, Pressing};
+use crate::law::yielding::Dent;
 use crate::rock::{Motion, Rock};
 use dem_solid::geometry::closest::{Feature, on_face};
 use dem_solid::geometry::triangle::Nearest;
@@ -155,6 +155,15 @@ impl WholeRockContacts {
         let mut histories = std::mem::take(&mut self.histories);
         histories.clear();
         let mut sums = Sums { fastest: now.velocity.norm(), ..Sums::default() };
+        let spin = rock.spin(now);
+        // No law of a surface resists the rolling of each contact.
+        let mover = Mover { velocity: now.velocity, spin, relative_spin: spin, inertia: 0.0 };
+        let mobility = |push: &Vector3<f64>, turn: &Vector3<f64>| {
+            let own = now.orientation.inverse_transform_vector(turn);
+            push.norm_squared() / rock.mass + own.dot(&own.component_div(&rock.inertia))
+        };
+        let radius = whole.radius;
+        let mut ground = Standing { radius, before, histories: &mut histories };
         if laws.any(|law| law.yielding.is_some()) {
             let Some((overlap, number)) = self.in_ground(whole, laws) else {
                 *dent = Dent::default();
@@ -163,27 +172,26 @@ impl WholeRockContacts {
             };
             if dent.law != number {
                 let both = [dent.law, number].map(|n| &laws.laws[n as usize]);
-                sums.yielded += dent.pass_to(number, both, whole.radius, overlap);
+                sums.yielded += dent.pass_to(number, both, radius, overlap);
             }
             let law = &laws.laws[number as usize];
-            let mut seat = Seat::new(law, whole, overlap, self.touching(), rock, now);
-            seat.press(dent, h, &mut sums);
-            if seat.load.force > 0.0 {
-                seat.scar(&mut sums);
-                self.touching().for_each(|contact| seat.add(contact, before, h, &mut histories, &mut sums));
+            let own = || self.touching().map(|c| (c, whole.weight(c.sphere, c.overlap, overlap)));
+            let mut patch = ContactPatch::new(law, [radius, overlap], &ground, own(), &mover, mobility);
+            if patch.press(dent, h, &mut sums) {
+                scar(law, whole, overlap, now, &mut sums);
+                own().for_each(|(c, weight)| patch.add(&mut ground, (0, c, weight), &mover, h, &mut sums));
             }
             let deepest = self.touching().map(|c| c.overlap).fold(0.0, f64::max);
-            sums.penetration = sums.penetration.max(deepest / whole.radius);
+            sums.penetration = sums.penetration.max(deepest / radius);
         } else {
-            for law in laws.distinct() {
-                let Some((overlap, load)) = self.pressed(whole, laws, law) else { continue };
-                let of = &laws.laws[law as usize];
-                let mut seat = Seat::new(of, whole, overlap, self.of(laws, law), rock, now);
-                seat.load_elastically(load);
-                sums.elastic += load.energy;
-                seat.scar(&mut sums);
-                self.of(laws, law)
-                    .for_each(|contact| seat.add(contact, before, h, &mut histories, &mut sums));
+            for number in laws.distinct() {
+                let Some((overlap, load)) = self.pressed(whole, laws, number) else { continue };
+                let law = &laws.laws[number as usize];
+                let own = || self.of(laws, number).map(|c| (c, whole.weight(c.sphere, c.overlap, overlap)));
+                let mut patch = ContactPatch::new(law, [radius, overlap], &ground, own(), &mover, mobility);
+                patch.load_elastically(load, &mut sums);
+                scar(law, whole, overlap, now, &mut sums);
+                own().for_each(|(c, weight)| patch.add(&mut ground, (0, c, weight), &mover, h, &mut sums));
             }
             histories.sort_unstable_by_key(|m| m.sphere);
         }
@@ -192,152 +200,51 @@ impl WholeRockContacts {
     }
 }
 
-/// Contacts that share one law, at one instant.
-struct Seat<'a> {
-    law: &'a Law,
-    whole: &'a Whole,
-    now: &'a Motion,
-    /// Angular velocity [rad/s].
-    spin: Vector3<f64>,
-    /// Equivalent overlap [m], and what it answers.
-    overlap: f64,
-    load: Load,
-    /// Sum of the weights.
-    weights: f64,
-    /// Rate of the equivalent overlap [m/s].
-    rate: f64,
-    /// Speed of the centre along the ground [m/s].
-    travel: f64,
-    /// Mass that the force acts on [kg].
-    mass: f64,
-    /// Dashpot force along the sum of the contacts [N].
-    viscous: f64,
-    /// About a seat in ground that gives way: dashpot of all contacts along their normals [N s/m], and `2 g sqrt(m*)` of those
-    /// along the surface.
-    seated: [f64; 2],
+/// What stands still as partner of a rock as a whole, along the axes of space.
+struct Standing<'a> {
+    /// Radius of the rock as a whole [m].
+    radius: f64,
+    /// Histories from the step before, by sphere, and those after it.
+    before: &'a [SurfaceHistory],
+    histories: &'a mut Vec<SurfaceHistory>,
 }
 
-impl<'a> Seat<'a> {
-    /// Of `contacts`, without a load.
-    fn new<'c>(
-        law: &'a Law,
-        whole: &'a Whole,
-        overlap: f64,
-        contacts: impl Iterator<Item = &'c Touch>,
-        rock: &'a Rock,
-        now: &'a Motion,
-    ) -> Self {
-        let spin = rock.spin(now);
-        let (mut weights, mut rate) = (0.0, 0.0);
-        let (mut push, mut turn) = (Vector3::zeros(), Vector3::zeros());
-        for contact in contacts {
-            let weight = whole.weight(contact.sphere, contact.overlap, overlap);
-            let arm = contact.arm();
-            weights += weight;
-            rate += weight * (now.velocity + spin.cross(&arm)).dot(&contact.normal);
-            push += contact.normal * weight;
-            turn += arm.cross(&contact.normal) * weight;
-        }
-        let own = now.orientation.inverse_transform_vector(&turn);
-        let mobility = push.norm_squared() / rock.mass + own.dot(&own.component_div(&rock.inertia));
-        let mass = weights * weights / mobility;
-        let travel = now.velocity.cross(&push).norm() / push.norm();
-        let load = Load::default();
-        let (viscous, seated) = (0.0, [0.0; 2]);
-        Self { law, whole, now, spin, overlap, load, weights, rate, travel, mass, viscous, seated }
+impl Partner for Standing<'_> {
+    type Contact = Touch;
+
+    /// A patch has one law, and the dashpot of its load.
+    fn law(&self, _: &Touch) -> u16 {
+        0
     }
 
-    /// Be loaded with `load`, and with the dashpot that belongs to it.
-    fn load_elastically(&mut self, load: Load) {
-        self.load = load;
-        if let Some(damping) = &self.law.damping {
-            let ratio = restitution::as_linear(damping.ratio, 2.5);
-            // ds/dt = F dD/dt / s with s = sqrt(2 U).
-            let rising = load.force * self.rate / (2.0 * load.energy).sqrt();
-            self.viscous = 2.0 * ratio * self.mass.sqrt() * rising;
-        }
+    fn dashpot(&mut self, _: &Touch, _: &Law) -> f64 {
+        0.0
     }
 
-    /// Be loaded by ground that remembers `dent`, in a step of `h` [s].
-    fn press(&mut self, dent: &mut Dent, h: f64, sums: &mut Sums) {
-        let Self { overlap, rate, travel, mass, .. } = *self;
-        let felt =
-            dent.press(self.law, self.whole.radius, &Pressing { overlap, rate, travel: travel * h, mass });
-        self.load = felt.load;
-        self.seated = [felt.dashpot * self.weights, 2.0 * felt.ratio].map(|c| c * mass.sqrt());
-        sums.yielded += felt.lost;
-        sums.elastic += felt.load.energy;
+    #[inline]
+    fn site(&self, contact: &Touch) -> Site {
+        Site { radius: self.radius, smaller: self.radius, ..contact.site() }
     }
 
-    /// Add the drag of the ground.
-    fn scar(&self, sums: &mut Sums) {
-        let Some(scarring) = &self.law.scarring else { return };
-        let force = scarring.force(self.whole.radius, self.overlap, &self.now.velocity);
-        sums.force += force;
-        sums.damping_power -= force.dot(&self.now.velocity);
+    #[inline]
+    fn history(&mut self, _: usize, contact: &Touch) -> History {
+        let found = self.before.binary_search_by_key(&contact.sphere, |m| m.sphere);
+        found.map_or(History::default(), |at| self.before[at].history)
     }
 
-    /// Add the forces of one contact in a step of `h` [s]; `before` are the histories, by sphere.
-    fn add(
-        &self,
-        contact: &Touch,
-        before: &[SurfaceHistory],
-        h: f64,
-        histories: &mut Vec<SurfaceHistory>,
-        sums: &mut Sums,
-    ) {
-        let Self { law, whole, now, spin, load: pressed, .. } = self;
-        let weight = whole.weight(contact.sphere, contact.overlap, self.overlap);
-        let share = weight / self.weights;
-        if share == 0.0 {
-            return;
-        }
-        let elastic = pressed.force * self.weights;
-        // Rocks do not stick.
-        let force = (elastic + self.viscous).max(0.0);
-        let [along_normal, along_surface] = self.seated;
-        let dashpot = law.damping.map_or(along_surface, |d| 2.0 * d.ratio * self.mass.sqrt());
-        let arm = contact.arm();
-        let velocity = now.velocity + spin.cross(&arm);
-        // Of each contact its own: a rock that rocks in its seat comes to rest, too.
-        let mut pressed_by = force * share;
-        if along_normal > 0.0 {
-            pressed_by = (pressed_by + along_normal * share * velocity.dot(&contact.normal)).max(0.0);
-        }
-        let stiffness = pressed.stiffness * weight * self.weights;
-        // Of the contact of Hertz of the rock's radius that is as stiff.
-        let overlap = self.overlap * (stiffness / pressed.stiffness).powi(2);
-        let load = Load { stiffness, force: elastic * share, energy: pressed.energy * share };
-        let point = ContactPoint {
-            normal: contact.normal,
-            overlap,
-            radius: whole.radius,
-            velocity,
-            spin: Vector3::zeros(),
-            inertia: 0.0,
-            dashpot: dashpot * share.sqrt(),
-            jump: Vector3::zeros(),
-        };
-        let found = before.binary_search_by_key(&contact.sphere, |m| m.sphere);
-        let history = found.map_or(History::default(), |at| before[at].history);
-        let response = law.respond_along(load, pressed_by, &point, &history, h);
-        if law.remembers() {
-            histories.push(SurfaceHistory {
-                sphere: contact.sphere,
-                element: contact.element,
-                normal: contact.normal,
-                history: response.history(overlap),
-            });
-        }
-        // The energy of the normal springs is that of the group.
-        let site = Site { radius: whole.radius, smaller: whole.radius, ..contact.site() };
-        let elastic = sums.elastic;
-        sums.add(&response, &site);
-        sums.elastic = elastic;
-        if let Some(resistance) = &law.resistance {
-            sums.rolling.add(resistance, contact.normal * pressed_by);
-        }
+    #[inline]
+    fn keep(&mut self, contact: &Touch, site: &Site, history: History) {
+        let Touch { sphere, element, .. } = *contact;
+        self.histories.push(SurfaceHistory { sphere, element, normal: site.normal, history });
     }
+}
+
+/// Add the drag of the ground on a rock that is in by `overlap` [m].
+fn scar(law: &Law, whole: &Whole, overlap: f64, now: &Motion, sums: &mut Sums) {
+    let Some(scarring) = &law.scarring else { return };
+    let force = scarring.force(whole.radius, overlap, &now.velocity);
+    sums.force += force;
+    sums.damping_power -= force.dot(&now.velocity);
 }
 
 /// Where the surface is nearest to `place`, of which `own` holds what may be nearest: unit vector into the terrain, height over it,
