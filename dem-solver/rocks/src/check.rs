@@ -98,16 +98,7 @@ pub fn check_with(
         add_terrain(model, ground, solver.choice(), &mut report);
     }
     add_steps(model, &mut report);
-    let (named, loose) = model.rocks.split_at(model.settings.named());
-    // On a net with cells of a third of the rock, six rows of its spheres touch.
-    let in_rows = |rock: &Rock| SECONDS_PER_LINE * 6.0 * (rock.spheres.len() as f64).cbrt();
-    let pairs = loose.iter().map(|_| SECONDS_PER_PAIR * NEIGHBOURS).chain(named.iter().map(in_rows));
-    let numbers = [
-        ("seconds_per_step", pairs.map(|pairs| SECONDS_PER_STEP + pairs).sum()),
-        ("spheres", model.rocks.iter().map(|rock| rock.spheres.len() as f64).sum()),
-        ("mass_kg", loose.iter().chain(named).map(|rock| rock.mass).sum()),
-    ];
-    report.numbers.extend(numbers.map(|(name, value): (&str, f64)| (name.to_owned(), value)));
+    add_cost(model, &mut report);
     report.numbers.extend(net_contact::numbers(model));
     let nodes = |net: &InterfaceMesh| {
         net.coordinates
@@ -123,21 +114,7 @@ pub fn check_with(
     report.resolved = resolved(&model.settings, dem);
     let alone = !fem && !scene.has("structure");
     if let Some(limit) = trial.filter(|_| alone || model.ground.is_some() && net.is_some()) {
-        let (end, results) = (scene.end_time()?, SECONDS_OF_RESULTS[usize::from(model.ground.is_some())]);
-        let longest = LOOK * model.steps.step;
-        let arrives = |solver: &DemSolver| {
-            net.as_ref().is_some_and(|net| net.is_near(solver.model(), solver.state(), longest))
-        };
-        // As a run that writes them.
-        solver.keeps_rows = true;
-        // What a run says of such a fault it says with more words.
-        let times = [end, Output::of(scene)?.interval, longest];
-        if let Ok(trial) = Trial::new(&mut solver, times, limit, arrives) {
-            let numbers = [("tried_s", trial.reached), ("run_s", results + trial.cost(end))];
-            report.numbers.extend(numbers.map(|(name, value)| (name.to_owned(), value)));
-            let ended = if arrives(&solver) { "arrival_s" } else { "ends_s" };
-            report.numbers.extend(trial.ended.then(|| (ended.to_owned(), trial.reached)));
-        }
+        try_fall(&mut solver, net.as_ref(), limit, scene, &mut report)?;
     }
     Ok(report)
 }
@@ -159,6 +136,46 @@ fn add_rock(model: &Model, at: usize, report: &mut CheckReport) -> Result<(), Di
         report.numbers.insert(format!("{}_volume_error", rock.name), accuracy.volume);
     }
     report.clusters.extend(rock.made.iter().map(|made| (rock.name.clone(), made.clone())));
+    Ok(())
+}
+
+/// The cost of a step, and what it follows from.
+fn add_cost(model: &Model, report: &mut CheckReport) {
+    let (named, loose) = model.rocks.split_at(model.settings.named());
+    // On a net with cells of a third of the rock, six rows of its spheres touch.
+    let in_rows = |rock: &Rock| SECONDS_PER_LINE * 6.0 * (rock.spheres.len() as f64).cbrt();
+    let pairs = loose.iter().map(|_| SECONDS_PER_PAIR * NEIGHBOURS).chain(named.iter().map(in_rows));
+    let numbers = [
+        ("seconds_per_step", pairs.map(|pairs| SECONDS_PER_STEP + pairs).sum()),
+        ("spheres", model.rocks.iter().map(|rock| rock.spheres.len() as f64).sum()),
+        ("mass_kg", loose.iter().chain(named).map(|rock| rock.mass).sum()),
+    ];
+    report.numbers.extend(numbers.map(|(name, value): (&str, f64)| (name.to_owned(), value)));
+}
+
+/// Try a fall for at most `limit`, as far as to the net: what it costs, and when it ends.
+fn try_fall(
+    solver: &mut DemSolver,
+    net: Option<&reach::Net>,
+    limit: Duration,
+    scene: &Scene,
+    report: &mut CheckReport,
+) -> Result<(), Diagnostic> {
+    let model = solver.model();
+    let (end, results) = (scene.end_time()?, SECONDS_OF_RESULTS[usize::from(model.ground.is_some())]);
+    let longest = LOOK * model.steps.step;
+    let arrives =
+        |solver: &DemSolver| net.is_some_and(|net| net.is_near(solver.model(), solver.state(), longest));
+    // As a run that writes them.
+    solver.keeps_rows = true;
+    // What a run says of such a fault it says with more words.
+    let times = [end, Output::of(scene)?.interval, longest];
+    if let Ok(trial) = Trial::new(&mut *solver, times, limit, arrives) {
+        let numbers = [("tried_s", trial.reached), ("run_s", results + trial.cost(end))];
+        report.numbers.extend(numbers.map(|(name, value)| (name.to_owned(), value)));
+        let ended = if arrives(solver) { "arrival_s" } else { "ends_s" };
+        report.numbers.extend(trial.ended.then(|| (ended.to_owned(), trial.reached)));
+    }
     Ok(())
 }
 

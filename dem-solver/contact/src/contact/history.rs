@@ -5,7 +5,7 @@
 //! that shares a node, or of a point that lies as near as the sphere can have slipped. Without it
 //! every border would kick.
 //!
-//! Source: handbook 1.9.
+//! Source: Santasusana et al. (2016), Computational Particle Mechanics 3, 407.
 
 use super::narrow_phase::Touch;
 use crate::law::contact_point::History;

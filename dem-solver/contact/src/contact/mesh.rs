@@ -6,7 +6,8 @@
 //! the sphere's centre. A wire takes the force at its axis; it has no twist that could take the
 //! moment of a friction force about it.
 //!
-//! Source: handbook 1.1 to 1.3, 1.8, 1.9.
+//! Source: Santasusana et al. (2016), Computational Particle Mechanics 3, 407 (spheres on a mesh); the law and its source:
+//! [`crate::law::contact_point`].
 
 use super::broad_phase::mesh_pairs::{Instant, PairElement};
 use super::history::{Frame, SurfaceHistory, Transfer};

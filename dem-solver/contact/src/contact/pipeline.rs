@@ -1,7 +1,7 @@
 //! From contacts to forces: how the rock moves past its partner at each contact, what the law makes of it, and what all of them
 //! amount to. Written once; a [`Partner`] says where its contacts are and takes the forces.
 //!
-//! Source: handbook 1.1 to 1.3, 1.8, 1.9.
+//! The law and its source: [`crate::law::contact_point`].
 
 use crate::law::Law;
 use crate::law::block::{Block, WIDTH, WORTH};
@@ -131,7 +131,7 @@ pub fn forces<P: Partner>(
     rows: &mut Rows,
     h: f64,
 ) -> Sums {
-    let mut sums = Sums::default();
+    let mut sums = Sums { contacts: contacts.len(), ..Sums::default() };
     // Columns for one or two contacts cost more than they save.
     if contacts.len() < WORTH {
         let mut few = [None; WORTH - 1];
@@ -230,6 +230,8 @@ pub struct Sums {
     pub yielded: f64,
     /// What presses it where rolling is resisted.
     pub rolling: RollingLoad,
+    /// Number of contacts.
+    pub contacts: usize,
     /// Largest overlap over radius.
     pub penetration: f64,
     /// Largest speed of the partner's surface past the rock's centre [m/s].
@@ -264,6 +266,7 @@ impl Sums {
         self.jump_energy += other.jump_energy;
         self.yielded += other.yielded;
         self.rolling.add_all(&other.rolling);
+        self.contacts += other.contacts;
         self.penetration = self.penetration.max(other.penetration);
         self.fastest = self.fastest.max(other.fastest);
     }

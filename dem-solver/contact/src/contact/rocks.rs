@@ -7,7 +7,7 @@
 //! History is kept by pair of spheres. The local mass is `1/m* = N/M_1 + N/M_2`: each rock's share
 //! among the N contacts of the two.
 //!
-//! Source: handbook 1.1 to 1.3, 1.8.
+//! The law and its source: [`crate::law::contact_point`].
 
 use super::broad_phase::rock_pairs::Pose;
 use super::pipeline::{Mover, Partner, Rows, Site, Sums, forces};
@@ -54,8 +54,6 @@ pub struct RockPairSums {
     pub first: Sums,
     /// Torque on the second about its own centre of mass [N m].
     pub torque: Vector3<f64>,
-    /// Number of contacts.
-    pub contacts: usize,
 }
 
 /// A contact of two spheres, in the first rock's own frame.
@@ -174,10 +172,10 @@ impl RockForces {
                 sums
             }
         };
-        first.fastest = fastest;
+        (first.fastest, first.contacts) = (fastest, count);
         let torque = to_space * partner.torque;
         first.turn(&to_space);
-        RockPairSums { first, torque, contacts: count }
+        RockPairSums { first, torque }
     }
 }
 

@@ -3,7 +3,7 @@
 //! What stands still needs no nodes, no velocities and no forces of its own; all is done along the axes of
 //! space, in which it was prepared once. Signs and law are those of [`crate::contact::mesh`].
 //!
-//! Source: handbook 1.1 to 1.3, 1.8, 1.9.
+//! Source: Santasusana et al. (2016), Computational Particle Mechanics 3, 407.
 
 use super::broad_phase::cell_grid::Plane;
 use super::broad_phase::terrain_pairs::TerrainPairs;

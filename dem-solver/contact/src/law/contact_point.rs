@@ -5,7 +5,8 @@
 //! the first is `-F_n n + f_t`, the other takes the opposite. Force and moment of a part that the law
 //! does not have are not computed.
 //!
-//! Source: handbook 1.1 to 1.6.
+//! Source: Thornton, Cummins and Cleary (2013), Powder Technology 233, 30 (Hertz, Mindlin, dashpot, Coulomb); a force that
+//! ends where it would pull: Schwager and Poeschel (2007), Granular Matter 9, 465.
 
 use crate::law::Law;
 use crate::law::normal::Load;

@@ -5,7 +5,8 @@
 //! M / N_c, which keeps the damping ratio of the whole rock. With the rock's whole mass N contacts
 //! damp sqrt(N) times as much, and a light wire gets c dt / m_node >> 1.
 //!
-//! Source: handbook 1.2, 1.8.
+//! Source: Tsuji, Tanaka and Ishida (1992), Powder Technology 71, 239, for the dashpot; the local mass is derived from the inertia
+//! that each side shows at the contact.
 
 use crate::settings::EffectiveMass;
 

@@ -4,7 +4,7 @@
 //! `G = E / (2 (1 + nu))`; a rigid side has no term. The tangential stiffness is `4 G* / E*` times the
 //! normal one: for a rigid mesh and for two equal sides `2 (1 - nu) / (2 - nu)`.
 //!
-//! Source: handbook 1.2, 1.3.
+//! Source: Johnson (1985), Contact Mechanics, 4.2 (E*), 7.2 (G*, after Mindlin).
 
 /// Young's modulus [Pa] and Poisson's ratio.
 pub type Side = (f64, f64);

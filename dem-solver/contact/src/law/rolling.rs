@@ -11,7 +11,7 @@
 //! The whole relative spin is resisted, about the normal too. Shapes resolved by clusters need little
 //! of it.
 //!
-//! Source: Ai, Chen, Rotter, Ooi (2011), Powder Technology 206, 269; handbook 1.6.
+//! Source: Ai, Chen, Rotter, Ooi (2011), Powder Technology 206, 269: types A and C.
 
 use crate::law::contact_point::{ContactPoint, History};
 use crate::law::normal::Load;

@@ -18,8 +18,8 @@
 //! secant one gains it; on unloading the scaled and the secant one lose what goes with the stiffness,
 //! the incremental one gains. Only the scaled one never creates energy, hence the default.
 //!
-//! Source: Thornton et al. (2013), Powder Technology 233, 30; handbook 1.3, variants I, U and S and the
-//! reference implementation's limit.
+//! Source: Thornton, Cummins and Cleary (2013), Powder Technology 233, 30, for incremental, scaled and secant springs; the order in which
+//! spring and dashpot are cut at the limit is that of the reference implementation (KratosMultiphysics, Hertz viscous Coulomb).
 
 use crate::law::settings::TangentialName;
 use nalgebra::Vector3;

@@ -84,7 +84,7 @@ fn series(q: &Turn, angular_momentum: &Vector, inertia: &Vector, h: f64) -> Turn
 
 /// One step of the classical Runge-Kutta scheme on the quaternion: `q' = q w / 2` with `w = I^-1 R(q)^T L`.
 ///
-/// Source: Munjiza, Latham, John (2003), Int. J. Numer. Methods Eng. 56, 35-55; handbook 1.8, scheme C.
+/// Source: Munjiza, Latham, John (2003), Int. J. Numer. Methods Eng. 56, 35-55.
 #[inline]
 fn short(q: &Turn, angular_momentum: &Vector, inertia: &Vector, h: f64) -> Turn {
     let start = q.into_inner();

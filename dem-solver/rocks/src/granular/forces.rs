@@ -6,6 +6,7 @@
 
 use super::GranularModel;
 use dem_contact::contact::broad_phase::cell_grid::{Plane, SpherePair, SpherePairs};
+use dem_contact::contact::pipeline::Sums;
 use dem_contact::law::Law;
 use dem_contact::law::block::{Block, WIDTH};
 use dem_contact::law::contact_point::{ContactPoint, History};
@@ -36,35 +37,6 @@ pub struct Push {
     pub couple: Vector3<f64>,
 }
 
-/// Sums over the pairs of a block.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct BlockSums {
-    /// Power of the dashpots [W].
-    pub damping_power: f64,
-    /// Power of friction and rolling resistance [W].
-    pub friction_power: f64,
-    /// Energy of the tangential and rolling springs after the step [J].
-    pub tangential_energy: f64,
-    /// Energy of the normal springs [J].
-    pub elastic: f64,
-    /// Contacts.
-    pub contacts: usize,
-    /// Deepest overlap over the radius of the smaller sphere.
-    pub deepest: f64,
-}
-
-impl BlockSums {
-    /// Add those of the next block.
-    pub fn add(&mut self, next: &Self) {
-        self.damping_power += next.damping_power;
-        self.friction_power += next.friction_power;
-        self.tangential_energy += next.tangential_energy;
-        self.elastic += next.elastic;
-        self.contacts += next.contacts;
-        self.deepest = self.deepest.max(next.deepest);
-    }
-}
-
 /// A contact that waits for its response.
 #[derive(Debug, Clone, Copy, Default)]
 struct WaitingContact {
@@ -79,7 +51,7 @@ struct WaitingContact {
 /// Where the answers of the pairs go.
 pub struct Answers<'a> {
     /// Sums of those answered so far.
-    pub sums: BlockSums,
+    pub sums: Sums,
     /// What the pairs remember.
     pub held: &'a mut [History],
     /// What they do to their first spheres.
@@ -192,7 +164,7 @@ impl<'a> PairScene<'a> {
             sums.tangential_energy += response.tangential_energy;
             sums.elastic += response.load.energy;
             sums.contacts += 1;
-            sums.deepest = sums.deepest.max(touch.depth);
+            sums.penetration = sums.penetration.max(touch.depth);
         }
         block.count = 0;
     }

@@ -1,10 +1,11 @@
 //! The steps of a window of many spheres: position Verlet, as for the rocks (`solver::window`).
 
 use super::GranularModel;
-use super::forces::{Answers, BLOCK, BlockSums, PairScene, Push, Seen};
+use super::forces::{Answers, BLOCK, PairScene, Push, Seen};
 use super::state::GranularState;
 use crate::gate::landing::LIMIT;
 use dem_contact::contact::broad_phase::cell_grid::{SpherePair, SpherePairs};
+use dem_contact::contact::pipeline::Sums;
 use dem_contact::law::contact_point::History;
 use interface_defs::{Fault, Window};
 use nalgebra::Vector3;
@@ -144,15 +145,15 @@ impl GranularIntegrator {
         self.see(model, state, 0.5 * h);
         self.make_sure(model);
         let sums = self.answer(model, h);
-        if sums.deepest > DEEPEST {
+        if sums.penetration > DEEPEST {
             return Err(format!(
                 "spheres overlap by {:.2} radii of the smaller: {}",
-                sums.deepest,
+                sums.penetration,
                 cause(model, state, h)
             ));
         }
-        if sums.deepest > state.deepest.0 {
-            state.deepest = (sums.deepest, time + 0.5 * h);
+        if sums.penetration > state.deepest.0 {
+            state.deepest = (sums.penetration, time + 0.5 * h);
         }
         state.dissipated += (sums.damping_power + sums.friction_power) * h
             - (sums.tangential_energy - state.tangential_energy);
@@ -165,14 +166,14 @@ impl GranularIntegrator {
     }
 
     /// Forces of all pairs.
-    fn answer(&mut self, model: &GranularModel, h: f64) -> BlockSums {
+    fn answer(&mut self, model: &GranularModel, h: f64) -> Sums {
         let Self { list, seen, held, pushes, moments, .. } = self;
         let scene = PairScene::of(model, list, seen, h);
-        let mut all = BlockSums::default();
+        let mut all = Sums::default();
         for from in (0..seen.len()).step_by(BLOCK) {
-            let mut out = Answers { sums: BlockSums::default(), held, pushes, moments };
+            let mut out = Answers { sums: Sums::default(), held, pushes, moments };
             scene.answer(from, (from + BLOCK).min(seen.len()), &mut out);
-            all.add(&out.sums);
+            all.add_all(&out.sums);
         }
         all
     }

@@ -80,8 +80,7 @@ impl BoxStage {
         self.standing.contacts.capacity()
     }
 
-    /// Forces on rock number `rock` at `now`, in the middle of a step; their number. The
-    /// histories after the step are `body`'s.
+    /// Forces on rock number `rock` at `now`, in the middle of a step. The histories after the step are `body`'s.
     pub fn forces(
         &mut self,
         model: &Model,
@@ -89,10 +88,10 @@ impl BoxStage {
         body: &mut Body,
         now: &Motion,
         span: Span,
-    ) -> Result<(Sums, usize), Fault> {
+    ) -> Result<Sums, Fault> {
         let Some(laws) = laws_with(model, rock).filter(|_| is_near(model, rock, now, 0.0)) else {
             body.box_histories.clear();
-            return Ok((Sums::default(), 0));
+            return Ok(Sums::default());
         };
         if let Some(whole) = &model.side_wholes[rock] {
             return self.forces_as_whole((model, rock, whole), laws, body, now, span);
@@ -104,7 +103,7 @@ impl BoxStage {
             Some((standing.passed_centre(it, now, span.h, depth)?, "a side of the box".into()))
         })?;
         std::mem::swap(&mut body.box_histories, &mut standing.histories);
-        Ok((sums, standing.contacts.len()))
+        Ok(sums)
     }
 
     /// The same of a rock that touches each side as a whole.
@@ -115,9 +114,9 @@ impl BoxStage {
         body: &mut Body,
         now: &Motion,
         span: Span,
-    ) -> Result<(Sums, usize), Fault> {
+    ) -> Result<Sums, Fault> {
         let (it, landed) = (&model.rocks[rock], &mut self.landed);
-        let (mut sums, mut count) = (Sums::default(), 0);
+        let mut sums = Sums::default();
         let mut before = &body.box_histories[..];
         self.after.clear();
         for (number, plane) in (0..).zip(&model.planes) {
@@ -128,12 +127,11 @@ impl BoxStage {
             }
             landed.find_on_plane(it, whole, (number, plane), now);
             sums.add_all(&landed.forces(it, whole, laws, now, span.h, (own, &mut Dent::default())));
-            count += landed.contacts.len();
             self.after.extend_from_slice(&landed.histories);
         }
         watch_whole(&Case::new(model, rock, Against::Sides, span), whole, now, &sums)?;
         std::mem::swap(&mut body.box_histories, &mut self.after);
-        Ok((sums, count))
+        Ok(sums)
     }
 
     /// Elastic energy [J] and number of contacts of rock number `rock` at `now`.

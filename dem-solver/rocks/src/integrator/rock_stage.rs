@@ -156,11 +156,11 @@ impl RockStage {
         middles: &[Motion],
         between_rocks: &mut BetweenRocks,
         span @ Span { h, .. }: Span,
-    ) -> Result<RockPairSums, Fault> {
+    ) -> Result<Sums, Fault> {
         self.update(model, middles.iter().map(|motion| motion.position));
         self.felt.fill(RockLoad::default());
         self.after.clear();
-        let mut all = RockPairSums::default();
+        let mut all = Sums::default();
         let mut before = &between_rocks.histories[..];
         for pair in &mut self.pairs {
             let numbers = pair.numbers();
@@ -175,22 +175,18 @@ impl RockStage {
             let Some((two, pose)) = seen else { continue };
             let sums = self.evaluation.forces(&two, &pose, h, mine, &mut self.after);
             watch(model, &two, rocks, law, &sums, span)?;
-            if sums.contacts == 0 {
+            let own = &sums.first;
+            if own.contacts == 0 {
                 continue;
             }
-            let own = &sums.first;
             for (rock, sign, torque) in [(a, 1.0, own.torque), (b, -1.0, sums.torque)] {
                 let felt = &mut self.felt[rock];
                 felt.force += own.force * sign;
                 felt.torque += torque;
-                felt.contacts += sums.contacts;
+                felt.contacts += own.contacts;
                 felt.penetration = felt.penetration.max(own.penetration);
             }
-            all.first.elastic += own.elastic;
-            all.first.damping_power += own.damping_power;
-            all.first.friction_power += own.friction_power;
-            all.first.tangential_energy += own.tangential_energy;
-            all.contacts += sums.contacts;
+            all.add_all(own);
         }
         std::mem::swap(&mut between_rocks.histories, &mut self.after);
         Ok(all)

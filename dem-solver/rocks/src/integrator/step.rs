@@ -18,8 +18,9 @@ use crate::integrator::terrain_stage::steps_per_look;
 use crate::integrator::window::{RockIntegrator, StepLoad};
 use crate::model::impact::Passage;
 use crate::model::runout::Passed;
-use crate::model::state::{Against, State};
+use crate::model::state::{Against, Body, State};
 use crate::model::{Model, Span};
+use dem_contact::contact::pipeline::Sums;
 use dem_contact::law::resistance::Roller;
 use dem_contact::rock::{Flight, Motion, Rock, rotation};
 use interface_defs::Fault;
@@ -38,8 +39,7 @@ impl RockIntegrator {
         self.net_to_middle(part);
         for rock in 0..model.rocks.len() {
             self.on_mesh(part, state, rock, output)?;
-            self.on_terrain(model, state, rock, span)?;
-            self.on_box(model, state, rock, span)?;
+            self.on_surfaces(model, state, rock, span)?;
             self.resist_rolling(model, state, rock, span);
         }
         for rock in 0..model.rocks.len() {
@@ -140,33 +140,35 @@ impl RockIntegrator {
         }
     }
 
-    /// Forces of the terrain.
-    fn on_terrain(&mut self, model: &Model, state: &mut State, rock: usize, span: Span) -> Result<(), Fault> {
-        let Some(terrain) = &mut self.terrain else { return Ok(()) };
+    /// Forces of what stands still: the terrain with its forests, and the sides of a box.
+    fn on_surfaces(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        rock: usize,
+        span: Span,
+    ) -> Result<(), Fault> {
         let (now, body, load) = (&self.middles[rock], &mut state.bodies[rock], &mut self.loads[rock]);
-        let (sums, contacts) = terrain.forces(model, rock, body, now, span)?;
-        load.add(&sums, span.h);
-        if let Some(force) = terrain.forest(model, now) {
-            load.force += force;
-            load.lost -= force.dot(&now.velocity) * span.h;
+        let counts = &mut self.counts;
+        let mut take = |load: &mut StepLoad, body: &mut Body, against: Against, sums: &Sums| {
+            load.add(sums, span.h);
+            counts.contact_evaluations += sums.contacts as u64;
+            body.deepest.take(against, sums.penetration, span.middle());
+        };
+        if let Some(terrain) = &mut self.terrain {
+            let sums = terrain.forces(model, rock, body, now, span)?;
+            take(load, body, Against::Terrain, &sums);
+            if let Some(force) = terrain.forest(model, now) {
+                load.force += force;
+                load.lost -= force.dot(&now.velocity) * span.h;
+            }
+            (load.touching, body.contacts) = (sums.contacts, sums.contacts);
         }
-        load.touching = contacts;
-        body.contacts = contacts;
-        self.counts.contact_evaluations += contacts as u64;
-        body.deepest.take(Against::Terrain, sums.penetration, span.middle());
-        Ok(())
-    }
-
-    /// Forces of the sides of a box, likewise.
-    fn on_box(&mut self, model: &Model, state: &mut State, rock: usize, span: Span) -> Result<(), Fault> {
-        let Some(sides) = &mut self.sides else { return Ok(()) };
-        let (now, body) = (&self.middles[rock], &mut state.bodies[rock]);
-        let (sums, contacts) = sides.forces(model, rock, body, now, span)?;
-        let others = if model.ground.is_some() { body.contacts } else { 0 };
-        body.contacts = others + contacts;
-        body.deepest.take(Against::Sides, sums.penetration, span.middle());
-        self.loads[rock].add(&sums, span.h);
-        self.counts.contact_evaluations += contacts as u64;
+        if let Some(sides) = &mut self.sides {
+            let sums = sides.forces(model, rock, body, now, span)?;
+            take(load, body, Against::Sides, &sums);
+            body.contacts = load.touching + sums.contacts;
+        }
         Ok(())
     }
 
@@ -196,7 +198,7 @@ impl RockIntegrator {
             return Ok(());
         }
         let between_rocks = &mut state.between_rocks;
-        let sums = self.rock_stage.forces(model, &self.middles, between_rocks, span)?;
+        let all = self.rock_stage.forces(model, &self.middles, between_rocks, span)?;
         for ((load, felt), body) in self.loads.iter_mut().zip(&self.rock_stage.felt).zip(&mut state.bodies) {
             load.force += felt.force;
             load.torque += felt.torque;
@@ -204,12 +206,11 @@ impl RockIntegrator {
             body.rock_contacts = felt.contacts;
             body.deepest.take(Against::Rocks, felt.penetration, span.middle());
         }
-        let (all, contacts) = (sums.first, sums.contacts);
         state.dissipated += (all.damping_power + all.friction_power) * span.h
             - (all.tangential_energy - between_rocks.tangential_energy);
-        (between_rocks.tangential_energy, between_rocks.contacts) = (all.tangential_energy, contacts);
+        (between_rocks.tangential_energy, between_rocks.contacts) = (all.tangential_energy, all.contacts);
         self.gauges.spring(model.rocks.len(), all.elastic + all.tangential_energy);
-        self.counts.contact_evaluations += contacts as u64;
+        self.counts.contact_evaluations += all.contacts as u64;
         Ok(())
     }
 

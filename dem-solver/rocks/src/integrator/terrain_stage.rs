@@ -140,8 +140,7 @@ impl TerrainStage {
         sub_stepping::next(model, ground, laws_on(model, ground, 0), near, body, h, most)
     }
 
-    /// Forces on rock number `rock` at `now`, in the middle of a step;
-    /// their number. The histories after the step are `body`'s.
+    /// Forces on rock number `rock` at `now`, in the middle of a step. The histories after the step are `body`'s.
     pub fn forces(
         &mut self,
         model: &Model,
@@ -149,7 +148,7 @@ impl TerrainStage {
         body: &mut Body,
         now: &Motion,
         span @ Span { start: time, h }: Span,
-    ) -> Result<(Sums, usize), Fault> {
+    ) -> Result<Sums, Fault> {
         let (ground, it) = (&*self.ground, &model.rocks[rock]);
         let mut laws = laws_on(model, ground, rock);
         let (around, standing) = (&mut self.around[rock], &mut self.standing[rock]);
@@ -171,7 +170,7 @@ impl TerrainStage {
             watch_gap(&case, ground, now)?;
             body.terrain_histories.clear();
             body.dent = Dent::default();
-            return Ok((Sums::default(), 0));
+            return Ok(Sums::default());
         }
         if let Some(whole) = &model.wholes[rock] {
             let landed = &mut self.landed[rock];
@@ -181,7 +180,7 @@ impl TerrainStage {
             watch_whole(&case, whole, now, &sums)?;
             std::mem::swap(&mut body.terrain_histories, &mut landed.histories);
             slide(body, landed.contacts.first().map(|c| c.element));
-            return Ok((sums, landed.contacts.len()));
+            return Ok(sums);
         }
         standing.find(it, ground, around, now);
         let sums = standing.forces(it, laws, Some(ground), now, h, &body.terrain_histories);
@@ -192,7 +191,7 @@ impl TerrainStage {
         })?;
         std::mem::swap(&mut body.terrain_histories, &mut standing.histories);
         slide(body, standing.contacts.first().map(|c| c.element));
-        Ok((sums, standing.contacts.len()))
+        Ok(sums)
     }
 
     /// Elastic energy [J] and number of contacts of rock number `rock`, whose state is `body`.

@@ -4,10 +4,11 @@
 //! `s = r / 0.8`. The radius is the smallest with which they are no more than asked for: it fills some edge a exactly,
 //! with k spheres of `s = a / (k + 0.6)`; a cube so gets k x k x k.
 //!
+//! A cube of edge a so takes n x n x n spheres of radius 0.8 s at `s = a / (n + 0.6)`, as in the published drop test of a block
+//! into a net.
+//!
 //! Spheres must overlap: between spheres that only touch there are planes of zero thickness, through
 //! which a thin wire passes without meeting a force.
-//!
-//! Source: handbook 1.8; data of the drop test.
 
 use super::wish::MOST_SPHERES;
 use crate::geometry::sphere::Sphere;

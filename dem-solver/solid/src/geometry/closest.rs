@@ -5,7 +5,8 @@
 //! there; they add up to one, hence `sum N_a x_a` is the point and nodal forces `N_a f` keep force
 //! and moment.
 //!
-//! Source: handbook 1.9; for the triangle Ericson (2005), Real-Time Collision Detection, 5.1.5.
+//! Source: Santasusana et al. (2016), Computational Particle Mechanics 3, 407 (the hierarchy); Ericson (2005), Real-Time Collision
+//! Detection, 5.1.5 (the triangle).
 
 use nalgebra::Vector3;
 

@@ -28,7 +28,7 @@
 //! begins is large: `L^2 / 8R` for segments of length L around a sphere of radius R. Faces have the same, with their
 //! edges and corners: [`crate::contact::narrow_phase::faces`].
 //!
-//! Source: Santasusana et al. (2016), Computational Particle Mechanics 3, 407-428; handbook 1.9; the
+//! Source: Santasusana et al. (2016), Computational Particle Mechanics 3, 407-428 (the double hierarchy). The
 //! sum over segments and nodes is the inclusion and exclusion of a wire's parts, derived here.
 
 use super::Touch;

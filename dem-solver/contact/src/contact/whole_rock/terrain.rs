@@ -154,7 +154,8 @@ impl WholeRockContacts {
     ) -> Sums {
         let mut histories = std::mem::take(&mut self.histories);
         histories.clear();
-        let mut sums = Sums { fastest: now.velocity.norm(), ..Sums::default() };
+        let (fastest, contacts) = (now.velocity.norm(), self.contacts.len());
+        let mut sums = Sums { fastest, contacts, ..Sums::default() };
         let spin = rock.spin(now);
         // No law of a surface resists the rolling of each contact.
         let mover = Mover { velocity: now.velocity, spin, relative_spin: spin, inertia: 0.0 };

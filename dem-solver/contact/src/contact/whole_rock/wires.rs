@@ -94,13 +94,35 @@ impl MeshForces {
             self.transfer.find(&self.touch.contacts, frame, before, neighbours, false);
         }
         let (contacts, loads) = (take(&mut self.touch.contacts), take(&mut self.touch.loads));
-        let push = Push::of(&contacts, &loads);
+        let rocks_rate = self.find_dashpots(scene, now, &contacts, &loads);
+        let mut sums = Sums { contacts: contacts.len(), ..Sums::default() };
+        let own = |history: History| history.turned(|v| rotation.tr_mul(v));
+        for (number, (contact, load)) in contacts.iter().zip(&loads).enumerate() {
+            let history = match remembers {
+                true => self.transfer.of(number, before).map_or(History::default(), own),
+                false => History::default(),
+            };
+            self.add_on_face(
+                scene,
+                contact,
+                load,
+                (self.dashpots[number], rocks_rate),
+                history,
+                h,
+                &mut sums,
+            );
+        }
+        (self.touch.contacts, self.touch.loads) = (contacts, loads);
+        sums
+    }
+
+    /// Fill in the dashpot of each contact; the mean rate at which the rock moves into all of them [m/s].
+    fn find_dashpots(&mut self, scene: MeshScene, now: &Motion, contacts: &[Touch], loads: &[Load]) -> f64 {
+        let push = Push::of(contacts, loads);
         let mobility = push.mobility(scene.rock);
         let motion = self.own_motion(scene.rock, now);
-        let radius = scene.rock.mean_radius();
-        let mut sums = Sums::default();
         self.dashpots.clear();
-        for (contact, load) in contacts.iter().zip(&loads) {
+        for (contact, load) in contacts.iter().zip(loads) {
             let element = &scene.list.elements[contact.element as usize];
             let velocity = self.relative_velocity(&motion, contact, element, &contact.arm());
             let numbers = element.nodes.map(|n| scene.list.numbers[n as usize]);
@@ -120,52 +142,59 @@ impl MeshForces {
             });
         }
         let of_rock = |of: fn(&Dashpot) -> f64| self.dashpots.iter().map(of).sum::<f64>();
-        let rocks_rate = of_rock(|d| d.of_rock * d.rate) / of_rock(|d| d.of_rock).max(f64::MIN_POSITIVE);
-        for (number, (contact, load)) in contacts.iter().zip(&loads).enumerate() {
-            let element = scene.list.elements[contact.element as usize];
-            let law = scene.laws.of(element.number);
-            let Dashpot { velocity, mass, rate, coefficient, of_rock } = self.dashpots[number];
-            let viscous = of_rock * rocks_rate + (coefficient - of_rock) * rate;
-            let pressed = (load.force + viscous).max(0.0);
-            // That of the contact of Hertz of the rock's radius that is as stiff.
-            let modulus = law.normal.modulus().expect("of a foundation");
-            let overlap = (load.stiffness / (2.0 * modulus)).powi(2) / radius;
-            let own = |history: History| history.turned(|v| rotation.tr_mul(v));
-            let history = match remembers {
-                true => self.transfer.of(number, before).map_or(History::default(), own),
-                false => History::default(),
-            };
-            let jump = if history.overlap > 0.0 { self.jump(scene, contact) } else { Vector3::zeros() };
-            let point = ContactPoint {
-                normal: contact.normal,
-                overlap,
-                radius,
-                velocity,
-                spin: Vector3::zeros(),
-                inertia: 0.0,
-                dashpot: law.damping.map_or(0.0, |d| 2.0 * d.ratio * mass.sqrt()),
-                jump,
-            };
-            let response = law.respond_along(*load, pressed, &point, &history, h);
-            if law.remembers() {
-                let (normal, history) = (rotation * contact.normal, response.history(overlap));
-                let history = history.turned(|v| rotation * v);
-                let (sphere, element) = (contact.sphere, contact.key);
-                self.histories.push(SurfaceHistory { sphere, element, normal, history });
-            }
-            let force = sums.add(&response, &contact.site());
-            if let Some(resistance) = &law.resistance {
-                sums.rolling.add(resistance, contact.normal * pressed);
-            }
-            for (node, weight) in element.nodes.into_iter().zip(contact.weights) {
-                self.node_forces[node as usize] -= force * weight;
-                let [stiffness, dashpot] = &mut self.node_stiffness[node as usize];
-                *stiffness += load.stiffness * weight;
-                *dashpot += coefficient * weight;
-            }
+        of_rock(|d| d.of_rock * d.rate) / of_rock(|d| d.of_rock).max(f64::MIN_POSITIVE)
+    }
+
+    /// Add the forces of one contact with its elastic `load`, its dashpot with the mean rate of the rock, and its `history`, along the
+    /// rock's own axes.
+    #[expect(clippy::too_many_arguments, reason = "one contact, and where it adds to")]
+    fn add_on_face(
+        &mut self,
+        scene: MeshScene,
+        contact: &Touch,
+        load: &Load,
+        (dashpot, rocks_rate): (Dashpot, f64),
+        history: History,
+        h: f64,
+        sums: &mut Sums,
+    ) {
+        let rotation = self.touch.rotation;
+        let element = scene.list.elements[contact.element as usize];
+        let law = scene.laws.of(element.number);
+        let Dashpot { velocity, mass, rate, coefficient, of_rock } = dashpot;
+        let viscous = of_rock * rocks_rate + (coefficient - of_rock) * rate;
+        let normal_force = (load.force + viscous).max(0.0);
+        // That of the contact of Hertz of the rock's radius that is as stiff.
+        let (modulus, radius) = (law.normal.modulus().expect("of a foundation"), scene.rock.mean_radius());
+        let overlap = (load.stiffness / (2.0 * modulus)).powi(2) / radius;
+        let jump = if history.overlap > 0.0 { self.jump(scene, contact) } else { Vector3::zeros() };
+        let point = ContactPoint {
+            normal: contact.normal,
+            overlap,
+            radius,
+            velocity,
+            spin: Vector3::zeros(),
+            inertia: 0.0,
+            dashpot: law.damping.map_or(0.0, |d| 2.0 * d.ratio * mass.sqrt()),
+            jump,
+        };
+        let response = law.respond_along(*load, normal_force, &point, &history, h);
+        if law.remembers() {
+            let (normal, history) = (rotation * contact.normal, response.history(overlap));
+            let history = history.turned(|v| rotation * v);
+            let (sphere, element) = (contact.sphere, contact.key);
+            self.histories.push(SurfaceHistory { sphere, element, normal, history });
         }
-        (self.touch.contacts, self.touch.loads) = (contacts, loads);
-        sums
+        let force = sums.add(&response, &contact.site());
+        if let Some(resistance) = &law.resistance {
+            sums.rolling.add(resistance, contact.normal * normal_force);
+        }
+        for (node, weight) in element.nodes.into_iter().zip(contact.weights) {
+            self.node_forces[node as usize] -= force * weight;
+            let [stiffness, dashpot] = &mut self.node_stiffness[node as usize];
+            *stiffness += load.stiffness * weight;
+            *dashpot += coefficient * weight;
+        }
     }
 
     /// Find the contacts of the rock's faces at `now` and their elastic energy [J].

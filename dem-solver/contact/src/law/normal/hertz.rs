@@ -1,7 +1,7 @@
 //! Hertz: `k = 2 E* sqrt(R* d)`, `F = 2/3 k d`, energy `2/5 F d`, with
 //! `1/E* = (1 - nu^2) / E + (1 - nu'^2) / E'`; the second term is that of the other side, 0 where it is rigid.
 //!
-//! Source: handbook 1.2, 1.5.
+//! Source: Johnson (1985), Contact Mechanics, 4.2, eqs. 4.22 to 4.24.
 
 use super::{LawKind, Load, NoKeys, NormalLaw, Powers};
 use crate::law::elastic::Elastic;

@@ -1,7 +1,7 @@
 //! Linear: constant `k`, `F = k d`, energy `1/2 F d`; from a modulus
 //! `k = pi E* R sqrt(a (2 - a))` with a = 0.05, the contact area at 5 % indentation.
 //!
-//! Source: handbook 1.3.
+//! Source: the linear law of the reference implementation (KratosMultiphysics), whose stiffness is that of Hertz at this indentation.
 
 use super::{Load, NormalLaw, Powers};
 use crate::law::elastic::Elastic;
