@@ -31,7 +31,7 @@ const SECONDS_PER_LINE: f64 = 1.5e-7;
 /// Seconds that the tables of a fall take, and with terrain its picture, likewise.
 const SECONDS_OF_RESULTS: [f64; 2] = [1e-3, 0.35];
 /// Steps of a fall that is tried between two looks at the clock.
-pub const LOOK: f64 = 1000.0;
+pub const STEPS_PER_LOOK: f64 = 1000.0;
 
 #[derive(Serialize)]
 struct ResolvedTables<'a> {
@@ -106,7 +106,7 @@ pub fn check_with(
             .map(|x| Vector3::from_column_slice(x) - model.origin)
             .collect::<Vec<_>>()
     };
-    let net = net.map(nodes).and_then(reach::Net::around);
+    let net = net.map(nodes).and_then(reach::NetExtent::around);
     let arrival = net.as_ref().and_then(|net| reach::arrival(model, net));
     report.numbers.extend(arrival.map(|time| ("arrival_s".to_owned(), time)));
     let dem = &model.settings.dem;
@@ -156,14 +156,14 @@ fn add_cost(model: &Model, report: &mut CheckReport) {
 /// Try a fall for at most `limit`, as far as to the net: what it costs, and when it ends.
 fn try_fall(
     solver: &mut DemSolver,
-    net: Option<&reach::Net>,
+    net: Option<&reach::NetExtent>,
     limit: Duration,
     scene: &Scene,
     report: &mut CheckReport,
 ) -> Result<(), Diagnostic> {
     let model = solver.model();
     let (end, results) = (scene.end_time()?, SECONDS_OF_RESULTS[usize::from(model.ground.is_some())]);
-    let longest = LOOK * model.steps.step;
+    let longest = STEPS_PER_LOOK * model.steps.step;
     let arrives =
         |solver: &DemSolver| net.is_some_and(|net| net.is_near(solver.model(), solver.state(), longest));
     // As a run that writes them.

@@ -24,7 +24,7 @@ pub fn lines(bytes: &[u8]) -> impl Iterator<Item = Result<(usize, &str), ReadErr
 pub fn number(word: Option<&str>, line: usize) -> Result<f64, ReadError> {
     let word = word.ok_or_else(|| ReadError::at(line, "a number is missing at the end of the line"))?;
     let value: f64 =
-        word.parse().map_err(|_| ReadError::at(line, format!("`{}` is no number", shown(word))))?;
+        word.parse().map_err(|_| ReadError::at(line, format!("`{}` is not a number", shown(word))))?;
     reasonable(value).map_err(|what| ReadError::at(line, what))
 }
 

@@ -3,7 +3,7 @@
 use super::base::Base;
 use super::settings::{Place, Variable};
 use dem_rocks::DemSolver;
-use dem_rocks::check::LOOK;
+use dem_rocks::check::STEPS_PER_LOOK;
 use dem_solid::geometry::plan;
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::Vector3;
@@ -54,7 +54,7 @@ impl<'a> Preview<'a> {
             let model = base.model(&base.member(1 + at * members / tried), None)?;
             let mut solver = DemSolver::of_model(model, &base.scene, base.follows());
             let mut path = vec![place(&solver)];
-            let times = [settings.end_time, settings.interval, LOOK * solver.model().steps.step];
+            let times = [settings.end_time, settings.interval, STEPS_PER_LOOK * solver.model().steps.step];
             let passed = RefCell::new(&mut path);
             let trial = Trial::new(&mut solver, times, LIMIT, |solver| {
                 passed.borrow_mut().push(place(solver));

@@ -18,7 +18,7 @@ use toolkit::screen::show;
 pub const COMMAND: Extra = Extra { command, run };
 
 /// Most heights that are written.
-const MOST: f64 = 1e7;
+const MAX_HEIGHTS: f64 = 1e7;
 
 fn command() -> clap::Command {
     GroundArguments::augment_args(
@@ -86,8 +86,9 @@ pub fn around(scene: &Scene, arguments: &GroundArguments) -> Result<Raster, Diag
     let from = |a: usize| ((axis(a).fold(f64::INFINITY, f64::min) - arguments.margin) / cell).floor();
     let to = |a: usize| ((axis(a).fold(f64::NEG_INFINITY, f64::max) + arguments.margin) / cell).ceil();
     let (corner, counts) = ([from(0), from(1)], [to(0) - from(0) + 1.0, to(1) - from(1) + 1.0]);
-    if counts[0] * counts[1] > MOST {
-        let what = format!("{:e} heights {cell} m apart: {MOST:e} are possible", counts[0] * counts[1]);
+    if counts[0] * counts[1] > MAX_HEIGHTS {
+        let what =
+            format!("{:e} heights {cell} m apart: {MAX_HEIGHTS:e} are possible", counts[0] * counts[1]);
         return Err(fault(what).try_instead("a shorter line, or a larger --cell"));
     }
     let counts = counts.map(|n| n as usize);

@@ -305,7 +305,7 @@ fn spheres_of_a_file_start_where_it_has_them() {
         ("", "the file has no spheres"),
         ("0.05 0.05 0.05 0.01\n0.1 0.1 0.1\n", "s.xyzr:2: a number is missing"),
         ("0.05 0.05 0.05 0.01\n0.1 0.1 0.1 -0.01\n", "s.xyzr:2: a radius of -0.01 m: it must lie above 0"),
-        ("0.05 0.05 0.05 0.01\n0.1 x 0.1 0.01\n", "s.xyzr:2: `x` is no number"),
+        ("0.05 0.05 0.05 0.01\n0.1 x 0.1 0.01\n", "s.xyzr:2: `x` is not a number"),
         ("0.05 0.05 0.05 0.01 7\n", "s.xyzr:1: `7` after x y z r"),
         ("0.05 0.05 0.05 0.01\n0.05 0.05 0.05 0.01\n", "the same sphere as in line 1"),
         ("50 50 50 10\n", "beyond the side `+x` of the box"),

@@ -297,7 +297,7 @@ fn what_makes_no_sense_of_shapes_and_clusters_is_refused_with_its_place() {
     for (text, expected) in [
         ("shape = { type = \"mesh\", file = \"no-such.stl\" }".to_string(), "there is no such file"),
         (format!("shape = {{ type = \"mesh\", file = {open} }}"), "triangles share the edge"),
-        (format!("shape = {{ type = \"mesh\", file = {stl} }}"), "bad.stl:2: `z` is no number"),
+        (format!("shape = {{ type = \"mesh\", file = {stl} }}"), "bad.stl:2: `z` is not a number"),
         (format!("shape = {{ type = \"mesh\", file = {open}, scale = 0.0 }}"), "above 0"),
         (format!("{cube}cluster = {{ file = {spheres} }}"), "bad.xyzr:2: a radius of -1 m"),
         (format!("{cube}cluster = {{ file = {spheres}, spheres = 8 }}"), "keep one of `file` and `spheres`"),

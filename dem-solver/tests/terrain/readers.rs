@@ -303,7 +303,7 @@ fn a_fault_is_told_with_file_and_line() {
             "t.xyz: 3 points that span no surface: three that are not in line are needed",
         ),
         ("t.obj", "v 0 0 0\nv 1 0 0\nf 1 2 3\n".into(), "t.obj:3: corner 3 of a file of 2 corners"),
-        ("t.stl", "solid a\nfacet\nvertex 0 0 zero\n".into(), "t.stl:3: `zero` is no number"),
+        ("t.stl", "solid a\nfacet\nvertex 0 0 zero\n".into(), "t.stl:3: `zero` is not a number"),
         (
             "t.dem",
             "1".into(),

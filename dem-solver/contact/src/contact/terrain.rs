@@ -8,7 +8,7 @@
 use super::broad_phase::cell_grid::Plane;
 use super::broad_phase::terrain_pairs::TerrainPairs;
 use super::history::{Frame, SurfaceHistory, Transfer};
-use super::narrow_phase::faces::Faces;
+use super::narrow_phase::faces::FaceShares;
 use super::narrow_phase::selection::keep_contacts;
 use super::narrow_phase::{Touch, count};
 use super::pipeline::{Mover, Partner, Rows, Site, Sums, forces};
@@ -28,7 +28,7 @@ pub struct SurfaceContacts {
     transfer: Transfer,
     rows: Rows,
     spare: Vec<Touch>,
-    faces: Faces,
+    faces: FaceShares,
     /// The histories after the step.
     pub histories: Vec<SurfaceHistory>,
 }

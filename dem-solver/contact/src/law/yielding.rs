@@ -12,7 +12,7 @@
 //! - a rock that comes back before that swings about its seat. There a dashpot `2 g sqrt(m* k2)` with
 //!   `g = -ln e / sqrt(pi^2 + ln^2 e)` takes from each swing what the impact would have: else it would never rest.
 //!
-//! On other ground the force stays as it is, and no energy is made (see [`Dent::pass_to`]).
+//! On other ground the force stays as it is, and no energy is made (see [`PlasticIndentation::pass_to`]).
 //!
 //! Source: Walton and Braun (1986), J. Rheol. 30, 949, for the two branches; e(v) as prescribed, docs/ground.md.
 
@@ -72,7 +72,7 @@ pub fn seat_damping(restitution: f64) -> f64 {
 
 /// What the ground below a rock remembers.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct Dent {
+pub struct PlasticIndentation {
     /// Number of its law.
     pub law: u16,
     /// Depth at which the rock found the ground [m]: 0 at its surface.
@@ -113,7 +113,7 @@ pub struct Felt {
     pub ratio: f64,
 }
 
-impl Dent {
+impl PlasticIndentation {
     /// Stiffness [N/m] and depth without force [m] of the unloading.
     fn unloading(&self, law: &Law, radius: f64) -> (f64, f64) {
         let n = law.normal.powers().overlap;

@@ -254,7 +254,7 @@ impl Rock {
 
     /// How far a sphere's centre has moved at most by the turn since `before` [m]: at distance r by 2 r sin(angle / 2).
     #[inline]
-    pub fn turned(&self, before: &UnitQuaternion<f64>, now: &Motion) -> f64 {
+    pub fn rotation_since(&self, before: &UnitQuaternion<f64>, now: &Motion) -> f64 {
         2.0 * (before.inverse() * now.orientation).imag().norm() * self.lever()
     }
 

@@ -4,7 +4,7 @@ use dem_solid::shape::Surface;
 use nalgebra::Vector3;
 
 /// Most faces of a rock that touches wires by them; one with more is round, and its spheres are as good.
-const MOST: usize = 128;
+const MAX_FACES: usize = 128;
 
 /// Share of its size by which a corner may stand out of a face that counts as convex; and faces whose normals differ by no more
 /// are one.
@@ -48,7 +48,7 @@ impl Faces {
                 continue;
             }
             let sticks_out = |p: &Vector3<f64>| normal.dot(p) > offset + LEVEL * size;
-            if planes.len() == MOST || surface.points.iter().any(sticks_out) {
+            if planes.len() == MAX_FACES || surface.points.iter().any(sticks_out) {
                 return None;
             }
             planes.push(Face { normal, offset });

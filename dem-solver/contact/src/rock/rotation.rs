@@ -21,7 +21,7 @@ type Turn = UnitQuaternion<f64>;
 type Vector = Vector3<f64>;
 
 /// Most pieces: a tenth of a second of work.
-const MOST: f64 = 1e5;
+const MAX_PIECES: f64 = 1e5;
 /// Half a turn [rad] of which four terms of sine and cosine are exact: the fifth is 0.01^8 / 40320 = 2e-21.
 const SMALL_ANGLE: f64 = 0.01;
 
@@ -48,7 +48,7 @@ pub fn turn(q: &Turn, angular_momentum: &Vector, inertia: &Vector, h: f64) -> Tu
         return short(q, angular_momentum, inertia, h);
     }
     // Never more than so many: a body that diverges has to end as well.
-    let pieces = (angular_momentum.norm() / inertia.min() * h.abs() / TURN).ceil().clamp(1.0, MOST);
+    let pieces = (angular_momentum.norm() / inertia.min() * h.abs() / TURN).ceil().clamp(1.0, MAX_PIECES);
     (0..pieces as u64).fold(*q, |q, _| series(&q, angular_momentum, inertia, h / pieces))
 }
 

@@ -12,7 +12,7 @@ use std::path::PathBuf;
 use toolkit::scene::Scene;
 
 /// Most spheres of a scene.
-pub const MOST: usize = 10_000_000;
+pub const MAX_SPHERES: usize = 10_000_000;
 
 /// Separate spheres that differ in radius and place. Beside rocks, terrain or a structure each of them is a rock of its own.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -174,7 +174,7 @@ pub(super) fn complete(all: &mut [SpheresSettings], sides: Option<&BoxSettings>,
         keys.above_zero(&[("density", Some(group.density), " kg/m3")])?;
         keys.not_negative(&[("velocity_scatter", Some(group.velocity_scatter), " m/s")])?;
         if group.file.is_some() {
-            read(group, MOST - total, sides, scene, &keys)?;
+            read(group, MAX_SPHERES - total, sides, scene, &keys)?;
         } else {
             place(group, total, sides, &keys)?;
         }
@@ -228,8 +228,8 @@ fn place(group: &mut SpheresSettings, before: usize, sides: Option<&BoxSettings>
     let count = group.count.ok_or_else(|| absent("count", "count = 1000"))?;
     let [least, most] = group.radius.ok_or_else(|| absent("radius", "radius = [0.01, 0.02]"))?;
     let total = before.saturating_add(count);
-    let what = format!("{total} spheres in all: 1 to {MOST} are possible");
-    keys.refuse(count == 0 || total > MOST, "count", what, "")?;
+    let what = format!("{total} spheres in all: 1 to {MAX_SPHERES} are possible");
+    keys.refuse(count == 0 || total > MAX_SPHERES, "count", what, "")?;
     let what = format!("radii from {least} to {most} m: both must lie above 0, the smaller first");
     let cure = format!("radius = [{}, {}]", least.min(most).abs(), least.max(most).abs());
     keys.refuse(!(least > 0.0 && most >= least), "radius", what, cure)?;

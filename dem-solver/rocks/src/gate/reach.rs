@@ -22,13 +22,13 @@ const LONGEST: f64 = 60.0;
 const APART: f64 = 5.0;
 
 /// The nodes of the net at rest, and the box around them.
-pub struct Net {
+pub struct NetExtent {
     low: Vector3<f64>,
     high: Vector3<f64>,
     nodes: Vec<Vector3<f64>>,
 }
 
-impl Net {
+impl NetExtent {
     /// Around nodes at these places, local; `None`: there are none.
     pub fn around(nodes: Vec<Vector3<f64>>) -> Option<Self> {
         let [low, high] = (!nodes.is_empty()).then(|| bounds(nodes.iter().copied()))?;
@@ -56,7 +56,7 @@ impl Net {
 
 /// What the user should know of rocks that never reach the net.
 pub fn check(model: &Model, contact_mesh: &ContactMesh) -> Vec<Diagnostic> {
-    let Some(net) = Net::around(contact_mesh.nodes.clone()) else { return Vec::new() };
+    let Some(net) = NetExtent::around(contact_mesh.nodes.clone()) else { return Vec::new() };
     let of_rock = |at| match &model.ground {
         Some(ground) => on_terrain(model, ground, &net, at),
         None => in_flight(model, contact_mesh, &net, at),
@@ -65,7 +65,7 @@ pub fn check(model: &Model, contact_mesh: &ContactMesh) -> Vec<Diagnostic> {
 }
 
 /// When the first rock comes in free flight to the box around a net [s]; `None`: over terrain, or none does.
-pub fn arrival(model: &Model, net: &Net) -> Option<f64> {
+pub fn arrival(model: &Model, net: &NetExtent) -> Option<f64> {
     if model.ground.is_some() {
         return None;
     }
@@ -84,7 +84,7 @@ fn throw(model: &Model, at: usize) -> Parabola {
 }
 
 /// Without terrain nothing but another rock can turn a rock.
-fn in_flight(model: &Model, contact_mesh: &ContactMesh, net: &Net, at: usize) -> Option<Diagnostic> {
+fn in_flight(model: &Model, contact_mesh: &ContactMesh, net: &NetExtent, at: usize) -> Option<Diagnostic> {
     let (rock, end) = (&model.rocks[at], model.settings.end_time);
     let throw = throw(model, at);
     if touches_another(model, &throw, at) {
@@ -147,7 +147,7 @@ fn touches_another(model: &Model, throw: &Parabola, at: usize) -> bool {
 }
 
 /// The one change with which the rock would reach the net.
-fn cure(model: &Model, net: &Net, throw: &Parabola, at: usize) -> String {
+fn cure(model: &Model, net: &NetExtent, throw: &Parabola, at: usize) -> String {
     let (reach, end) = (model.rocks[at].reach, model.settings.end_time);
     let reaches = |changed: Parabola, end: f64| net.arrival(&changed, reach, end);
     let (g, v) = (throw.gravity, throw.velocity);
@@ -187,7 +187,7 @@ fn cure(model: &Model, net: &Net, throw: &Parabola, at: usize) -> String {
 }
 
 /// On a terrain a rock goes where the ground leads it, but never higher than its energy, and not far beside the map.
-fn on_terrain(model: &Model, ground: &Terrain, net: &Net, at: usize) -> Option<Diagnostic> {
+fn on_terrain(model: &Model, ground: &Terrain, net: &NetExtent, at: usize) -> Option<Diagnostic> {
     let rock = &model.rocks[at];
     let throw = throw(model, at);
     let g = throw.gravity.norm();

@@ -248,7 +248,7 @@ impl GranularSolver {
         [kinetic, potential, stored, state.dissipated, contacts, fastest.sqrt(), centre.x, centre.y, centre.z]
     }
 
-    fn tell(&self, state: &GranularState, output: &mut [f64]) {
+    fn write_gauges(&self, state: &GranularState, output: &mut [f64]) {
         for (out, value) in output.chunks_exact_mut(3).zip(self.values(state)) {
             out.fill(value);
         }
@@ -279,7 +279,7 @@ impl Solver for GranularSolver {
         }
         let gauges = Self::gauges();
         let mut initial = vec![0.0; 3 * gauges.len()];
-        self.tell(&self.committed, &mut initial);
+        self.write_gauges(&self.committed, &mut initial);
         Ok(Ready { gauges, initial, warnings: self.cautions.clone(), ..Ready::default() })
     }
 
@@ -289,7 +289,7 @@ impl Solver for GranularSolver {
         }
         self.trial.copy(&self.committed);
         self.run.solve(&self.model, &mut self.trial, window)?;
-        self.tell(&self.trial, output);
+        self.write_gauges(&self.trial, output);
         Ok(())
     }
 

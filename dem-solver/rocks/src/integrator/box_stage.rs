@@ -11,7 +11,7 @@ use dem_contact::contact::terrain::SurfaceContacts;
 use dem_contact::contact::whole_rock::Whole;
 use dem_contact::contact::whole_rock::terrain::WholeRockContacts;
 use dem_contact::law::table::SurfaceLaws;
-use dem_contact::law::yielding::Dent;
+use dem_contact::law::yielding::PlasticIndentation;
 use dem_contact::rock::Motion;
 use dem_terrain::queries::arrival;
 use interface_defs::Fault;
@@ -126,7 +126,14 @@ impl BoxStage {
                 continue;
             }
             landed.find_on_plane(it, whole, (number, plane), now);
-            sums.add_all(&landed.forces(it, whole, laws, now, span.h, (own, &mut Dent::default())));
+            sums.add_all(&landed.forces(
+                it,
+                whole,
+                laws,
+                now,
+                span.h,
+                (own, &mut PlasticIndentation::default()),
+            ));
             self.after.extend_from_slice(&landed.histories);
         }
         watch_whole(&Case::new(model, rock, Against::Sides, span), whole, now, &sums)?;
@@ -143,7 +150,7 @@ impl BoxStage {
             let landed = &mut self.landed;
             return (0..).zip(&model.planes).fold((0.0, 0), |(energy, count), plane| {
                 landed.find_on_plane(&model.rocks[rock], whole, plane, now);
-                let own = landed.energy(whole, laws, &Dent::default());
+                let own = landed.energy(whole, laws, &PlasticIndentation::default());
                 (energy + own, count + landed.contacts.len())
             });
         }

@@ -27,7 +27,7 @@ const NEAR_WHOLE: f64 = 0.01;
 /// The same on ground that gives way, where contacts are deeper and longer: longer groups, which cost fewer searches.
 const NEAR_YIELDING: f64 = 0.03;
 /// Most steps of the scene in a group.
-const MOST: usize = 64;
+const MAX_SUB_STEPS: usize = 64;
 /// Smallest approach that is taken into account, as a share of the speed of the rock's fastest point.
 const SLOWEST: f64 = 0.1;
 
@@ -76,7 +76,7 @@ pub fn next(
     around.update(it, &model.trees[0], ground, now, h, reach);
     let turn = now.angular_momentum.norm() / it.inertia.min();
     let fastest = now.velocity.norm() + turn * it.arm + model.settings.gravity.norm() * h;
-    let steps = ((reach / (fastest * h)) as usize).clamp(1, most.min(MOST));
+    let steps = ((reach / (fastest * h)) as usize).clamp(1, most.min(MAX_SUB_STEPS));
     let per_contact = model.settings.dem.steps_per_contact.unwrap_or(DemSettings::STEPS_PER_CONTACT);
     // Never finer than the scene says.
     let cut = |longest: f64| {

@@ -4,7 +4,7 @@ use crate::guard::cause::Case;
 use crate::guard::{watch, watch_gap, watch_whole};
 use crate::integrator::sub_stepping::{self, SubSteps};
 use crate::model::critical::DEEP;
-use crate::model::runout::{LOOK, Passed, is_out};
+use crate::model::runout::{HEIGHT_INTERVAL, Passed, is_out};
 use crate::model::state::{Against, Body, State};
 use crate::model::{Model, Span};
 use crate::results::trajectory::Row;
@@ -14,7 +14,7 @@ use dem_contact::contact::terrain::SurfaceContacts;
 use dem_contact::contact::whole_rock::terrain::WholeRockContacts;
 use dem_contact::law::Law;
 use dem_contact::law::table::SurfaceLaws;
-use dem_contact::law::yielding::Dent;
+use dem_contact::law::yielding::PlasticIndentation;
 use dem_contact::rock::Motion;
 use dem_terrain::Terrain;
 use dem_terrain::forest::Stands;
@@ -169,7 +169,7 @@ impl TerrainStage {
         if around.pairs.is_empty() {
             watch_gap(&case, ground, now)?;
             body.terrain_histories.clear();
-            body.dent = Dent::default();
+            body.dent = PlasticIndentation::default();
             return Ok(Sums::default());
         }
         if let Some(whole) = &model.wholes[rock] {
@@ -278,7 +278,7 @@ impl TerrainStage {
 
 /// Steps of `h` [s] between two looks at the height of a flying rock.
 pub fn steps_per_look(h: f64) -> usize {
-    (LOOK / h).round().max(1.0) as usize
+    (HEIGHT_INTERVAL / h).round().max(1.0) as usize
 }
 
 /// Steps of `h` [s], at most `most`, that rock number `rock` flies freely from `now`, touching nothing

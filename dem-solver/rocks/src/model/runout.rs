@@ -16,7 +16,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 /// Time between two evaluations of the height of a flying rock [s].
-pub const LOOK: f64 = 0.05;
+pub const HEIGHT_INTERVAL: f64 = 0.05;
 /// Sections of the time between two evaluations in search of a peak: it is found to less than 1e-4 s.
 const SECTIONS: usize = 13;
 

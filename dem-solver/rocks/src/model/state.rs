@@ -7,7 +7,7 @@ use dem_contact::contact::history::SurfaceHistory;
 use dem_contact::contact::rocks::RockHistory;
 use dem_contact::law::growing::Slip;
 use dem_contact::law::resistance::RollingState;
-use dem_contact::law::yielding::Dent;
+use dem_contact::law::yielding::PlasticIndentation;
 use dem_contact::rock::{Flight, Motion};
 use serde::{Deserialize, Serialize};
 
@@ -48,7 +48,7 @@ pub struct Body {
     /// What its contacts with the terrain remember, likewise.
     pub terrain_histories: Vec<SurfaceHistory>,
     /// What ground that gives way remembers of it.
-    pub dent: Dent,
+    pub dent: PlasticIndentation,
     /// How far it has slid, for friction that grows with it.
     pub slip: Slip,
     /// What it takes from step to step as its rolling is resisted.
@@ -157,7 +157,7 @@ impl Body {
             flight: None,
             histories: Vec::new(),
             terrain_histories: Vec::new(),
-            dent: Dent::default(),
+            dent: PlasticIndentation::default(),
             slip: Slip::default(),
             rolling: RollingState::default(),
             box_histories: Vec::new(),
@@ -233,7 +233,7 @@ impl Body {
         self.histories.clear();
         self.terrain_histories.clear();
         self.box_histories.clear();
-        self.dent = Dent::default();
+        self.dent = PlasticIndentation::default();
         (self.tangential_energy, self.elastic, self.contacts, self.rock_contacts) = (0.0, 0.0, 0, 0);
     }
 

@@ -98,7 +98,7 @@ fn named(line: &str) -> Result<(), String> {
         _ => {
             let word = shown(word);
             format!(
-                "`{word}` is no number: a line of column names? Put # before it; each line holds x y z r [m]"
+                "`{word}` is not a number: a line of column names? Put # before it; each line holds x y z r [m]"
             )
         }
     })
@@ -197,7 +197,7 @@ mod tests {
             ("0 0 0 0\n", Some(1), "above 0"),
             ("0 nan 0 1\n", Some(1), "finite"),
             ("0 inf 0 1\n", Some(1), "finite"),
-            ("x y z r\n", Some(1), "`x` is no number"),
+            ("x y z r\n", Some(1), "`x` is not a number"),
             ("0 0 0 1\n1 0 0 1\n0,0, 0 1.0\n", Some(3), "the same sphere as in line 1"),
         ] {
             let error = refused(text);

@@ -161,7 +161,7 @@ impl<'a> Probe<'a> {
         measured.sort_by(|a, b| b.1.total_cmp(&a.1));
         let back = |point: &Vector3<f64>, inward: &Vector3<f64>, _: f64| self.at(point, inward).1;
         let starts = spread(&measured, self.effort.starts, step).into_iter();
-        let rays = starts.map(|m| self.uphill(m.2, step, back)).collect();
+        let rays = starts.map(|m| self.ascend(m.2, step, back)).collect();
         let found = [rays, self.deepest(&measured, step)].concat();
         let back = most(&found, self.outside);
         places.extend(found);
@@ -194,7 +194,7 @@ impl<'a> Probe<'a> {
         for m in spread(&found, self.effort.starts, step) {
             // A distance grows no faster than the sample moves.
             if m.0 + self.effort.steps as f64 * 1.5 * step > largest {
-                let climbed = self.uphill(m.2, step, |p, inward, least| self.shortest(p, inward, least));
+                let climbed = self.ascend(m.2, step, |p, inward, least| self.shortest(p, inward, least));
                 largest = largest.max(climbed.depth);
                 places.push(climbed);
             }
@@ -206,7 +206,7 @@ impl<'a> Probe<'a> {
     /// from that. `measured` begins with the deepest ends of rays.
     fn deepest(&self, measured: &[Measured], step: f64) -> Vec<Place> {
         let most = self.effort.pits;
-        let mut found: Vec<Pit> = Vec::new();
+        let mut found: Vec<DeepPoint> = Vec::new();
         let count = self.index.spheres.len();
         let many = (self.effort.points / count).clamp(LEAST_POINTS, MOST_POINTS);
         for (number, sphere) in (0..).zip(&self.index.spheres) {
@@ -217,7 +217,7 @@ impl<'a> Probe<'a> {
                 let point = sphere.centre + spiral(k, many) * sphere.radius;
                 if let Some(depth) = self.depth(&point, deepest) {
                     deepest = depth;
-                    best = Some(Pit { point, depth, sphere: number });
+                    best = Some(DeepPoint { point, depth, sphere: number });
                 }
             }
             found.extend(best);
@@ -230,12 +230,12 @@ impl<'a> Probe<'a> {
             let Sample { point, inward, .. } = m.2;
             let point = point + inward * self.index.entry(&point, &inward, self.tree.size)?;
             let depth = self.depth(&point, 0.0)?;
-            Some(Pit { point, depth, sphere: self.index.nearest(&point).1 })
+            Some(DeepPoint { point, depth, sphere: self.index.nearest(&point).1 })
         });
         found.extend(rays.collect::<Vec<_>>());
         found.sort_by(|a, b| b.depth.total_cmp(&a.depth));
         let mut known = Vec::new();
-        let place = |pit: Pit| {
+        let place = |pit: DeepPoint| {
             let point = self.tree.closest(&pit.point).point;
             let inward = (pit.point - point).try_normalize(self.tight)?;
             Some(Place { point, inward, depth: pit.depth })
@@ -244,7 +244,7 @@ impl<'a> Probe<'a> {
     }
 
     /// Where the largest value is that small steps along the surface find from a sample.
-    fn uphill(
+    fn ascend(
         &self,
         Sample { mut point, mut inward, .. }: Sample,
         mut step: f64,
@@ -327,7 +327,7 @@ const MOST_TURNS: usize = 60;
 
 /// A place on a sphere, and its distance to the solid's surface [m].
 #[derive(Debug, Clone, Copy)]
-struct Pit {
+struct DeepPoint {
     /// The place [m].
     point: Vector3<f64>,
     /// The distance [m].
@@ -358,7 +358,7 @@ impl Probe<'_> {
 
     /// The deepest place that is reached from `pit` by corners of three spheres, each deeper than the last. At one of the
     /// places `known`, from which another search went on, this one ends; it adds its own.
-    fn bottom_of(&self, mut pit: Pit, known: &mut Vec<Vector3<f64>>) -> Pit {
+    fn bottom_of(&self, mut pit: DeepPoint, known: &mut Vec<Vector3<f64>>) -> DeepPoint {
         for _ in 0..MOST_STEPS {
             let near = |k: &Vector3<f64>| (k - pit.point).norm_squared() <= (10.0 * self.tight).powi(2);
             if known.iter().any(near) {
@@ -374,7 +374,7 @@ impl Probe<'_> {
     }
 
     /// A deeper place on the sphere of `pit` than it.
-    fn deeper(&self, pit: &Pit) -> Option<Pit> {
+    fn deeper(&self, pit: &DeepPoint) -> Option<DeepPoint> {
         let own = *self.index.sphere(pit.sphere);
         let mut others = self.index.overlapping(&own);
         others.retain(|k| *k != pit.sphere);
@@ -385,13 +385,13 @@ impl Probe<'_> {
         others.sort_by(|a, b| away(a).total_cmp(&away(b)));
         others.truncate(MOST_NEIGHBOURS);
         let others: Vec<(u32, Sphere)> = others.into_iter().map(|k| (k, *self.index.sphere(k))).collect();
-        let look = |best: Option<Pit>, point: Vector3<f64>, sphere: u32| {
+        let look = |best: Option<DeepPoint>, point: Vector3<f64>, sphere: u32| {
             // Most corners lie in one of these.
             if others.iter().any(|(_, s)| holds(s, &point, self.tight)) {
                 return best;
             }
             let least = best.map_or(pit.depth * (1.0 + 1e-9) + self.tight, |b| b.depth);
-            self.depth(&point, least).map(|depth| Pit { point, depth, sphere }).or(best)
+            self.depth(&point, least).map(|depth| DeepPoint { point, depth, sphere }).or(best)
         };
         let circles: Vec<(usize, Circle)> =
             others.iter().enumerate().filter_map(|(i, (_, s))| Some((i, Circle::of(&own, s)?))).collect();
@@ -413,7 +413,7 @@ impl Probe<'_> {
 
     /// A deeper place on the sphere `own` beside `pit`, by smaller and smaller steps: in a hole through a plate it is where
     /// both faces are as far.
-    fn further(&self, pit: &Pit, own: &Sphere) -> Option<Pit> {
+    fn further(&self, pit: &DeepPoint, own: &Sphere) -> Option<DeepPoint> {
         let mut best = *pit;
         let mut turn = 0.5;
         for _ in 0..MOST_TURNS {
@@ -421,7 +421,7 @@ impl Probe<'_> {
             for along in around(&((best.point - own.centre) / own.radius), turn) {
                 let point = own.centre + along * own.radius;
                 if let Some(depth) = self.depth(&point, best.depth * (1.0 + 1e-9) + self.tight) {
-                    best = Pit { point, depth, ..best };
+                    best = DeepPoint { point, depth, ..best };
                 }
             }
             if best.depth == before {
@@ -509,7 +509,7 @@ mod tests {
         let probe = Probe { tight: 1e-12, ..Probe::new(&tree, &spheres, effort) };
         let start = spheres[0].centre + Vector3::new(-0.5, 0.0, 0.75_f64.sqrt()) * r;
         let depth = probe.depth(&start, 0.0).expect("nothing lies above it");
-        let start = Pit { point: start, depth, sphere: probe.index.nearest(&start).1 };
+        let start = DeepPoint { point: start, depth, sphere: probe.index.nearest(&start).1 };
         let found = probe.bottom_of(start, &mut Vec::new());
         let exact = 0.1 - (r * r - s * s / 3.0).sqrt();
         assert!(depth < 0.5 * exact && (found.depth - exact).abs() < 1e-12, "{found:?}, {exact}");

@@ -120,7 +120,7 @@ impl Shape {
         };
         let values: Vec<f64> = values
             .split(',')
-            .map(|v| v.trim().parse().map_err(|_| refuse(format!("`{v}` is no number"))))
+            .map(|v| v.trim().parse().map_err(|_| refuse(format!("`{v}` is not a number"))))
             .collect::<Result<_, _>>()?;
         let shape = match (name, &values[..]) {
             ("cube", [a]) => Self::Box { size: [*a; 3] },

@@ -52,7 +52,7 @@ fn value(words: &mut Words, what: &str) -> Result<f64, ReadError> {
     let word = words.next_word();
     let word =
         word.ok_or_else(|| words.fault(format!("the file ends where its {what} must stand: cut off?")))?;
-    let error = || words.fault(format!("`{}` is no number for its {what}", shown(word)));
+    let error = || words.fault(format!("`{}` is not a number for its {what}", shown(word)));
     number(word).ok_or_else(|| comma(word, error()))
 }
 
@@ -79,7 +79,7 @@ mod tests {
             ("DSAA\n3 2\n104 100\n".into(), "t.grd:3: x from 104 to 100: it must rise"),
             (format!("{HEAD}1 2 3\n4 5\n"), "t.grd:8: the file ends after 5 of 3 x 2 = 6 heights"),
             (format!("{HEAD}1 2 3\n4 x 6\n"), "t.grd:7: `x` is no height (row 2, column 2)"),
-            (HEAD.replace("55", "y"), "t.grd:4: `y` is no number for its yhi"),
+            (HEAD.replace("55", "y"), "t.grd:4: `y` is not a number for its yhi"),
             ("DSAA\n3 2\n0".into(), "t.grd:3: the file ends where its xhi must stand: cut off?"),
             (format!("{HEAD}1 2 3\n4,5 5 6\n"), "a number is written with a point: 4.5"),
             (format!("{HEAD}1 2 3\n4 5 6\n7"), "t.grd:8: `7` follows the last of 6 heights"),

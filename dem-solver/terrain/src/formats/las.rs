@@ -27,7 +27,7 @@ const BATCH: u64 = 1 << 22;
 const HEADER: usize = 227;
 const RECORD: usize = 54;
 /// Most points in a file, and most that are taken of them: each becomes a node and two triangles, 230 bytes together.
-const MOST: u64 = 2_000_000_000;
+const MAX_POINTS: u64 = 2_000_000_000;
 const MOST_TAKEN: usize = 100_000_000;
 
 /// Read points of these classes, all if there is none.
@@ -100,7 +100,9 @@ fn check(bytes: &[u8]) -> Result<(), ReadError> {
     }
     let (compressed, each) = (bytes[104] & 0xc0 != 0, number(105, 2));
     let count = if long { number(247, 8) } else { 0 }.max(number(107, 4));
-    if count > MOST || (!compressed && count.checked_mul(each).is_none_or(|size| size > length - offset)) {
+    if count > MAX_POINTS
+        || (!compressed && count.checked_mul(each).is_none_or(|size| size > length - offset))
+    {
         let what =
             format!("its header promises {count} points of {each} bytes, and the file has {length} bytes");
         return Err(what.into());

@@ -162,14 +162,15 @@ impl MeshPairs {
         let share = if from < 1.0 { (at.along - from) / (1.0 - from) } else { 0.0 };
         let moved = first + (self.slack[at.segment + 1] - first) * share;
         let off_course = (now.position - self.course.at(at.elapsed)).norm();
-        moved + off_course + rock.turned(&self.orientation, now) <= self.skin
+        moved + off_course + rock.rotation_since(&self.orientation, now) <= self.skin
     }
 
     /// The same for nodes that stand where `nodes` has them at this instant, whatever their course.
     pub fn is_good_for(&self, rock: &Rock, now: &Motion, nodes: &NodeMotion) -> bool {
         // What is not valid may be of other nodes than these.
         self.valid
-            && self.moved(nodes, (0, 0.0), &now.position) + rock.turned(&self.orientation, now) <= self.skin
+            && self.moved(nodes, (0, 0.0), &now.position) + rock.rotation_since(&self.orientation, now)
+                <= self.skin
     }
 
     /// Search the pairs at `now`; of nodes without a course these are good until [`MeshPairs::is_good_for`] says no.

@@ -110,7 +110,7 @@ impl TerrainPairs {
             self.moved = (now.position - position).norm();
             // The turn of a single sphere moves nothing.
             if rock.arm > 0.0 {
-                self.moved += rock.turned(orientation, now);
+                self.moved += rock.rotation_since(orientation, now);
             }
             if self.moved + reach <= self.skin {
                 return;

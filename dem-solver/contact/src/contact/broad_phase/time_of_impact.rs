@@ -87,7 +87,7 @@ impl Course {
             return least.min(arrival(gap, self.velocity.dot(&normal), self.pull.dot(&normal).max(0.0)));
         }
         let seen = face.seen(&self.to_own, &self.position);
-        let plane = Plane::new(self, &seen);
+        let plane = ApproachPlane::new(self, &seen);
         let least = std::cell::Cell::new(least);
         tree.visit(
             |bounds| self.box_meets(&plane, bounds) < least.get(),
@@ -111,7 +111,7 @@ impl Course {
 
     /// A time [s] before which nothing in the box can reach the plane, or the box around the triangle.
     #[inline]
-    fn box_meets(&self, plane: &Plane, bounds: &Bounds) -> f64 {
+    fn box_meets(&self, plane: &ApproachPlane, bounds: &Bounds) -> f64 {
         let (middle, half) = bounds.middle_and_half();
         let [off, wide, beside] = plane.slab.clearance((middle, half));
         let side = if off > 0.0 { -1.0 } else { 1.0 };
@@ -130,7 +130,7 @@ impl Course {
 }
 
 /// The plane of a triangle, as the course sees it.
-struct Plane {
+struct ApproachPlane {
     slab: Slab,
     /// Velocity of the centre of mass along the normal, and what a point's place adds to it.
     approach: f64,
@@ -139,7 +139,7 @@ struct Plane {
     pull: f64,
 }
 
-impl Plane {
+impl ApproachPlane {
     fn new(course: &Course, face: &Face) -> Self {
         Self {
             slab: Slab::new(face),

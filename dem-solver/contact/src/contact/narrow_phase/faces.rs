@@ -13,7 +13,7 @@
 //! sphere bridges with its edge inside, two for a groove that it touches on both sides.
 //!
 //! An edge of m faces counts `-(m - 1)`, a corner of k faces `1 - k` and each of its edges' `m - 1`. What parts a
-//! sphere does not reach is not asked: where an edge or a corner is within it, all their faces are. Faces must share the nodes
+//! sphere does not reach is not asked: where an edge or a corner is within it, all their faces are. FaceShares must share the nodes
 //! that they share: two that lie on each other with nodes of their own count twice.
 
 use super::Touch;
@@ -28,7 +28,7 @@ const EDGES: u32 = 1 << 31;
 struct Edge {
     /// Its ends, the smaller number first.
     nodes: [u32; 2],
-    /// Faces that it belongs to.
+    /// FaceShares that it belongs to.
     faces: f64,
     /// How often it counts.
     share: f64,
@@ -70,12 +70,12 @@ fn part(
 
 /// Buffers that are used again and again.
 #[derive(Debug, Clone, Default)]
-pub struct Faces {
+pub struct FaceShares {
     edges: Vec<Edge>,
     corners: Vec<Corner>,
 }
 
-impl Faces {
+impl FaceShares {
     /// Add to `contacts` those of a sphere with the faces `touched`, which are all that it overlaps. `nodes` are those of an element,
     /// `at` gives a node's place from the sphere's centre [m], `number` its number in the mesh.
     pub fn share_out(

@@ -4,7 +4,7 @@
 use crate::contact::broad_phase::mesh_elements::inverse_square;
 use crate::contact::broad_phase::mesh_pairs::{Instant, MeshPair, MeshPairs};
 use crate::contact::narrow_phase::Touch;
-use crate::contact::narrow_phase::faces::Faces;
+use crate::contact::narrow_phase::faces::FaceShares;
 use crate::contact::narrow_phase::line_in_faces::patches as patches_of;
 use crate::contact::narrow_phase::selection::keep_contacts;
 use crate::interface_mesh::crossings::Crossings;
@@ -12,7 +12,7 @@ use crate::interface_mesh::motion::{NodeMotion, Seam};
 use crate::interface_mesh::{ContactMesh, Kind};
 use crate::law::normal::Load;
 use crate::law::table::SurfaceLaws;
-use crate::rock::faces::Faces as RockFaces;
+use crate::rock::faces::Faces;
 use crate::rock::{Motion, Rock};
 use dem_solid::geometry::closest::{Feature, on_face, on_line};
 use dem_solid::geometry::sphere::Sphere;
@@ -24,7 +24,7 @@ pub struct MeshScene<'a> {
     /// The rock.
     pub rock: &'a Rock,
     /// Its faces, where the mesh touches them and not its spheres.
-    pub faces: Option<&'a RockFaces>,
+    pub faces: Option<&'a Faces>,
     /// The laws of its contacts.
     pub laws: SurfaceLaws<'a>,
     /// What it touches.
@@ -41,7 +41,7 @@ pub struct MeshScene<'a> {
 
 /// A node of wires of one radius within reach of a sphere.
 #[derive(Debug, Clone, Copy)]
-struct Corner {
+struct MeshCorner {
     /// Its place in the pair list.
     node: u32,
     /// Number of the radius.
@@ -74,9 +74,9 @@ pub struct MeshContacts {
     pub loads: Vec<Load>,
     nodes: Vec<Vector3<f64>>,
     segments: Vec<Segment>,
-    corners: Vec<Corner>,
+    corners: Vec<MeshCorner>,
     spare: Vec<Touch>,
-    faces: Faces,
+    faces: FaceShares,
     below: Vec<[f64; 2]>,
     patches: Vec<(Touch, Load)>,
 }
@@ -122,7 +122,7 @@ impl MeshContacts {
     }
 
     /// The patches in which lines, and points, lie below the faces of a rock, by face, then element.
-    fn find_on_faces(&mut self, scene: &MeshScene, faces: &RockFaces) {
+    fn find_on_faces(&mut self, scene: &MeshScene, faces: &Faces) {
         self.patches.clear();
         for (place, element) in (0..).zip(&scene.list.elements) {
             let law = scene.laws.of(element.number);
@@ -210,7 +210,7 @@ impl MeshContacts {
                     None if apart.norm_squared() < reach * reach => {
                         let excess = crossings.excess(list.numbers[node as usize], thickness);
                         let (share, element) = (-excess, contact.element);
-                        self.corners.push(Corner { node, thickness, share, element, end });
+                        self.corners.push(MeshCorner { node, thickness, share, element, end });
                         self.corners.len() - 1
                     }
                     None => continue,

@@ -5,7 +5,7 @@ use crate::law::Law;
 use crate::law::contact_point::{ContactPoint, History};
 use crate::law::normal::Load;
 use crate::law::restitution;
-use crate::law::yielding::{Dent, Pressing};
+use crate::law::yielding::{PlasticIndentation, Pressing};
 use nalgebra::Vector3;
 
 /// Contacts under one law that share one load, at one instant.
@@ -70,7 +70,7 @@ impl<'a> ContactPatch<'a> {
     }
 
     /// Be loaded by ground that remembers `dent`, in a step of `h` [s]; whether it pushes.
-    pub fn press(&mut self, dent: &mut Dent, h: f64, sums: &mut Sums) -> bool {
+    pub fn press(&mut self, dent: &mut PlasticIndentation, h: f64, sums: &mut Sums) -> bool {
         let Self { overlap, rate, travel, mass, .. } = *self;
         let felt = dent.press(self.law, self.radius, &Pressing { overlap, rate, travel: travel * h, mass });
         self.load = felt.load;

@@ -22,7 +22,7 @@ use crate::law::Law;
 use crate::law::contact_point::History;
 use crate::law::normal::Load;
 use crate::law::table::SurfaceLaws;
-use crate::law::yielding::Dent;
+use crate::law::yielding::PlasticIndentation;
 use crate::rock::{Motion, Rock};
 use dem_solid::geometry::closest::{Feature, on_face};
 use dem_solid::geometry::triangle::Nearest;
@@ -130,7 +130,7 @@ impl WholeRockContacts {
     }
 
     /// Energy of the contacts that were found, as far as it may come back [J]; `dent` is what the ground remembers.
-    pub fn energy(&self, whole: &Whole, laws: SurfaceLaws, dent: &Dent) -> f64 {
+    pub fn energy(&self, whole: &Whole, laws: SurfaceLaws, dent: &PlasticIndentation) -> f64 {
         if !laws.any(|law| law.yielding.is_some()) {
             let pressed = laws.distinct().filter_map(|law| self.pressed(whole, laws, law));
             return pressed.map(|(_, load)| load.energy).sum();
@@ -150,7 +150,7 @@ impl WholeRockContacts {
         laws: SurfaceLaws,
         now: &Motion,
         h: f64,
-        (before, dent): (&[SurfaceHistory], &mut Dent),
+        (before, dent): (&[SurfaceHistory], &mut PlasticIndentation),
     ) -> Sums {
         let mut histories = std::mem::take(&mut self.histories);
         histories.clear();
@@ -167,7 +167,7 @@ impl WholeRockContacts {
         let mut ground = Standing { radius, before, histories: &mut histories };
         if laws.any(|law| law.yielding.is_some()) {
             let Some((overlap, number)) = self.in_ground(whole, laws) else {
-                *dent = Dent::default();
+                *dent = PlasticIndentation::default();
                 self.histories = histories;
                 return sums;
             };

@@ -46,7 +46,7 @@ impl Law {
 
 /// The sum of the elastic forces on a rock.
 #[derive(Default)]
-struct Push {
+struct TotalPush {
     force: Vector3<f64>,
     torque: Vector3<f64>,
     /// Sum of their sizes [N], and of the energies [J].
@@ -54,7 +54,7 @@ struct Push {
     energy: f64,
 }
 
-impl Push {
+impl TotalPush {
     fn of(contacts: &[Touch], loads: &[Load]) -> Self {
         let mut push = Self::default();
         for (contact, load) in contacts.iter().zip(loads) {
@@ -118,7 +118,7 @@ impl MeshForces {
 
     /// Fill in the dashpot of each contact; the mean rate at which the rock moves into all of them [m/s].
     fn find_dashpots(&mut self, scene: MeshScene, now: &Motion, contacts: &[Touch], loads: &[Load]) -> f64 {
-        let push = Push::of(contacts, loads);
+        let push = TotalPush::of(contacts, loads);
         let mobility = push.mobility(scene.rock);
         let motion = self.own_motion(scene.rock, now);
         self.dashpots.clear();

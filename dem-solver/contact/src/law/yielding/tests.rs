@@ -26,7 +26,7 @@ fn at(overlap: f64, rate: f64) -> Pressing {
 fn impact(law: &Law, radius: f64, speed: f64, steps: f64) -> Came {
     let mass = 780.0;
     let (mut x, mut v, mut t, mut lost) = (0.0, speed, 0.0, 0.0);
-    let (mut dent, mut most, mut kept) = (Dent::default(), 0.0_f64, 0.0_f64);
+    let (mut dent, mut most, mut kept) = (PlasticIndentation::default(), 0.0_f64, 0.0_f64);
     let h = law.normal.impact(radius, mass, speed).1 / steps;
     loop {
         x += 0.5 * h * v;
@@ -94,7 +94,7 @@ fn restitution_falls_with_speed_as_asked_under_every_loading() {
 fn what_is_pressed_in_is_stored_or_lost() {
     let law = law("ground_modulus = 15e6\nrestitution = 0.5\nrestitution_law = \"pfeiffer_bowen\"");
     let worst = |parts: usize| {
-        let (mut dent, mut work, mut lost, mut worst) = (Dent::default(), 0.0, 0.0, 0.0_f64);
+        let (mut dent, mut work, mut lost, mut worst) = (PlasticIndentation::default(), 0.0, 0.0, 0.0_f64);
         let mut x = 0.0_f64;
         for k in 1..=parts {
             // In, half out, deeper, out.
@@ -122,7 +122,7 @@ fn on_other_ground_the_force_stays_and_no_energy_is_made() {
     let hard = law("ground_modulus = 1e10\nrestitution = 0.5");
     for (first, second) in [(&soft, &hard), (&hard, &soft)] {
         for back in [0.0, 0.02, 0.05, 0.5] {
-            let mut dent = Dent::default();
+            let mut dent = PlasticIndentation::default();
             let deepest = first.normal.deepest(0.4, 780.0, 3.6);
             dent.press(first, 0.4, &at(deepest, 1.0));
             let x = deepest * (1.0 - back);
@@ -143,7 +143,7 @@ fn on_other_ground_the_force_stays_and_no_energy_is_made() {
 fn what_lies_on_the_ground_comes_to_rest() {
     let law = law("ground_modulus = 15e6\nrestitution = 0.3");
     let (mass, g, h) = (780.0, 9.81, 1e-5);
-    let (mut x, mut v, mut a, mut dent) = (0.0, 0.5, 0.0, Dent::default());
+    let (mut x, mut v, mut a, mut dent) = (0.0, 0.5, 0.0, PlasticIndentation::default());
     for _ in 0..200_000 {
         x += 0.5 * h * v;
         let rate = v + 0.5 * h * a;
@@ -163,7 +163,7 @@ fn what_lies_on_the_ground_comes_to_rest() {
 fn new_ground_begins_half_a_dent_further() {
     let law = law("ground_stiffness = 4e5\nrestitution = 0.3");
     let after = |travel: f64| {
-        let mut dent = Dent::default();
+        let mut dent = PlasticIndentation::default();
         dent.press(&law, 0.4, &at(0.1, 1.0));
         let free = 0.1 * (1.0 - 0.09);
         let half = (2.0_f64 * 0.4 * free).sqrt();

@@ -71,7 +71,7 @@ fn corner(word: &str, so_far: usize, line: usize) -> Result<i64, ReadError> {
     match number.parse::<i64>() {
         Ok(n) if n > 0 => Ok(n - 1),
         Ok(n) if n < 0 && n.unsigned_abs() <= so_far as u64 => Ok(so_far as i64 + n),
-        _ => Err(ReadError::at(line, format!("`{}` is no number of a corner", shown(word)))),
+        _ => Err(ReadError::at(line, format!("`{}` is not the number of a corner", shown(word)))),
     }
 }
 
@@ -98,7 +98,10 @@ mod tests {
         assert!(refused("").message.starts_with("the file has 0 corners (`v x y z`) and no faces"));
         assert_eq!(refused("v 0 0\n").message, "a number is missing at the end of the line");
         assert_eq!(refused(&CUBE.replace("f 5 6 7 8", "f 5 6 7 9")).line, Some(14));
-        assert_eq!(refused(&CUBE.replace("f 5 6 7 8", "f 5 6 0 8")).message, "`0` is no number of a corner");
+        assert_eq!(
+            refused(&CUBE.replace("f 5 6 7 8", "f 5 6 0 8")).message,
+            "`0` is not the number of a corner"
+        );
         assert_eq!(refused(&CUBE.replace("f -7", "f -9")).line, Some(16));
         assert!(refused("solid x\n").message.contains("`solid` is no word"));
         assert!(read(CUBE.as_bytes(), 11).expect_err("12").message.contains("up to 11"));

@@ -196,7 +196,7 @@ mod tests {
         }
         assert!(refused(&good[..good.len() - "endsolid rock\n".len()]).message.contains("endsolid"));
         let bad = refused(&good.replacen("vertex -0.5", "vertex O.5", 1));
-        assert_eq!((bad.line, bad.message.as_str()), (Some(4), "`O.5` is no number"));
+        assert_eq!((bad.line, bad.message.as_str()), (Some(4), "`O.5` is not a number"));
         let bad = refused(&good.replacen("vertex -0.5", "vertex 1e10", 1));
         assert!(bad.message.contains("1e10"), "{bad:?}");
         assert!(refused(&good.replacen("  endloop\n", "", 1)).message.contains("before `endloop`"));
