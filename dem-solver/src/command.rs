@@ -19,7 +19,7 @@ use toolkit::program::Extra;
 use toolkit::screen::show;
 use toolkit::vtu::{Cells, Vtu};
 
-/// How the number of spheres and the largest error are written.
+/// Arguments for the number of spheres and the largest error, as messages name them.
 const NAMED: [&str; 2] = ["--spheres", "--largest-error"];
 
 /// The subcommand.

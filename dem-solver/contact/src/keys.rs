@@ -3,7 +3,7 @@
 use interface_defs::diagnostic::Diagnostic;
 use toolkit::scene::Scene;
 
-/// Whether a table passes.
+/// Result of a check.
 pub(crate) type Checked<T = ()> = Result<T, Diagnostic>;
 
 /// The keys of one table of a scene.

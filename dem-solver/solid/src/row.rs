@@ -45,7 +45,7 @@ impl<T: Plain> Row<T> {
         Some(Self { items, holder: map.clone() })
     }
 
-    /// Whether it is in a file.
+    /// True if it is in a file.
     pub fn is_shared(&self) -> bool {
         self.holder.is::<Map>()
     }

@@ -35,7 +35,7 @@ impl ForestName {
     }
 }
 
-/// Where forests are, in boxes that hold them.
+/// Forests, in boxes that hold them.
 #[derive(Debug, Clone, Default)]
 pub struct Stands(Vec<(Vector3<f64>, Vector3<f64>)>);
 
@@ -52,7 +52,7 @@ impl Stands {
         Self(ground.forests.iter().enumerate().filter_map(stand).collect())
     }
 
-    /// Whether there is none.
+    /// True if there is none.
     pub fn are_none(&self) -> bool {
         self.0.is_empty()
     }

@@ -61,7 +61,7 @@ fn open(map: &Arc<Map>) -> Option<(String, Terrain, usize)> {
 }
 
 impl Terrain {
-    /// Whether the surface is in memory once for all processes of the machine that use it.
+    /// True if the surface is in memory once for all processes of the machine that use it.
     pub fn is_shared(&self) -> bool {
         self.nodes.is_shared()
     }

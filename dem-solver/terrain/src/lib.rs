@@ -66,9 +66,9 @@ pub struct Terrain {
     pub highest: Vector3<f64>,
     /// What the user should know of it.
     pub notices: Vec<Diagnostic>,
-    /// Whether contacts are continuous over kinks.
+    /// True if contacts are continuous over kinks.
     pub continuous: bool,
-    /// Whether it was made of a raster: all its triangles share the nodes at which they touch.
+    /// True if it was made of a raster: all its triangles share the nodes at which they touch.
     regular: bool,
     /// Its hash, where it is known.
     content: String,
@@ -164,7 +164,7 @@ impl Terrain {
         [self.lowest + self.origin, self.highest + self.origin]
     }
 
-    /// Where two triangles touch without a common node.
+    /// The first place at which two triangles touch without a common node.
     pub fn unshared(&self) -> Option<Unshared> {
         if self.regular { None } else { first_fault(&self.nodes, Vec::new(), &self.triangles) }
     }
@@ -208,7 +208,7 @@ impl Terrain {
         mixed.then(|| notice(what).try_instead("each was taken to face up, so that nothing hangs over"))
     }
 
-    /// Whether no two triangles run along an edge in the same direction.
+    /// True if no two triangles run along an edge in the same direction.
     fn is_of_one_winding(&self) -> bool {
         let mut seen = HashSet::with_capacity(3 * self.triangles.len());
         self.triangles

@@ -206,7 +206,7 @@ fn line_meets(bounds: &Bounds, from: &Vector3<f64>, to: &Vector3<f64>) -> bool {
         && across.z <= wide.x * size.y + wide.y * size.x
 }
 
-/// How far along `down` from `point` the line crosses the triangle [m]; its border counts.
+/// Distance along `down` from `point` at which the line crosses the triangle [m]; its border counts.
 fn crossing([a, b, c]: &[Vector3<f64>; 3], point: &Vector3<f64>, down: &Vector3<f64>) -> Option<f64> {
     let (ab, ac) = (b - a, c - a);
     let across = down.cross(&ac);

@@ -27,7 +27,7 @@ pub struct Triangulated {
     pub triangles: Vec<[u32; 3]>,
     /// What the user should know of it.
     pub notices: Vec<Diagnostic>,
-    /// Whether its triangles share the nodes at which they touch, since they are cells of a raster.
+    /// True if its triangles share the nodes at which they touch, since they are cells of a raster.
     pub regular: bool,
 }
 
@@ -223,7 +223,7 @@ fn no_surface(count: usize) -> ReadError {
 /// grows with the square of their number.
 const NARROW: f64 = 1e-9;
 
-/// Whether points are in line, seen from above.
+/// True if points are in line, seen from above.
 fn is_line(points: &[Vector3<f64>]) -> bool {
     let Some(first) = points.first() else { return true };
     let from = |p: &Vector3<f64>| (p - first).xy();

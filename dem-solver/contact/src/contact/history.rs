@@ -29,7 +29,7 @@ pub struct SurfaceHistory {
 pub struct Frame<F> {
     /// A vector along the axes of space.
     pub to_space: F,
-    /// How far the surface may slip past the rock in the step [m].
+    /// Largest slip of the surface past the rock in the step [m].
     pub slip: f64,
 }
 

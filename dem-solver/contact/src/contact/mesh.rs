@@ -202,7 +202,7 @@ impl MeshForces {
         velocity + spin.cross(arm) - point_velocity(&self.node_velocities, contact, element)
     }
 
-    /// How far the mesh's point was displaced between two windows, in the rock's own frame [m].
+    /// Displacement of the mesh's point between two windows, in the rock's own frame [m].
     #[inline]
     pub(super) fn jump(&self, scene: MeshScene, contact: &Touch) -> Vector3<f64> {
         let Some(seam) = &scene.seam else { return Vector3::zeros() };

@@ -57,7 +57,7 @@ impl Rows {
     }
 }
 
-/// How a rock moves, in the frame of its contacts.
+/// Motion of a rock, in the frame of its contacts.
 #[derive(Debug, Clone, Copy)]
 pub struct Mover {
     /// Velocity of its centre of mass, less that of a partner that is a rock too [m/s].
@@ -70,7 +70,7 @@ pub struct Mover {
     pub inertia: f64,
 }
 
-/// Where a contact is.
+/// Geometry of a contact.
 #[derive(Debug, Clone, Copy)]
 pub struct Site {
     /// Unit vector from the rock into the partner.
@@ -83,11 +83,11 @@ pub struct Site {
     pub smaller: f64,
     /// The contact point, from the rock's centre of mass [m].
     pub arm: Vector3<f64>,
-    /// How often it counts.
+    /// Multiplicity with which it counts.
     pub weight: f64,
 }
 
-/// What a rock touches.
+/// A partner of a rock in contact.
 pub trait Partner {
     /// One of its contacts.
     type Contact;
@@ -95,7 +95,7 @@ pub trait Partner {
     /// Number of the law.
     fn law(&self, contact: &Self::Contact) -> u16;
 
-    /// Where the contact is.
+    /// Geometry of the contact.
     fn site(&self, contact: &Self::Contact) -> Site;
 
     /// Velocity of the partner's point past the frame [m/s]. Default: it stands still.

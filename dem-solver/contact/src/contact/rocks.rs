@@ -63,7 +63,7 @@ struct RockContact {
     /// Unit vector from the first centre to the second.
     normal: Vector3<f64>,
     overlap: f64,
-    /// Where it is, from the first rock's centre of mass [m].
+    /// Contact point, from the first rock's centre of mass [m].
     point: Vector3<f64>,
 }
 

@@ -88,7 +88,7 @@ impl ContactMesh {
         changed
     }
 
-    /// Whether it has faces.
+    /// True if it has faces.
     pub fn has_faces(&self) -> bool {
         self.elements.iter().any(|element| element.kind == Kind::Face)
     }

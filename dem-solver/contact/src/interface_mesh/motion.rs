@@ -61,7 +61,7 @@ impl MotionFields {
         self.nodes.extend(selection.iter().flat_map(|s| &s.nodes));
     }
 
-    /// Whether nodes are missing in the input.
+    /// True if nodes are missing in the input.
     pub fn is_partial(&self) -> bool {
         !self.whole
     }
@@ -228,7 +228,7 @@ pub struct NodeMotion {
     pub segment: f64,
     /// Its inverse [1/s].
     rate: f64,
-    /// Whether this is one instant of nodes whose further course is not known.
+    /// True if this is one instant of nodes whose further course is not known.
     instant: bool,
 }
 
@@ -254,7 +254,7 @@ impl NodeMotion {
         self.instant = true;
     }
 
-    /// Whether it is known where the nodes will be.
+    /// True if it is known where the nodes will be.
     pub fn has_course(&self) -> bool {
         !self.instant
     }

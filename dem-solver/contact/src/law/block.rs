@@ -21,7 +21,7 @@ type Column = [f64; WIDTH];
 /// Fewest contacts of a block for which all of it is computed at once.
 pub const WORTH: usize = 3;
 
-/// What goes in.
+/// Inputs.
 #[derive(Debug, Clone, Default)]
 struct Given {
     normal: [Column; 3],
@@ -38,7 +38,7 @@ struct Given {
     before: Column,
 }
 
-/// What comes out.
+/// Results.
 #[derive(Debug, Clone, Default)]
 struct Found {
     stiffness: Column,
@@ -60,9 +60,9 @@ pub struct Block {
     pub law: u16,
     /// Contacts in it.
     pub count: usize,
-    /// Whether the law has rolling resistance; without it what belongs to that is neither written nor read.
+    /// True if the law has rolling resistance; without it what belongs to that is neither written nor read.
     rolls: bool,
-    /// Whether one of them has moved between two windows; likewise.
+    /// True if one of them has moved between two windows; likewise.
     jumps: bool,
     given: Given,
     found: Found,
@@ -79,7 +79,7 @@ impl Block {
         (self.law, self.count, self.rolls, self.jumps) = (number, 0, law.rolling.is_some(), false);
     }
 
-    /// Whether there is no room left.
+    /// True if there is no room left.
     #[inline(always)]
     pub fn is_full(&self) -> bool {
         self.count == WIDTH

@@ -8,14 +8,14 @@
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
-/// How friction grows from the coefficient of [`crate::law::tangential`].
+/// Growth of friction from the coefficient of [`crate::law::tangential`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Growing {
     /// Coefficient that it grows to.
     pub most: f64,
-    /// How fast, over the distance [1/m].
+    /// Rate over the distance [1/m].
     pub growth: f64,
-    /// How fast s decays in flight [1/s].
+    /// Rate at which s decays in flight [1/s].
     pub relaxation: f64,
 }
 
@@ -34,7 +34,7 @@ pub struct Slip {
     value: f64,
     /// When that was [s].
     until: f64,
-    /// How fast it decays since [1/s].
+    /// Rate at which it decays since [1/s].
     relaxation: f64,
 }
 

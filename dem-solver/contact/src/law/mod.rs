@@ -38,7 +38,7 @@ use settings::{ContactSettings, EffectiveMass, RollingName};
 use tangential::{Sliding, Tangential};
 use yielding::Yielding;
 
-/// What a rock touches.
+/// A partner of a rock in contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PartnerKind {
     /// A surface (net, terrain, side of a box): rigid where the scene gives it no modulus.
@@ -60,7 +60,7 @@ pub struct Law {
     pub yielding: Option<Yielding>,
     /// Friction; `None`: smooth.
     pub tangential: Option<Tangential>,
-    /// How friction grows on terrain; `None`: it does not.
+    /// Growth of friction on terrain; `None`: it does not grow.
     pub growing: Option<Growing>,
     /// Drag in the ground; `None`: none.
     pub scarring: Option<Scarring>,
@@ -127,13 +127,13 @@ impl Law {
         Self { normal, whole, damping, yielding, tangential, growing, scarring, rolling, resistance }
     }
 
-    /// Whether the forces depend on velocities.
+    /// True if the forces depend on velocities.
     #[inline]
     pub fn needs_rates(&self) -> bool {
         self.damping.is_some() || self.tangential.is_some() || self.rolling.is_some()
     }
 
-    /// Whether contacts remember anything from step to step.
+    /// True if contacts remember anything from step to step.
     #[inline]
     pub fn remembers(&self) -> bool {
         self.tangential.is_some() || self.rolling.is_some_and(|r| r.kind == RollingName::Spring)

@@ -26,7 +26,7 @@ const THETA: f64 = 1e-3;
 /// Damping ratio of the spring where the scene names none.
 pub const DAMPING: f64 = 0.3;
 
-/// How a surface resists a rock that rolls on it.
+/// Resistance of a surface to a rock that rolls on it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Resistance {
     /// mu_r; of a rut 0.
@@ -53,7 +53,7 @@ pub struct RollingLoad {
 }
 
 impl RollingLoad {
-    /// Whether nothing presses.
+    /// True if nothing presses.
     pub fn is_none(&self) -> bool {
         self.sum == 0.0
     }

@@ -77,7 +77,7 @@ impl Rolling {
     }
 }
 
-/// How a rolling spring is stretched in a step.
+/// Stretching of a rolling spring in a step.
 pub(super) struct Spun {
     /// Angular velocity in its middle [rad/s].
     pub spin: Vector3<f64>,

@@ -18,7 +18,7 @@ pub struct Rut {
 }
 
 impl Rut {
-    /// How far ahead of the centre of a rock of `radius` [m] the ground pushes with `force` [N] [m].
+    /// Lever arm of the ground's `force` [N] ahead of the centre of a rock of `radius` [m] [m].
     pub fn arm(&self, radius: f64, force: f64) -> f64 {
         let half_width = (2.0 * force / (PI * self.pressure)).sqrt().min(radius);
         4.0 * half_width / (3.0 * PI)

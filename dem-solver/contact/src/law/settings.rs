@@ -320,6 +320,9 @@ impl ContactSettings {
         let springs = self.rolling == Some(RollingName::Spring);
         let (dynamic, decays) = (self.friction_dynamic.is_some(), self.friction_decay.is_some());
         let ploughs = self.scarring_drag.is_some();
+        let wholes = LawName::ALL.iter().filter(|law| law.kind().whole);
+        let wholes: Vec<String> = wholes.map(|law| format!("\"{}\"", law.name())).collect();
+        let of_whole = format!("without law = {}", wholes.join(" or "));
         keys.idle(&[
             ("friction_dynamic", dynamic && !slides, "without `friction`"),
             ("friction_decay", decays && !dynamic, "without `friction_dynamic`"),
@@ -328,7 +331,7 @@ impl ContactSettings {
             ("friction_max", grows && dynamic, "beside `friction_dynamic`"),
             ("friction_growth", growth && !grows, "without `friction_max`"),
             ("friction_relaxation", relaxes && !grows, "without `friction_max`"),
-            ("scarring_drag", ploughs && !self.law.kind().whole, "without a law of the rock as a whole"),
+            ("scarring_drag", ploughs && !self.law.kind().whole, &of_whole),
             ("ground_density", self.ground_density.is_some() && !ploughs, "without `scarring_drag`"),
             ("rolling_friction", rut && rolls, "beside rolling = \"rut\""),
             ("rolling", self.rolling.is_some() && !rut && !rolls, "without `rolling_friction`"),

@@ -50,7 +50,7 @@ impl Laws {
         self.settings.iter().zip(&self.surfaces).filter(move |(s, _)| may(s)).map(|(_, law)| law)
     }
 
-    /// Whether any dashpot is scaled with the local mass.
+    /// True if any dashpot is scaled with the local mass.
     pub fn use_local_masses(&self) -> bool {
         self.surfaces.iter().any(|law| law.damping.is_some_and(|d| d.mass == EffectiveMass::Local))
     }
@@ -104,7 +104,7 @@ impl<'a> SurfaceLaws<'a> {
         row.iter().enumerate().filter(move |(at, law)| !row[..*at].contains(law)).map(|(_, law)| *law)
     }
 
-    /// Whether any of them says yes.
+    /// True if `ask` is true of any of them.
     pub fn any(&self, ask: impl Fn(&Law) -> bool) -> bool {
         self.row.iter().any(|n| ask(&self.laws[*n as usize]))
     }

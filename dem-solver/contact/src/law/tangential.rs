@@ -31,7 +31,7 @@ pub struct Tangential {
     pub friction: f64,
     /// Tangential over normal stiffness.
     pub stiffness_ratio: f64,
-    /// How the spring follows the overlap.
+    /// Dependence of the spring on the overlap.
     pub history: TangentialName,
     /// The power of the overlap with which the normal stiffness grows.
     pub stiffening: f64,
@@ -44,7 +44,7 @@ pub struct Tangential {
 pub struct Sliding {
     /// Coulomb coefficient in fast slip.
     pub friction: f64,
-    /// How fast it is reached [s/m].
+    /// Rate at which it is reached [s/m].
     pub decay: f64,
 }
 

@@ -30,7 +30,7 @@ pub const LEAST: f64 = 0.05;
 pub struct Yielding {
     /// Restitution of a slow impact.
     pub restitution: f64,
-    /// How it falls.
+    /// Dependence on the impact.
     pub rule: Rule,
 }
 
@@ -81,20 +81,20 @@ pub struct PlasticIndentation {
     pub deepest: f64,
     /// Restitution of the impact that ends there.
     pub restitution: f64,
-    /// Whether the rock has come back before it was free.
+    /// True if the rock has come back before it was free.
     pub seated: bool,
-    /// How far it has moved on since the force went to 0 [m].
+    /// Travel since the force went to 0 [m].
     pub travel: f64,
 }
 
-/// How a rock is pressed into ground.
+/// A rock as it is pressed into ground.
 #[derive(Debug, Clone, Copy)]
 pub struct Pressing {
     /// Equivalent overlap [m].
     pub overlap: f64,
     /// Its rate [m/s].
     pub rate: f64,
-    /// How far the rock moves along the ground in the step [m].
+    /// Travel of the rock along the ground in the step [m].
     pub travel: f64,
     /// Mass that the force acts on [kg].
     pub mass: f64,

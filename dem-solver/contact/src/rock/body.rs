@@ -192,12 +192,12 @@ impl Rock {
         self.outermost.iter().map(|k| self.spheres[*k as usize].radius).fold(self.smallest_radius, f64::max)
     }
 
-    /// Whether its spheres are a lattice in a box: then the outer ones end at its faces.
+    /// True if its spheres are a lattice in a box: then the outer ones end at its faces.
     pub fn fills_a_box(&self) -> bool {
         matches!(self.solid.shape, Shape::Box { .. }) && self.has_equal_spheres()
     }
 
-    /// Whether all its spheres have one radius.
+    /// True if all its spheres have one radius.
     pub fn has_equal_spheres(&self) -> bool {
         self.largest_radius == self.smallest_radius
     }

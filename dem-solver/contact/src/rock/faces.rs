@@ -81,7 +81,7 @@ impl Faces {
         }
     }
 
-    /// Whether a line from `a` to `b` with this `radius` [m] lies outside of some face.
+    /// True if a line from `a` to `b` with this `radius` [m] lies outside of some face.
     #[inline]
     pub fn is_beside(&self, [a, b]: [&Vector3<f64>; 2], radius: f64) -> bool {
         let outside = |face: &Face| face.normal.dot(a).min(face.normal.dot(b)) > face.offset + radius;

@@ -45,7 +45,7 @@ impl Solid {
         Self { shape: self.shape.scaled(factor), body, drawn }
     }
 
-    /// Whether the shape's own axes are principal and its origin is the centre of mass, by symmetry.
+    /// True if the shape's own axes are principal and its origin is the centre of mass, by symmetry.
     fn is_symmetric(&self) -> bool {
         !matches!(self.shape, Shape::RandomConvex { .. } | Shape::ConvexHull { .. } | Shape::Mesh { .. })
     }

@@ -35,7 +35,7 @@ impl NetExtent {
         Some(Self { low, high, nodes })
     }
 
-    /// Whether a rock may touch a node, or one within so long [s]. The box around a barrier holds its anchors, too.
+    /// True if a rock may touch a node, or one within so long [s]. The box around a barrier holds its anchors, too.
     pub fn is_near(&self, model: &Model, state: &State, time: f64) -> bool {
         let near = |(body, rock): (&Body, &Rock)| {
             let (at, within) = (&body.motion.position, rock.reach + body.motion.velocity.norm() * time);
@@ -120,7 +120,7 @@ fn in_flight(model: &Model, contact_mesh: &ContactMesh, net: &NetExtent, at: usi
     Some(missed(model, at, &format!("which lies from {low} to {high}: {how}"), cure(model, net, &throw, at)))
 }
 
-/// Whether it never comes nearer to any element than it is at the start.
+/// True if it never comes nearer to any element than it is at the start.
 fn leaves(contact_mesh: &ContactMesh, throw: &Parabola, end: f64) -> bool {
     let nearest = |time: f64| {
         let place = throw.at(time);
@@ -135,7 +135,7 @@ fn leaves(contact_mesh: &ContactMesh, throw: &Parabola, end: f64) -> bool {
     soon.chain(instants(FEW, end)).skip(1).all(|t| nearest(t) >= first)
 }
 
-/// Whether its trajectory crosses that of another rock. Both fall alike, so that one moves straight past the other.
+/// True if its trajectory crosses that of another rock. Both fall alike, so that one moves straight past the other.
 fn touches_another(model: &Model, throw: &Parabola, at: usize) -> bool {
     (0..model.rocks.len()).filter(|other| *other != at).any(|other| {
         let theirs = self::throw(model, other);

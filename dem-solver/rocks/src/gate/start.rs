@@ -177,7 +177,7 @@ fn beyond(start: &StartPose, plane: &Plane, motion: &Motion) -> Option<Deepest> 
     Some(Deepest { overlap, sphere, element: 0 })
 }
 
-/// Whether a line along `down` through a point misses the box between two corners, judged across the axis that `down`
+/// True if a line along `down` through a point misses the box between two corners, judged across the axis that `down`
 /// follows most.
 fn beside(point: &Vector3<f64>, low: &Vector3<f64>, high: &Vector3<f64>, down: &Vector3<f64>) -> bool {
     let upright = down.iamax();

@@ -48,7 +48,7 @@ struct WaitingContact {
     depth: f64,
 }
 
-/// Where the answers of the pairs go.
+/// Buffers for the answers of the pairs.
 pub struct Answers<'a> {
     /// Sums of those answered so far.
     pub sums: Sums,

@@ -35,7 +35,7 @@ use state::GranularState;
 use toolkit::program::Options;
 use toolkit::scene::Scene;
 
-/// Whether there are separate spheres in `scene` and nothing else that they could touch but a box: else each is a rock.
+/// True if there are separate spheres in `scene` and nothing else that they could touch but a box: else each is a rock.
 pub fn are_alone(scene: &Scene) -> bool {
     let others = ["rock", "terrain", "structure"];
     let of_other_solver =
@@ -63,9 +63,9 @@ pub struct GranularModel {
     pub laws: Vec<Law>,
     /// Law numbers, a row for each group: with each group, then with the surfaces.
     table: Vec<u16>,
-    /// Whether a law has a rolling part.
+    /// True if a law has a rolling part.
     pub rolls: bool,
-    /// Whether a law remembers.
+    /// True if a law remembers.
     pub remembers: bool,
     /// The step, and what limits it.
     pub steps: Steps,

@@ -58,7 +58,7 @@ pub fn steps(settings: &Settings, start: &Start, laws: &[Law], scene: &Scene) ->
     Ok(steps)
 }
 
-/// How far down a sphere may fall [m]: through the box, or until `end_time`.
+/// Largest height that a sphere may fall [m]: through the box, or until `end_time`.
 fn height(settings: &Settings, start: &Start) -> f64 {
     let Some(down) = settings.gravity.try_normalize(0.0) else { return 0.0 };
     let free = 0.5 * settings.gravity.norm() * settings.end_time * settings.end_time;

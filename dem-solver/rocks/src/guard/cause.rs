@@ -111,7 +111,7 @@ impl<'a> Case<'a> {
         self.too_soft(landing)
     }
 
-    /// Whether wires touch the rock's faces.
+    /// True if wires touch the rock's faces.
     pub fn by_faces(&self) -> bool {
         matches!(self.against, Against::Net) && self.rock().faces.is_some()
     }
@@ -179,7 +179,7 @@ impl<'a> Case<'a> {
         })
     }
 
-    /// Whether the step is unstable, the rock faster than it can have become, or the surface.
+    /// The reason, if energy was made: the step is unstable, or the rock or the surface is faster than it can have become.
     fn made_energy(&self, now: &Motion, closing: f64) -> Option<String> {
         let (h, critical) = (self.span.h, self.model.steps.critical);
         if h > critical * (1.0 + 1e-9) {

@@ -40,7 +40,7 @@ fn gap(model: &Model, rock: usize, plane: &Plane, now: &Motion) -> f64 {
     plane.offset - plane.normal.dot(&now.position) - reach * (1.0 + ROUNDING)
 }
 
-/// Whether rock number `rock` is so near a side that it may be reached within `further` [m].
+/// True if rock number `rock` is so near a side that it may be reached within `further` [m].
 pub fn is_near(model: &Model, rock: usize, now: &Motion, further: f64) -> bool {
     model.planes.iter().any(|plane| gap(model, rock, plane, now) < further)
 }

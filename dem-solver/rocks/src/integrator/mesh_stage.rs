@@ -28,7 +28,7 @@ pub struct MeshWindow<'a> {
     pub request: Request<'a>,
     /// The mesh.
     pub contact_mesh: &'a ContactMesh,
-    /// Where its motion lies in the input.
+    /// Places of its motion in the input.
     pub fields: &'a MotionFields,
     /// Largest distance that a node that is not sent has moved since the surroundings were listed [m].
     pub travel: f64,
@@ -186,7 +186,7 @@ impl MeshStage {
         self.moved = 3.0_f64.sqrt() * largest.fold(0.0, f64::max);
     }
 
-    /// Whether everything within `need` [m] of a rock at `now` is listed, nodes having moved by `moved` [m].
+    /// True if everything within `need` [m] of a rock at `now` is listed, nodes having moved by `moved` [m].
     fn covers(&self, view: MeshWindow, now: &Vector3<f64>, moved: f64, need: f64) -> bool {
         match view.fields.is_partial() {
             true => self.near.coverage().0 - self.approach - (now - self.start).norm() >= need,
@@ -305,7 +305,7 @@ impl MeshStage {
         });
     }
 
-    /// Whether anything touched at the instant looked at last.
+    /// True if anything touched at the instant looked at last.
     pub fn touches(&self) -> bool {
         !self.evaluation.touch.contacts.is_empty()
     }

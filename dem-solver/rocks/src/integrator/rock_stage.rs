@@ -117,7 +117,7 @@ impl RockStage {
         self.after.capacity()
     }
 
-    /// Whether there is anything to do.
+    /// True if there is nothing to do.
     pub fn is_empty(&self) -> bool {
         self.rocks == 0
     }

@@ -6,7 +6,7 @@ use dem_contact::interface_mesh::local_net::NetStep;
 use interface_defs::Window;
 use num_integer::lcm;
 
-/// How a window is cut.
+/// Division of a window into steps.
 #[derive(Debug, Clone, Copy)]
 pub struct Cut {
     /// Steps in the window.
@@ -94,7 +94,7 @@ pub struct Task<'a> {
     pub request: Request<'a>,
     /// The window.
     pub window: &'a Window,
-    /// How it is cut.
+    /// Its division into steps.
     pub cut: Cut,
 }
 

@@ -29,7 +29,7 @@ const ROWS_PER_CONTACT: f64 = 10.0;
 /// Rows per row of `history.csv` in a contact that lasts.
 const ROWS_PER_INTERVAL: f64 = 5.0;
 
-/// How far triangles are looked for, as a share of the rock's reach.
+/// Distance up to which triangles are looked for, as a share of the rock's reach.
 const FAR: f64 = 0.5;
 /// Share of the reach by which the swept sphere is larger than the rock, for rounding.
 const ROUNDING: f64 = 1e-9;
@@ -59,7 +59,7 @@ pub struct TerrainStage {
     pub around: Vec<TerrainPairs>,
     standing: Vec<SurfaceContacts>,
     landed: Vec<WholeRockContacts>,
-    /// Where forests are.
+    /// Forests.
     stands: Stands,
     /// The laws with friction as it has grown for the rock at hand.
     grown: Vec<Law>,

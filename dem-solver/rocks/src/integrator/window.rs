@@ -28,13 +28,13 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// Where a window begins.
+/// Beginning of a window.
 const START: Instant = Instant { segment: 0, along: 0.0, elapsed: 0.0 };
 
 /// Fewest steps that are worth a flight in closed form, and steps until the next look for one.
 const FEWEST: usize = 4;
 
-/// Where the answer's fields lie.
+/// Places of the fields in the answer.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Answer {
     pub(super) means: Vec<usize>,
@@ -78,7 +78,7 @@ pub struct StepLoad {
     pub touching: usize,
     /// With contacts on the mesh: how long the first has lasted [s].
     pub touched: Option<f64>,
-    /// Whether the mesh lies behind the centres of the outer spheres.
+    /// True if the mesh lies behind the centres of the outer spheres.
     pub behind: bool,
 }
 
@@ -127,7 +127,7 @@ pub struct RockIntegrator {
     pub(super) local: LocalFields,
     pub(super) is_local: bool,
     pub(super) net: LocalNet,
-    /// Whether the net is advanced here in the window under way.
+    /// True if the net is advanced here in the window under way.
     pub(super) live: bool,
     pub(super) gauges: Gauges,
     /// What the rocks touch of the terrain.
@@ -150,7 +150,7 @@ pub struct RockIntegrator {
     pub(super) instants: Vec<usize>,
 }
 
-/// How a window went.
+/// Outcome of a window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Solved {
     /// It is solved.
@@ -209,7 +209,7 @@ impl RockIntegrator {
         self.contact_mesh.as_ref().zip(self.rest.as_ref())
     }
 
-    /// Whether rocks that have lost contact have the net behind them, as it stands at the start of segment `segment`.
+    /// Judge which rocks that have lost contact have the net behind them, as it stands at the start of segment `segment`.
     pub(super) fn judge_partings(&self, model: &Model, state: &mut State, segment: usize, input: &[f64]) {
         let Some(contact_mesh) = &self.contact_mesh else { return };
         for (rock, body) in model.rocks.iter().zip(&mut state.bodies) {
@@ -408,7 +408,7 @@ impl RockIntegrator {
         Ok(flies)
     }
 
-    /// Whether somebody asks for the smallest and largest values of all steps.
+    /// True if the smallest and largest values of all steps are asked for.
     pub(super) fn reads_steps(&self, model: &Model) -> bool {
         self.contact_mesh.is_some() || model.ground.is_none()
     }

@@ -26,7 +26,7 @@ pub struct Passage<'a> {
     pub after: &'a Motion,
     /// With contacts on the net in its middle: how long the first has lasted, by its overlap and its rate [s].
     pub touched: Option<f64>,
-    /// Whether the net lies behind the centres of the outer spheres, in a gap between them.
+    /// True if the net lies behind the centres of the outer spheres, in a gap between them.
     pub behind: bool,
 }
 
@@ -80,17 +80,17 @@ pub struct ImpactRecord {
     pub rebound: Option<(f64, f64)>,
     /// When the net first lay behind the centres of the outer spheres [s].
     pub behind: Option<f64>,
-    /// Where contact was lost, unless it touches.
+    /// Motion when contact was lost, unless it touches.
     pub lost: Option<Lost>,
     /// How it got past the net after that.
     pub passed: Option<Fate>,
     /// In flight without a touch so far: when it was beside the middle of the net, nearest to it, and its motion [s].
     pub beside: Option<(f64, Motion)>,
-    /// Whether it touches.
+    /// True if it touches.
     pub touching: bool,
     /// Since when it has been slow, once there was a touch [s].
     pub slow_since: Option<f64>,
-    /// Whether it has moved on again after a rebound, which ends the watch on it.
+    /// True if it has moved on again after a rebound, which ends the watch on it.
     over: bool,
 }
 
@@ -119,7 +119,7 @@ impl ImpactRecord {
         self.slow_since = self.slow_since.or(Some(end)).filter(|_| slow);
     }
 
-    /// Whether it has come to rest in the net, or on it, by `time` [s]: once it had touched, its fastest point stayed slow. No
+    /// True if it has come to rest in the net, or on it, by `time` [s]: once it had touched, its fastest point stayed slow. No
     /// rebound is as slow for as long.
     pub fn rests(&self, settings: &Settings, time: f64) -> bool {
         self.slow_since.is_some_and(|since| time - since >= settings.rest().1)
@@ -173,7 +173,7 @@ impl ImpactRecord {
         }
     }
 
-    /// Whether it must be judged if the net is behind it: contact is lost, it has moved on by its own size since that was last asked, and
+    /// True if it must be judged if the net is behind it: contact is lost, it has moved on by its own size since that was last asked, and
     /// not back to where it came from: a net that it has thrown up lies behind a rock that rebounds, too. Its impact direction.
     pub fn is_parting(&mut self, rock: &Rock, motion: &Motion) -> Option<Vector3<f64>> {
         let (lost, impact) = (self.lost.as_mut()?, self.touch?);

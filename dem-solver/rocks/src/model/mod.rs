@@ -69,7 +69,7 @@ pub struct Model {
     pub side_rows: Vec<Vec<u16>>,
     /// The step.
     pub steps: Steps,
-    /// Whether savings may be used.
+    /// True if savings may be used.
     pub shortcuts: bool,
 }
 
@@ -101,13 +101,13 @@ impl Model {
         self.laws.as_ref().map_or(&[], |laws| &laws.surfaces)
     }
 
-    /// Whether the terrain gives way below rock number `rock`.
+    /// True if the terrain gives way below rock number `rock`.
     pub fn gives_way(&self, rock: usize) -> bool {
         let row = self.ground_rows.get(rock).into_iter().flatten();
         row.into_iter().any(|law| self.surfaces()[*law as usize].yielding.is_some())
     }
 
-    /// How rock number `rock` starts, its position counted from the origin.
+    /// Motion of rock number `rock` at the start, its position counted from the origin.
     pub fn start(&self, rock: usize) -> Motion {
         let motion = self.rocks[rock].start(&self.settings.rocks[rock], self.settings.gravity);
         Motion { position: motion.position - self.origin, ..motion }

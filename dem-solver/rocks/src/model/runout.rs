@@ -76,9 +76,9 @@ pub struct Passed {
     pub end: f64,
     /// Its length [s].
     pub h: f64,
-    /// Whether there were contacts in its middle.
+    /// True if there were contacts in its middle.
     pub touching: bool,
-    /// Whether the height over the terrain is to be looked at.
+    /// True if the height over the terrain is to be looked at.
     pub look: bool,
 }
 
@@ -89,7 +89,7 @@ impl RunOut {
         self.height(height, 0.0);
     }
 
-    /// Whether the rock has left the terrain: where it goes then, while others still move, counts no more.
+    /// True if the rock has left the terrain: where it goes then, while others still move, counts no more.
     pub fn has_left(&self) -> bool {
         self.ending.is_some_and(|end| end.how == Fate::LeftTerrain)
     }
@@ -196,7 +196,7 @@ impl RunOut {
         self.height(Some(at(peak)), time - peak);
     }
 
-    /// Whether the trajectory has ended by `time` [s].
+    /// True if the trajectory has ended by `time` [s].
     pub fn judge(&mut self, model: &Model, ground: &Terrain, rock: usize, motion: &Motion, time: f64) {
         let since = std::mem::replace(&mut self.judged, time).max(self.touched);
         let settings = &model.settings;

@@ -49,7 +49,7 @@ pub struct Body {
     pub terrain_histories: Vec<SurfaceHistory>,
     /// What ground that gives way remembers of it.
     pub dent: PlasticIndentation,
-    /// How far it has slid, for friction that grows with it.
+    /// Distance slid, for friction that grows with it.
     pub slip: Slip,
     /// What it takes from step to step as its rolling is resisted.
     pub rolling: RollingState,
@@ -67,7 +67,7 @@ pub struct Body {
     pub track: ImpactRecord,
     /// What is known of its trajectory over terrain.
     pub path: RunOut,
-    /// How deep its spheres were pressed in.
+    /// Deepest overlaps of its spheres.
     pub deepest: Depths,
 }
 

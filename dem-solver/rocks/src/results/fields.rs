@@ -170,7 +170,7 @@ fn terrain(ground: &Terrain) -> Vec<u8> {
         .to_bytes()
 }
 
-/// Whether `time` [s] has reached the next multiple of an interval [s] of which so many are `written`: then it counts as written, too.
+/// True if `time` [s] has reached the next multiple of an interval [s] of which so many are `written`: then it counts as written, too.
 pub(crate) fn due(written: &mut u64, interval: f64, time: f64) -> bool {
     // A time that is a multiple but for rounding counts as that multiple.
     let due = time >= *written as f64 * interval - 1e-9 * interval;

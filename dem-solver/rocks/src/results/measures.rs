@@ -218,7 +218,7 @@ fn one_impact(track: &ImpactRecord, settings: &Settings, torn: bool, report: &mu
     }
 }
 
-/// How far it went.
+/// Measures of the distance that it went.
 fn distances(track: &ImpactRecord, settings: &Settings, report: &mut Reporter) {
     match (track.steepness(settings), track.deepest) {
         (Some(angle), Some((depth, time))) if angle <= STEEP && depth > 0.0 => {

@@ -22,7 +22,7 @@ const RAYS: usize = 16;
 pub struct Outline<'a, F: Fn(u32) -> Vector3<f64>> {
     /// The net.
     pub contact_mesh: &'a ContactMesh,
-    /// Where a node is [m].
+    /// Position of a node [m].
     pub at: F,
 }
 

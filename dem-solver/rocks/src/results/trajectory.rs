@@ -117,7 +117,7 @@ impl Row {
         self.0[TRANSLATION] + self.0[ROTATION]
     }
 
-    /// Whether it touched.
+    /// True if it touched.
     pub fn touches(&self) -> bool {
         self.0[15] > 0.0
     }

@@ -120,7 +120,7 @@ fn without_touch(
     Some(Verdict { clearance: Some(distance.max(0.0)), ..passed })
 }
 
-/// How it ended.
+/// End of its trajectory.
 fn ending(model: &Model, body: &Body, time: f64) -> Ending {
     if let Some(end) = &body.path.ending {
         let (position, speed, on_terrain) =

@@ -65,7 +65,7 @@ pub struct DemSolver {
     cautions: Vec<Diagnostic>,
     /// For errors that only the net brings to light.
     scene: Scene,
-    /// Whether a rock that starts inside the net is refused.
+    /// True if a rock that starts inside the net is refused.
     guarded: bool,
     choice: Option<String>,
     options: Options,
@@ -76,7 +76,7 @@ pub struct DemSolver {
     touches: Vec<Option<Impact>>,
     fields: Option<FieldFiles>,
     trajectory: Option<Trajectory>,
-    /// Whether rows of the trajectories are kept although no file of them is written.
+    /// True if rows of the trajectories are kept although no file of them is written.
     pub(crate) keeps_rows: bool,
     /// The state from which it is to go on.
     resume: Option<Box<Kept>>,

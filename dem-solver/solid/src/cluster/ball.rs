@@ -26,11 +26,11 @@ const SURE: f64 = 1e-7;
 pub struct Balls<'a> {
     /// The surface.
     pub tree: &'a SurfaceTree<'a>,
-    /// How much smaller than the largest a ball may be [m].
+    /// Largest difference of a ball from the largest one [m].
     tolerance: f64,
     /// The same as a share of its radius.
     share: f64,
-    /// Whether every ball is known to lie in the solid. Others may lie beyond it where it is thinner than the tolerance; clusters of
+    /// True if every ball is known to lie in the solid. Others may lie beyond it where it is thinner than the tolerance; clusters of
     /// thick solids have always been made of these, and stay as they are.
     pub careful: bool,
 }
@@ -91,7 +91,7 @@ impl<'a> Balls<'a> {
         [ball.radius, trusted.radius]
     }
 
-    /// Whether the solid is thinner at `at` than `tolerance` [m]. A ball beyond it, outside of the solid, contains
+    /// True if the solid is thinner at `at` than `tolerance` [m]. A ball beyond it, outside of the solid, contains
     /// none of its surface but for the tolerance either.
     fn leaves(&self, at: &Vector3<f64>, inward: &Vector3<f64>, tolerance: f64) -> bool {
         self.careful

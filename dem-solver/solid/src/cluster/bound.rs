@@ -28,11 +28,11 @@ const MOST_TRIED: u32 = 4000;
 pub struct Bound {
     /// Largest distance of the two surfaces [m].
     pub largest: f64,
-    /// Where it comes from, for messages.
+    /// Its origin, for messages.
     pub source: BoundSource,
 }
 
-/// Where a bound comes from.
+/// Origin of a bound.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BoundSource {
     /// It was asked for.

@@ -63,7 +63,7 @@ impl SphereIndex {
         (best.get(), found)
     }
 
-    /// Whether a point lies deeper than `by` [m] in one of the spheres.
+    /// True if a point lies deeper than `by` [m] in one of the spheres.
     pub fn holds(&self, point: &Vector3<f64>, by: f64) -> bool {
         let mut held = false;
         self.tree.visit(
@@ -160,7 +160,7 @@ fn enters_box(node: &MedianNode<f64>, from: &Vector3<f64>, inverse: &Vector3<f64
     if enters <= leaves { enters } else { f64::INFINITY }
 }
 
-/// Whether a point lies deeper than `by` [m] in `sphere`.
+/// True if a point lies deeper than `by` [m] in `sphere`.
 pub fn holds(sphere: &Sphere, point: &Vector3<f64>, by: f64) -> bool {
     let within = sphere.radius - by;
     within > 0.0 && (point - sphere.centre).norm_squared() < within * within

@@ -21,7 +21,7 @@ const VERSION: &str = env!("CARGO_PKG_VERSION");
 /// The line that holds the key.
 const KEY: &str = "# key: ";
 
-/// How the name of such a file ends.
+/// Ending of the name of such a file.
 const ENDING: &str = "xyzr";
 
 /// The folder beside a scene where clusters may lie.

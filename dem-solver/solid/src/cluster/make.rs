@@ -157,7 +157,7 @@ impl Maker<'_> {
         cover(&balls, &samples, (!joined).then_some(&self.middle), &wanted)
     }
 
-    /// Whether a cover is about the best that guesses find: nearly all balls were required, and joining them has
+    /// True if a cover is about the best that guesses find: nearly all balls were required, and joining them has
     /// left no gap.
     fn is_settled(&self, cover: &Cover) -> bool {
         let used = cover.enough.map_or(0.0, |m| m as f64 / self.count as f64);
@@ -188,7 +188,7 @@ impl Maker<'_> {
         no_finer(error, |error| samples::corners(&mut self.sizes, error, share, most))
     }
 
-    /// How far all balls grow [m].
+    /// Growth of all balls [m].
     pub(super) fn growth(&self, balls: &[Sphere], gap: f64) -> f64 {
         match self.wish.fit {
             Fit::Inside => 0.0,
@@ -214,7 +214,7 @@ fn most_samples(surface: &Surface, count: usize) -> usize {
     (MOST_SAMPLES * count).max(20_000) + 2 * surface.points.len()
 }
 
-/// How far all balls must grow to have the solid's volume together: up to half of `gap` [m], and where that is
+/// Growth with which all balls together have the solid's volume [m]: up to half of `gap` [m], and where that is
 /// too little, in thin solids, up to the whole of it.
 fn to_volume(surface: &Surface, balls: &[Sphere], gap: f64) -> f64 {
     let excess = |grown: f64| volume::excess(surface, &larger(balls, grown), COLUMNS);

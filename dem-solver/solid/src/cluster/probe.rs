@@ -37,7 +37,7 @@ pub struct Place {
     pub point: Vector3<f64>,
     /// Unit vector into the solid there.
     pub inward: Vector3<f64>,
-    /// How far they are apart [m].
+    /// Distance of the two surfaces [m].
     pub depth: f64,
 }
 
@@ -63,7 +63,7 @@ pub struct Probe<'a> {
     pub index: SphereIndex,
     /// Lengths below this one are rounding [m].
     tight: f64,
-    /// How far a sphere reaches out of it [m].
+    /// Furthest that a sphere reaches out of it [m].
     pub outside: f64,
     /// How much is sampled.
     pub effort: Effort,
@@ -444,7 +444,7 @@ impl Probe<'_> {
     }
 }
 
-/// Where two spheres intersect.
+/// The circle in which two spheres intersect.
 struct Circle {
     centre: Vector3<f64>,
     /// Unit normal of its plane.

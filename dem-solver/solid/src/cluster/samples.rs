@@ -27,7 +27,7 @@ pub struct Sample {
 pub struct Sizes<'a> {
     /// The balls.
     pub balls: Balls<'a>,
-    /// Whether balls beyond thin parts of the solid are left out ([`Balls::careful`]).
+    /// True if balls beyond thin parts of the solid are left out ([`Balls::careful`]).
     pub careful: bool,
     /// First one for each triangle, then the two halves of a part next to each other.
     parts: Vec<SamplePart>,
@@ -86,7 +86,7 @@ const SAME_BALL: f64 = 0.3;
 /// does too, and samples are denser than they must be.
 const GROWS: f64 = 4.0;
 
-/// Where a point with these edges lies on its triangle.
+/// Part of its triangle on which a point with these edges lies.
 fn feature(edges: u8) -> SurfaceFeature {
     match edges {
         0b001 => SurfaceFeature::Edge(0),

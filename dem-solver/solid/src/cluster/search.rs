@@ -184,7 +184,7 @@ struct Best<'a, 'b> {
     /// The balls of which the best one was made by growing, and by how much [m].
     balls: Vec<Sphere>,
     grown: f64,
-    /// Where its error is large.
+    /// Places at which its error is large.
     places: Vec<Place>,
 }
 

@@ -9,10 +9,10 @@ use crate::geometry::sphere::Sphere;
 use crate::shape::Surface;
 use nalgebra::{Rotation3, Vector3};
 
-/// Where in its cell a column lies.
+/// Place of a column in its cell.
 const PLACE: [f64; 2] = [0.513_7, 0.489_1];
 
-/// How the solid is turned before columns along z are taken [rad].
+/// Turn of the solid before columns along z are taken [rad].
 const TURN: [f64; 3] = [0.41, 0.73, 1.19];
 
 /// Volume of all spheres together over that of the solid inside `surface`, minus 1; with so many

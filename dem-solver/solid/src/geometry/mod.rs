@@ -23,7 +23,7 @@ pub fn double_area([a, b, c]: [Vector3<f64>; 3]) -> Vector3<f64> {
     (b - a).cross(&(c - a))
 }
 
-/// Whether the height of a triangle over its longest edge is at most `share` of that edge.
+/// True if the height of a triangle over its longest edge is at most `share` of that edge.
 pub fn is_flat(corners: [Vector3<f64>; 3], share: f64) -> bool {
     let [a, b, c] = corners;
     let longest = (b - a).norm_squared().max((c - a).norm_squared()).max((c - b).norm_squared());

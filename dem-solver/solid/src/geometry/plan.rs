@@ -91,7 +91,7 @@ fn turn(a: &Point, b: &Point, c: &Point) -> f64 {
     orient2d(at(a), at(b), at(c))
 }
 
-/// Whether two stretches have a point in common.
+/// True if two stretches have a point in common.
 pub fn cross([a, b]: &[Point; 2], [c, d]: &[Point; 2]) -> bool {
     let between =
         |p: &Point, q: &Point, r: &Point| (0..2).all(|k| r[k] >= p[k].min(q[k]) && r[k] <= p[k].max(q[k]));
@@ -105,7 +105,7 @@ pub fn cross([a, b]: &[Point; 2], [c, d]: &[Point; 2]) -> bool {
         || (t4 == 0.0 && between(c, d, b))
 }
 
-/// Whether two sides with a common corner lie on each other.
+/// True if two sides with a common corner lie on each other.
 fn folds_back([a, b]: &[Point; 2], [c, d]: &[Point; 2]) -> bool {
     let (corner, p, q) = if b == c { (b, a, d) } else { (a, b, c) };
     if turn(corner, p, q) != 0.0 {
@@ -119,7 +119,7 @@ fn folds_back([a, b]: &[Point; 2], [c, d]: &[Point; 2]) -> bool {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Area {
     corners: Vec<Point>,
-    /// Where strips begin and end [m].
+    /// Beginnings and ends of the strips [m].
     edges: Vec<f64>,
     /// Area up to each edge [m2].
     sums: Vec<f64>,

@@ -41,7 +41,7 @@ impl Slab {
         [self.normal.dot(&(middle - self.start)), self.normal.abs().dot(&half), beside]
     }
 
-    /// Whether a point of the box may be nearer than `limit` [m], or up to `deep` [m] behind the face.
+    /// True if a point of the box may be nearer than `limit` [m], or up to `deep` [m] behind the face.
     #[inline]
     fn may_hold(&self, bounds: &Bounds, limit: f64, deep: f64) -> bool {
         let [over, wide, beside] = self.clearance(bounds.middle_and_half());

@@ -146,7 +146,7 @@ impl Nearest {
         nearer
     }
 
-    /// Whether the point lies behind them.
+    /// True if the point lies behind them.
     #[inline]
     pub fn is_inside(&self) -> bool {
         self.to_point.dot(&self.up) > 0.0

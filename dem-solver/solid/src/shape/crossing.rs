@@ -63,7 +63,7 @@ fn volume([a, b, c]: &[Vector3<f64>; 3], d: &Vector3<f64>) -> f64 {
     orient3d(coord(a), coord(b), coord(c), coord(d))
 }
 
-/// Whether the segment from `p` to `q` touches the triangle.
+/// True if the segment from `p` to `q` touches the triangle.
 fn pierces(p: &Vector3<f64>, q: &Vector3<f64>, t: &[Vector3<f64>; 3]) -> bool {
     let (above, below) = (volume(t, p), volume(t, q));
     if above == 0.0 && below == 0.0 {

@@ -101,7 +101,7 @@ fn one() -> f64 {
     1.0
 }
 
-/// How a command line names a shape.
+/// Names of shapes on a command line.
 pub const NAMES: &str = "cube:EDGE, box:A,B,C (edges), sphere:RADIUS, ellipsoid:A,B,C (semi-axes), \
                          ead_block:EDGE, norm_rock_111:VOLUME, norm_rock_221:VOLUME, \
                          random_convex:A,B,C[,SEED[,POINTS]] (edges of its box); lengths in m, volumes in m3";

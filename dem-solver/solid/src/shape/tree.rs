@@ -36,7 +36,7 @@ pub struct NearestOnSurface {
     pub square: f64,
     /// Triangle on which it lies.
     pub triangle: u32,
-    /// Where on the triangle.
+    /// Part of the triangle on which it lies.
     pub feature: SurfaceFeature,
 }
 

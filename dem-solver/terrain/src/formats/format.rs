@@ -18,14 +18,14 @@ pub struct Format {
     pub extensions: &'static [&'static str],
     /// Others under which it is read.
     pub also: &'static [&'static str],
-    /// Whether a file that begins so is one.
+    /// True of the first bytes of a file of this format.
     pub begins: fn(&Head) -> bool,
     /// Read a file.
     pub read: Reader,
 }
 
 impl Format {
-    /// Whether files of this extension are read so.
+    /// True of extensions of this format.
     pub fn has(&self, extension: &str) -> bool {
         self.extensions.contains(&extension) || self.also.contains(&extension)
     }

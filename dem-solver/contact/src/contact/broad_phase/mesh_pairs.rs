@@ -82,7 +82,7 @@ impl Drift {
     }
 }
 
-/// Where in a window: segment of the mesh's motion, share of it, and time since the start [s].
+/// An instant of a window: segment of the mesh's motion, share of it, and time since the start [s].
 #[derive(Debug, Clone, Copy)]
 pub struct Instant {
     /// Segment.

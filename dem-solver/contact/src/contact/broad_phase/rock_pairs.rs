@@ -43,7 +43,7 @@ impl Pose {
 pub struct RockPairs {
     /// Numbers of the spheres of the first and of the second, ascending.
     pub pairs: Vec<[u32; 2]>,
-    /// Where the second was when the list was made.
+    /// Pose of the second when the list was made.
     made: Option<Pose>,
     skin: f64,
     found: Vec<u32>,

@@ -74,7 +74,7 @@ pub struct TerrainPairs {
     skin: f64,
     /// How deep inside the terrain a centre is looked for [m]; 0: only what touches from outside is listed.
     deep: f64,
-    /// How deep the deepest centre was when the pairs were searched [m].
+    /// Depth of the deepest centre when the pairs were searched [m].
     deepest: f64,
     /// How far no point of the rock has moved further since the pairs were searched [m].
     pub moved: f64,
@@ -195,7 +195,7 @@ impl TerrainPairs {
         (least, least == end)
     }
 
-    /// Whether a node of the terrain, one within what is kept, lies on a border: its triangles do not go all around it.
+    /// True if a node of the terrain, one within what is kept, lies on a border: its triangles do not go all around it.
     pub fn is_on_border(&self, ground: &Terrain, node: u32) -> bool {
         let (mut triangles, mut others) = (0, 0);
         let of_node = |t: &&u32| ground.triangles[**t as usize].contains(&node);

@@ -60,7 +60,7 @@ impl Course {
         arrival(far, self.speed, self.bow)
     }
 
-    /// How far a point may have come after `time` [s] [m].
+    /// Largest travel of a point after `time` [s] [m].
     pub fn distance(&self, time: f64) -> f64 {
         (self.speed + 0.5 * self.bow * time) * time
     }

@@ -30,7 +30,7 @@ struct Edge {
     nodes: [u32; 2],
     /// FaceShares that it belongs to.
     faces: f64,
-    /// How often it counts.
+    /// Multiplicity with which it counts.
     share: f64,
     /// The first of its faces, and which of that one's corners its ends are.
     face: usize,

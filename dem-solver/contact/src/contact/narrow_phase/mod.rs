@@ -32,7 +32,7 @@ pub struct Touch {
     pub thickness: f64,
     /// Weights of the element's nodes at the point; on terrain where they are needed.
     pub weights: [f64; 3],
-    /// How often it counts: 1, but for nodes and edges that several elements share.
+    /// Multiplicity with which it counts: 1, but for nodes and edges that several elements share.
     pub share: f64,
     /// Number of the sphere.
     pub sphere: u32,
@@ -76,7 +76,7 @@ impl Touch {
         self.centre + self.normal * (self.distance - self.thickness)
     }
 
-    /// Where it is, as a contact.
+    /// Its geometry as a contact.
     #[inline]
     pub fn site(&self) -> Site {
         let (normal, overlap, radius, weight) = (self.normal, self.overlap, self.radius, self.share);

@@ -33,7 +33,7 @@ pub struct MeshScene<'a> {
     pub list: &'a MeshPairs,
     /// Motion of the near nodes in the window.
     pub motion: &'a NodeMotion,
-    /// Whether the net is advanced here, so that its own masses limit the step.
+    /// True if the net is advanced here, so that its own masses limit the step.
     pub moves_net: bool,
     /// In the first step of a window: how its start differs from the end of the window before.
     pub seam: Option<Seam<'a>>,

@@ -87,7 +87,7 @@ impl Whole {
         Self { radius: self.radius * factor, caps: self.caps.iter().map(cap).collect() }
     }
 
-    /// Whether the sphere is part of the surface.
+    /// True if the sphere is part of the surface.
     #[inline]
     pub fn shows(&self, sphere: u32) -> bool {
         self.caps[sphere as usize].height > 0.0
@@ -175,7 +175,7 @@ impl Whole {
 /// A landing of a rock as a whole.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Landing {
-    /// How long it lasts without dashpot [s].
+    /// Duration without dashpot [s].
     pub duration: f64,
     /// Largest stiffness along the normal [N/m].
     pub stiffness: f64,

@@ -84,7 +84,7 @@ pub struct LocalFields {
 }
 
 impl LocalFields {
-    /// Whether a plan has all that is needed.
+    /// True if a plan has all that is needed.
     pub fn are_in(plan: &Plan) -> bool {
         let has = |name: &str| plan.takes.iter().any(|f| f.name == name);
         [name::LOCAL_FORCE, name::LOCAL_FORCE_RATE, name::LOCAL_TANGENT].into_iter().all(has)

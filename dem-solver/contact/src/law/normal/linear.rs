@@ -26,7 +26,7 @@ pub struct LinearKeys {
 pub struct Linear {
     /// Stiffness: of every contact [N/m], or of the radius [N/m2].
     pub stiffness: f64,
-    /// Whether it is of the radius.
+    /// True if it is of the radius.
     pub per_radius: bool,
 }
 

@@ -121,13 +121,13 @@ laws! {
 /// What is known of a law by its name alone.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct LawKind {
-    /// Whether the rock touches as a whole ([`crate::contact::whole_rock`]), not each of its spheres by its own radius.
+    /// True if the rock touches as a whole ([`crate::contact::whole_rock`]), not each of its spheres by its own radius.
     pub whole: bool,
     /// The law with the same formula that touches as a whole, for what to try where spheres are too small.
     pub as_whole: Option<&'static str>,
 }
 
-/// What the normal law gives.
+/// Response of the normal law.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Load {
     /// Tangent stiffness [N/m].
@@ -227,7 +227,7 @@ pub trait NormalLaw {
         None
     }
 
-    /// How its restitution depends on the impact, where it gives way and remembers it.
+    /// Dependence of its restitution on the impact, of ground that gives way and remembers it; `None` for elastic laws.
     fn rule(&self) -> Option<Rule> {
         None
     }

@@ -38,7 +38,7 @@ impl Contours {
         ((low / step).ceil() <= (high / step).floor()).then_some(step)
     }
 
-    /// Whether a contour is closed and too short to mean more than the roughness of the terrain.
+    /// True if a contour is closed and too short to mean more than the roughness of the terrain.
     fn is_islet(&self, line: &[(f64, f64)]) -> bool {
         let length: f64 = line.windows(2).map(|p| (p[1].0 - p[0].0).hypot(p[1].1 - p[0].1)).sum();
         line.first() == line.last() && length < ISLET * self.frame.per_pixel()

@@ -35,7 +35,7 @@ impl Net {
         Self { edges: pairs.into_iter().map(|(a, b)| [at(a), at(b)]).collect() }
     }
 
-    /// Whether there is nothing to draw.
+    /// True if there is nothing to draw.
     pub fn is_empty(&self) -> bool {
         self.edges.is_empty()
     }

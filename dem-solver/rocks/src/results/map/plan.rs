@@ -58,7 +58,7 @@ impl<'a> Plan<'a> {
         self.frame.size[1] + BELOW + ABOVE
     }
 
-    /// Where the plot begins on the page [px]; it stands in the middle.
+    /// Left edge of the plot on the page [px]; it stands in the middle.
     fn left(&self) -> i32 {
         LEFT + (PLOT as i32 - self.frame.size[0]) / 2
     }
@@ -110,7 +110,7 @@ impl<'a> Plan<'a> {
         plot.draw(&Cross::new(at(line.points.len() - 1), size, style))
     }
 
-    /// Whether a structure is in it.
+    /// True if a structure is in it.
     pub fn has_net(&self) -> bool {
         !self.net.is_empty()
     }

@@ -32,7 +32,7 @@ pub const ZONE: RGBColor = RGBColor(0, 90, 50);
 pub type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
 /// A plot with its axes.
 pub type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
-/// Whether it could be drawn.
+/// True if it could be drawn.
 pub type Drawn<T = ()> = Result<T, DrawingAreaErrorKind<Error>>;
 
 /// Pixels of the page in units of the drawing.
@@ -172,7 +172,7 @@ pub struct Axes<'a> {
     pub titles: [&'a str; 2],
     /// Numbers at x and at y, about.
     pub numbers: [usize; 2],
-    /// Whether there are lines at the numbers.
+    /// True if there are lines at the numbers.
     pub grid: bool,
 }
 

@@ -10,7 +10,7 @@ pub struct SurfaceFormat {
     pub name: &'static str,
     /// Extension of such files, in lower case.
     pub extension: &'static str,
-    /// Whether a file that begins so is one.
+    /// True of the first bytes of a file of this format.
     pub begins: fn(&Head) -> bool,
     /// Read the bytes of a file with at most so many triangles.
     pub read: fn(&[u8], usize) -> Result<Facets, ReadError>,
@@ -25,7 +25,7 @@ pub struct Facets {
     pub triangles: Option<Vec<[u32; 3]>>,
     /// What the file calls its parts, in its order, with the number of triangles before each.
     pub names: Vec<(usize, String)>,
-    /// Whether the coordinates are of single precision.
+    /// True if the coordinates are of single precision.
     pub single: bool,
 }
 
