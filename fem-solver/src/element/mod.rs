@@ -27,7 +27,6 @@ pub mod support_spring;
 #[cfg(test)]
 pub(crate) mod tests;
 pub mod turn;
-pub mod wire_ring;
 
 pub use bar::Bar;
 pub use beam::Beam;
@@ -38,10 +37,10 @@ pub use ring::Ring;
 pub use shell::Shell;
 pub use sliding_cable::SlidingCable;
 pub use support_spring::SupportSpring;
-pub use wire_ring::WireRing;
 
 use interface_defs::ShareOf;
 use part::PartSettings;
+use ring::{mechanisms, wire};
 use std::fmt::Debug;
 use std::ops::Deref;
 
@@ -357,8 +356,8 @@ elements! {
         "sliding_cable" => sliding_cable::SlidingCablePart,
         "brake" => bar::BrakePart,
         "beam" => beam::BeamPart,
-        "ring" => ring::RingPart,
-        "wire_ring" => wire_ring::WireRingPart,
+        "ring" => mechanisms::RingPart,
+        "wire_ring" => wire::WireRingPart,
         "membrane" => membrane::MembranePart,
         "shell" => shell::ShellPart,
         "none" => part::NoPart,
@@ -368,7 +367,6 @@ elements! {
         sliding_cable::SlidingCable,
         beam::Beam,
         ring::Ring,
-        wire_ring::WireRing,
         membrane::Membrane,
         membrane::MembraneQuad,
         shell::Shell,

@@ -1,4 +1,4 @@
-//! The formulas of a ring over `N` nodes with `W` widths, for one ring or for each of several in wide registers.
+//! What a law of rings answers over `N` nodes with `W` widths, for one ring or for each of several in wide registers.
 //!
 //! Plain arrays, no branches, no fused products, every sum in one fixed order: the compiler works on several rings at a
 //! time, and each comes out to the same bytes as alone.
@@ -8,10 +8,14 @@
     reason = "iterators over components keep the compiler from wide registers"
 )]
 
-use super::Mechanism;
+use crate::element::segment::{Segment, add_pair, add_vector};
+use crate::element::{FAR, Slack};
 
 /// A vector.
 pub type Vector = [f64; 3];
+
+/// Largest extensions so far [m]: of the perimeter, and of each width.
+pub type Extensions<const W: usize> = (f64, [f64; W]);
 
 /// A law of rings over `N` nodes whose history is a largest extension of the perimeter and `W` more, with the sides of one ring.
 pub trait Formula<const N: usize, const W: usize>: Copy + PartialEq {
@@ -21,76 +25,51 @@ pub trait Formula<const N: usize, const W: usize>: Copy + PartialEq {
     /// Its sides as modelled [m].
     fn spans(&self) -> [Vector; N];
 
+    /// Largest extension of the perimeter as modelled [m]: what is drawn out then was so before.
+    fn drawn(&self) -> f64 {
+        0.0
+    }
+
     /// Stored and dissipated energy as modelled [J], which do not count.
     fn modelled(&self) -> (f64, f64);
 
-    /// Its answer where its nodes are displaced by `u` [m], after the largest extensions `most` [m].
-    fn pull(&self, u: &[Vector; N], most: &(f64, [f64; W])) -> RingPull<N, W>;
+    /// Length of its perimeter where its nodes are displaced by `u` [m], counted from where the law says.
+    fn length(&self, u: &[Vector; N]) -> f64;
 
-    /// Force of the perimeter [N] where that is so much `longer` [m] than there.
-    fn tension(&self, u: &[Vector; N], longer: f64, most: f64) -> f64;
+    /// Force of a perimeter of that `length` [N], after its largest extension `most` [m].
+    fn tension(&self, length: f64, most: f64) -> f64;
+
+    /// Its answer where its nodes are displaced by `u` [m].
+    fn pull(&self, u: &[Vector; N], most: &Extensions<W>) -> RingPull<N, W>;
+
+    /// The same of one that may go slack gradually.
+    fn pull_alone(&self, u: &[Vector; N], most: &Extensions<W>) -> RingPull<N, W> {
+        self.pull(u, most)
+    }
+
+    /// Add its tangent there to `k`, square, by rows [N/m].
+    fn add_tangent(&self, u: &[Vector; N], most: &Extensions<W>, slack: Slack, k: &mut [f64]);
 
     /// Stored and dissipated energy [J] there, ruptures apart.
-    fn energy(&self, u: &[Vector; N], most: &(f64, [f64; W])) -> (f64, f64);
+    fn energy(&self, u: &[Vector; N], most: &Extensions<W>) -> (f64, f64);
 
     /// Force of the perimeter that it bears wherever its nodes are [N]; infinite = any.
     fn strength(&self) -> f64;
 
-    /// Share of its strength there that the force `tension` [N] of the perimeter uses; or an upper bound below
-    /// [`crate::element::FAR`].
-    fn share(&self, u: &[Vector; N], tension: f64) -> f64;
-}
-
-/// What a mechanism needs without easing.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Stiffnesses {
-    /// Length beyond which it acts [m].
-    pub start: f64,
-    /// Stiffness of loading [N/m].
-    pub loading: f64,
-    /// Stiffness of unloading [N/m].
-    pub unloading: f64,
-    /// Share of the work of loading that is dissipated.
-    pub lost: f64,
-}
-
-impl From<&Mechanism> for Stiffnesses {
-    fn from(mechanism: &Mechanism) -> Self {
-        let Mechanism { start, stiffness, unloading, .. } = *mechanism;
-        Self { start, loading: stiffness, unloading: stiffness * unloading, lost: 1.0 - 1.0 / unloading }
+    /// Force of the perimeter that it bears where its nodes are displaced by `u` [N].
+    fn bears(&self, _u: &[Vector; N]) -> f64 {
+        self.strength()
     }
-}
 
-impl Stiffnesses {
-    /// Force [N] and largest extension [m] at the length `l` [m] after the largest extension `most` [m], which is 0 or more.
+    /// Share of its strength there that the force `tension` [N] of the perimeter uses; or an upper bound below [`FAR`].
     #[inline(always)]
-    pub fn force(&self, l: f64, most: f64) -> (f64, f64) {
-        let u = l - self.start;
-        let loads = u >= most;
-        let back = self.loading * most - self.unloading * (most - u);
-        let back = if back > 0.0 { back } else { 0.0 };
-        (if loads { self.loading * u } else { back }, if loads { u } else { most })
+    fn share(&self, u: &[Vector; N], tension: f64) -> f64 {
+        let most = tension / self.strength();
+        if most < FAR { most } else { tension / self.bears(u) }
     }
 
-    /// Stored and dissipated energy [J] there.
-    #[inline(always)]
-    pub fn energy(&self, l: f64, most: f64) -> (f64, f64) {
-        let (force, most) = self.force(l, most);
-        (force * force / (2.0 * self.unloading), 0.5 * self.loading * most * most * self.lost)
-    }
-}
-
-/// A ring: its sides as modelled [m] and its mechanisms.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RingConstants<const N: usize> {
-    /// From each node to the next.
-    pub spans: [Vector; N],
-    /// The perimeter.
-    pub perimeter: Stiffnesses,
-    /// Each width.
-    pub width: Stiffnesses,
-    /// Force of the perimeter at which it breaks [N]; infinite = never.
-    pub rupture: f64,
+    /// See [`crate::element::Element::coarseness`].
+    fn coarseness(&self) -> f64;
 }
 
 /// The sides of a ring [m].
@@ -109,19 +88,8 @@ pub struct RingPull<const N: usize, const W: usize> {
     pub force: [Vector; N],
     /// Force of the perimeter [N].
     pub tension: f64,
-    /// Largest extensions, of the perimeter and of each width [m].
-    pub most: (f64, [f64; W]),
-}
-
-/// Coefficient of node `a` in width number `j` of a ring of `N` nodes: diagonals of four, medians of three.
-#[inline(always)]
-pub const fn coefficient<const N: usize>(j: usize, a: usize) -> f64 {
-    match (N, (a + N - j) % N) {
-        (_, 0) => -1.0,
-        (3, _) => 0.5,
-        (_, 2) => 1.0,
-        _ => 0.0,
-    }
+    /// Largest extensions.
+    pub most: Extensions<W>,
 }
 
 /// Length of a vector.
@@ -146,96 +114,29 @@ impl<const N: usize> RingSides<N> {
     }
 }
 
-impl<const N: usize> RingConstants<N> {
-    /// The widths as vectors [m].
-    #[inline(always)]
-    pub fn widths<const W: usize>(&self, u: &[Vector; N]) -> [Vector; W] {
-        let (mut widths, mut place) = ([[0.0; 3]; W], [0.0; 3]);
-        for a in 0..N {
-            for c in 0..3 {
-                let position = place[c] + u[a][c];
-                for (j, width) in widths.iter_mut().enumerate() {
-                    if coefficient::<N>(j, a) != 0.0 {
-                        width[c] += coefficient::<N>(j, a) * position;
-                    }
-                }
-                place[c] += self.spans[a][c];
-            }
-        }
-        widths
+/// Add to `k` the tangent of a perimeter whose sides are `spans` as modelled, each blunted below `least` [m], where its nodes are
+/// displaced by `u` [m] and it pulls with `force` [N], by `slope` [N/m] more as it grows.
+pub fn add_perimeter<const N: usize>(
+    k: &mut [f64],
+    (spans, least): (&[Vector; N], f64),
+    u: &[Vector; N],
+    (force, slope): (f64, f64),
+) {
+    let mut gradient = [0.0; 12];
+    for (i, span) in spans.iter().enumerate() {
+        let next = (i + 1) % N;
+        let side = Segment::new(&(*span).into(), u.as_flattened(), i, next).blunted(least);
+        let t = side.direction();
+        add_vector(&mut gradient, 3 * i, &-t);
+        add_vector(&mut gradient, 3 * next, &t);
+        add_pair(k, 3 * N, 3 * i, 3 * next, &side.tangent(0.0, force));
     }
+    add_square(k, 3 * N, slope, &gradient, &gradient);
 }
 
-impl<const N: usize, const W: usize> Formula<N, W> for RingConstants<N> {
-    #[inline(always)]
-    fn over(self, spans: [Vector; N]) -> Self {
-        Self { spans, ..self }
-    }
-
-    fn spans(&self) -> [Vector; N] {
-        self.spans
-    }
-
-    fn modelled(&self) -> (f64, f64) {
-        (self.energy(&[[0.0; 3]; N], &(0.0, [0.0; W])).0, 0.0)
-    }
-
-    #[inline(always)]
-    fn pull(&self, u: &[Vector; N], most: &(f64, [f64; W])) -> RingPull<N, W> {
-        let sides = RingSides::new(&self.spans, u);
-        let (tension, stretched) = self.perimeter.force(sides.perimeter, most.0);
-        let mut pull = RingPull { force: [[0.0; 3]; N], tension, most: (stretched, most.1) };
-        let mut along = sides.spans;
-        for i in 0..N {
-            for c in 0..3 {
-                let unit = along[i][c] / sides.lengths[i];
-                along[i][c] = if sides.lengths[i] > 0.0 { unit } else { 0.0 };
-            }
-        }
-        for i in 0..N {
-            for c in 0..3 {
-                pull.force[i][c] = tension * (along[(i + N - 1) % N][c] - along[i][c]);
-            }
-        }
-        for (j, width) in self.widths::<W>(u).into_iter().enumerate() {
-            let length = norm(width);
-            let (force, stretched) = self.width.force(length, most.1[j]);
-            pull.most.1[j] = stretched;
-            for c in 0..3 {
-                let unit = width[c] / length;
-                for a in 0..N {
-                    if coefficient::<N>(j, a) != 0.0 {
-                        pull.force[a][c] += coefficient::<N>(j, a) * force * unit;
-                    }
-                }
-            }
-        }
-        pull
-    }
-
-    #[inline(always)]
-    fn tension(&self, u: &[Vector; N], longer: f64, most: f64) -> f64 {
-        self.perimeter.force(RingSides::new(&self.spans, u).perimeter + longer, most).0
-    }
-
-    #[inline(always)]
-    fn energy(&self, u: &[Vector; N], most: &(f64, [f64; W])) -> (f64, f64) {
-        let perimeter = RingSides::new(&self.spans, u).perimeter;
-        let (mut stored, mut dissipated) = self.perimeter.energy(perimeter, most.0);
-        for (j, width) in self.widths::<W>(u).into_iter().enumerate() {
-            let own = self.width.energy(norm(width), most.1[j]);
-            stored += own.0;
-            dissipated += own.1;
-        }
-        (stored, dissipated)
-    }
-    #[inline(always)]
-    fn strength(&self) -> f64 {
-        self.rupture
-    }
-
-    #[inline(always)]
-    fn share(&self, _u: &[Vector; N], tension: f64) -> f64 {
-        tension / self.rupture
+/// Add `factor a b^T` of the first `n` numbers of each to the square matrix `k` of order `n`, by rows.
+pub fn add_square(k: &mut [f64], n: usize, factor: f64, a: &[f64; 12], b: &[f64; 12]) {
+    for (row, x) in k.chunks_exact_mut(n).zip(a) {
+        row.iter_mut().zip(b).for_each(|(k, y)| *k += factor * x * y);
     }
 }

@@ -105,7 +105,7 @@ impl<const N: usize, const W: usize> BlockMemory<N, W> {
                 for l in 0..WIDTH {
                     let (ring, u, had) = (constants.ring(l), lane(&self.u, l), self.had(l));
                     let RingPull { force, tension, most } = ring.pull(&u, &had);
-                    let bound = ring.tension(&u, longer, had.0);
+                    let bound = ring.tension(ring.length(&u) + longer, had.0);
                     let broken = self.broken[l] > 0.0;
                     self.tension[l] = if broken { 0.0 } else { tension };
                     self.bound[l] = if broken { 0.0 } else { bound };
@@ -166,7 +166,8 @@ impl<const N: usize, const W: usize> BlockMemory<N, W> {
                 let (constants, u, most, broken) = (*constants, *u, self.had.1, self.broken);
                 let mut tensions = ZERO;
                 for l in 0..WIDTH {
-                    let tension = constants.ring(l).tension(&lane(&u, l), 0.0, most[l]);
+                    let ring = constants.ring(l);
+                    let tension = ring.tension(ring.length(&lane(&u, l)), most[l]);
                     tensions[l] = if broken[l] > 0.0 { 0.0 } else { tension };
                 }
                 tensions
@@ -183,7 +184,7 @@ impl<const N: usize, const W: usize> BlockMemory<N, W> {
                 for l in 0..WIDTH {
                     let (ring, u, had) = (constants.ring(l), lane(&self.u, l), self.had(l));
                     (self.stored[l], self.dissipated[l]) = ring.energy(&u, &had);
-                    let tension = ring.tension(&u, 0.0, had.0);
+                    let tension = ring.tension(ring.length(&u), had.0);
                     self.tension[l] = if self.broken[l] > 0.0 { 0.0 } else { tension };
                 }
             },

@@ -1,5 +1,4 @@
-//! Rings, several at a time: force, history and energy, to the same bytes as [`crate::element::Ring`] or
-//! [`crate::element::WireRing`] alone.
+//! Rings, several at a time: force, history and energy, to the same bytes as [`crate::element::Ring`] alone.
 //!
 //! Rings that follow each other among the elements, of one law with the same numbers and as many nodes, form blocks of up to
 //! [`WIDTH`], with each quantity in a column. A block is gathered, computed in wide registers by the [`Formula`] of its law, and
@@ -10,9 +9,10 @@
 mod columns;
 
 use self::columns::{BlockConstants, BlockMemory, NodeLanes};
-use crate::element::ring::formula::{Formula, RingConstants};
-use crate::element::ring::{BROKEN, PERIMETER, WIDTHS};
-use crate::element::wire_ring::formula::WireConstants;
+use crate::element::ring::formula::Formula;
+use crate::element::ring::mechanisms::Mechanisms;
+use crate::element::ring::wire::Wire;
+use crate::element::ring::{BROKEN, PERIMETER, RingLaw, WIDTHS};
 use crate::element::{AnyElement, Energy, FAR};
 use std::ops::Range;
 
@@ -56,10 +56,10 @@ type Own<const N: usize, F> = Box<([SameCorner; N], BlockConstants<N, F>)>;
 /// By law and number of nodes.
 #[derive(Debug, Clone)]
 enum BlockKind {
-    Three(Own<3, RingConstants<3>>),
-    Four(Own<4, RingConstants<4>>),
-    WireThree(Own<3, WireConstants<3>>),
-    WireFour(Own<4, WireConstants<4>>),
+    Three(Own<3, Mechanisms<3, 3>>),
+    Four(Own<4, Mechanisms<4, 2>>),
+    WireThree(Own<3, Wire<3>>),
+    WireFour(Own<4, Wire<4>>),
 }
 
 /// The nodes that are at one place of each ring.
@@ -86,18 +86,10 @@ macro_rules! of_kind {
     };
 }
 
-/// The formulas of a ring over so many nodes, where it is one.
-fn ring<const N: usize>(element: &AnyElement) -> Option<RingConstants<N>> {
+/// The law of an element that is a ring; of one that goes slack gradually none is computed here.
+fn law(element: &AnyElement) -> Option<RingLaw> {
     match element {
-        AnyElement::Ring(ring) if ring.nodes.len() == N && !ring.is_eased() => Some(ring.constants()),
-        _ => None,
-    }
-}
-
-/// The same of a ring of wire.
-fn wire_ring<const N: usize>(element: &AnyElement) -> Option<WireConstants<N>> {
-    match element {
-        AnyElement::WireRing(ring) if ring.nodes.len() == N => Some(ring.constants()),
+        AnyElement::Ring(ring) if !ring.is_eased() => Some(ring.law),
         _ => None,
     }
 }
@@ -223,10 +215,26 @@ impl RingBlock {
     /// The block that begins with these `elements`, of which the first is number `place.0`, between `place.1` nodes, and has its
     /// history at `place.2`.
     fn first_of(elements: &[AnyElement], place: (usize, usize, usize)) -> Option<Self> {
-        Self::new::<3, 3, _>(elements, place, ring, BlockKind::Three)
-            .or_else(|| Self::new::<4, 2, _>(elements, place, ring, BlockKind::Four))
-            .or_else(|| Self::new::<3, 0, _>(elements, place, wire_ring, BlockKind::WireThree))
-            .or_else(|| Self::new::<4, 0, _>(elements, place, wire_ring, BlockKind::WireFour))
+        macro_rules! of {
+            ($kind:ident) => {
+                Self::new(
+                    elements,
+                    place,
+                    |element| match law(element) {
+                        Some(RingLaw::$kind(law)) => Some(law),
+                        _ => None,
+                    },
+                    BlockKind::$kind,
+                )
+            };
+        }
+        match law(elements.first()?)? {
+            RingLaw::Three(_) => of!(Three),
+            RingLaw::Four(_) => of!(Four),
+            RingLaw::WireTwo(_) => None,
+            RingLaw::WireThree(_) => of!(WireThree),
+            RingLaw::WireFour(_) => of!(WireFour),
+        }
     }
 
     /// The same of one kind.

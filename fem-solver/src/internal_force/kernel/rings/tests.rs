@@ -1,23 +1,33 @@
 use super::*;
-use crate::element::ring::Mechanism;
+use crate::element::ring::formula::Vector;
+use crate::element::ring::mechanisms::Mechanism;
+use crate::element::ring::tightening::{Bundle, Strength};
 use crate::element::tests::checks::random;
-use crate::element::wire_ring::law::{Bundle, Strength, Tightening};
-use crate::element::{Answer, Ring, Slack, WireRing};
+use crate::element::{Answer, Ring, Slack};
 use crate::linear_algebra::lanes::longest_displacement;
 use nalgebra::Vector3;
 
 /// A ring over these nodes and sides, of a law whose numbers are off by 5 % of `off`, that breaks or not.
-type Make = fn(Vec<usize>, Vec<Vector3<f64>>, [f64; 4], bool) -> AnyElement;
+type Make = fn(Vec<usize>, Vec<Vector>, [f64; 4], bool) -> AnyElement;
 
-fn ring(nodes: Vec<usize>, spans: Vec<Vector3<f64>>, off: [f64; 4], breaks: bool) -> AnyElement {
-    let [a, b, c, d] = off.map(|off| 1.0 + 0.05 * off);
-    let mechanism = |start, stiffness, unloading| Mechanism { start, stiffness, unloading, ease: 0.0 };
-    let (perimeter, width) = (mechanism(1.2 * a, 2e5 * b, 3.0), mechanism(0.42 * c, 1e4 * d, 100.0));
-    let rupture = if breaks { 2e4 } else { f64::INFINITY };
-    Ring { nodes, spans, perimeter, width, mass: 0.6, radius: 0.0, rupture }.into()
+/// The spans of so many sides.
+fn sides<const N: usize>(spans: &[Vector]) -> [Vector; N] {
+    std::array::from_fn(|i| spans[i])
 }
 
-fn wire_ring(nodes: Vec<usize>, spans: Vec<Vector3<f64>>, off: [f64; 4], breaks: bool) -> AnyElement {
+fn ring(nodes: Vec<usize>, spans: Vec<Vector>, off: [f64; 4], breaks: bool) -> AnyElement {
+    let [a, b, c, d] = off.map(|off| 1.0 + 0.05 * off);
+    let (perimeter, width) =
+        (Mechanism::new(1.2 * a, 2e5 * b, 3.0), Mechanism::new(0.42 * c, 1e4 * d, 100.0));
+    let rupture = if breaks { 2e4 } else { f64::INFINITY };
+    let law = match nodes.len() {
+        3 => RingLaw::Three(Mechanisms { spans: sides(&spans), perimeter, width, rupture, ease: 0.0 }),
+        _ => RingLaw::Four(Mechanisms { spans: sides(&spans), perimeter, width, rupture, ease: 0.0 }),
+    };
+    Ring { nodes, law, section: 0.0, mass: 0.6, radius: 0.0 }.into()
+}
+
+fn wire_ring(nodes: Vec<usize>, spans: Vec<Vector>, off: [f64; 4], breaks: bool) -> AnyElement {
     let [a, b, c, d] = off.map(|off| 1.0 + 0.05 * off);
     let bundle =
         Bundle { turns: 7.0, wire: 3e-3 * a, diameter: 0.4 * b, young: 1.5e11 * c, yields: 1.7e9 * d };
@@ -26,19 +36,12 @@ fn wire_ring(nodes: Vec<usize>, spans: Vec<Vector3<f64>>, off: [f64; 4], breaks:
     } else {
         Strength::even(f64::INFINITY)
     };
-    WireRing {
-        law: Tightening::new(&bundle, nodes.len()),
-        oval: (bundle.first_stiffness(), 8.0 * bundle.plastic_moment() / bundle.diameter),
-        section: bundle.area(),
-        diameter: bundle.diameter,
-        thickness: bundle.thickness(),
-        mass: 0.6,
-        radius: 0.0,
-        nodes,
-        spans,
-        strength,
-    }
-    .into()
+    let law = match nodes.len() {
+        2 => RingLaw::WireTwo(Wire::new(&bundle, sides(&spans), strength)),
+        3 => RingLaw::WireThree(Wire::new(&bundle, sides(&spans), strength)),
+        _ => RingLaw::WireFour(Wire::new(&bundle, sides(&spans), strength)),
+    };
+    Ring { nodes, law, section: bundle.area(), mass: 0.6, radius: 0.0 }.into()
 }
 
 /// Rings over `count` nodes each in rows of `columns`, then some over any nodes; a few of one law, then a few of another.
@@ -57,7 +60,7 @@ fn net(
         let corners = [j * row + i, j * row + i + 1, (j + 1) * row + i + 1, (j + 1) * row + i];
         let own = if j < rows { corners } else { [0, 2, 5, 7].map(|step| (k + step) % nodes) };
         let own = own[..count].to_vec();
-        let spans = (0..count).map(|a| place(own[(a + 1) % count]) - place(own[a])).collect();
+        let spans = (0..count).map(|a| (place(own[(a + 1) % count]) - place(own[a])).into()).collect();
         if k % 11 == 0 {
             off = off.map(|_| random());
         }

@@ -1,37 +1,49 @@
-//! The law against its own formulas; the element against differences; one ring against fibres.
+//! The laws against their own formulas; the element against differences; one ring of wire against fibres.
 
-use super::law::{Bundle, Strength, Tightening};
+use super::mechanisms::Mechanism;
+use super::tightening::{Bundle, Strength, Tightening};
 use super::*;
+use crate::element::Slack;
 use crate::element::tests::checks::{Case, random};
+use nalgebra::Vector3;
+use std::f64::consts::PI;
 
 /// Seven turns of 3 mm, 0.3 m wide.
 const BUNDLE: Bundle = Bundle { turns: 7.0, wire: 3e-3, diameter: 0.3, young: 1.5e11, yields: 1.7e9 };
 
-/// A ring with its contacts on its circle.
-fn ring(contacts: usize) -> (WireRing, Vec<Vector3<f64>>) {
-    let angle = |i: usize| std::f64::consts::TAU * i as f64 / contacts as f64;
-    let points: Vec<_> =
-        (0..contacts).map(|i| 0.15 * Vector3::new(angle(i).cos(), angle(i).sin(), 0.0)).collect();
-    let ring = WireRing {
-        nodes: (0..contacts).collect(),
-        spans: (0..contacts).map(|i| points[(i + 1) % contacts] - points[i]).collect(),
-        law: Tightening::new(&BUNDLE, contacts),
-        oval: (BUNDLE.first_stiffness(), 8.0 * BUNDLE.plastic_moment() / 0.3),
-        section: BUNDLE.area(),
-        diameter: 0.3,
-        thickness: BUNDLE.thickness(),
-        mass: 0.37,
-        radius: 0.0,
-        strength: Strength::even(f64::INFINITY),
-    };
-    (ring, points)
+/// So many points on a circle of 0.3 m.
+fn on_circle(count: usize) -> Vec<Vector3<f64>> {
+    let angle = |i: usize| std::f64::consts::TAU * i as f64 / count as f64;
+    (0..count).map(|i| 0.15 * Vector3::new(angle(i).cos(), angle(i).sin(), 0.0)).collect()
 }
 
+/// From each to the next.
+fn spans<const N: usize>(points: &[Vector3<f64>]) -> [Vector; N] {
+    from_fn(|i| (points[(i + 1) % N] - points[i]).into())
+}
+
+fn ring_of(law: RingLaw, count: usize, mass: f64) -> Ring {
+    Ring { nodes: (0..count).collect(), law, section: 0.0, mass, radius: 0.0 }
+}
+
+/// A ring of wire with its contacts on its circle.
+fn wire_ring(contacts: usize, strength: Strength) -> (Ring, Vec<Vector3<f64>>) {
+    let points = on_circle(contacts);
+    let law = match contacts {
+        2 => RingLaw::WireTwo(Wire::new(&BUNDLE, spans(&points), strength)),
+        3 => RingLaw::WireThree(Wire::new(&BUNDLE, spans(&points), strength)),
+        _ => RingLaw::WireFour(Wire::new(&BUNDLE, spans(&points), strength)),
+    };
+    (ring_of(law, contacts, 0.37), points)
+}
+
+const NEVER: f64 = f64::INFINITY;
+
 #[test]
-fn derivatives_rigid_motions_and_mass_are_consistent() {
+fn derivatives_rigid_motions_and_mass_of_wire_are_consistent() {
     let mut noise = random(9);
     for contacts in [2, 3, 4] {
-        let (ring, points) = ring(contacts);
+        let (ring, points) = wire_ring(contacts, Strength::even(NEVER));
         for size in [0.03, 0.1, 0.4] {
             for drawn in [0.0, 0.06, 0.12] {
                 let u: Vec<f64> = (0..3 * contacts).map(|_| size * noise()).collect();
@@ -44,8 +56,8 @@ fn derivatives_rigid_motions_and_mass_are_consistent() {
 #[test]
 fn a_tight_ring_keeps_its_derivatives() {
     for contacts in [2, 3, 4] {
-        let (ring, points) = ring(contacts);
-        let taut = PI * 0.3 / ring.law.round;
+        let (ring, points) = wire_ring(contacts, Strength::even(NEVER));
+        let taut = PI * 0.3 / Tightening::new(&BUNDLE, contacts).round;
         for part in [0.9, 0.99, 1.0, 1.002] {
             let u: Vec<f64> = points.iter().flat_map(|p| <[f64; 3]>::from(p * (part * taut - 1.0))).collect();
             Case::new(&ring, &points, &u).check_all(0.37);
@@ -85,7 +97,7 @@ fn a_round_ring_is_as_stiff_at_first_as_an_elastic_ring() {
     let slope = law.pull(0.04 * law.first_yield(), 0.0).slope;
     assert!((4.0 * slope / stiffness - 1.0).abs() < 0.1, "{slope} {stiffness}");
     // Of the oval of a ring with four contacts, to the last digit.
-    let (ring, _) = ring(4);
+    let (ring, _) = wire_ring(4, Strength::even(NEVER));
     let u = 1e-6;
     let pulled = [u, 0.0, 0.0, 0.0, -u, 0.0, -u, 0.0, 0.0, 0.0, u, 0.0];
     let stored = ring.energy(&pulled, &ring.start_history()).stored;
@@ -204,14 +216,11 @@ fn strength_falls_with_the_turn_through_the_shares_that_are_stated() {
 #[test]
 fn a_ring_breaks_where_it_is_turned_most_and_loses_what_it_stored() {
     for (contacts, share) in [(2, 0.37), (4, 0.55)] {
-        let (mut ring, points) = ring(contacts);
         let straight = 7.0 * 0.25 * PI * 9e-6 * 1.77e9;
-        ring.strength = Strength::new(straight, [0.55, 0.37]);
+        let (ring, points) = wire_ring(contacts, Strength::new(straight, [0.55, 0.37]));
+        let law = Tightening::new(&BUNDLE, contacts);
         let drawn = |part: f64| -> Vec<f64> {
-            points
-                .iter()
-                .flat_map(|p| <[f64; 3]>::from(p * (part * PI * 0.3 / ring.law.round - 1.0)))
-                .collect()
+            points.iter().flat_map(|p| <[f64; 3]>::from(p * (part * PI * 0.3 / law.round - 1.0))).collect()
         };
         let (mut low, mut high) = (0.5, 1.1);
         for _ in 0..60 {
@@ -222,7 +231,7 @@ fn a_ring_breaks_where_it_is_turned_most_and_loses_what_it_stored() {
         let tension = ring.tension(&drawn(high), &ring.start_history());
         assert!((tension / (share * straight) - 1.0).abs() < 1e-9, "{contacts}: {tension}");
         let mut history = ring.start_history();
-        history[MOST] = ring.law.pull(ring.extension(&drawn(high)), 0.0).most;
+        history[PERIMETER] = law.pull(ring.length(&drawn(high)), 0.0).most;
         let had = ring.energy(&drawn(high), &history);
         assert!(ring.breaks(&drawn(high), &mut history));
         let has = ring.energy(&drawn(2.0), &history);
@@ -231,4 +240,99 @@ fn a_ring_breaks_where_it_is_turned_most_and_loses_what_it_stored() {
                 && (had.stored + had.dissipated - has.dissipated).abs() < 1e-9 * has.dissipated
         );
     }
+}
+
+/// A ring of mechanisms with its nodes on a circle of 0.3 m.
+fn ring(count: usize) -> (Ring, Vec<Vector3<f64>>) {
+    let points = on_circle(count);
+    let around = 2.0 * 0.15 * (PI / count as f64).sin() * count as f64;
+    let perimeter = Mechanism::new(around * 1.02, 2e5, 3.0);
+    let width = Mechanism::new(if count == 4 { 0.3 } else { 0.225 }, 1e4, 100.0);
+    let law = match count {
+        3 => {
+            RingLaw::Three(Mechanisms { spans: spans(&points), perimeter, width, rupture: NEVER, ease: 0.0 })
+        }
+        _ => RingLaw::Four(Mechanisms { spans: spans(&points), perimeter, width, rupture: NEVER, ease: 0.0 }),
+    };
+    (ring_of(law, count, 0.8), points)
+}
+
+#[test]
+fn derivatives_rigid_motions_and_mass_of_mechanisms_are_consistent() {
+    let mut noise = random(9);
+    for count in [3, 4] {
+        let (ring, points) = ring(count);
+        for _ in 0..20 {
+            let u: Vec<f64> = (0..3 * count).map(|_| 0.1 * noise()).collect();
+            Case::new(&ring, &points, &u).check_all(0.8);
+        }
+    }
+}
+
+#[test]
+fn an_eased_ring_pulls_everywhere_and_its_corner_comes_back_as_the_range_narrows() {
+    let exact = Mechanism::new(0.3, 1e4, 100.0);
+    for ease in [1e3, 1.0, 1e-3] {
+        for most in [0.0, 0.02] {
+            // Slack to yielding, in steps that avoid the corners.
+            for i in -40..40 {
+                let l = 0.3 + most + (f64::from(i) + 0.3) * 5e-4;
+                let (force, slope, now) = exact.eased_force(l, most, ease);
+                let (without, then) = exact.force(l, most);
+                assert!(slope > 0.0 && force >= without && force - without <= ease, "{ease} {l}: {force}");
+                assert_eq!(now, then);
+                let h = 1e-8;
+                let difference = (exact.eased_force(l + h, most, ease).0
+                    - exact.eased_force(l - h, most, ease).0)
+                    / (2.0 * h);
+                let rounding = 16.0 * f64::EPSILON * (force / h + slope / h);
+                assert!(
+                    (slope - difference).abs() <= 1e-4 * slope + rounding,
+                    "{ease} {l}: {slope} {difference}"
+                );
+            }
+        }
+    }
+    // Where it goes slack, the force of the corner is the whole range.
+    let slack = 0.3 + 0.02 * (1.0 - exact.loading / exact.unloading);
+    let at_corner = exact.eased_force(slack, 0.02, 7.0).0;
+    assert!((at_corner - 7.0).abs() < 1e-6, "{at_corner}");
+}
+
+#[test]
+fn it_unloads_steeper_than_it_loads_and_keeps_the_difference() {
+    let (ring, points) = ring(4);
+    // All nodes move outwards: widths grow by 2 d, the perimeter by 4 sqrt 2 d.
+    let grown = |d: f64| points.iter().flat_map(|p| <[f64; 3]>::from(p.normalize() * d)).collect::<Vec<_>>();
+    let mut history = ring.start_history();
+    let mut work = 0.0;
+    let steps = 4000;
+    let path = (1..=steps).map(|i| 0.05 * f64::from(i) / f64::from(steps));
+    let mut before = (0.0, 0.0);
+    for d in path.clone().chain(path.rev()) {
+        let u = grown(d);
+        let case = Case::new(&ring, &[], &u).with_history(&history);
+        let force: f64 = case.force().iter().zip(grown(1.0)).map(|(f, g)| f * g).sum();
+        work += 0.5 * (force + before.1) * (d - before.0);
+        before = (d, force);
+        let mut after = history.clone();
+        let mut force = [0.0; 12];
+        let mut answer = Answer {
+            force: &mut force,
+            tangent: None,
+            slack: Slack::Exact,
+            history: &mut after,
+            tension: 0.0,
+        };
+        ring.respond(&u, &history, &mut answer);
+        history = after;
+    }
+    let energy = ring.energy(&grown(before.0), &history);
+    assert!(energy.stored.abs() < 1e-12, "{energy:?}");
+    // The trapezoidal rule over kinks: some 1e-6 of 60 J.
+    assert!((work - energy.dissipated).abs() < 1e-4 * work, "{work} {energy:?}");
+    let u = 0.1 + 0.0;
+    let (l, w) = (4.0 * std::f64::consts::SQRT_2 * 0.2 - 0.6 * std::f64::consts::SQRT_2 * 1.02, u);
+    let exact = 0.5 * 2e5 * l * l * (1.0 - 1.0 / 3.0) + 2.0 * 0.5 * 1e4 * w * w * 0.99;
+    assert!((energy.dissipated / exact - 1.0).abs() < 1e-9, "{} {exact}", energy.dissipated);
 }

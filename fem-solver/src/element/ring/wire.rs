@@ -1,7 +1,7 @@
 //! A ring of a ring net from what its catalogue states: so many turns of a wire, held at 2, 3 or 4 contacts.
 //!
 //! ```text
-//! strand   e = sum |x_(i+1) - x_i| - l_0      N(e), the same in all sides: [`law`]
+//! strand   e = sum |x_(i+1) - x_i| - l_0      N(e), the same in all sides: [`super::tightening`]
 //! oval     o^2 = o_1^2 + o_2^2                W = (Q^2 / K) (sqrt(1 + (K o / Q)^2) - 1)
 //! ```
 //!
@@ -12,121 +12,213 @@
 //! with the first stiffness `K` of a ring pulled at two points, up to the force `Q = 4 M_p / R` at which such a ring becomes plastic.
 //! The plastic part of it is not followed: what it holds is stored and comes back. In a ring drawn evenly at its contacts it is 0.
 //! Two contacts need no such thing.
+//!
+//! Plain arrays in [`Formula`], as it says.
 
-pub mod formula;
-pub mod law;
-#[cfg(test)]
-mod tests;
+#![expect(
+    clippy::needless_range_loop,
+    reason = "iterators over components keep the compiler from wide registers"
+)]
 
-use self::formula::{Chord, Oval, WireConstants, chords};
-use self::law::{Bundle, Strength, Tightening};
-use super::part::{NewElements, PartCell, PartSettings, Surroundings, part};
-use super::ring::formula::Formula;
-use super::ring::places;
-use super::segment::{Segment, add_pair, add_vector};
-use super::{Answer, Constants, Element, Energy, Slack};
-use crate::element::ring;
+use super::formula::{Extensions, Formula, RingPull, RingSides, Vector, add_perimeter, add_square};
+use super::tightening::{Bundle, Strength, Tightening};
+use super::{Ring, RingLaw, judge_diameter, sides};
+use crate::element::Slack;
+use crate::element::part::{NewElements, PartCell, PartSettings, Surroundings, part};
+use crate::element::segment::{add_pair, add_vector};
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::PI;
 
-/// Numbers of its history: broken (0 or 1), energy lost at rupture [J], largest extension [m].
-pub const BROKEN: usize = 0;
-/// See [`BROKEN`].
-pub const LOST: usize = 1;
-/// See [`BROKEN`].
-pub const MOST: usize = 2;
-
-/// A ring.
-#[derive(Debug, Clone)]
-pub struct WireRing {
-    /// Its 2 to 4 nodes, around.
-    pub nodes: Vec<usize>,
+/// What the wire and the bundle of a ring over `N` nodes say, and its sides.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wire<const N: usize> {
     /// From each node to the next as modelled [m].
-    pub spans: Vec<Vector3<f64>>,
+    pub spans: [Vector; N],
     /// Strand tension by extension.
     pub law: Tightening,
     /// Stiffness [N/m] and largest force [N] against an oval.
     pub oval: (f64, f64),
-    /// Section of a strand [m2].
-    pub section: f64,
     /// Diameter of the ring [m].
     pub diameter: f64,
-    /// Diameter of its bundle [m].
+    /// Diameter of its bundle [m], above 0: closer than this the distance of two contacts is blunted.
     pub thickness: f64,
-    /// Mass [kg].
-    pub mass: f64,
-    /// Radius of its bundle that a contact sees [m].
-    pub radius: f64,
     /// Strand force at which it breaks.
     pub strength: Strength,
 }
 
-/// Does the same with the formulas of a ring over 2, 3 or 4 nodes.
-macro_rules! formulas {
-    ($ring:expr, |$formulas:ident| $what:expr) => {
-        match $ring.nodes.len() {
-            2 => {
-                let $formulas = $ring.constants::<2>();
-                $what
-            }
-            3 => {
-                let $formulas = $ring.constants::<3>();
-                $what
-            }
-            _ => {
-                let $formulas = $ring.constants::<4>();
-                $what
-            }
-        }
-    };
+/// A distance of contacts that says how oval a ring is.
+pub struct Chord {
+    /// Places of its contacts in the ring: neighbours, or the second is behind the next of the first.
+    pub ends: [usize; 2],
+    /// Share of its square, over the diameter, in both parts of the oval.
+    pub shares: [f64; 2],
 }
 
-impl WireRing {
-    /// What its formulas need, over its `N` nodes.
-    pub fn constants<const N: usize>(&self) -> WireConstants<N> {
-        let Self { law, oval, diameter, thickness, strength, .. } = *self;
-        let spans = std::array::from_fn(|i| self.spans[i].into());
-        WireConstants { spans, law, oval, diameter, thickness, strength }
-    }
+/// An oval.
+pub struct Oval {
+    /// Its chords [m]; 0 where there are fewer.
+    pub chords: [Vector; MOST_CHORDS],
+    /// Its parts [m].
+    pub parts: [f64; 2],
+    /// `sqrt(1 + (K o / Q)^2)`.
+    pub root: f64,
+}
 
-    /// How much longer its polygon is than that of the round ring [m].
-    fn extension(&self, u: &[f64]) -> f64 {
-        formulas!(self, |ring| ring.extension(&places(u)))
-    }
+/// Chords of four contacts.
+const MOST_CHORDS: usize = 6;
+/// Root of a third.
+const THIRD: f64 = 0.577_350_269_189_625_8;
 
-    fn tension(&self, u: &[f64], history: &[f64]) -> f64 {
-        formulas!(self, |ring| ring.tension(&places(u), 0.0, history[MOST]))
-    }
+const fn chord(ends: [usize; 2], shares: [f64; 2]) -> Chord {
+    Chord { ends, shares }
+}
 
-    /// Energies at `u` from `history`, as long as it is not broken; 0 in the round ring.
-    fn energies(&self, u: &[f64], history: &[f64]) -> (f64, f64) {
-        formulas!(self, |ring| ring.energy(&places(u), &(history[MOST], [])))
-    }
+/// Of four contacts: diagonals, sides.
+const OF_FOUR: [Chord; MOST_CHORDS] = [
+    chord([0, 2], [0.25, 0.0]),
+    chord([1, 3], [-0.25, 0.0]),
+    chord([0, 1], [0.0, 0.5]),
+    chord([1, 2], [0.0, -0.5]),
+    chord([2, 3], [0.0, 0.5]),
+    chord([3, 0], [0.0, -0.5]),
+];
+/// Of three: sides.
+const OF_THREE: [Chord; 3] = [
+    chord([0, 1], [8.0 / 9.0 * THIRD, 8.0 / 27.0]),
+    chord([1, 2], [-8.0 / 9.0 * THIRD, 8.0 / 27.0]),
+    chord([2, 0], [0.0, -16.0 / 27.0]),
+];
 
-    /// Add the tangent of an unbroken ring to `k`.
-    fn add_tangent<const N: usize>(&self, u: &[f64], history: &[f64], slack: Slack, k: &mut [f64]) {
-        let (ring, n) = (self.constants::<N>(), 3 * N);
-        let sides = ring.sides(&places(u));
-        let pull = self.law.pull(sides.perimeter - self.law.round, history[MOST]);
-        let mut gradient = [0.0; 12];
-        for (i, span) in self.spans.iter().enumerate() {
-            let next = (i + 1) % N;
-            let side = Segment::new(span, u, i, next).blunted(self.thickness);
-            let t = side.direction();
-            add_vector(&mut gradient, 3 * i, &-t);
-            add_vector(&mut gradient, 3 * next, &t);
-            add_pair(k, n, 3 * i, 3 * next, &side.tangent(0.0, pull.force));
+/// Of a ring of `N` contacts; two of them need none.
+#[inline(always)]
+pub const fn chords<const N: usize>() -> &'static [Chord] {
+    match N {
+        4 => &OF_FOUR,
+        3 => &OF_THREE,
+        _ => &[],
+    }
+}
+
+impl<const N: usize> Wire<N> {
+    /// Of a bundle over sides as modelled [m].
+    pub fn new(bundle: &Bundle, spans: [Vector; N], strength: Strength) -> Self {
+        Self {
+            spans,
+            law: Tightening::new(bundle, N),
+            oval: (bundle.first_stiffness(), 8.0 * bundle.plastic_moment() / bundle.diameter),
+            diameter: bundle.diameter,
+            thickness: bundle.thickness(),
+            strength,
         }
+    }
+
+    /// Its sides where its nodes are displaced by `u` [m]: contacts come no closer in the perimeter than the bundle is thick.
+    #[inline(always)]
+    pub fn sides(&self, u: &[Vector; N]) -> RingSides<N> {
+        let mut sides = RingSides::new(&self.spans, u);
+        sides.perimeter = 0.0;
+        for i in 0..N {
+            let d = sides.lengths[i];
+            let blunted = d * d * (0.5 / self.thickness) + 0.5 * self.thickness;
+            sides.perimeter += if d < self.thickness { blunted } else { d };
+        }
+        sides
+    }
+
+    /// How oval it is with these sides.
+    #[inline(always)]
+    pub fn oval(&self, sides: &RingSides<N>) -> Oval {
+        let mut oval = Oval { chords: [[0.0; 3]; MOST_CHORDS], parts: [0.0; 2], root: 1.0 };
+        for j in 0..chords::<N>().len() {
+            let Chord { ends: [a, b], shares } = chords::<N>()[j];
+            let mut square = 0.0;
+            for c in 0..3 {
+                let next = if (a + 2) % N == b { sides.spans[(a + 1) % N][c] } else { 0.0 };
+                oval.chords[j][c] = sides.spans[a][c] + next;
+                square += oval.chords[j][c] * oval.chords[j][c];
+            }
+            let square = square * (1.0 / self.diameter);
+            for i in 0..2 {
+                oval.parts[i] += shares[i] * square;
+            }
+        }
+        let (stiffness, most) = self.oval;
+        let [a, b] = oval.parts;
+        oval.root = (1.0 + (stiffness / most) * (stiffness / most) * (a * a + b * b)).sqrt();
+        oval
+    }
+}
+
+impl<const N: usize> Formula<N, 0> for Wire<N> {
+    #[inline(always)]
+    fn over(self, spans: [Vector; N]) -> Self {
+        Self { spans, ..self }
+    }
+
+    fn spans(&self) -> [Vector; N] {
+        self.spans
+    }
+
+    fn drawn(&self) -> f64 {
+        self.length(&[[0.0; 3]; N]).max(0.0)
+    }
+
+    fn modelled(&self) -> (f64, f64) {
+        self.energy(&[[0.0; 3]; N], &(self.drawn(), []))
+    }
+
+    /// How much longer its polygon is than that of the round ring.
+    #[inline(always)]
+    fn length(&self, u: &[Vector; N]) -> f64 {
+        self.sides(u).perimeter - self.law.round
+    }
+
+    #[inline(always)]
+    fn tension(&self, length: f64, most: f64) -> f64 {
+        self.law.pull(length, most).force
+    }
+
+    #[inline(always)]
+    fn pull(&self, u: &[Vector; N], most: &Extensions<0>) -> RingPull<N, 0> {
+        let sides = self.sides(u);
+        let strand = self.law.pull(sides.perimeter - self.law.round, most.0);
+        let mut pull = RingPull { force: [[0.0; 3]; N], tension: strand.force, most: (strand.most, []) };
+        for i in 0..N {
+            let d = sides.lengths[i];
+            let along = strand.force / if d < self.thickness { self.thickness } else { d };
+            for c in 0..3 {
+                let force = along * sides.spans[i][c];
+                pull.force[i][c] -= force;
+                pull.force[(i + 1) % N][c] += force;
+            }
+        }
+        let Oval { chords: spans, parts, root } = self.oval(&sides);
+        let against = 2.0 * self.oval.0 * (1.0 / self.diameter) / root;
+        for j in 0..chords::<N>().len() {
+            let Chord { ends: [a, b], shares } = chords::<N>()[j];
+            let along = against * (parts[0] * shares[0] + parts[1] * shares[1]);
+            for c in 0..3 {
+                let force = along * spans[j][c];
+                pull.force[a][c] -= force;
+                pull.force[b][c] += force;
+            }
+        }
+        pull
+    }
+
+    fn add_tangent(&self, u: &[Vector; N], most: &Extensions<0>, slack: Slack, k: &mut [f64]) {
+        let sides = self.sides(u);
+        let pull = self.law.pull(sides.perimeter - self.law.round, most.0);
         let slope = match slack {
             Slack::Taut => self.law.stiffest(),
             Slack::Regularised(part) if pull.slope == 0.0 => part * self.law.stiffest(),
             _ => pull.slope,
         };
-        add_square(k, n, slope, &gradient, &gradient);
-        let (Oval { chords: spans, parts, root }, mut gradients) = (ring.oval(&sides), [[0.0; 12]; 2]);
+        add_perimeter(k, (&self.spans, self.thickness), u, (pull.force, slope));
+        let (Oval { chords: spans, parts, root }, mut gradients) = (self.oval(&sides), [[0.0; 12]; 2]);
         let (stiffness, most) = self.oval;
-        let first = stiffness / root;
+        let (n, first) = (3 * N, stiffness / root);
         for (Chord { ends: [a, b], shares }, span) in chords::<N>().iter().zip(spans) {
             let across = 2.0 / self.diameter;
             for (gradient, share) in gradients.iter_mut().zip(shares) {
@@ -145,98 +237,36 @@ impl WireRing {
             }
         }
     }
-}
 
-/// Add `factor a b^T` of the first `n` numbers of each to the square matrix `k` of order `n`, by rows.
-fn add_square(k: &mut [f64], n: usize, factor: f64, a: &[f64; 12], b: &[f64; 12]) {
-    for (row, x) in k.chunks_exact_mut(n).zip(a) {
-        row.iter_mut().zip(b).for_each(|(k, y)| *k += factor * x * y);
-    }
-}
-
-impl Element for WireRing {
-    fn nodes(&self) -> &[usize] {
-        &self.nodes
+    #[inline(always)]
+    fn energy(&self, u: &[Vector; N], most: &Extensions<0>) -> (f64, f64) {
+        let sides = self.sides(u);
+        let (stored, dissipated) = self.law.energy(sides.perimeter - self.law.round, most.0);
+        let (stiffness, largest) = self.oval;
+        (stored + largest * largest / stiffness * (self.oval(&sides).root - 1.0), dissipated)
     }
 
-    fn constants(&self) -> Constants {
-        let (can_break, broken) = (self.strength.straight < f64::INFINITY, Some(BROKEN));
-        // Both strands between two contacts lie on one line.
-        let lines = if self.nodes.len() == 2 { 1 } else { self.nodes.len() };
-        let (radius, section) = (self.radius, self.section);
-        Constants { can_break, broken, lines, forces: 1, radius, section, ..Constants::default() }
+    /// That of a strand that is turned by 180 degrees.
+    #[inline(always)]
+    fn strength(&self) -> f64 {
+        self.strength.turned_back()
     }
 
-    fn start_history(&self) -> Vec<f64> {
-        vec![0.0, 0.0, formulas!(self, |ring| ring.drawn())]
-    }
-
-    fn add_to(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
-        if history[BROKEN] > 0.0 {
-            return;
+    /// That of the contact which turns it most.
+    fn bears(&self, u: &[Vector; N]) -> f64 {
+        let RingSides { spans, lengths, .. } = self.sides(u);
+        let unit = |i: usize| spans[i].map(|x| if lengths[i] > 0.0 { x / lengths[i] } else { 0.0 });
+        let mut least = 1.0_f64;
+        for i in 0..N {
+            let ([x, y, z], [along_x, along_y, along_z]) = (unit(i), unit((i + 1) % N));
+            least = least.min(x * along_x + y * along_y + z * along_z);
         }
-        let slack = answer.slack;
-        formulas!(self, |ring| {
-            let pull = ring.pull(&places(u), &(history[MOST], []));
-            answer.force.copy_from_slice(pull.force.as_flattened());
-            (answer.tension, answer.history[MOST]) = (pull.tension, pull.most.0);
-        });
-        if let Some(k) = &mut answer.tangent {
-            match self.nodes.len() {
-                2 => self.add_tangent::<2>(u, history, slack, k),
-                3 => self.add_tangent::<3>(u, history, slack, k),
-                _ => self.add_tangent::<4>(u, history, slack, k),
-            }
-        }
-    }
-
-    fn energy(&self, u: &[f64], history: &[f64]) -> Energy {
-        let start = formulas!(self, |ring| ring.modelled());
-        let lost = history[LOST] - start.1;
-        if history[BROKEN] > 0.0 {
-            let dissipated = lost + self.law.energy(0.0, history[MOST]).1;
-            return Energy { stored: -start.0, dissipated };
-        }
-        let (stored, dissipated) = self.energies(u, history);
-        Energy { stored: stored - start.0, dissipated: lost + dissipated }
-    }
-
-    fn utilisation_bound(&self, u: &[f64], history: &[f64]) -> f64 {
-        formulas!(self, |ring| ring.share(&places(u), ring.tension(&places(u), 0.0, history[MOST])))
-    }
-
-    fn breaks(&self, u: &[f64], history: &mut [f64]) -> bool {
-        let bears = || formulas!(self, |ring| ring.bears(&places(u)));
-        if history[BROKEN] > 0.0 || self.tension(u, history) <= bears() {
-            return false;
-        }
-        let (stored, dissipated) = self.energies(u, history);
-        // What the history alone says it dissipated is told of it afterwards, too.
-        history[LOST] += stored + dissipated - self.law.energy(0.0, history[MOST]).1;
-        history[BROKEN] = 1.0;
-        true
-    }
-
-    fn lump(&self, mass: &mut [f64], _inertia: &mut [f64]) {
-        let share = self.mass / self.nodes.len() as f64;
-        mass.iter_mut().for_each(|m| *m += share);
-    }
-
-    fn utilisation(&self, u: &[f64], force: f64) -> f64 {
-        force / formulas!(self, |ring| ring.bears(&places(u)))
-    }
-
-    fn line_forces(&self, u: &[f64], history: &[f64], forces: &mut [f64]) {
-        forces.fill(if history[BROKEN] > 0.0 { f64::NAN } else { self.tension(u, history) });
+        self.strength.at(least.max(-1.0).acos())
     }
 
     /// Its lengths are roots.
     fn coarseness(&self) -> f64 {
         self.law.round * self.law.stiffest()
-    }
-
-    fn elongation(&self, u: &[f64]) -> f64 {
-        self.extension(u) - self.extension(&[0.0; 12])
     }
 }
 
@@ -357,11 +387,9 @@ impl PartSettings for WireRingPart {
     fn build(&self, cell: &PartCell, made: &mut NewElements) -> Result<(), Diagnostic> {
         let (key, nodes) = (cell.key, cell.nodes);
         let bundle = self.bundle(cell)?;
-        let side = |i: usize| cell.positions[nodes[(i + 1) % nodes.len()]] - cell.positions[nodes[i]];
-        let spans: Vec<_> = (0..nodes.len()).map(side).collect();
-        let polygon: f64 = spans.iter().map(Vector3::norm).sum();
-        let (area, thickness, around) = (bundle.area(), bundle.thickness(), PI * self.diameter);
-        let law = Tightening::new(&bundle, nodes.len());
+        let at = |i: usize| cell.positions[nodes[i % nodes.len()]];
+        let polygon: f64 = (0..nodes.len()).map(|i| (at(i + 1) - at(i)).norm()).sum();
+        let (area, around) = (bundle.area(), PI * self.diameter);
         if polygon > around {
             let what = format!(
                 "the wire of a ring is {around:.4} m long, and the perimeter of its contacts {polygon:.4} m"
@@ -373,23 +401,23 @@ impl PartSettings for WireRingPart {
             );
             return key.refuse("diameter", what, hint);
         }
-        let ring = WireRing {
+        let strength = self.strength(cell, area)?;
+        let ring = Ring {
             nodes: nodes.to_vec(),
-            spans,
-            law,
-            oval: (bundle.first_stiffness(), 8.0 * bundle.plastic_moment() / self.diameter),
+            law: match nodes.len() {
+                2 => RingLaw::WireTwo(Wire::new(&bundle, sides(cell), strength)),
+                3 => RingLaw::WireThree(Wire::new(&bundle, sides(cell), strength)),
+                _ => RingLaw::WireFour(Wire::new(&bundle, sides(cell), strength)),
+            },
             section: area,
-            diameter: self.diameter,
-            thickness,
             mass: area * around * self.density,
-            radius: self.radius.unwrap_or(0.5 * thickness),
-            strength: self.strength(cell, area)?,
+            radius: self.radius.unwrap_or(0.5 * bundle.thickness()),
         };
         made.elements.push(ring.into());
         Ok(())
     }
 
     fn judge(&self, at: &Surroundings) -> Result<Vec<Diagnostic>, Diagnostic> {
-        ring::judge_diameter(self.diameter, at)
+        judge_diameter(self.diameter, at)
     }
 }
