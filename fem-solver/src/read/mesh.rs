@@ -1,6 +1,7 @@
-//! What a mesh file or a generator gives: nodes, elements, named groups of both; no properties.
+//! A mesh of a file or a generator: nodes, elements, named groups of both; no properties.
 
 use super::tokens::{Tokens, error, shown};
+use indexmap::IndexMap;
 use interface_defs::diagnostic::{Diagnostic, Place, code};
 use interface_defs::mesh::Group;
 use nalgebra::Vector3;
@@ -91,7 +92,7 @@ pub struct Mesh {
     /// Named sets of nodes, increasing. Each element group has one of its name: the nodes of its
     /// elements, unless the file names other nodes so.
     pub node_groups: Vec<Group>,
-    /// What was passed over and the user should know.
+    /// Warnings about what was passed over.
     pub warnings: Vec<Diagnostic>,
 }
 
@@ -132,63 +133,20 @@ impl Mesh {
     }
 }
 
-/// Positions by number: an offset where numbers follow each other, as they mostly do.
-#[derive(Debug, Default)]
-struct Numbering {
-    first: u64,
-    run: u64,
-    others: HashMap<u64, u32>,
-}
+/// Name and members of each group, by what the file knows it by.
+type Groups = IndexMap<String, (String, Vec<u32>)>;
 
-impl Numbering {
-    fn get(&self, number: u64) -> Option<u32> {
-        match number.checked_sub(self.first) {
-            Some(offset) if offset < self.run => Some(offset as u32),
-            _ => self.others.get(&number).copied(),
-        }
-    }
-
-    /// Number the next position; `false` if that number is taken.
-    fn push(&mut self, number: u64, position: u32) -> bool {
-        if self.run == 0 && self.others.is_empty() {
-            self.first = number;
-        }
-        if self.others.is_empty() && number.checked_sub(self.first) == Some(self.run) {
-            self.run += 1;
-            return true;
-        }
-        self.get(number).is_none() && self.others.insert(number, position).is_none()
-    }
-}
-
-/// Names of groups and their members.
-#[derive(Debug, Default)]
-struct Names {
-    position: HashMap<String, usize>,
-    groups: Vec<(String, Vec<u32>)>,
-}
-
-impl Names {
-    fn group(&mut self, key: &str, name: &str) -> usize {
-        if let Some(at) = self.position.get(key) {
-            return *at;
-        }
-        self.groups.push((name.to_owned(), Vec::new()));
-        self.position.insert(key.to_owned(), self.groups.len() - 1);
-        self.groups.len() - 1
-    }
-
-    fn finish(self) -> impl Iterator<Item = (String, Vec<u32>)> {
-        self.groups.into_iter().map(|(name, mut members)| {
-            members.sort_unstable();
-            members.dedup();
-            (name, members)
-        })
-    }
+/// Names and members in the order of the file, members increasing.
+fn in_order(groups: Groups) -> impl Iterator<Item = (String, Vec<u32>)> {
+    groups.into_values().map(|(name, mut members)| {
+        members.sort_unstable();
+        members.dedup();
+        (name, members)
+    })
 }
 
 interface_defs::worded! {
-    /// What a number or a group of a mesh file stands for.
+    /// Kind of what a number or a group of a mesh file stands for.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum Of with word {
         /// Nodes.
@@ -202,13 +160,13 @@ interface_defs::worded! {
 pub struct Builder<'a> {
     file: &'a str,
     mesh: Mesh,
+    /// Position of each number, of nodes and of elements.
+    numbers: [HashMap<u64, u32>; 2],
     /// Of nodes and of elements.
-    numbers: [Numbering; 2],
-    /// Of nodes and of elements.
-    groups: [Names; 2],
-    /// What of the file is not read.
+    groups: [Groups; 2],
+    /// Parts of the file that are not read.
     passed: Vec<String>,
-    /// How many members all groups together may still take. A few lines can say that a hundred
+    /// Number of members that all groups together may still take. A few lines can say that a hundred
     /// groups hold a million nodes each; memory stays proportional to the file.
     members_left: usize,
 }
@@ -248,7 +206,7 @@ impl<'a> Builder<'a> {
     }
 
     fn number(&mut self, line: usize, of: Of, number: u64, position: usize) -> Result<u32, Diagnostic> {
-        if self.numbers[of as usize].push(number, position as u32) {
+        if self.numbers[of as usize].insert(number, position as u32).is_none() {
             return Ok(position as u32);
         }
         let article = if of == Of::Nodes { "a" } else { "an" };
@@ -257,7 +215,7 @@ impl<'a> Builder<'a> {
 
     /// Position of the node or element `number`, named on `line` by `what`.
     pub fn at(&self, line: usize, of: Of, number: u64, what: fmt::Arguments) -> Result<u32, Diagnostic> {
-        self.numbers[of as usize].get(number).ok_or_else(|| {
+        self.numbers[of as usize].get(&number).copied().ok_or_else(|| {
             let what = format!("{what} names {} {number}, which is not defined before", of.word());
             error(self.file, line, what)
         })
@@ -265,12 +223,14 @@ impl<'a> Builder<'a> {
 
     /// The group that `key` stands for, called `name` where it is new.
     pub fn group(&mut self, of: Of, key: &str, name: &str) -> usize {
-        self.groups[of as usize].group(key, name)
+        let groups = &mut self.groups[of as usize];
+        let new = || (name.to_owned(), Vec::new());
+        groups.get_index_of(key).unwrap_or_else(|| groups.insert_full(key.to_owned(), new()).0)
     }
 
     /// The group that `key` stands for, which `line` says is there.
     pub fn known_group(&self, line: usize, of: Of, key: &str) -> Result<usize, Diagnostic> {
-        self.groups[of as usize].position.get(key).copied().ok_or_else(|| {
+        self.groups[of as usize].get_index_of(key).ok_or_else(|| {
             let what = format!("there is no {} set {} before this line", of.word(), shown(key));
             error(self.file, line, what)
         })
@@ -279,7 +239,7 @@ impl<'a> Builder<'a> {
     /// Put a node or an element into a group.
     pub fn add(&mut self, line: usize, of: Of, group: usize, member: u32) -> Result<(), Diagnostic> {
         self.take(line, 1)?;
-        self.groups[of as usize].groups[group].1.push(member);
+        self.groups[of as usize][group].1.push(member);
         Ok(())
     }
 
@@ -298,18 +258,18 @@ impl<'a> Builder<'a> {
 
     /// Put all of the group `from` into the group `to`.
     pub fn add_group(&mut self, line: usize, of: Of, to: usize, from: usize) -> Result<(), Diagnostic> {
-        let members = self.groups[of as usize].groups[from].1.clone();
+        let members = self.groups[of as usize][from].1.clone();
         self.take(line, members.len())?;
-        self.groups[of as usize].groups[to].1.extend(members);
+        self.groups[of as usize][to].1.extend(members);
         Ok(())
     }
 
     /// Put the nodes of all elements of the element group `from` into the node group `to`.
     pub fn add_nodes_of_elements(&mut self, line: usize, to: usize, from: usize) -> Result<(), Diagnostic> {
-        for i in 0..self.groups[1].groups[from].1.len() {
-            let element = self.mesh.elements[self.groups[1].groups[from].1[i] as usize];
+        for i in 0..self.groups[1][from].1.len() {
+            let element = self.mesh.elements[self.groups[1][from].1[i] as usize];
             self.take(line, element.count as usize)?;
-            self.groups[0].groups[to].1.extend(self.mesh.nodes_of(&element));
+            self.groups[0][to].1.extend(self.mesh.nodes_of(&element));
         }
         Ok(())
     }
@@ -354,8 +314,8 @@ impl<'a> Builder<'a> {
             mesh.warnings.push(about.try_if(hint.map(str::to_owned)));
         }
         let [nodes, elements] = self.groups;
-        mesh.node_groups = nodes.finish().map(|(name, nodes)| Group { name, nodes }).collect();
-        let elements = elements.finish().map(|(name, elements)| ElementGroup { name, elements });
+        mesh.node_groups = in_order(nodes).map(|(name, nodes)| Group { name, nodes }).collect();
+        let elements = in_order(elements).map(|(name, elements)| ElementGroup { name, elements });
         mesh.element_groups = elements.collect();
         mesh.name_nodes();
         Ok(mesh)
