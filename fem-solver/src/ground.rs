@@ -40,8 +40,8 @@ pub struct Surface {
 
 /// The point of the surface that is closest to another one.
 #[derive(Debug, Clone, Copy)]
-pub struct Foot {
-    /// How far that lies above the surface [m]; below it: less than 0.
+pub struct ClosestPoint {
+    /// Height of the point above the surface [m]; below it: less than 0.
     pub distance: f64,
     /// Normal of the surface, upwards: the derivative of the distance.
     pub normal: Vector3<f64>,
@@ -104,7 +104,7 @@ impl Surface {
     }
 
     /// The closest point of the surface; `None` where there is no ground.
-    pub fn foot(&self, at: &Vector3<f64>) -> Option<Foot> {
+    pub fn foot(&self, at: &Vector3<f64>) -> Option<ClosestPoint> {
         let (mut place, mut shape) = (at.xy(), self.shape(at.x, at.y)?);
         for iteration in 0..MOST {
             let over = at.z - shape.height;
@@ -151,7 +151,7 @@ impl Surface {
         [at(i, j), at(i + 1, j), at(i, j + 1), at(i + 1, j + 1)]
     }
 
-    fn shape(&self, x: f64, y: f64) -> Option<Shape> {
+    fn shape(&self, x: f64, y: f64) -> Option<SurfaceShape> {
         let (cell, at) = self.cell_at(x, y)?;
         let shape = shape(self.corners(cell), at, self.spacing);
         (!shape.height.is_nan()).then_some(shape)
@@ -203,7 +203,7 @@ fn differences(values: &[f64], counts: [usize; 2], axis: usize) -> Vec<f64> {
 ///
 /// With `c_a` the tangents, `g_ab = c_a . c_b`, `L_ab = n . c_ab` and `d` the distance, the foot moves by
 /// `(g - d L)^-1 (c_a . dX)` and the normal turns by `-c_a (g^-1 L)_ab` times that.
-fn foot(away: &Vector3<f64>, shape: &Shape) -> Foot {
+fn foot(away: &Vector3<f64>, shape: &SurfaceShape) -> ClosestPoint {
     let ([sx, sy], [xx, xy, yy]) = (shape.slope, shape.bend);
     let steep = (1.0 + sx * sx + sy * sy).sqrt();
     let normal = Vector3::new(-sx, -sy, 1.0) / steep;
@@ -214,12 +214,12 @@ fn foot(away: &Vector3<f64>, shape: &Shape) -> Foot {
     let turned = |m: Matrix2<f64>| m.try_inverse().unwrap_or_default();
     let curvature =
         -tangents * turned(metric) * bend * turned(metric - distance * bend) * tangents.transpose();
-    Foot { distance, normal, curvature }
+    ClosestPoint { distance, normal, curvature }
 }
 
 /// Height, slopes and second derivatives at a point, per metre.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Shape {
+struct SurfaceShape {
     /// `h` [m].
     pub height: f64,
     /// `h_x`, `h_y`.
@@ -244,7 +244,7 @@ fn hermite(t: f64) -> [[f64; 4]; 3] {
 
 /// The surface of a cell with these corners (low x and y; high x; high y; both) at the parts `at` of its sides, which are
 /// `size` long [m].
-fn shape(corners: [&Corner; 4], at: [f64; 2], size: [f64; 2]) -> Shape {
+fn shape(corners: [&Corner; 4], at: [f64; 2], size: [f64; 2]) -> SurfaceShape {
     let (x, y) = (hermite(at[0]), hermite(at[1]));
     // Derivatives of the order `i` along x and `j` along y.
     let sum = |i: usize, j: usize| {
@@ -259,7 +259,7 @@ fn shape(corners: [&Corner; 4], at: [f64; 2], size: [f64; 2]) -> Shape {
         sum
     };
     let [dx, dy] = size;
-    Shape {
+    SurfaceShape {
         height: sum(0, 0),
         slope: [sum(1, 0) / dx, sum(0, 1) / dy],
         bend: [sum(2, 0) / (dx * dx), sum(1, 1) / (dx * dy), sum(0, 2) / (dy * dy)],

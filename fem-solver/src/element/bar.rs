@@ -4,7 +4,7 @@
 
 use super::cable::{Cable, CableConfig, Stated};
 use super::part::{Key, NewElements, PartCell, PartSettings, Surroundings, is_zero, part};
-use super::rope::{self, Rope};
+use super::rope::Rope;
 use super::segment::{Segment, add_pair, add_vector};
 use super::{Answer, Constants, Element, Energy, Pace};
 use crate::element::Slack;
@@ -18,7 +18,7 @@ use nalgebra::{Matrix3, Vector3};
 ///
 /// Over a section, with the kinematics of [`super::Cable`]: `e = (l^2 - L^2) / (2 L^2)`, `f_2 = (S A / L) d`,
 /// `K_22 = (C A / L^3) d d^T + (S A / L) I`. Without one, as a device, its law has forces [N] over elongations [m]: `e = l - L`,
-/// `f_2 = N t`, `K_22 = N' t t^T + N/l (I - t t^T)`; what flows is its travel. Handbook 2.6.
+/// `f_2 = N t`, `K_22 = N' t t^T + N/l (I - t t^T)`; what flows is its travel.
 #[derive(Debug, Clone)]
 pub struct Bar {
     /// Its two nodes.
@@ -43,7 +43,7 @@ pub struct Bar {
 const HEAVIEST_BRAKE: f64 = 500.0;
 
 impl Bar {
-    /// Where its nodes are displaced by `u`, and its strain or elongation there.
+    /// The line between its nodes displaced by `u`, and its strain or elongation there.
     fn segment(&self, u: &[f64]) -> (Segment, f64) {
         let (segment, rest) = (Segment::new(&self.span, u, 0, 1), self.length);
         if self.section.is_some() {
@@ -68,11 +68,26 @@ impl Bar {
         let (segment, strain) = self.segment(u);
         self.axial(self.law.held(strain, history), segment.length)
     }
+}
 
-    /// Its answer a time `1 / rate` [s] after `history`; 0: as slowly as it may be.
-    fn add_at(&self, rate: f64, u: &[f64], history: &[f64], answer: &mut Answer) {
+impl Element for Bar {
+    fn nodes(&self) -> &[usize] {
+        &self.nodes
+    }
+
+    fn constants(&self) -> Constants {
+        let (can_break, broken) = (self.rupture != Rupture::NEVER, Some(2));
+        let (radius, section) = (self.radius, self.section.unwrap_or(0.0));
+        Constants { can_break, broken, lines: 1, forces: 1, radius, section, ..Constants::default() }
+    }
+
+    fn start_history(&self) -> Vec<f64> {
+        vec![0.0; HISTORY]
+    }
+
+    fn add_to(&self, pace: Pace, u: &[f64], history: &[f64], answer: &mut Answer) {
         let (segment, strain) = self.segment(u);
-        let now = self.law.stress_at(rate, strain, history);
+        let now = self.law.stress_at(pace.rate, strain, history);
         let pull = match self.section {
             Some(area) => {
                 let q = now.stress * area / self.length;
@@ -105,38 +120,6 @@ impl Bar {
         }
         add_pair(k, 6, 0, 3, &block);
     }
-}
-
-impl Element for Bar {
-    fn nodes(&self) -> &[usize] {
-        &self.nodes
-    }
-
-    fn constants(&self) -> Constants {
-        let (can_break, broken) = (self.rupture != Rupture::NEVER, Some(2));
-        let (radius, section) = (self.radius, self.section.unwrap_or(0.0));
-        Constants { can_break, broken, lines: 1, forces: 1, radius, section, ..Constants::default() }
-    }
-
-    fn start_history(&self) -> Vec<f64> {
-        vec![0.0; HISTORY]
-    }
-
-    fn add_to(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
-        self.add_at(0.0, u, history, answer);
-    }
-
-    fn respond_at(&self, pace: Pace, u: &[f64], history: &[f64], answer: &mut Answer) {
-        if self.law.speeds.is_empty() {
-            return self.respond(u, history, answer);
-        }
-        answer.force.fill(0.0);
-        answer.history.copy_from_slice(history);
-        if let Some(k) = &mut answer.tangent {
-            k.fill(0.0);
-        }
-        self.add_at(pace.rate, u, history, answer);
-    }
 
     fn energy(&self, u: &[f64], history: &[f64]) -> Energy {
         let (stored, dissipated) = self.law.energy(self.segment(u).1, history);
@@ -167,13 +150,13 @@ impl Element for Bar {
         forces[0] = if history[2] > 0.0 { f64::NAN } else { self.force(u, history) };
     }
 
-    fn utilisation(&self, u: &[f64], force: f64) -> f64 {
+    fn force_utilisation(&self, u: &[f64], force: f64) -> f64 {
         // A strain for nothing, where it is no matter.
         self.rupture.share(force, if self.rupture.strain.is_finite() { self.segment(u).1 } else { 0.0 })
     }
 
-    fn used_of(&self, u: &[f64], force: f64, history: &[f64]) -> (f64, ShareOf) {
-        let (of_force, of_travel) = (self.utilisation(u, force), history[1] / self.law.limit);
+    fn utilisation(&self, u: &[f64], force: f64, history: &[f64]) -> (f64, ShareOf) {
+        let (of_force, of_travel) = (self.force_utilisation(u, force), history[1] / self.law.limit);
         if of_travel > of_force { (of_travel, ShareOf::Travel) } else { (of_force, ShareOf::Force) }
     }
 
@@ -333,7 +316,7 @@ impl PartSettings for BrakePart {
         let mut warnings = self.judge_curve(at)?;
         if self.mass > HEAVIEST_BRAKE {
             let what = format!("a brake of {} kg: those of barriers have 5 to 50 kg", self.mass);
-            let about = Diagnostic::warning(code::UNUSUAL_VALUE, what).about(format!("{}.mass", at.key.key));
+            let about = Diagnostic::warning(code::UNUSUAL_VALUE, what).about(at.key.at("mass"));
             warnings.push(about.try_instead("it is written in kg"));
         }
         Ok(warnings)
@@ -375,7 +358,7 @@ impl CablePart {
     pub fn complete(&mut self) {
         let Self { rope, young, area, density, radius, rupture_force, .. } = self;
         if let Some(rope) = rope {
-            rope.complete(rope::Stated { young, area, density, radius, rupture_force });
+            rope.complete([young, area, density, radius, rupture_force]);
         }
     }
 
@@ -556,7 +539,7 @@ mod brake_tests {
                 history: &mut history,
                 tension: 0.0,
             };
-            brake.respond(&pulled(u), &[0.0; 4], &mut answer);
+            brake.respond(Pace::default(), &pulled(u), &[0.0; 4], &mut answer);
             (answer.tension, answer.history[1])
         };
         // Travel ends at 0.5 m under 1e5 N: elongation 0.5 + 1e5 / 5e6. Beyond, k again.

@@ -19,7 +19,7 @@
 //! Rotations are kept as [`super::turn`] says. Forces are moments in space; the tangent is the second derivative of the
 //! energy along rotations, which is symmetric.
 //!
-//! Source: Crisfield (1990), CMAME 81, 131 (kinematics by `e . r`); the energy form after handbook 2.5.
+//! Source: Crisfield (1990), CMAME 81, 131 (kinematics by `e . r`).
 
 use super::bar::Bar;
 use super::fibres::{ENDS, Fibres, Resultants};
@@ -29,7 +29,7 @@ use super::part::{Key, NewElements, PartCell, PartSettings, part};
 use super::section::{Section, Steel};
 use super::segment::{add_block, add_pair, add_product, add_scaled, vector};
 use super::turn::{self, START, TURN};
-use super::{Answer, Constants, Element, Energy, Slack};
+use super::{Answer, Constants, Element, Energy, Pace, Slack};
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::{Matrix3, Vector3};
 use std::sync::Arc;
@@ -65,7 +65,7 @@ pub struct Beam {
 
 const BROKEN: usize = 2 * TURN;
 const LOST: usize = BROKEN + 1;
-/// Where the history of its fibres begins, with their largest plastic strain.
+/// Index at which the history of its fibres begins, with their largest plastic strain.
 const PLASTIC: usize = LOST + 1;
 
 /// The beam at given displacements and rotations.
@@ -117,7 +117,7 @@ impl Beam {
         (!fibres.is_elastic(ends, self.rest(), own)).then_some((fibres, own))
     }
 
-    /// What its ends bear.
+    /// Forces and moments at its ends.
     fn resultants(&self, shape: &BeamShape, history: &[f64], after: Option<&mut [f64]>) -> Resultants {
         let ends = self.ends(shape);
         match self.yielding(&ends, history) {
@@ -250,7 +250,7 @@ impl Element for Beam {
         [&START[..], &START[..], &[0.0, 0.0], &vec![0.0; fibres]].concat()
     }
 
-    fn add_to(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
+    fn add_to(&self, _pace: Pace, u: &[f64], history: &[f64], answer: &mut Answer) {
         turn::settle(u, history, 2, answer.history);
         if history[BROKEN] > 0.0 {
             return;
@@ -352,7 +352,7 @@ impl Element for Beam {
         let half = 0.5 * self.line_mass * self.rest();
         mass.iter_mut().for_each(|m| *m += half);
         // Isotropic: half a rod about its end would be L^2 / 12; no mode is then faster than the bending of
-        // the element itself. Handbook 2.5.
+        // the element itself.
         let square = self.rest().powi(2) / 12.0 + self.gyration * self.gyration;
         inertia.iter_mut().for_each(|i| *i += half * square);
     }
@@ -368,7 +368,7 @@ impl Element for Beam {
         forces[0] = if history[BROKEN] > 0.0 { f64::NAN } else { self.force(u, history) };
     }
 
-    fn utilisation(&self, _u: &[f64], force: f64) -> f64 {
+    fn force_utilisation(&self, _u: &[f64], force: f64) -> f64 {
         self.rupture.share(force.abs(), 0.0)
     }
 
@@ -488,7 +488,7 @@ impl BeamPart {
         Ok(strain)
     }
 
-    /// What of a beam yields; `None` where nothing does.
+    /// Fibres of a beam that yields; `None` of an elastic one.
     fn fibres(
         &self,
         key: &Key,

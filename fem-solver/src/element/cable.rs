@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 /// W = (q - b)(q + b) / (4 c)         b = max(q_0, 0) where tension only, else q_0: W = 0 as modelled
 /// ```
 ///
-/// Source: Crisfield (1991), Non-linear Finite Element Analysis, vol. 1, section 3.3; handbook 2.1.
+/// Source: Crisfield (1991), Non-linear Finite Element Analysis, vol. 1, section 3.3.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cable {
     /// Its two nodes.
@@ -33,7 +33,7 @@ pub struct Cable {
     pub of: CableConfig,
 }
 
-/// What a cable answers: energy, pull on its second node, stiffness of that pull.
+/// Answer of a cable: energy, pull on its second node, stiffness of that pull.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Response {
     /// Stored energy, 0 as modelled [J].
@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn stress_strain_and_mass_are_those_of_the_handbook() {
+    fn stress_strain_and_mass_have_their_closed_form() {
         let cable = Cable { span: Vector3::new(0.13, 0.0, 0.0), ..cable(2e7, false) };
         let stretched = cable.response(&Vector3::new(0.013, 0.0, 0.0));
         // l / L = 1.1: e = 0.105, N = A (s0 + E e) l / L.

@@ -15,11 +15,11 @@
 //! ```
 //!
 //! for its conditions are those above: the rise of `y` over a node that slips is `mu phi` in the direction of the slip, and lies between where it
-//! sticks. With `E` taken as a parabola in each segment, the least is found exactly in one pass along the rope and back ([`Returned::aim`]);
+//! sticks. With `E` taken as a parabola in each segment, the least is found exactly in one pass along the rope and back ([`Returned::find_target`]);
 //! from there again, some four times, and by a part of the step where the sum grows again behind it. So it comes down from anywhere, and does not
 //! depend on the end where one starts.
 //!
-//! Sources: handbook 2.2; the pass is that of Johnson (2013), J. Comput. Graph. Stat. 22, 246, for the bounds of neighbours.
+//! Source of the pass: Johnson (2013), J. Comput. Graph. Stat. 22, 246, there for the bounds of neighbours.
 
 use nalgebra::Vector3;
 use std::cmp::Ordering;
@@ -101,7 +101,7 @@ impl RopeLaw {
         rest * stress * stress / (2.0 * self.rigidity)
     }
 
-    /// What a unit of reference length carries in energy as it leaves the segment, `-dW/dL` at constant length [N].
+    /// Energy that a unit of reference length carries as it leaves the segment, `-dW/dL` at constant length [N].
     pub fn release(&self, l: f64, rest: f64) -> f64 {
         if rest < self.least {
             return self.tension(l, rest).force.max(0.0);
@@ -111,7 +111,7 @@ impl RopeLaw {
     }
 }
 
-/// What a node does, by the sign of its slip: length passes into the segment behind it.
+/// Direction of slip of a node: length passes into the segment behind it.
 const FORWARD: Ordering = Ordering::Greater;
 /// Length passes into the segment before it.
 const BACKWARD: Ordering = Ordering::Less;
@@ -136,7 +136,7 @@ pub struct Returned {
     target: Vec<f64>,
     /// Logarithm of each tension, and by how much it falls per reference length.
     logarithms: Vec<(f64, f64)>,
-    /// For [`Returned::aim`]: where the logarithm of each tension would lie as far as the rope before it goes; and, to the left and right of
+    /// For [`Returned::find_target`]: where the logarithm of each tension would lie as far as the rope before it goes; and, to the left and right of
     /// that, where the slope of the sum changes, and by how much.
     best: Vec<f64>,
     knots: [Vec<(f64, f64)>; 2],
@@ -159,8 +159,8 @@ fn softened(law: &RopeLaw, l: f64, rest: f64) -> Tension {
     Tension { force: SLACK * full.force, by_length: SLACK * full.by_length, by_rest: SLACK * full.by_rest }
 }
 
-/// What passes into segment `i` by the `slip` of the nodes at its ends.
-fn gained(slip: &[f64], i: usize) -> f64 {
+/// Reference length that passes into segment `i` by the `slip` of the nodes at its ends.
+fn length_change(slip: &[f64], i: usize) -> f64 {
     let before = if i > 0 { slip[i - 1] } else { 0.0 };
     before - slip.get(i).copied().unwrap_or(0.0)
 }
@@ -194,7 +194,7 @@ impl Returned {
         for _ in 0..MOST {
             let mut left = 0.0_f64;
             for j in 0..inner {
-                self.contacts[j] = self.turns_to(j);
+                self.contacts[j] = self.slip_direction(j);
                 let slope = match self.contacts[j] {
                     FORWARD => self.bounds[j] - self.rise(j),
                     BACKWARD => self.bounds[j] + self.rise(j),
@@ -206,7 +206,7 @@ impl Returned {
             if left <= SETTLED * law.rigidity {
                 return true;
             }
-            self.aim(rest);
+            self.find_target(rest);
             self.start.copy_from_slice(&self.slip);
             let step_of = |of: &Self, j: usize| of.target[j] - of.start[j];
             if left <= NEARLY * law.rigidity && (0..inner).all(|j| step_of(self, j).abs() <= ROUNDING * total)
@@ -216,7 +216,7 @@ impl Returned {
             // No segment may lose more than half of what it counts as at once.
             let mut share = 1.0_f64;
             for (i, now) in self.rest.iter().enumerate() {
-                let change = rest[i] + gained(&self.target, i) - now;
+                let change = rest[i] + length_change(&self.target, i) - now;
                 let most = -0.5 * now.max(law.least);
                 share = share.min(if change < most { most / change } else { 1.0 });
             }
@@ -232,7 +232,7 @@ impl Returned {
                     self.slip[j] = if share == 1.0 { self.target[j] } else { part };
                 }
                 for (i, now) in self.rest.iter_mut().enumerate() {
-                    *now = rest[i] + gained(&self.slip, i);
+                    *now = rest[i] + length_change(&self.slip, i);
                 }
                 self.pull(law, lengths);
                 let behind: f64 = (0..inner).map(|j| slope(self, j, -step_of(self, j))).sum();
@@ -250,8 +250,8 @@ impl Returned {
         self.logarithms[j + 1].0 - self.logarithms[j].0
     }
 
-    /// Where a node slips, or is about to.
-    fn turns_to(&self, j: usize) -> Ordering {
+    /// Direction in which a node slips, or is about to.
+    fn slip_direction(&self, j: usize) -> Ordering {
         let (slip, rise, most) = (self.slip[j], self.rise(j), self.bounds[j]);
         match slip.partial_cmp(&0.0) {
             Some(STICKS) if rise > most => FORWARD,
@@ -265,7 +265,7 @@ impl Returned {
     /// In terms of the logarithms `y`: the least of `sum (y_i - c_i)^2 / (2 e_i)` where no rise exceeds its bound. What the segments up to one add to
     /// it as a function of that one's `y` has a slope of straight pieces, `a y + b` around its zero; over a node the pieces move apart by
     /// its bound, and flat ground opens at the zero.
-    fn aim(&mut self, rest: &[f64]) {
+    fn find_target(&mut self, rest: &[f64]) {
         let (inner, [left, right]) = (self.factors.len(), &mut self.knots);
         let centre = |i: usize| {
             let (y, falls) = self.logarithms[i];
@@ -389,7 +389,7 @@ impl Returned {
         }
         solve_tridiagonal(below, diagonal, above, slip);
         for (i, n) in into.iter_mut().enumerate() {
-            *n += self.tension[i].by_rest * gained(slip, i);
+            *n += self.tension[i].by_rest * length_change(slip, i);
         }
     }
 }

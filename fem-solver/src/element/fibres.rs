@@ -46,7 +46,7 @@ pub struct Fibres {
     pub law: Law,
     /// Stress up to which none flows, however far it has flowed: it hardens, or flows on [Pa].
     elastic_limit: f64,
-    /// How far they lie from the middle along each cross axis [m].
+    /// Their largest distance from the middle along each cross axis [m].
     reach: [f64; 2],
     /// Force and moments of the section by its strains while nothing flows [N, N m2].
     elastic: Matrix3<f64>,

@@ -19,7 +19,7 @@
 
 use super::{Answer, Element, Energy, Pace};
 use crate::element::Slack;
-use crate::ground::{Foot, Surface};
+use crate::ground::{ClosestPoint, Surface};
 use nalgebra::{Matrix3, Vector3};
 use std::sync::Arc;
 
@@ -39,7 +39,7 @@ pub struct GroundContact {
     pub surface: Arc<Surface>,
     /// The node as modelled, in the coordinates of the surface [m].
     pub place: Vector3<f64>,
-    /// How far the node stays above the ground [m].
+    /// Distance that the node keeps from the ground [m].
     pub radius: f64,
     /// Stiffness along the normal, and along the ground where it sticks [N/m].
     pub stiffness: f64,
@@ -76,12 +76,12 @@ pub fn damping_ratio(e: f64) -> f64 {
     high
 }
 
-/// What it remembers.
+/// Its history.
 #[derive(Debug, Clone, Copy, Default)]
-struct Memory {
+struct ContactMemory {
     /// Displacement [m].
     at: Vector3<f64>,
-    /// How far the spring of friction is drawn out [m].
+    /// Elongation of the spring of friction [m].
     drawn: Vector3<f64>,
     /// Force of friction on the structure's side: what holds it there [N].
     pull: Vector3<f64>,
@@ -93,7 +93,7 @@ struct Memory {
     dissipated: f64,
 }
 
-impl Memory {
+impl ContactMemory {
     fn of(history: &[f64]) -> Self {
         let three = |at: usize| Vector3::new(history[at], history[at + 1], history[at + 2]);
         let [normal, depth, dissipated] = three(9).into();
@@ -110,8 +110,8 @@ impl Memory {
 }
 
 /// A node that touches.
-struct Touch {
-    foot: Foot,
+struct GroundTouch {
+    foot: ClosestPoint,
     /// `dN/dp` [N/m].
     slope: f64,
     /// `dT/ds` [N/m].
@@ -121,7 +121,7 @@ struct Touch {
     way: Vector3<f64>,
     slips: bool,
     sticks: bool,
-    memory: Memory,
+    memory: ContactMemory,
 }
 
 impl GroundContact {
@@ -132,24 +132,24 @@ impl GroundContact {
         self.stiffness * stable.max(RESOLVED)
     }
 
-    /// What its dashpots add to a stiffness [N/m].
+    /// Addition of its dashpots to a stiffness [N/m].
     fn viscous(&self, pace: Pace) -> f64 {
         2.0 * self.ratio * (self.stiffness * self.mass).sqrt() * pace.rate
     }
 
-    /// How deep it lies in the ground as modelled [m], 0 or less where it does not; `None` where there is no ground.
+    /// Depth in the ground as modelled [m], 0 or less where it does not; `None` where there is no ground.
     pub fn depth(&self) -> Option<f64> {
         self.surface.foot(&self.place).map(|foot| self.radius - foot.distance)
     }
 
     /// Force of the ground on the node at `u` at rest, from `history` [N].
     pub fn force(&self, u: &[f64], history: &[f64]) -> Vector3<f64> {
-        let touch = self.touch(u, &Memory::of(history), Pace::default());
+        let touch = self.touch(u, &ContactMemory::of(history), Pace::default());
         touch.map_or_else(Vector3::zeros, |touch| touch.foot.normal * touch.memory.normal - touch.memory.pull)
     }
 
-    /// What it does at `u`; `None` where it does not touch.
-    fn touch(&self, u: &[f64], before: &Memory, pace: Pace) -> Option<Touch> {
+    /// Its contact at `u`; `None` where it does not touch.
+    fn touch(&self, u: &[f64], before: &ContactMemory, pace: Pace) -> Option<GroundTouch> {
         let u = Vector3::new(u[0], u[1], u[2]);
         let at = self.place + u;
         if !self.surface.may_reach(&at, self.radius) {
@@ -166,10 +166,15 @@ impl GroundContact {
         // How far it went down in truth: where it came from above the ground, further than its depth.
         let down = if before.depth > 0.0 { depth - before.depth } else { foot.normal.dot(&(before.at - u)) };
         let lost = self.damped(before, (depth, normal), down, pace);
-        let memory =
-            Memory { at: u, depth, normal, dissipated: before.dissipated + lost, ..Memory::default() };
+        let memory = ContactMemory {
+            at: u,
+            depth,
+            normal,
+            dissipated: before.dissipated + lost,
+            ..ContactMemory::default()
+        };
         let holding = k + viscous;
-        let mut touch = Touch {
+        let mut touch = GroundTouch {
             slope: if normal > 0.0 { holding } else { 0.0 },
             holding,
             from_anchor: Vector3::zeros(),
@@ -209,8 +214,8 @@ impl GroundContact {
         Some(touch)
     }
 
-    /// What the dashpot of the normal has taken since the history [J], where the node went `down` so far [m].
-    fn damped(&self, before: &Memory, (depth, normal): (f64, f64), down: f64, pace: Pace) -> f64 {
+    /// Energy that the dashpot of the normal has taken since the history [J], where the node went `down` so far [m].
+    fn damped(&self, before: &ContactMemory, (depth, normal): (f64, f64), down: f64, pace: Pace) -> f64 {
         let (k, inside) = (self.stiffness, depth - before.depth);
         if pace.by_ends {
             return 0.5 * (before.normal - k * before.depth + normal - k * depth) * down;
@@ -225,14 +230,14 @@ impl GroundContact {
     }
 
     /// Memory where it does not touch, at `u`.
-    fn apart(&self, u: &[f64], before: &Memory, pace: Pace) -> Memory {
+    fn apart(&self, u: &[f64], before: &ContactMemory, pace: Pace) -> ContactMemory {
         let lost = self.damped(before, (0.0, 0.0), -before.depth, pace) + self.stored_by(&before.drawn);
         let at = Vector3::new(u[0], u[1], u[2]);
-        Memory { at, dissipated: before.dissipated + lost, ..Memory::default() }
+        ContactMemory { at, dissipated: before.dissipated + lost, ..ContactMemory::default() }
     }
 
     /// Derivative of the force that is needed to hold it.
-    fn tangent(&self, touch: &Touch, symmetric: bool) -> Matrix3<f64> {
+    fn tangent(&self, touch: &GroundTouch, symmetric: bool) -> Matrix3<f64> {
         let (n, curvature) = (&touch.foot.normal, &touch.foot.curvature);
         let mut k = touch.slope * n * n.transpose() - touch.memory.normal * curvature;
         if !touch.sticks {
@@ -265,15 +270,9 @@ impl Element for GroundContact {
         vec![0.0; HISTORY]
     }
 
-    fn add_to(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
-        self.respond_at(Pace::default(), u, history, answer);
-    }
-
-    fn respond_at(&self, pace: Pace, u: &[f64], history: &[f64], answer: &mut Answer) {
-        let before = Memory::of(history);
+    fn add_to(&self, pace: Pace, u: &[f64], history: &[f64], answer: &mut Answer) {
+        let before = ContactMemory::of(history);
         let touch = self.touch(u, &before, pace);
-        answer.force.fill(0.0);
-        answer.tension = 0.0;
         match &touch {
             Some(touch) => {
                 let force = touch.memory.pull - touch.foot.normal * touch.memory.normal;
@@ -302,7 +301,7 @@ impl Element for GroundContact {
     }
 
     fn energy(&self, u: &[f64], history: &[f64]) -> Energy {
-        let before = Memory::of(history);
+        let before = ContactMemory::of(history);
         let pace = Pace::default();
         let now =
             self.touch(u, &before, pace).map_or_else(|| self.apart(u, &before, pace), |touch| touch.memory);
@@ -372,7 +371,7 @@ mod tests {
             history: &mut after,
             tension: 0.0,
         };
-        contact.respond_at(pace, u.as_slice(), history, &mut answer);
+        contact.respond(pace, u.as_slice(), history, &mut answer);
         (Vector3::from_column_slice(&force), tangent, after)
     }
 
@@ -392,7 +391,7 @@ mod tests {
             let (_, _, history) = response_at(&contact, pace, &first, &history);
             let u = first + Vector3::new(0.04 * noise(), 0.04 * noise(), 4e-3 * noise());
             let (_, k, _) = response_at(&contact, pace, &u, &history);
-            let touch = contact.touch(u.as_slice(), &Memory::of(&history), pace).expect("touches");
+            let touch = contact.touch(u.as_slice(), &ContactMemory::of(&history), pace).expect("touches");
             held[usize::from(touch.slips)] += usize::from(touch.sticks);
             for j in 0..3 {
                 let mut step = Vector3::zeros();
@@ -489,7 +488,7 @@ mod tests {
                     history: &mut after,
                     tension: 0.0,
                 };
-                contact.respond_at(pace, middle.as_slice(), &history, &mut answer);
+                contact.respond(pace, middle.as_slice(), &history, &mut answer);
                 history = after;
                 v -= h / contact.mass * Vector3::from_column_slice(&force);
                 u = middle + 0.5 * h * v;

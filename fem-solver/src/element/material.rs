@@ -35,7 +35,7 @@ pub struct Law {
     pub speeds: Vec<(f64, f64)>,
 }
 
-/// What a law answers.
+/// Stress and stiffness at a strain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stress {
     /// `S`.
@@ -137,7 +137,7 @@ impl Law {
         elastic.clamp(-most, most)
     }
 
-    /// How much flows from the trial stress of `size`, and the slope of the table there; `None` where
+    /// Plastic strain from the trial stress of `size`, and the slope of the table there; `None` where
     /// the travel has come to its end.
     fn flow(&self, size: f64, accumulated: f64) -> (f64, Option<f64>) {
         if self.hardening.is_empty() || size <= self.yield_stress(accumulated) {
@@ -206,7 +206,7 @@ impl Law {
     }
 }
 
-/// Where something breaks.
+/// Limits at which something breaks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rupture {
     /// Axial force [N]; infinite = never.

@@ -22,12 +22,12 @@
 //! near to `along` as the plane allows: a warped quadrilateral is a warped surface. Strain, tension field and fibres are those
 //! of the triangle, point by point; four points leave no motion without stiffness in the plane of what is taut.
 //!
-//! Source: handbook 2.4; Pipkin (1986), IMA J. Appl. Math. 36, 85 (relaxed energy); Zienkiewicz and Taylor (2005), The Finite
+//! Sources: Pipkin (1986), IMA J. Appl. Math. 36, 85 (relaxed energy); Zienkiewicz and Taylor (2005), The Finite
 //! Element Method 1, chapters 4 and 5 (bilinear, quadrature).
 
 use super::part::{Key, NewElements, PartCell, PartSettings, Surroundings, is_zero, part};
 use super::segment::{add_block, add_vector, vector};
-use super::{Answer, Constants, Element, Energy};
+use super::{Answer, Constants, Element, Energy, Pace};
 use crate::element::Slack;
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
@@ -139,7 +139,7 @@ fn tension_field(young: f64, poisson: f64, e: &Vector3<f64>, c: &Matrix3<f64>, s
     (0.5 * young * large * large, young * large * along, young * tangent + soft)
 }
 
-/// Where the strain of a membrane over `N` nodes is taken.
+/// A point of a membrane over `N` nodes at which its strain is taken.
 #[derive(Debug, Clone)]
 pub struct MembranePoint<const N: usize> {
     /// Axes of the plane there as modelled, orthonormal.
@@ -334,7 +334,7 @@ impl<const N: usize, const P: usize> Element for Sheet<N, P> {
         Constants { thickness: self.thickness, ..Constants::default() }
     }
 
-    fn add_to(&self, u: &[f64], _history: &[f64], answer: &mut Answer) {
+    fn add_to(&self, _pace: Pace, u: &[f64], _history: &[f64], answer: &mut Answer) {
         self.points.iter().for_each(|point| self.pull(point, u, answer));
     }
 

@@ -52,7 +52,7 @@ pub const FAR: f64 = 0.65;
 /// From this share on small differences decide whether it breaks: forces are hardly better known.
 pub const CLOSE: f64 = 0.99;
 
-/// Where an element writes its answer. Everything is overwritten.
+/// The answer of an element, written into memory of the caller. Everything is overwritten.
 ///
 /// Local degrees of freedom are node-major: x, y, z of the first node (and, where the element rotates,
 /// its rotations), then those of the next.
@@ -63,7 +63,7 @@ pub struct Answer<'a> {
     /// Its derivative, square, by rows [N/m, N, N m]. Need not be symmetric; the solver takes its
     /// symmetric part.
     pub tangent: Option<&'a mut [f64]>,
-    /// What the tangent of a slack part shall show.
+    /// Stiffness of slack parts in the tangent.
     pub slack: Slack,
     /// History after these displacements.
     pub history: &'a mut [f64],
@@ -71,7 +71,7 @@ pub struct Answer<'a> {
     pub tension: f64,
 }
 
-/// What a slack cable adds to the tangent.
+/// Stiffness of slack parts in the tangent.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Slack {
     /// Nothing: the exact tangent, for dynamics, where the masses hold the node.
@@ -83,7 +83,7 @@ pub enum Slack {
     Taut,
 }
 
-/// How displacements come after a history in time.
+/// Time between a history and the displacements asked for.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Pace {
     /// 1 over the time between [1/s]; 0 in statics, where nothing has a speed.
@@ -105,18 +105,18 @@ pub struct Energy {
 /// Tangent of a piece of an element: of the places of two nodes, and of two slips.
 pub type Piece = [[f64; 8]; 8];
 
-/// What never changes of an element.
+/// Constants of an element.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Constants {
     /// Whether its nodes have rotations: 6 degrees of freedom each in place of 3.
     pub rotates: bool,
     /// Whether it can break at all.
     pub can_break: bool,
-    /// Which number of its history is above 0 once it is broken.
+    /// Index of the number in its history that is above 0 once it is broken.
     pub broken: Option<usize>,
     /// Whether it is a beam, which [`Element::moments`] are of.
     pub has_moments: bool,
-    /// Which number of its history is its largest plastic strain, above 0 once it yields.
+    /// Index of its largest plastic strain in its history, above 0 once it yields.
     pub plastic: Option<usize>,
     /// Whether its tangent comes in pieces ([`Element::pieces`]) as well: as a whole it couples each of its nodes with each.
     pub in_pieces: bool,
@@ -140,7 +140,7 @@ pub trait Element: Debug {
     /// Its nodes.
     fn nodes(&self) -> &[usize];
 
-    /// What never changes of it.
+    /// Its constants.
     fn constants(&self) -> Constants {
         Constants::default()
     }
@@ -150,24 +150,20 @@ pub trait Element: Debug {
         Vec::new()
     }
 
-    /// Force, tangent and new history at the local displacements `u` [m, rad], from `history`.
-    fn respond(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
+    /// Force, tangent and new history at the local displacements `u` [m, rad], which come after `history` as `pace` says: what has a
+    /// dashpot answers with its force as well.
+    fn respond(&self, pace: Pace, u: &[f64], history: &[f64], answer: &mut Answer) {
         answer.force.fill(0.0);
         answer.history.copy_from_slice(history);
         answer.tension = 0.0;
         if let Some(k) = &mut answer.tangent {
             k.fill(0.0);
         }
-        self.add_to(u, history, answer);
-    }
-
-    /// The same, a time after the history that `pace` says: what has a dashpot answers with its force as well.
-    fn respond_at(&self, _pace: Pace, u: &[f64], history: &[f64], answer: &mut Answer) {
-        self.respond(u, history, answer);
+        self.add_to(pace, u, history, answer);
     }
 
     /// The same as [`Element::respond`], added to an answer of no force and an unchanged history.
-    fn add_to(&self, u: &[f64], history: &[f64], answer: &mut Answer);
+    fn add_to(&self, pace: Pace, u: &[f64], history: &[f64], answer: &mut Answer);
 
     /// Call `take` with the symmetric tangent of each piece between one node and the next at `u`, from `history`: over the places of
     /// the two, and over what has slipped past the first and past the second [m], in the way from the first to the last node. Nothing slips
@@ -218,13 +214,13 @@ pub trait Element: Debug {
     fn line_forces(&self, _u: &[f64], _history: &[f64], _forces: &mut [f64]) {}
 
     /// Share of its strength that the axial force `force` [N] of a line and its strain use; 0 where it cannot break.
-    fn utilisation(&self, _u: &[f64], _force: f64) -> f64 {
+    fn force_utilisation(&self, _u: &[f64], _force: f64) -> f64 {
         0.0
     }
 
     /// The same of what else it has that comes to an end, such as a stroke, where `history` says how far it went.
-    fn used_of(&self, u: &[f64], force: f64, _history: &[f64]) -> (f64, ShareOf) {
-        (self.utilisation(u, force), ShareOf::Force)
+    fn utilisation(&self, u: &[f64], force: f64, _history: &[f64]) -> (f64, ShareOf) {
+        (self.force_utilisation(u, force), ShareOf::Force)
     }
 
     /// Share of the strain at which its fibres tear; 0 where they do not.
@@ -239,9 +235,9 @@ pub trait Element: Debug {
     }
 
     /// Share of its strength that the most loaded of its lines uses at `u`; 1 where it is broken. Its axial forces come to `forces` [N].
-    fn used(&self, u: &[f64], history: &[f64], forces: &mut [f64]) -> f64 {
+    fn largest_utilisation(&self, u: &[f64], history: &[f64], forces: &mut [f64]) -> f64 {
         self.line_forces(u, history, forces);
-        let of_line = |force: &f64| if force.is_nan() { 1.0 } else { self.utilisation(u, *force) };
+        let of_line = |force: &f64| if force.is_nan() { 1.0 } else { self.force_utilisation(u, *force) };
         let section = self.plastic_utilisation(u, history).max(self.strain_utilisation(u, history));
         forces.iter().map(of_line).fold(section, f64::max)
     }
@@ -264,7 +260,7 @@ pub trait Element: Debug {
         [0.0; 2]
     }
 
-    /// How much longer it is than as modelled [m]; 0 where that says nothing.
+    /// Elongation against the structure as modelled [m]; 0 where it has none.
     fn elongation(&self, _u: &[f64]) -> f64 {
         0.0
     }
@@ -276,23 +272,23 @@ pub trait Element: Debug {
     }
 
     /// The same without friction, where it has any: what form finding computes where it finds no form with it.
-    fn smooth(&self) -> Option<AnyElement> {
+    fn frictionless(&self) -> Option<AnyElement> {
         None
     }
 
-    /// That part of `history` which it has without friction, too.
-    fn smooth_history<'a>(&self, history: &'a [f64]) -> &'a [f64] {
+    /// The part of `history` that it has without friction, too.
+    fn frictionless_history<'a>(&self, history: &'a [f64]) -> &'a [f64] {
         history
     }
 
-    /// History where it hangs at `u` as it would without friction, with the history `smooth` there.
-    fn hung(&self, _u: &[f64], smooth: &[f64]) -> Vec<f64> {
-        smooth.to_vec()
+    /// History where it hangs at `u` as it would without friction, with the history `frictionless` there.
+    fn relaxed_history(&self, _u: &[f64], frictionless: &[f64]) -> Vec<f64> {
+        frictionless.to_vec()
     }
 
     /// The same with a force that goes to zero gradually, over a range of forces [N], where it has a corner at which it goes
     /// slack: for a search for a rest shape.
-    fn eased(&self, _range: f64) -> Option<AnyElement> {
+    fn regularised(&self, _range: f64) -> Option<AnyElement> {
         None
     }
 }

@@ -12,14 +12,14 @@ use interface_defs::diagnostic::Diagnostic;
 use nalgebra::Vector3;
 use std::fmt::Debug;
 
-/// What all parts state, and of what an element is made.
+/// Keys that all parts have, and the cells of which their elements are made.
 #[derive(Debug, Clone, Copy)]
 pub struct PartHead<'a> {
     /// Its name.
     pub name: &'a str,
     /// Nodes of each of its elements, as far as the scene states them.
     pub cells: &'a [Vec<usize>],
-    /// What its elements are, in the plural.
+    /// Its elements in words, in the plural.
     pub plural: &'static str,
     /// Fewest and most nodes of an element.
     pub nodes: (usize, usize),
@@ -58,7 +58,7 @@ pub trait PartSettings: PartTable {
         false
     }
 
-    /// What the user should know of its so many cells with four nodes.
+    /// A remark for the user on its so many cells with four nodes.
     fn remark(&self, _quadrilaterals: usize) -> Option<Diagnostic> {
         None
     }
@@ -66,7 +66,7 @@ pub trait PartSettings: PartTable {
 
 /// One cell of a part, of which elements are made.
 pub struct PartCell<'a> {
-    /// Where the part stands in the scene.
+    /// Key of the part in the scene.
     pub key: &'a Key<'a>,
     /// The key below it to which errors of the cell belong.
     pub place: &'a str,
@@ -95,7 +95,7 @@ impl PartCell<'_> {
     }
 }
 
-/// Where new elements go.
+/// Lists that take new elements.
 pub struct NewElements<'a> {
     /// Elements that answer one by one.
     pub elements: &'a mut Vec<AnyElement>,
@@ -105,7 +105,7 @@ pub struct NewElements<'a> {
 
 /// The structure around the elements of a part.
 pub struct Surroundings<'a> {
-    /// Where the part stands in the scene.
+    /// Key of the part in the scene.
     pub key: &'a Key<'a>,
     /// Extent of the whole structure [m].
     pub extent: f64,

@@ -15,7 +15,7 @@ use self::formula::{Extensions, Formula, RingPull, Vector};
 use self::mechanisms::Mechanisms;
 use self::wire::Wire;
 use super::part::{PartCell, Surroundings};
-use super::{Answer, AnyElement, Constants, Element, Energy};
+use super::{Answer, AnyElement, Constants, Element, Energy, Pace};
 use interface_defs::diagnostic::{Diagnostic, code};
 use std::array::from_fn;
 
@@ -24,7 +24,7 @@ use std::array::from_fn;
 pub struct Ring {
     /// Its 2 to 4 nodes, around.
     pub nodes: Vec<usize>,
-    /// How it pulls, and its sides.
+    /// Its law, with its sides.
     pub law: RingLaw,
     /// Section of a strand [m2]; 0 where its law knows none.
     pub section: f64,
@@ -95,7 +95,7 @@ impl Ring {
         }
     }
 
-    /// How much longer its perimeter is than where its law counts from [m].
+    /// Length of its perimeter, counted from where its law says [m].
     fn length(&self, u: &[f64]) -> f64 {
         with_law!(self, |law| law.length(&places(u)))
     }
@@ -116,7 +116,7 @@ impl Ring {
 }
 
 impl Element for Ring {
-    fn eased(&self, range: f64) -> Option<AnyElement> {
+    fn regularised(&self, range: f64) -> Option<AnyElement> {
         let law = match self.law {
             RingLaw::Three(law) => RingLaw::Three(Mechanisms { ease: range, ..law }),
             RingLaw::Four(law) => RingLaw::Four(Mechanisms { ease: range, ..law }),
@@ -144,7 +144,7 @@ impl Element for Ring {
         with_law!(self, |law| of(law))
     }
 
-    fn add_to(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
+    fn add_to(&self, _pace: Pace, u: &[f64], history: &[f64], answer: &mut Answer) {
         if history[BROKEN] > 0.0 {
             return;
         }
@@ -192,7 +192,7 @@ impl Element for Ring {
         mass.iter_mut().for_each(|m| *m += share);
     }
 
-    fn utilisation(&self, u: &[f64], force: f64) -> f64 {
+    fn force_utilisation(&self, u: &[f64], force: f64) -> f64 {
         force / self.bears(u)
     }
 
@@ -217,8 +217,7 @@ pub(super) fn judge_diameter(diameter: f64, at: &Surroundings) -> Result<Vec<Dia
     }
     if size > 0.0 && !(0.5..=2.0).contains(&(diameter / size)) {
         let what = format!("{diameter} m, and its nodes lie {size:.4} m apart");
-        let about = Diagnostic::warning(code::UNUSUAL_VALUE, what);
-        return Ok(vec![about.about(format!("{}.diameter", at.key.key))]);
+        return Ok(vec![Diagnostic::warning(code::UNUSUAL_VALUE, what).about(at.key.at("diameter"))]);
     }
     Ok(Vec::new())
 }

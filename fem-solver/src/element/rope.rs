@@ -33,31 +33,18 @@ fn terminations() -> f64 {
     0.9
 }
 
-/// What a part states of its ropes, where it does.
-pub struct Stated<'a> {
-    /// Young's modulus [Pa].
-    pub young: &'a mut Option<f64>,
-    /// Section [m2].
-    pub area: &'a mut Option<f64>,
-    /// Density of the section [kg/m3].
-    pub density: &'a mut Option<f64>,
-    /// Radius for contact [m].
-    pub radius: &'a mut Option<f64>,
-    /// Axial force at which it breaks [N].
-    pub rupture_force: &'a mut Option<f64>,
-}
-
 impl Rope {
-    /// Fill in what the part does not state itself.
-    pub fn complete(&self, part: Stated) {
+    /// Fill in what a part does not state itself of the modulus [Pa], the section [m2], its density [kg/m3], the radius for contact [m]
+    /// and the axial force at which it breaks [N].
+    pub fn complete(&self, [young, area, density, radius, rupture_force]: [&mut Option<f64>; 5]) {
         let square = self.diameter * self.diameter;
         let strength = self.terminations * BREAKING * square * self.grade;
         for (value, own) in [
-            (part.young, YOUNG),
-            (part.area, SECTION * square),
-            (part.density, MASS / SECTION),
-            (part.radius, 0.5 * self.diameter),
-            (part.rupture_force, strength),
+            (young, YOUNG),
+            (area, SECTION * square),
+            (density, MASS / SECTION),
+            (radius, 0.5 * self.diameter),
+            (rupture_force, strength),
         ] {
             value.get_or_insert(own);
         }
@@ -103,13 +90,7 @@ mod tests {
             let rope = Rope { diameter: 1e-3 * diameter, grade: 1e6 * grade, terminations: 1.0 };
             let [mut area, mut density, mut radius, mut rupture] = [None; 4];
             let mut young = Some(1e11);
-            rope.complete(Stated {
-                young: &mut young,
-                area: &mut area,
-                density: &mut density,
-                radius: &mut radius,
-                rupture_force: &mut rupture,
-            });
+            rope.complete([&mut young, &mut area, &mut density, &mut radius, &mut rupture]);
             assert!(
                 (rupture.unwrap_or(0.0) / (1e3 * force) - 1.0).abs() < 5e-3,
                 "{rupture:?} for {force} kN"

@@ -84,14 +84,14 @@ impl Steel {
 /// A part of a section with one strain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fibre {
-    /// Where it lies along the two cross axes, from the middle [m].
+    /// Its place along the two cross axes, from the middle [m].
     pub at: [f64; 2],
     /// Area [m2].
     pub area: f64,
 }
 
 impl Fibre {
-    /// What its strain takes of those of the section: stretch, and curvature in each plane.
+    /// Weights of the section's strains in its own: stretch, and curvature in each plane.
     pub fn place(&self) -> Vector3<f64> {
         Vector3::new(1.0, self.at[0], self.at[1])
     }
@@ -233,7 +233,7 @@ impl Section {
         [0, 1].map(|axis: usize| self.sum(|fibre| fibre.at[axis].abs()))
     }
 
-    /// How far its fibres lie from the middle along each cross axis [m].
+    /// Largest distance of its fibres from the middle along each cross axis [m].
     pub fn reach(&self) -> [f64; 2] {
         [0, 1].map(|axis: usize| self.fibres.iter().fold(0.0, |most, f| f64::max(most, f.at[axis].abs())))
     }

@@ -24,7 +24,7 @@ use super::membrane::{
 use super::part::{NewElements, PartCell, PartSettings, Surroundings, part};
 use super::segment::{add_block, add_product, add_scaled, add_vector};
 use super::turn::{self, START};
-use super::{Answer, Constants, Element, Energy};
+use super::{Answer, Constants, Element, Energy, Pace};
 use interface_defs::diagnostic::{Diagnostic, code};
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector2, Vector3, Vector6};
 
@@ -191,7 +191,7 @@ impl Element for Shell {
         START.repeat(3)
     }
 
-    fn add_to(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
+    fn add_to(&self, pace: Pace, u: &[f64], history: &[f64], answer: &mut Answer) {
         turn::settle(u, history, 3, answer.history);
         let (mut force, mut tangent) = ([0.0; 9], [0.0; 81]);
         let mut middle = Answer {
@@ -201,7 +201,7 @@ impl Element for Shell {
             history: &mut [],
             tension: 0.0,
         };
-        self.membrane.respond(&translations(u), &[], &mut middle);
+        self.membrane.respond(pace, &translations(u), &[], &mut middle);
         let place = |i: usize| 6 * (i / 3) + i % 3;
         (0..9).for_each(|i| answer.force[place(i)] += force[i]);
         if let Some(k) = &mut answer.tangent {

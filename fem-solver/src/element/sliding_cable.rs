@@ -3,9 +3,9 @@
 use super::capstan::{self, Returned, RopeLaw};
 use super::material::Rupture;
 use super::part::{NewElements, PartCell, PartSettings, is_zero, part};
-use super::rope::{self, Rope};
+use super::rope::Rope;
 use super::segment::{Segment, add_pair, add_vector};
-use super::{Answer, AnyElement, Constants, Element, Energy, Piece};
+use super::{Answer, AnyElement, Constants, Element, Energy, Pace, Piece};
 use crate::element::Slack;
 use interface_defs::diagnostic::Diagnostic;
 use nalgebra::{Matrix3, Vector3};
@@ -24,7 +24,9 @@ use std::cell::{RefCell, RefMut};
 /// each inner node as an unknown, every segment has such a spring of its own, and couples two nodes alone ([`Element::pieces`]).
 ///
 /// With friction each segment has a tension, bound by its neighbours' as in `capstan`. The tangent is then
-/// that of the return mapping, and not symmetric. Slack parts carry nothing. Handbook 2.2.
+/// that of the return mapping, and not symmetric. Slack parts carry nothing.
+///
+/// Source: Volkwein (2004), ETH dissertation 15641 (without friction).
 ///
 /// History: broken (0 or 1), energy lost at rupture [J], work of friction [J]; with friction, the
 /// reference length of each segment [m].
@@ -51,7 +53,7 @@ pub struct SlidingCable {
     /// When it breaks.
     pub rupture: Rupture,
     /// Memory.
-    pub memory: Memory,
+    pub memory: RopeMemory,
 }
 
 /// With friction a segment counts as long as this part of the shortest as modelled at least.
@@ -68,7 +70,7 @@ const RESTS: usize = 3;
 /// The rope at given displacements: memory that is kept so that nothing is allocated, and nothing computed twice. Force, energy
 /// and gauges of a step, force and tangent of an iteration ask for the same.
 #[derive(Debug, Clone, Default)]
-struct Shape {
+struct RopeShape {
     /// Displacements and history that it was computed from; empty before.
     asked: Vec<f64>,
     segments: Vec<Segment>,
@@ -89,16 +91,16 @@ struct Shape {
 
 /// Memory of an element, which no answer depends on.
 #[derive(Default)]
-pub struct Memory(Box<RefCell<Shape>>);
+pub struct RopeMemory(Box<RefCell<RopeShape>>);
 
-impl Clone for Memory {
+impl Clone for RopeMemory {
     // What is made of a rope may have another friction or stiffness: it begins without.
     fn clone(&self) -> Self {
         Self::default()
     }
 }
 
-impl std::fmt::Debug for Memory {
+impl std::fmt::Debug for RopeMemory {
     // Two ropes that are equal are shown as equal, whatever they have computed.
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         f.write_str("Memory")
@@ -122,7 +124,7 @@ impl SlidingCable {
         spans.map(|(i, span)| Segment::new(span, u, i, i + 1).blunted(BLUNT * span.norm()))
     }
 
-    fn shape(&self, u: &[f64], history: &[f64]) -> RefMut<'_, Shape> {
+    fn shape(&self, u: &[f64], history: &[f64]) -> RefMut<'_, RopeShape> {
         let mut borrowed = self.memory.0.borrow_mut();
         let shape = &mut *borrowed;
         let bits = |number: &f64| number.to_bits();
@@ -179,7 +181,7 @@ impl SlidingCable {
     }
 
     /// Derivative of each tension with respect to every degree of freedom, by rows, into `shape.slopes`.
-    fn tension_slopes(&self, shape: &mut Shape) {
+    fn tension_slopes(&self, shape: &mut RopeShape) {
         let (count, n) = (self.spans.len(), 3 * self.nodes.len());
         shape.slopes.resize(count * n, 0.0);
         shape.by_length.resize(count, 0.0);
@@ -218,7 +220,7 @@ impl SlidingCable {
     }
 
     /// Add the tangent of an unbroken rope to `k`.
-    fn add_tangent(&self, shape: &mut Shape, slack: Slack, k: &mut [f64]) {
+    fn add_tangent(&self, shape: &mut RopeShape, slack: Slack, k: &mut [f64]) {
         let n = 3 * self.nodes.len();
         if slack == Slack::Taut {
             // Every segment for itself, at least just taut: stiffer than what slides.
@@ -252,15 +254,15 @@ impl SlidingCable {
 }
 
 impl Element for SlidingCable {
-    fn smooth(&self) -> Option<AnyElement> {
+    fn frictionless(&self) -> Option<AnyElement> {
         (self.friction > 0.0).then(|| Self { friction: 0.0, ..self.clone() }.into())
     }
 
-    fn smooth_history<'a>(&self, history: &'a [f64]) -> &'a [f64] {
+    fn frictionless_history<'a>(&self, history: &'a [f64]) -> &'a [f64] {
         &history[..RESTS]
     }
 
-    fn hung(&self, u: &[f64], smooth: &[f64]) -> Vec<f64> {
+    fn relaxed_history(&self, u: &[f64], smooth: &[f64]) -> Vec<f64> {
         let mut history = self.start_history();
         history[..RESTS].copy_from_slice(smooth);
         if self.friction > 0.0 {
@@ -300,7 +302,7 @@ impl Element for SlidingCable {
         history
     }
 
-    fn add_to(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
+    fn add_to(&self, _pace: Pace, u: &[f64], history: &[f64], answer: &mut Answer) {
         if history[BROKEN] > 0.0 {
             return;
         }
@@ -420,7 +422,7 @@ impl Element for SlidingCable {
         self.young * self.area
     }
 
-    fn utilisation(&self, u: &[f64], force: f64) -> f64 {
+    fn force_utilisation(&self, u: &[f64], force: f64) -> f64 {
         // The lengths of all pieces, for nothing where the strain is no matter.
         let strain = || self.strain(self.pieces(u).map(|s| s.length).sum());
         self.rupture.share(force, if self.rupture.strain.is_finite() { strain() } else { 0.0 })
@@ -461,7 +463,7 @@ impl SlidingCablePart {
     pub fn complete(&mut self) {
         let Self { rope, young, area, density, radius, rupture_force, .. } = self;
         if let Some(rope) = rope {
-            rope.complete(rope::Stated { young, area, density, radius, rupture_force });
+            rope.complete([young, area, density, radius, rupture_force]);
         }
     }
 }
@@ -498,7 +500,7 @@ impl PartSettings for SlidingCablePart {
             friction: self.friction,
             radius,
             rupture: key.rupture(self.rupture_force, self.rupture_strain)?,
-            memory: Memory::default(),
+            memory: RopeMemory::default(),
         };
         made.elements.push(rope.into());
         Ok(())

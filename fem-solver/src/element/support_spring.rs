@@ -4,7 +4,7 @@
 
 use super::material::Rupture;
 use super::segment::vector;
-use super::{Answer, Constants, Element, Energy};
+use super::{Answer, Constants, Element, Energy, Pace};
 use nalgebra::Vector3;
 
 /// The spring of one node.
@@ -20,11 +20,11 @@ pub struct SupportSpring {
     pub rupture: Rupture,
 }
 
-/// What it remembers: whether it is torn, and what was lost then [J].
+/// Its history: 1 once it is torn, and the energy lost then [J].
 const BROKEN: usize = 0;
 const LOST: usize = 1;
 /// Numbers of its history.
-pub const HISTORY: usize = 2;
+const HISTORY: usize = 2;
 
 impl SupportSpring {
     /// Force that stretches it where its node is displaced by `u` [m], from `history` [N].
@@ -55,7 +55,7 @@ impl Element for SupportSpring {
         vec![0.0; HISTORY]
     }
 
-    fn add_to(&self, u: &[f64], history: &[f64], answer: &mut Answer) {
+    fn add_to(&self, _pace: Pace, u: &[f64], history: &[f64], answer: &mut Answer) {
         let pull = self.pull(&vector(u, 0), history);
         answer.force.copy_from_slice(pull.as_slice());
         answer.tension = pull.norm();
@@ -71,7 +71,7 @@ impl Element for SupportSpring {
     }
 
     fn utilisation_bound(&self, u: &[f64], _history: &[f64]) -> f64 {
-        self.utilisation(u, self.trial(u).norm())
+        self.force_utilisation(u, self.trial(u).norm())
     }
 
     fn breaks(&self, u: &[f64], history: &mut [f64]) -> bool {
@@ -85,7 +85,7 @@ impl Element for SupportSpring {
 
     fn lump(&self, _mass: &mut [f64], _inertia: &mut [f64]) {}
 
-    fn utilisation(&self, _u: &[f64], force: f64) -> f64 {
+    fn force_utilisation(&self, _u: &[f64], force: f64) -> f64 {
         self.rupture.share(force, 0.0)
     }
 }

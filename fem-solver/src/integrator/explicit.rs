@@ -189,7 +189,7 @@ impl Explicit {
         0.0
     }
 
-    /// What grounded dashpots take: `m (v_1 - v_0)/h + (c + a m)(v_0 + v_1)/2 = f` solved again where there is
+    /// Apply grounded dashpots: `m (v_1 - v_0)/h + (c + a m)(v_0 + v_1)/2 = f` solved again where there is
     /// one, as the damping of all is.
     fn dash(&mut self, model: &Model, state: &mut State, h: f64) {
         for (dof, viscosity) in &model.dashpots {

@@ -10,7 +10,7 @@
 //! keep the energy exactly however far they turn ([`Displacements::Step`]). With `af = 0` forces balance at the end of the step. Between
 //! the two, the load is the straight line that has the given mean and the given end.
 //!
-//! Source: Chung and Hulbert (1993), J. Appl. Mech. 60, 371; handbook 2.7, 3.7 (e).
+//! Source: Chung and Hulbert (1993), J. Appl. Mech. 60, 371; Simo and Tarnow (1992), ZAMP 43, 757 (the mean stress).
 
 use crate::config::NewtonConfig;
 use crate::config::scheme::Scheme;
@@ -161,7 +161,7 @@ impl Implicit {
         self.newton.internal.elements.broken.iter().map(|broken| broken.share).fold(0.0, f64::max)
     }
 
-    /// What supports hold in this step, of what they let go; the rest has its mass, and a balance of its own to start from.
+    /// Fix what supports hold in this step, of what they let go; the rest has its mass, and a balance of its own to start from.
     fn let_go(&mut self, model: &Model, state: &mut State, time: f64, h: f64) {
         if self.released.is_empty() {
             return;
@@ -220,13 +220,13 @@ impl Implicit {
         add_to(&mut state.force, &now.force);
     }
 
-    /// What of `v_(1-af)` is known before the step is solved, per unit of velocity and acceleration at its start.
+    /// Known part of `v_(1-af)` before the step is solved, per unit of velocity and acceleration at its start.
     fn known_rate(&self, h: f64) -> (f64, f64) {
         let Scheme { alpha_f, beta, gamma, .. } = self.scheme;
         ((1.0 - alpha_f) * (1.0 - gamma / beta) + alpha_f, (1.0 - alpha_f) * h * (1.0 - 0.5 * gamma / beta))
     }
 
-    /// What of `M a_(1-am) + alpha M v_(1-af)` is known before the step is solved, per unit of
+    /// Known part of `M a_(1-am) + alpha M v_(1-af)` before the step is solved, per unit of
     /// velocity and acceleration at its start.
     fn known_inertia(&self, damping: f64, h: f64) -> (f64, f64) {
         let Scheme { alpha_m, alpha_f, beta, gamma, .. } = self.scheme;

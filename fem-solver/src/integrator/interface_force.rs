@@ -11,7 +11,7 @@ use interface_defs::message::{Fault, Plan};
 /// Most samples of a field in a window.
 pub const MOST_SAMPLES: u32 = 64;
 
-/// What load a scheme needs.
+/// Loads that a scheme needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Needs {
     /// The mean over each part of the window.

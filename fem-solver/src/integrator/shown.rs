@@ -1,4 +1,4 @@
-//! Which nodes of the interface mesh fields are laid out for: all of them, or those that were selected.
+//! Nodes of the interface mesh that fields are laid out for: all of them, or those that were selected.
 
 use crate::linear_algebra::node_major::{difference_to_node_major, to_component_major, to_node_major};
 

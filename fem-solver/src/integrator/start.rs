@@ -7,6 +7,7 @@ use crate::equilibrium::form_finding::{Basis, Form, Wanted, fallen, find_form};
 use crate::equilibrium::newton::{Failure, Info, Newton};
 use crate::integrator::critical_step::highest_frequency;
 use crate::internal_force::Displacements;
+use crate::internal_force::tangent::Tangent;
 use crate::model::Model;
 use crate::model::validation::loading::unseen_rows;
 use crate::state::inherited::Inherited;
@@ -27,18 +28,18 @@ const DEFAULT_SHARE: f64 = 0.5;
 /// frequency is the root of twice the stiffness. The drop test holds at 0.74 and diverges at 0.81.
 pub const LOADED: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
-/// What keeps a post from falling over.
+/// Hint for posts that fall over.
 const STAND: &str = "move the anchors further away from it, raise them, or let it lean the other way (structure.generator.lean, anchor_distance)";
 
 /// A structure at t = 0.
 pub struct Start {
     /// Its form.
     pub form: Form,
-    /// How it moves beside what the scene says, velocity [m/s] and, where it is known, acceleration [m/s2]; `None`: not at all.
+    /// Its motion beside that of the scene, velocity [m/s] and, where it is known, acceleration [m/s2]; `None`: not at all.
     pub motion: Option<[Vec<f64>; 2]>,
     /// Whether something of it was torn before.
     pub torn: bool,
-    /// What the books begin with: energy dissipated by damping, work of the interface force, of moving supports, of loads
+    /// Energies that the books begin with: dissipated by damping, work of the interface force, of moving supports, of loads
     /// with a history [J].
     pub booked: [f64; 4],
     /// Force of dead load and elements on every degree of freedom [N].
@@ -55,9 +56,9 @@ pub struct Start {
     pub time_step: f64,
     /// Largest axial force [N].
     pub cable_force: f64,
-    /// What form finding took.
+    /// Work of form finding.
     pub form_finding: Info,
-    /// What the user should know.
+    /// Remarks for the user.
     pub warnings: Vec<Diagnostic>,
     /// The Newton iteration, for the implicit schemes.
     pub newton: Newton,
@@ -86,16 +87,9 @@ impl Start {
             .map(|Inherited { end, .. }| Basis { displacement: &end.displacement, history: &end.history });
         let way = if moves.is_some() { FormFinding::None } else { config.structure.form_finding };
         let wanted = Wanted { model, method: way, most: config.fem.newton.max_iterations, basis };
-        let (form, form_finding) = match (known, way) {
-            (Some(known), _) => known.clone(),
-            (None, FormFinding::None) => (wanted.as_it_is(), Info::default()),
-            (None, way) => {
-                let found = find_form(wanted, &mut newton, &mut now_and_then(on_progress));
-                found.map_err(|failure| match failure {
-                    Failure::Stopped(fault) => fault,
-                    failure => not_found(scene, model, way, &failure).into(),
-                })?
-            }
+        let (form, form_finding) = match known {
+            Some(known) => known.clone(),
+            None => found(scene, wanted, &mut newton, on_progress)?,
         };
         let Form { displacement, history, smoothed } = &form;
         let mut force = model.load_at_start(displacement);
@@ -114,12 +108,7 @@ impl Start {
         let mut of_run = (!whole.until.is_empty()).then(|| Newton::new(whole));
         let statics = config.fem.integrator == Integrator::Static;
         let tangent = &mut of_run.as_mut().unwrap_or(&mut newton).tangent;
-        let frequency = if statics || tangent.dofs.is_empty() {
-            0.0
-        } else {
-            let own = highest_frequency(whole, tangent, displacement, history);
-            own.hypot(whole.contact.as_ref().map_or(0.0, |lines| lines.frequency(whole)))
-        };
+        let frequency = if statics { 0.0 } else { frequency(whole, tangent, &form) };
         let mut warnings = notes(model, inherited, *smoothed);
         warnings.extend(lies(model, displacement));
         // Whoever reads the log sees why form finding took so long; its answer does not depend on a shift.
@@ -161,6 +150,32 @@ impl Start {
     }
 }
 
+/// The form that is `wanted`, and what it took to find it.
+fn found(
+    scene: &Scene,
+    wanted: Wanted,
+    newton: &mut Newton,
+    on_progress: OnProgress,
+) -> Result<(Form, Info), Fault> {
+    let Wanted { model, method, .. } = wanted;
+    if method == FormFinding::None {
+        return Ok((wanted.as_it_is(), Info::default()));
+    }
+    find_form(wanted, newton, &mut now_and_then(on_progress)).map_err(|failure| match failure {
+        Failure::Stopped(fault) => fault,
+        failure => not_found(scene, model, method, &failure).into(),
+    })
+}
+
+/// Highest angular frequency of the structure in its `form`, with what contacts of lines add [rad/s]; 0 where nothing can move.
+fn frequency(model: &Model, tangent: &mut Tangent, form: &Form) -> f64 {
+    if tangent.dofs.is_empty() {
+        return 0.0;
+    }
+    let own = highest_frequency(model, tangent, &form.displacement, &form.history);
+    own.hypot(model.contact.as_ref().map_or(0.0, |lines| lines.frequency(model)))
+}
+
 /// Reports of form finding, not more often than anyone reads.
 fn now_and_then(on_progress: OnProgress) -> impl FnMut(u64, f64) -> Result<(), Fault> {
     let mut last: Option<Instant> = None;
@@ -173,7 +188,7 @@ fn now_and_then(on_progress: OnProgress) -> impl FnMut(u64, f64) -> Result<(), F
     }
 }
 
-/// What the user should know of how the structure was built and found.
+/// Remarks for the user on how the structure was built and its form found.
 fn notes(model: &Model, inherited: Option<&Inherited>, smoothed: bool) -> Vec<Diagnostic> {
     let mut warnings = model.warnings.clone();
     warnings.extend(inherited.iter().flat_map(|from| from.warnings.iter().cloned()));
@@ -195,7 +210,7 @@ fn notes(model: &Model, inherited: Option<&Inherited>, smoothed: bool) -> Vec<Di
     warnings
 }
 
-/// That a beam has fallen over in form finding.
+/// A warning if a beam has fallen over in form finding.
 fn lies(model: &Model, displacement: &[f64]) -> Option<Diagnostic> {
     let (number, most) = fallen(model, displacement)?;
     let what = format!(
@@ -205,7 +220,7 @@ fn lies(model: &Model, displacement: &[f64]) -> Option<Diagnostic> {
     Some(Diagnostic::warning(code::GEOMETRY, what).try_instead(STAND))
 }
 
-/// What is said of a degree of freedom without stiffness at rest; in statics that is an error, unless something moves or loads
+/// A warning about a degree of freedom without stiffness at rest; in statics an error, unless something moves or loads
 /// the structure later: that may stiffen it on the way, as it does a flat net.
 fn not_stiff(scene: &Scene, model: &Model, dof: usize, statics: bool) -> Result<Diagnostic, Fault> {
     let steady = model.timed.iter().all(|load| load.factor.rests(0.0, f64::INFINITY));

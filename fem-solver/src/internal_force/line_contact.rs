@@ -14,7 +14,7 @@
 //! Source: Wriggers, Zavarise (1997), Commun. Numer. Meth. Engng 13, 429 (beams with round sections, closest points).
 
 use crate::model::Model;
-use crate::model::contact::{Line, Lines};
+use crate::model::contact::{ContactLine, ContactLines};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
@@ -25,7 +25,7 @@ const TOO_DEEP: f64 = 0.6;
 
 /// What two lines that touch remember.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct Touch {
+pub struct LineTouch {
     /// Which lines.
     pair: [u32; 2],
     /// Elastic slip of the first on the second [m].
@@ -34,7 +34,7 @@ pub struct Touch {
     stiffness: f64,
 }
 
-impl Touch {
+impl LineTouch {
     fn stored(&self) -> f64 {
         0.5 * self.stiffness * Vector3::from(self.slip).norm_squared()
     }
@@ -42,7 +42,7 @@ impl Touch {
 
 /// The lines of a structure, and which may touch.
 pub struct LineContact {
-    of: Lines,
+    of: ContactLines,
     /// Pairs closer than [`MARGIN`], in order, and where their nodes were then [m].
     near: Vec<[u32; 2]>,
     listed: Vec<Vector3<f64>>,
@@ -50,13 +50,13 @@ pub struct LineContact {
     /// Least coordinate and number of each line, along the longest extent.
     order: Vec<(f64, u32)>,
     /// What touches in the step at hand.
-    touches: Vec<Touch>,
+    touches: Vec<LineTouch>,
     /// Largest depth over the sum of the radii since somebody asked, and of which lines.
     deepest: (f64, [u32; 2]),
 }
 
 /// Two lines where they touch.
-struct Place {
+struct TouchingPoint {
     /// Where along each.
     at: [f64; 2],
     /// From the second to the first, a unit vector.
@@ -69,7 +69,7 @@ struct Place {
 
 impl LineContact {
     /// Those of `model`, which every call names again.
-    pub fn new(model: &Model, of: &Lines) -> Self {
+    pub fn new(model: &Model, of: &ContactLines) -> Self {
         let thinnest = of.lines.iter().map(|line| line.radius).fold(f64::INFINITY, f64::min);
         Self {
             of: of.clone(),
@@ -88,7 +88,7 @@ impl LineContact {
         &mut self,
         model: &Model,
         (start, middle): (&[f64], &[f64]),
-        touches: &mut Vec<Touch>,
+        touches: &mut Vec<LineTouch>,
         force: &mut [f64],
     ) -> f64 {
         self.list(model, middle);
@@ -119,7 +119,7 @@ impl LineContact {
                 let along = along - place.normal * place.normal.dot(&along);
                 let most = self.of.friction * place.depth;
                 let along = if along.norm() > most { along.normalize() * most } else { along };
-                let now = Touch { pair: *pair, slip: along.into(), stiffness };
+                let now = LineTouch { pair: *pair, slip: along.into(), stiffness };
                 let work = 0.5 * (had.stiffness * slip + stiffness * along).dot(&way);
                 dissipated += work + had.stored() - now.stored();
                 self.touches.push(now);
@@ -131,18 +131,18 @@ impl LineContact {
                 }
             }
         }
-        dissipated += before.map(Touch::stored).sum::<f64>();
+        dissipated += before.map(LineTouch::stored).sum::<f64>();
         touches.clone_from(&self.touches);
         dissipated
     }
 
     /// Energy stored at the displacements `u` [J].
-    pub fn stored(&mut self, model: &Model, u: &[f64], touches: &[Touch]) -> f64 {
+    pub fn stored(&mut self, model: &Model, u: &[f64], touches: &[LineTouch]) -> f64 {
         self.list(model, u);
         let pairs = self.near.iter().map(|pair| pair.map(|i| &self.of.lines[i as usize]));
         let places = pairs.filter_map(|pair| touch(model, u, pair));
         let normal: f64 = places.map(|place| 0.5 * place.share * place.depth * place.depth).sum();
-        self.of.stiffness * normal + touches.iter().map(Touch::stored).sum::<f64>()
+        self.of.stiffness * normal + touches.iter().map(LineTouch::stored).sum::<f64>()
     }
 
     /// What is wrong where lines were pressed into each other too far since the last call.
@@ -169,7 +169,7 @@ impl LineContact {
             return;
         }
         (0..self.listed.len()).for_each(|node| self.listed[node] = at(node));
-        let reach = |line: &Line| line.radius + 0.5 * self.margin;
+        let reach = |line: &ContactLine| line.radius + 0.5 * self.margin;
         let boxed = |i: usize| {
             let line = &self.of.lines[i];
             let ([p, q], by) = (line.nodes.map(|n| self.listed[n]), Vector3::repeat(reach(line)));
@@ -198,13 +198,13 @@ impl LineContact {
 }
 
 /// How far the point `at` of a line is moved between two displacements [m].
-fn moved(model: &Model, (from, to): (&[f64], &[f64]), line: &Line, at: f64) -> Vector3<f64> {
+fn moved(model: &Model, (from, to): (&[f64], &[f64]), line: &ContactLine, at: f64) -> Vector3<f64> {
     let [a, b] = line.nodes.map(|node| model.vector(to, node) - model.vector(from, node));
     a + at * (b - a)
 }
 
 /// Where two lines touch at the displacements `u`, if they do.
-fn touch(model: &Model, u: &[f64], lines: [&Line; 2]) -> Option<Place> {
+fn touch(model: &Model, u: &[f64], lines: [&ContactLine; 2]) -> Option<TouchingPoint> {
     let [[p, d], [q, e]] = lines.map(|line| {
         let [a, b] = line.nodes.map(|node| model.nodes[node] + model.vector(u, node));
         [a, b - a]
@@ -215,7 +215,7 @@ fn touch(model: &Model, u: &[f64], lines: [&Line; 2]) -> Option<Place> {
     let (distance, reach) = (apart.norm(), lines[0].radius + lines[1].radius);
     let share: f64 = (0..2).map(|i| handed_on(lines[i].overlap, at[i], lengths[i])).product();
     let depth = reach - distance;
-    (depth > 0.0 && distance > 0.0).then(|| Place { at, normal: apart / distance, depth, share })
+    (depth > 0.0 && distance > 0.0).then(|| TouchingPoint { at, normal: apart / distance, depth, share })
 }
 
 /// Where along each of two lines with the directions `d` and `e` their closest points lie, 0 to 1; the first begins at `from` as
@@ -257,9 +257,9 @@ mod tests {
             point(0.016, -0.07, false),
             point(0.016, 0.05, false),
         ];
-        let line = |nodes, body| Line { nodes, radius: 0.01, body, overlap: [0.0; 2] };
+        let line = |nodes, body| ContactLine { nodes, radius: 0.01, body, overlap: [0.0; 2] };
         let lines = vec![line([0, 1], 0), line([2, 3], 1)];
-        let contact = Some(Lines { lines, stiffness: 1e6, friction });
+        let contact = Some(ContactLines { lines, stiffness: 1e6, friction });
         Model { nodes, contact, ..Model::default() }
     }
 
@@ -311,7 +311,7 @@ mod tests {
             work -= 0.5 * (along + last) * (u[4] - before[4]);
             (before, last) = (u, along);
         }
-        let kept: f64 = touches.iter().map(Touch::stored).sum();
+        let kept: f64 = touches.iter().map(LineTouch::stored).sum();
         // 4 mm of depth and 20 mm of way: 1.2 kN over about 18 mm.
         assert!(work > 15.0 && (work - dissipated - kept).abs() < 1e-9 * work, "{work} {dissipated} {kept}");
     }

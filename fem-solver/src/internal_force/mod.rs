@@ -1,4 +1,4 @@
-//! What the structure answers to displacements: force, energy, history of all its elements and springs, in one order of sums.
+//! The internal force: force, energy and history of all elements and springs at given displacements, in one order of sums.
 //!
 //! [`InternalForce`] is that answer; statics, Newton's iteration, arc length, form finding, explicit and implicit steps and the
 //! start of a run all ask it. Begin here, then:

@@ -34,7 +34,7 @@ pub struct Tangent {
     faces: Vec<u32>,
     /// For each free degree of freedom whether a support that lets go later holds it now; empty without such supports.
     fixed: Vec<bool>,
-    /// How often it was assembled: as long as this number stays, so do its values and its factor.
+    /// Number of assemblies so far: as long as it stays, so do the values and the factor.
     pub revision: u64,
 }
 
@@ -101,7 +101,7 @@ impl Tangent {
         Self { free, dofs, matrix, cables, assembly, in_pieces, slips, elements, faces, fixed, revision: 0 }
     }
 
-    /// How displacements come after the histories from now on.
+    /// Set the time between histories and displacements.
     pub fn set_pace(&mut self, pace: Pace) {
         self.assembly.pace = pace;
     }
@@ -255,7 +255,7 @@ impl Tangent {
         self.dofs.iter().map(|dof| all[*dof].powi(2)).sum::<f64>().sqrt()
     }
 
-    /// What is left of a residual by rounding of the displacements `u` and of `forces` that cancel at nodes [N]. `memory` is as
+    /// Bound of the residual due to rounding of the displacements `u` and of `forces` that cancel at nodes [N]. `memory` is as
     /// long as the free degrees of freedom are many.
     pub fn noise(&mut self, u: &[f64], forces: f64, memory: &mut [f64]) -> f64 {
         memory.iter_mut().zip(&self.dofs).for_each(|(size, dof)| *size = u[*dof].abs());

@@ -143,14 +143,14 @@ fn subtract_eliminated(panel: &mut [f64], pivots: usize, start: usize, end: usiz
     }
 }
 
-/// Where a column of what is left over begins: with the tile of its diagonal. `tiles` is the number of tiles in the first.
+/// Index at which a column of the update begins: with the tile of its diagonal. `tiles` is the number of tiles in the first.
 #[inline(always)]
 pub fn rest_place(tiles: usize, column: usize) -> usize {
     let before = column / ROWS;
     (before * (2 * tiles + 1 - before) / 2 * ROWS + column % ROWS * (tiles - before)) * ROWS
 }
 
-/// What the pivots of a front of `rows` rows leave over: less the products of its panel, by columns from row `pivots`
+/// Update by the pivots of a front of `rows` rows: less the products of its panel, by columns from row `pivots`
 /// on, each from the tile of its diagonal on. What stands above the diagonal is not to be read.
 #[inline(always)]
 pub fn leave_over(rest: &mut [f64], panel: &[f64], pivots: usize, rows: usize) {

@@ -11,7 +11,7 @@ use crate::linear_algebra::signed::Signed;
 pub struct Cholesky {
     fronts: Fronts,
     factor: Vec<f64>,
-    /// What fronts leave to their parents.
+    /// Updates that fronts leave to their parents.
     rest: Vec<f64>,
     work: Vec<f64>,
     factorised: bool,

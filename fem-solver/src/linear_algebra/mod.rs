@@ -1,4 +1,4 @@
-//! What is computed with matrices and long vectors, whatever they mean.
+//! Matrices and long vectors: sparse factors, solutions, sums in a fixed order.
 //!
 //! - [`symmetric`]: a sparse symmetric matrix; [`linear_solver`]: its factor and what is solved with it: begin here
 //! - [`elimination`], [`multifrontal`], [`signed`]: the order of elimination, the fronts, fronts of matrices that are not positive

@@ -41,7 +41,7 @@ pub struct Fronts {
     supernodes: Vec<Supernode>,
     /// Rows below all supernodes, in the order of elimination.
     below: Vec<u32>,
-    /// Where these are in the front of the parent, by rows and in its first column.
+    /// Places of these in the front of the parent, by rows and in its first column.
     in_parent: Vec<u32>,
     in_panel: Vec<u32>,
     /// Place of a number among those of the matrix, and in the panel.
@@ -213,7 +213,7 @@ fn in_panel(pivots: usize, row: usize, column: usize) -> usize {
     (row / ROWS * pivots + column) * ROWS + row % ROWS
 }
 
-/// Where `row` is in the front of `supernode`.
+/// Place of `row` in the front of `supernode`.
 fn local(supernode: &Supernode, below: &[u32], row: usize) -> usize {
     if supernode.columns.contains(&row) {
         return row - supernode.columns.start;

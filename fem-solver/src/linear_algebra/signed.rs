@@ -20,12 +20,12 @@ const SMALLEST_OF_ALL: f64 = 1e-12;
 
 type SignedTile = [[f64; ROWS]; ROWS];
 
-/// How the pivots of a front are eliminated.
+/// Elimination of the pivots of a front.
 pub trait Pivoting {
     /// Eliminate all columns of a panel, which are `columns` in the order of elimination; the error is the first column of
     /// the panel with a pivot that cannot be one.
     fn eliminate(&mut self, panel: &mut [f64], columns: &Range<usize>) -> Result<(), usize>;
-    /// What these pivots leave over in a front of `rows` rows.
+    /// Update of the rest of a front of `rows` rows by these pivots.
     fn leave_over(&self, rest: &mut [f64], panel: &[f64], columns: &Range<usize>, rows: usize);
 }
 

@@ -10,7 +10,7 @@ use super::linear_solver::Cholesky;
 pub struct SymmetricMatrix {
     /// Its order, without what is only eliminated.
     order: usize,
-    /// Where each column begins, with its diagonal; one more at the end.
+    /// Index at which each column begins, with its diagonal; one more at the end.
     starts: Vec<usize>,
     /// Row of each entry.
     rows: Vec<usize>,

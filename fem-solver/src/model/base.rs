@@ -14,7 +14,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 use toolkit::scene::Scene;
 
-/// What a model begins with.
+/// Nodes, cells and groups of which a model is built.
 #[derive(Debug, Default)]
 pub struct Base {
     /// Nodes, groups, elements; of a scene that lists its nodes, the nodes alone.
@@ -336,7 +336,7 @@ pub struct Cell {
     pub from: Vec<u32>,
 }
 
-/// What became of an element of a mesh, by numbers in [`Model::elements`] and [`Model::cables`].
+/// Elements made of an element of a mesh, by numbers in [`Model::elements`] and [`Model::cables`].
 #[derive(Debug, Clone, Default)]
 pub struct Made {
     /// Elements.

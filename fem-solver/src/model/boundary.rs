@@ -348,7 +348,7 @@ fn check_support(key: &Key, entry: &SupportEntry) -> Result<(), Diagnostic> {
     Ok(())
 }
 
-/// What a support that gives way states.
+/// Refuse keys that contradict a support which gives way.
 fn check_giving(key: &Key, entry: &SupportEntry) -> Result<(), Diagnostic> {
     let or_one = |stated: Option<f64>| stated.unwrap_or(1.0);
     key.positive(&[

@@ -1,7 +1,7 @@
 //! From the table `[structure]` and its parts to a [`Model`], with every input error located.
 
 use super::base::{Base, Cell, Made};
-use super::contact::Lines;
+use super::contact::ContactLines;
 use super::{Model, Part};
 use crate::config::Config;
 use crate::config::structure::{StructureConfig, Where};
@@ -51,7 +51,7 @@ impl Model {
         model.add_supports(scene, table)?;
         model.lump();
         model.add_ground(scene, config)?;
-        model.contact = Lines::of(scene, config, &model)?;
+        model.contact = ContactLines::of(scene, config, &model)?;
         model.load(scene, config)?;
         model.check_path(scene, config)?;
         model.check_held_together(scene, config, framed)?;
@@ -65,7 +65,7 @@ impl Model {
         Ok(model)
     }
 
-    /// What grows along a path of equilibrium, and what a path takes not.
+    /// Refuse a path of equilibrium without loads that grow, and with supports that move or let go.
     fn check_path(&self, scene: &Scene, config: &Config) -> Result<(), Diagnostic> {
         let key = "fem.path_speed";
         if config.fem.path_speed.is_none() {
@@ -234,7 +234,7 @@ impl Model {
         key.refuse("at", what, hint)
     }
 
-    /// How far a point may lie from a node that it names [m]: half of its shortest cable.
+    /// Tolerance of a point that names a node [m]: half of its shortest cable.
     fn reach(&self, node: usize) -> f64 {
         let ends = self.lines().map(|(line, _)| line).filter(|line| line.contains(&node));
         let span = |line: [usize; 2]| (self.nodes[line[1]] - self.nodes[line[0]]).norm();

@@ -1,6 +1,7 @@
 //! From `[structure.contact]` to lines that touch each other, and what is certainly wrong there.
 
 use super::Model;
+use super::numbering::connected;
 use crate::config::structure::FormFinding;
 use crate::config::{Config, Integrator};
 use crate::read::{Key, nearest};
@@ -12,12 +13,12 @@ const AT_ONCE: f64 = 2.0;
 
 /// A line that touches others.
 #[derive(Debug, Clone, Copy)]
-pub struct Line {
+pub struct ContactLine {
     /// Its nodes.
     pub nodes: [usize; 2],
     /// Its radius [m].
     pub radius: f64,
-    /// Which of the bodies it belongs to: lines that hang together by nodes.
+    /// Number of its body: lines that hang together by nodes.
     pub body: usize,
     /// Length from each end over which it shares a contact with the line that follows there [m]; 0 where none does.
     pub overlap: [f64; 2],
@@ -25,16 +26,16 @@ pub struct Line {
 
 /// Lines that touch each other.
 #[derive(Debug, Clone)]
-pub struct Lines {
+pub struct ContactLines {
     /// All of them, chains in the order of their parts.
-    pub lines: Vec<Line>,
+    pub lines: Vec<ContactLine>,
     /// Force per depth [N/m].
     pub stiffness: f64,
     /// Coefficient of friction.
     pub friction: f64,
 }
 
-impl Lines {
+impl ContactLines {
     /// Those of the scene; `None` where it names none.
     pub(super) fn of(scene: &Scene, config: &Config, model: &Model) -> Result<Option<Self>, Diagnostic> {
         let Some(table) = &config.structure.contact else { return Ok(None) };
@@ -63,7 +64,7 @@ impl Lines {
                 e.lines().into_iter().map(move |nodes| (nodes, radius))
             });
             let first = lines.len();
-            lines.extend(cables.chain(others).map(|(nodes, radius)| Line {
+            lines.extend(cables.chain(others).map(|(nodes, radius)| ContactLine {
                 nodes,
                 radius,
                 body: 0,
@@ -75,7 +76,7 @@ impl Lines {
             }
         }
         hang_together(&mut lines, model);
-        if lines.iter().all(|line| line.body == 0) {
+        if lines.iter().all(|line| line.body == lines[0].body) {
             let what = "all its lines hang together by nodes: nothing touches";
             return scene.refuse("structure.contact", what, "name parts of which some are apart");
         }
@@ -92,30 +93,17 @@ impl Lines {
 }
 
 /// Number the bodies, and let lines overlap where they follow each other.
-fn hang_together(lines: &mut [Line], model: &Model) {
-    let mut at = vec![Vec::new(); model.node_count()];
-    for (i, line) in lines.iter().enumerate() {
-        line.nodes.iter().for_each(|node| at[*node].push(i));
+fn hang_together(lines: &mut [ContactLine], model: &Model) {
+    let pairs: Vec<_> = lines.iter().map(|line| line.nodes).collect();
+    let (mut bodies, mut ends) = (vec![0; model.node_count()], vec![0; model.node_count()]);
+    for (number, part) in connected(&pairs, model.node_count()).into_iter().enumerate() {
+        part.into_iter().for_each(|node| bodies[node] = number);
     }
-    let (mut bodies, mut known, mut open) = (0, vec![false; lines.len()], Vec::new());
-    for first in 0..lines.len() {
-        if std::mem::replace(&mut known[first], true) {
-            continue;
-        }
-        open.push(first);
-        while let Some(line) = open.pop() {
-            lines[line].body = bodies;
-            for next in lines[line].nodes.iter().flat_map(|node| &at[*node]) {
-                if !std::mem::replace(&mut known[*next], true) {
-                    open.push(*next);
-                }
-            }
-        }
-        bodies += 1;
-    }
+    pairs.as_flattened().iter().for_each(|node| ends[*node] += 1);
     for line in lines {
+        line.body = bodies[line.nodes[0]];
         let length = (model.nodes[line.nodes[1]] - model.nodes[line.nodes[0]]).norm();
-        let follows = |node: usize| at[node].len() > 1;
+        let follows = |node: usize| ends[node] > 1;
         line.overlap =
             line.nodes.map(|node| if follows(node) { line.radius.min(0.25 * length) } else { 0.0 });
     }

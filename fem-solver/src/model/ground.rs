@@ -211,7 +211,7 @@ fn check(key: &Key, ground: &GroundConfig) -> Result<(), Diagnostic> {
     Ok(())
 }
 
-/// Where heights are needed for the ground of `table` or its place, whose raster is not named.
+/// The area in which heights are needed for the ground of `table` or its place, whose raster is not named.
 pub fn area(scene: &Scene, table: &StructureConfig) -> Result<Option<Area>, Diagnostic> {
     let stands = needs_ground(table);
     if ground_file(table).is_some() || !(stands || table.ground.is_some()) {

@@ -17,10 +17,9 @@ pub mod pressure;
 pub mod rope_ends;
 pub mod validation;
 
-use crate::element::support_spring;
 use crate::element::{AnyElement, Cable, SupportSpring};
 use crate::read::nearest;
-use contact::Lines;
+use contact::ContactLines;
 use interface_defs::diagnostic::Diagnostic;
 use interface_defs::mesh::{Group, InterfaceMesh};
 use nalgebra::Vector3;
@@ -44,10 +43,10 @@ pub struct Model {
     /// The same by the groups that the scene supports so.
     pub giving_groups: Vec<Part>,
     /// Lines that touch each other, where the scene has any.
-    pub contact: Option<Lines>,
+    pub contact: Option<ContactLines>,
     /// Named sets of elements: the parts of the scene, then the other groups of the mesh.
     pub parts: Vec<Part>,
-    /// How many of them are parts of the scene.
+    /// Number of those that are parts of the scene.
     pub part_count: usize,
     /// Nodes that have rotations, in order.
     pub turning: Vec<usize>,
@@ -93,7 +92,7 @@ pub struct Model {
     /// Numbers of the elements in the mesh file, of [`Model::elements`] and of [`Model::cables`]; none without a file, or
     /// where one is of several elements of the file.
     pub element_numbers: [Vec<Option<u64>>; 2],
-    /// What the user should know of how it was built.
+    /// Remarks for the user on how it was built.
     pub warnings: Vec<Diagnostic>,
 }
 
@@ -150,6 +149,14 @@ impl Model {
         let mut all = vec![0.0; self.dof_count()];
         self.dashpots.iter().filter(|(dof, _)| !self.held[*dof]).for_each(|(dof, c)| all[*dof] += c);
         all
+    }
+
+    /// Range of the history of each element in that of all.
+    pub fn histories(&self) -> impl Iterator<Item = Range<usize>> + '_ {
+        self.elements.iter().scan(0, |end, element| {
+            let first = std::mem::replace(end, *end + element.start_history().len());
+            Some(first..*end)
+        })
     }
 
     /// History of all elements as modelled.
@@ -215,27 +222,19 @@ impl Model {
     pub fn adrift(&self) -> Option<(usize, usize)> {
         let ends = self.cables.iter().map(|c| &c.nodes[..]).chain(self.elements.iter().map(|e| e.nodes()));
         let pairs: Vec<[usize; 2]> = ends.flat_map(|nodes| nodes.array_windows().copied()).collect();
-        let around = numbering::neighbours(&pairs, self.node_count());
-        let mut level = vec![None; self.node_count()];
-        let held = |node: usize| (0..3).any(|c| self.held_first(self.dof(node, c)));
-        (0..self.node_count()).find_map(|first| {
-            let mut part = Vec::new();
-            if level[first].is_none() {
-                numbering::walk(first, &around, &mut level, &mut part);
-            }
-            let safe = |node: &usize| {
-                held(*node) || self.gives_way(*node) || self.springs.iter().any(|s| s.0 == *node)
-            };
-            (!part.is_empty() && !part.iter().any(safe)).then_some((first, part.len()))
-        })
+        let safe = |node: &usize| {
+            let held = (0..3).any(|c| self.held_first(self.dof(*node, c)));
+            held || self.gives_way(*node) || self.springs.iter().any(|s| s.0 == *node)
+        };
+        let parts = numbering::connected(&pairs, self.node_count());
+        parts.iter().find(|part| !part.iter().any(safe)).map(|part| (part[0], part.len()))
     }
 
     /// The supports that give way, with where their histories begin in that of all elements.
     pub fn support_springs(&self) -> impl Iterator<Item = (usize, &SupportSpring)> + '_ {
-        let before = &self.elements[..self.giving.start];
-        let first: usize = before.iter().map(|element| element.start_history().len()).sum();
-        self.elements[self.giving.clone()].iter().enumerate().filter_map(move |(i, element)| match element {
-            AnyElement::SupportSpring(spring) => Some((first + i * support_spring::HISTORY, spring)),
+        let giving = self.histories().zip(&self.elements).take(self.giving.end).skip(self.giving.start);
+        giving.filter_map(|(own, element)| match element {
+            AnyElement::SupportSpring(spring) => Some((own.start, spring)),
             _ => None,
         })
     }
@@ -245,7 +244,7 @@ impl Model {
         self.elements[self.giving.clone()].iter().any(|spring| spring.nodes() == [node])
     }
 
-    /// What utilisation and energy are reported of: the parts of the scene, and groups of supports that give way.
+    /// The sets of which utilisation and energy are reported: the parts of the scene, and groups of supports that give way.
     pub fn accounted(&self) -> impl Iterator<Item = &Part> {
         self.parts[..self.part_count].iter().chain(&self.giving_groups)
     }
@@ -322,7 +321,7 @@ impl Model {
         }
     }
 
-    /// How far the lowest node hangs below the lowest support [m], displaced by `u`; `None` without
+    /// Depth of the lowest node below the lowest support [m], displaced by `u`; `None` without
     /// weight or supports.
     pub fn sag(&self, u: &[f64]) -> Option<f64> {
         let down = self.down?;

@@ -34,7 +34,7 @@ pub fn neighbours_together(pairs: &[[usize; 2]], nodes: usize) -> Vec<usize> {
 }
 
 /// The neighbours of each of so many nodes.
-pub(super) fn neighbours(pairs: &[[usize; 2]], nodes: usize) -> Vec<Vec<usize>> {
+fn neighbours(pairs: &[[usize; 2]], nodes: usize) -> Vec<Vec<usize>> {
     let mut around = vec![Vec::new(); nodes];
     for [a, b] in pairs {
         around[*a].push(*b);
@@ -43,14 +43,22 @@ pub(super) fn neighbours(pairs: &[[usize; 2]], nodes: usize) -> Vec<Vec<usize>> 
     around
 }
 
+/// The nodes of each part that hangs together, from its first node on.
+pub(super) fn connected(pairs: &[[usize; 2]], nodes: usize) -> Vec<Vec<usize>> {
+    let (around, mut level, mut parts) = (neighbours(pairs, nodes), vec![None; nodes], Vec::new());
+    for first in 0..nodes {
+        if level[first].is_none() {
+            let mut part = Vec::new();
+            walk(first, &around, &mut level, &mut part);
+            parts.push(part);
+        }
+    }
+    parts
+}
+
 /// Walk breadth first from `start` over the nodes without a level, which get theirs, and append them to `order`. Returns
 /// the last level.
-pub(super) fn walk(
-    start: usize,
-    around: &[Vec<usize>],
-    level: &mut [Option<usize>],
-    order: &mut Vec<usize>,
-) -> usize {
+fn walk(start: usize, around: &[Vec<usize>], level: &mut [Option<usize>], order: &mut Vec<usize>) -> usize {
     let mut head = order.len();
     level[start] = Some(0);
     order.push(start);

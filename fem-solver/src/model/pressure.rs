@@ -36,7 +36,7 @@ fn normal([a, b, c]: &[Vector3<f64>; 3]) -> Vector3<f64> {
     (b - a).cross(&(c - a))
 }
 
-/// What the pressure adds to the stiffness of a triangle, by rows: minus the derivative of its forces [N/m]. Local degrees
+/// Stiffness of a triangle due to the pressure, by rows: minus the derivative of its forces [N/m]. Local degrees
 /// of freedom are x, y, z of one corner after the other.
 pub fn face_tangent([a, b, c]: &[Vector3<f64>; 3], pressure: f64) -> [[f64; 9]; 9] {
     let columns = [c - b, a - c, b - a].map(|edge| -pressure / 6.0 * edge.cross_matrix());
@@ -68,7 +68,7 @@ pub struct TimedLoad {
 pub struct Face {
     /// Its nodes.
     pub nodes: [usize; 3],
-    /// Where they are as modelled [m].
+    /// Their places as modelled [m].
     pub corners: [Vector3<f64>; 3],
 }
 

@@ -24,7 +24,7 @@ pub struct RopeEnd {
 }
 
 impl RopeEnd {
-    /// How far the brake can lengthen until the end comes to the next point, as modelled [m].
+    /// Elongation of the brake at which the end comes to the next point, as modelled [m].
     pub fn room(&self) -> f64 {
         self.span.norm()
     }
@@ -72,7 +72,7 @@ pub fn watch(ends: &[RopeEnd], model: &Model, state: &mut State, time: f64) {
     }
 }
 
-/// What is said of the ends that are jammed.
+/// Warnings about the ends that are jammed.
 pub fn warnings(ends: &[RopeEnd], model: &Model, state: &State) -> Vec<Diagnostic> {
     let jammed = state.jammed.iter().map(|(at, time)| {
         let end = &ends[*at as usize];

@@ -84,7 +84,7 @@ impl Heights {
         self.heights[(self.counts[1] - 1 - row) * self.counts[0] + column]
     }
 
-    /// Where it lies, in words.
+    /// Its extent in words.
     fn extent(&self) -> String {
         let to = |axis: usize| self.corner[axis] + (self.counts[axis] - 1) as f64 * self.spacing[axis];
         format!("x {:.2} to {:.2}, y {:.2} to {:.2} m", self.corner[0], to(0), self.corner[1], to(1))

@@ -59,7 +59,7 @@ pub fn parse(file: &str, text: &str) -> Result<Mesh, Diagnostic> {
     reader.builder.finish(Some("sections, supports and loads are those of the scene"))
 }
 
-/// What the data lines at hand belong to.
+/// The block that the data lines at hand belong to.
 enum Block {
     /// Nothing that is read; they are passed over.
     Skip,
@@ -96,18 +96,18 @@ impl<'a> Card<'a> {
     }
 }
 
-/// What to write in place of what is refused.
+/// Hint for what is refused.
 const FLAT: &str = "write a flat file with all nodes and elements in it";
 
 struct InpReader<'a> {
     file: &'a str,
-    /// That of the keyword, or of the data, at hand.
+    /// Line of the keyword, or of the data, at hand.
     line: usize,
     builder: Builder<'a>,
     block: Block,
     /// Numbers of an element so far: its own, then its nodes.
     row: Vec<u64>,
-    /// Where that element begins.
+    /// Line on which that element begins.
     row_line: usize,
     parts: usize,
 }
@@ -287,7 +287,7 @@ fn fields(content: &str) -> impl Iterator<Item = &str> {
     content.split(',').map(str::trim).filter(|f| !f.is_empty())
 }
 
-/// What a name is known by inside the file.
+/// Key of a name inside the file.
 fn key(name: &str) -> String {
     name.trim_matches('"').to_ascii_uppercase()
 }

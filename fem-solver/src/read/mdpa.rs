@@ -12,7 +12,7 @@ use super::tokens::{Tokens, error, shown, without_comments};
 use interface_defs::diagnostic::Diagnostic;
 use std::collections::HashMap;
 
-/// How deep sub model parts may stand in each other.
+/// Largest depth of sub model parts in each other.
 const DEEPEST: usize = 16;
 /// Blocks that say nothing about the mesh and that every file has.
 const EXPECTED: [&str; 2] = ["ModelPartData", "Properties"];

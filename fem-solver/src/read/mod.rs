@@ -108,12 +108,12 @@ pub fn parse(file: &str, format: Format, bytes: &[u8]) -> Result<Mesh, Diagnosti
     FORMATS[format as usize].3(file, &text)
 }
 
-/// What to try instead of `name`, which is none of the `known` ones; `none` where there are none.
+/// Hint for `name`, which is none of the `known` ones; `none` where there are none.
 pub(crate) fn nearest(name: &str, known: &[&str], none: &str) -> String {
     if known.is_empty() { none.into() } else { suggestion(name, known).unwrap_or_default() }
 }
 
-/// Where a table stands in the scene, for messages.
+/// Key of a table in the scene, for messages.
 pub struct Key<'a> {
     /// The scene.
     pub scene: &'a Scene,

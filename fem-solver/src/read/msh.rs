@@ -11,7 +11,7 @@ use super::tokens::{Tokens, error, shown};
 use interface_defs::diagnostic::Diagnostic;
 use std::collections::HashMap;
 
-/// What to do about a version that is not read.
+/// Hint for a version that is not read.
 const SAVE_AS: &str = "save it as 4.1 or 2.2, as in: gmsh -0 in.msh -format msh41 -o out.msh";
 
 /// Refuse a binary file by its header, which is text in any case.

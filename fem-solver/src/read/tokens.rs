@@ -45,7 +45,7 @@ fn lines(text: &str) -> usize {
 #[derive(Debug, Clone)]
 pub struct Tokens<'a> {
     file: &'a str,
-    /// What is left.
+    /// Text that is left.
     rest: &'a str,
     /// Line of the last word, from 1.
     line: usize,

@@ -6,7 +6,7 @@ use crate::model::Model;
 use crate::state::State;
 use interface_defs::message::{Gauge, Role};
 
-/// What the energies of a state are computed from; of a path also its load factor and negative pivots, which stand last: who
+/// Energies of a state; of a path also its load factor and negative pivots, which stand last: who
 /// writes gauges counts on it.
 pub struct Energies {
     /// Mass of each degree of freedom that takes part in the kinetic energy; empty in statics.

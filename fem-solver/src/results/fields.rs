@@ -49,7 +49,7 @@ pub struct Fields {
 const LINES: &str = "structure";
 const FACES: &str = "structure_faces";
 
-/// What was written, for a run that goes on.
+/// Files written so far, for a run that goes on.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct KeptFields {
     written: u64,
@@ -137,7 +137,7 @@ impl Fields {
         })
     }
 
-    /// What was written so far, all of it on the disk.
+    /// The files written so far, all of them on the disk.
     pub fn kept(&mut self) -> io::Result<KeptFields> {
         let faces = self.faces.as_mut().map(|faces| faces.series.kept()).transpose()?;
         Ok(KeptFields { written: self.written, lines: self.series.kept()?, faces })
@@ -182,8 +182,9 @@ impl Fields {
             forces.resize(first + element.constants().lines, 0.0);
             element.line_forces(u, history, &mut forces[first..]);
             let plastic = element.plastic_utilisation(u, history);
-            let used =
-                |force: &f64| if force.is_nan() { 1.0 } else { element.utilisation(u, *force).max(plastic) };
+            let used = |force: &f64| {
+                if force.is_nan() { 1.0 } else { element.force_utilisation(u, *force).max(plastic) }
+            };
             utilisation.extend(forces[first..].iter().map(used));
             if let Some(plastic) = &mut plastic_strain {
                 plastic.resize(forces.len(), element.constants().plastic.map_or(0.0, |at| history[at]));
@@ -273,7 +274,7 @@ fn flag(is: bool) -> f64 {
 /// File of the legend, beside the field files.
 const LEGEND: &str = "structure_legend.json";
 
-/// Which part and group each line, face and node belongs to; 0 = none.
+/// Numbers of part and group of each line, face and node; 0 = none.
 struct Legend {
     line_parts: Vec<f64>,
     line_groups: Vec<f64>,

@@ -107,7 +107,7 @@ impl Height {
         1 + if fields > 1 { fields } else { 0 }
     }
 
-    /// What the name of number `slot` of them ends in.
+    /// Ending of the name of number `slot` of them.
     pub fn suffix(slot: usize) -> String {
         if slot == 0 { "height".into() } else { format!("height_{slot}") }
     }
@@ -165,7 +165,7 @@ impl BarrierFields {
         Self { along, posts, ropes, memory: RefCell::new(memory) }
     }
 
-    /// Where a field begins and ends along the barrier, by the place of each node.
+    /// Begin and end of a field along the barrier, by the place of each node.
     fn ends(&self, field: usize, along: impl Fn(&usize) -> f64) -> (f64, f64) {
         let from = self.posts[field].iter().map(&along).fold(f64::NEG_INFINITY, f64::max);
         (from, self.posts[field + 1].iter().map(along).fold(f64::INFINITY, f64::min).max(from))
@@ -215,10 +215,7 @@ fn lines(model: &Model, name: Option<&str>, nodes: &[usize]) -> Vec<RopePiece> {
     let cables = model.cables.iter().enumerate();
     let cables = cables.filter(|(i, _)| part.is_none_or(|p| p.cables.contains(i))).map(|(_, c)| c.nodes);
     let mut all: Vec<_> = cables.map(|nodes| RopePiece { nodes, breakable: None }).collect();
-    let mut next = 0;
-    for (number, element) in model.elements.iter().enumerate() {
-        let history = next..next + element.start_history().len();
-        next = history.end;
+    for (number, (element, history)) in model.elements.iter().zip(model.histories()).enumerate() {
         if part.is_none_or(|p| p.elements.contains(&number)) {
             let breakable = element.constants().can_break.then_some((number, history));
             let lines = element.lines().into_iter();

@@ -1,4 +1,4 @@
-//! What is reported of a run.
+//! Results of a run.
 //!
 //! - [`record`]: reactions and their largest values, of every step, and gauges; [`moving_mean`]: the mean over 1 ms
 //! - [`height`]: gauges of the height that is left

@@ -19,7 +19,7 @@ pub struct MovingMean {
     /// Length of the mean [s].
     span: f64,
     samples: VecDeque<Sample>,
-    /// How many of them are committed.
+    /// Number of them that are committed.
     committed: usize,
     /// Sample behind which `t - span` lay last.
     cursor: usize,

@@ -1,4 +1,4 @@
-//! How far each part was used, and what became of the energy in it: a row for each part of the scene, for each group of
+//! Utilisation of each part, and the energy stored and dissipated in it: a row for each part of the scene, for each group of
 //! supports that give way, and for the rest.
 
 use crate::equilibrium::form_finding::Form;
@@ -7,7 +7,7 @@ use crate::model::{Model, Part};
 use crate::state::State;
 use interface_defs::{PartUse, ShareOf, Utilisation};
 
-/// What was used, where all energy `stored` and `dissipated` [J] are those of `state`; what elements had dissipated `before` does not
+/// The rows, where all energy `stored` and `dissipated` [J] is that of `state`; energy that elements had dissipated `before` does not
 /// count.
 pub fn used(
     model: &Model,

@@ -1,4 +1,4 @@
-//! What is recorded at every step: support reactions, scene gauges, largest values.
+//! Records of every step: support reactions, scene gauges, largest values.
 //!
 //! A gauge of the scene watches one number, a mean or sum over nodes, or smallest and largest of the members of a group.
 
@@ -41,17 +41,28 @@ fn pulls(of: &[Giving], nodes: usize, u: &[f64], history: &[f64]) -> Vector3<f64
 }
 
 impl Supports {
-    fn of(model: &Model) -> Self {
+    /// Those of the whole structure, or of one node.
+    fn of(model: &Model, only: Option<usize>) -> Self {
         let n = model.node_count();
-        let springs = model.spring_dofs();
+        let nodes = only.map_or(0..n, |node| node..node + 1);
         let until = |dof: usize| model.until.get(dof).copied().filter(|t| t.is_finite()).map(|t| (dof, t));
+        let dofs = |c: usize| nodes.clone().map(move |node| model.dof(node, c));
+        let at = |dof: usize, c: usize| dof / n == c && nodes.contains(&(dof % n));
+        let springs = model.spring_dofs();
+        let giving = model.support_springs().filter(|(_, spring)| nodes.contains(&spring.node[0]));
         Self {
-            until: [0, 1, 2].map(|c| (0..n).filter_map(|i| until(model.dof(i, c))).collect()),
-            held: [0, 1, 2].map(|c| (0..n).map(|i| model.dof(i, c)).filter(|dof| model.held[*dof]).collect()),
-            springs: [0, 1, 2].map(|c| springs.iter().copied().filter(|(dof, _)| dof / n == c).collect()),
-            giving: model.support_springs().map(|(first, spring)| (first, spring.clone())).collect(),
+            until: [0, 1, 2].map(|c| dofs(c).filter_map(until).collect()),
+            held: [0, 1, 2].map(|c| dofs(c).filter(|dof| model.held[*dof]).collect()),
+            springs: [0, 1, 2].map(|c| springs.iter().copied().filter(|(dof, _)| at(*dof, c)).collect()),
+            giving: giving.map(|(first, spring)| (first, spring.clone())).collect(),
             nodes: n,
         }
+    }
+
+    /// Whether there are none.
+    fn is_empty(&self) -> bool {
+        let rigid = self.held.iter().all(Vec::is_empty) && self.until.iter().all(Vec::is_empty);
+        rigid && self.springs.iter().all(Vec::is_empty) && self.giving.is_empty()
     }
 
     /// Force of the supports on the structure, where `force` is that of load and elements, less the inertia of held nodes that move, in the step with its middle at
@@ -65,9 +76,14 @@ impl Supports {
             -(held + springs + still.map(|(dof, _)| force[*dof]).sum::<f64>() + pulls[c])
         })
     }
+
+    /// The same in a step.
+    fn in_step(&self, step: &Step, history: &[f64]) -> [f64; 3] {
+        self.reaction(step.force, step.middle, history, step.end - 0.5 * step.length)
+    }
 }
 
-/// What a step leaves to be recorded.
+/// A step that is recorded.
 pub struct Step<'a> {
     /// Its end [s].
     pub end: f64,
@@ -92,6 +108,8 @@ pub const MEANS: [f64; 2] = [1e-3, 1e-2];
 /// The recorder: gauges of the window at hand, and the impulse of the supports.
 pub struct Recorder {
     total: Supports,
+    /// Total support reaction at the start [N].
+    pub at_rest: [f64; 3],
     probes: Vec<Probe>,
     /// Displacement at t = 0 [m].
     origin: Vec<f64>,
@@ -161,13 +179,14 @@ impl Recorder {
     /// A recorder that starts at t = 0 with `form`, where load and elements leave `force` to the supports; memory for
     /// so many `samples` of steps within each mean and a window.
     pub fn new(model: &Model, probes: &Probes, form: &Form, force: &[f64], samples: [usize; 2]) -> Self {
-        let (total, origin) = (Supports::of(model), &form.displacement);
+        let (total, origin) = (Supports::of(model, None), &form.displacement);
         let at_rest = total.reaction(force, origin, &form.history, f64::NEG_INFINITY);
         let probes = probes.0.clone();
         let impulses = |p: &Probe| if matches!(p.watch, Watch::Force(_)) { 1 + p.members } else { 0 };
         let impulses = 1 + probes.iter().map(impulses).sum::<usize>();
         Self {
             total,
+            at_rest,
             origin: origin.clone(),
             means: MEANS[..1 + usize::from(model.vibrates())]
                 .iter()
@@ -182,11 +201,6 @@ impl Recorder {
             at_end: false,
             line_forces: vec![0.0; model.elements.iter().map(|e| e.constants().lines).max().unwrap_or(0)],
         }
-    }
-
-    /// Total support reaction at the start [N].
-    pub fn total_reaction(&self, force: &[f64], form: &Form) -> [f64; 3] {
-        self.total.reaction(force, &form.displacement, &form.history, f64::NEG_INFINITY)
     }
 
     /// Smallest and largest of the members of each group, before the first step.
@@ -219,8 +233,7 @@ impl Recorder {
             self.elapsed = 0.0;
         }
         self.elapsed += step.length;
-        let middle = step.end - 0.5 * step.length;
-        let reaction = self.total.reaction(step.force, step.middle, &state.history, middle);
+        let reaction = self.total.in_step(step, &state.history);
         let impulse = reaction.map(|r| r * step.length);
         add(&mut self.impulses[0], impulse);
         for (triple, r) in self.reaction.iter_mut().zip(reaction) {
@@ -267,7 +280,7 @@ impl Recorder {
                     let (sums, own) = self.impulses[impulse..].split_at_mut(1);
                     let (mut sum, mut mean, mut next_mean) = ([0.0; 3], Range::default(), 0);
                     for (i, foot) in feet.iter().enumerate() {
-                        let reaction = foot.reaction(model.node_count(), step, &state.history);
+                        let reaction = foot.supports.in_step(step, &state.history);
                         add(&mut sum, reaction);
                         if *members > 0 {
                             add(&mut own[i], reaction.map(|r| r * step.length));
@@ -316,15 +329,10 @@ impl Recorder {
     }
 }
 
-/// What the scene's gauges watch.
+/// The scene's gauges.
 pub struct Probes(Vec<Probe>);
 
 impl Probes {
-    /// Whether there is a gauge of several members.
-    pub fn has_groups(&self) -> bool {
-        self.0.iter().any(|p| p.members > 0)
-    }
-
     /// Measures of single members and of the run's end at `state`, of the gauges of `configs`, at `time` [s].
     pub fn measures(&self, configs: &[GaugeConfig], model: &Model, state: &State, time: f64) -> Vec<Measure> {
         let mut measures = Vec::new();
@@ -362,7 +370,7 @@ struct Probe {
     slots: usize,
 }
 
-/// What it watches.
+/// The number that a gauge watches.
 #[derive(Debug, Clone)]
 enum Watch {
     /// Displacement since t = 0, mean over some nodes.
@@ -372,7 +380,7 @@ enum Watch {
     /// Force of the supports.
     Force(Vec<Foot>),
     /// Axial force, elongation or bending moment.
-    Lines(Lines),
+    Lines(GaugedLines),
     /// Height between two groups.
     Height(Height),
 }
@@ -418,7 +426,7 @@ impl Watch {
             }
             Quantity::Height => Self::Height(Height::of(scene, key, model, nodes, gauge)?),
             Quantity::Tension | Quantity::Elongation | Quantity::BendingMoment | Quantity::Utilisation => {
-                let lines = Lines::of(model, &nodes, gauge);
+                let lines = GaugedLines::of(model, &nodes, gauge);
                 if lines.count == 0 {
                     let kind = if gauge.quantity == Quantity::BendingMoment { "beam" } else { "cable" };
                     let what = format!("there is no {kind} at the gauge `{name}`");
@@ -478,61 +486,28 @@ impl Watch {
     }
 }
 
-/// A node that supports hold, their springs, and those that give way.
+/// A node that supports hold.
 #[derive(Debug, Clone)]
 struct Foot {
     node: usize,
-    /// Until when it is held in each direction [s]; minus infinity where it is not.
-    held: [f64; 3],
-    springs: [f64; 3],
-    giving: Vec<Giving>,
+    supports: Supports,
 }
 
 impl Foot {
     /// Those of `nodes` that are held.
     fn of(model: &Model, nodes: &[usize]) -> Vec<Self> {
-        let n = model.node_count();
-        let springs = model.spring_dofs();
-        let giving: Vec<Giving> = model.support_springs().map(|(at, spring)| (at, spring.clone())).collect();
         let mut nodes = nodes.to_vec();
         nodes.sort_unstable();
         nodes.dedup();
-        let feet = nodes.into_iter().map(|node| Self {
-            node,
-            held: [0, 1, 2].map(|c| {
-                let dof = model.dof(node, c);
-                if model.held[dof] {
-                    f64::INFINITY
-                } else {
-                    model.until.get(dof).copied().unwrap_or(f64::NEG_INFINITY)
-                }
-            }),
-            springs: [0, 1, 2]
-                .map(|c| springs.iter().filter(|(dof, _)| *dof == c * n + node).map(|(_, k)| k).sum()),
-            giving: giving.iter().filter(|(_, spring)| spring.node == [node]).cloned().collect(),
-        });
-        feet.filter(|f| {
-            let springs = f.springs.iter().any(|k| *k > 0.0) || !f.giving.is_empty();
-            f.held.iter().any(|until| *until > f64::NEG_INFINITY) || springs
-        })
-        .collect()
-    }
-
-    /// Force of its supports on the structure in a step [N].
-    fn reaction(&self, nodes: usize, step: &Step, history: &[f64]) -> [f64; 3] {
-        let pulls = pulls(&self.giving, nodes, step.middle, history);
-        [0, 1, 2].map(|c: usize| {
-            let dof = c * nodes + self.node;
-            let held = if self.held[c] > step.end - 0.5 * step.length { step.force[dof] } else { 0.0 };
-            -(held + self.springs[c] * step.middle[dof] + pulls[c])
-        })
+        let feet = nodes.into_iter().map(|node| Self { node, supports: Supports::of(model, Some(node)) });
+        feet.filter(|foot| !foot.supports.is_empty()).collect()
     }
 }
 
 /// Elements whose axial force, elongation or bending moment is recorded. A member is a line of an element (a segment of a
 /// rope, a side of a ring); of an elongation or a moment, a whole element.
 #[derive(Debug, Clone)]
-struct Lines {
+struct GaugedLines {
     cables: Vec<usize>,
     elements: Vec<usize>,
     /// Of beams at a point: which of their ends are there.
@@ -541,7 +516,7 @@ struct Lines {
     count: usize,
 }
 
-impl Lines {
+impl GaugedLines {
     fn of(model: &Model, nodes: &[usize], gauge: &GaugeConfig) -> Self {
         let (mut cables, mut elements) = Self::elements(model, nodes, gauge);
         let quantity = gauge.quantity;
@@ -628,7 +603,9 @@ impl Lines {
                     let ends = (0..2).filter(|end| self.ends[number][*end]);
                     take(ends.map(size).fold(0.0, f64::max));
                 }
-                Utilisation => take(element.used(own, history, &mut forces[..element.constants().lines])),
+                Utilisation => {
+                    take(element.largest_utilisation(own, history, &mut forces[..element.constants().lines]))
+                }
                 Tension | Displacement | Velocity | Force | Height => {
                     element.line_forces(own, history, &mut forces[..element.constants().lines]);
                     // What is broken carries nothing.

@@ -137,7 +137,7 @@ fn describe(config: &Config, model: &Model, start: &Start, sag: Option<f64>) -> 
     lines
 }
 
-/// What may touch the ground, and what does at t = 0.
+/// Nodes that may touch the ground, and those that do at t = 0, in words.
 fn on_ground(model: &Model, start: &Start) -> Option<String> {
     let first = model.ground_contacts().next()?;
     let all = || model.ground_contacts().map(|contact| contact.stiffness);
@@ -157,7 +157,7 @@ fn on_ground(model: &Model, start: &Start) -> Option<String> {
     ))
 }
 
-/// How many elements of each part there are, and springs and point masses where there are any.
+/// Numbers of elements of each part, of springs and point masses, in words.
 fn counts(model: &Model) -> String {
     let parts = &model.parts[..model.part_count];
     let size = |part: &Part| part.cables.len() + part.elements.len();

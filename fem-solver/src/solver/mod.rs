@@ -23,7 +23,7 @@ use crate::results::parts;
 use crate::results::record::{MEANS, Probes, Recorder};
 use crate::state::inherited::{End, Inherited};
 use crate::state::{Critical, Peak, State};
-use interface_defs::diagnostic::{Diagnostic, Place, Severity, code};
+use interface_defs::diagnostic::{Code, Diagnostic, Place, Severity, code};
 use interface_defs::field::{self, FieldSpec, Sampling, name};
 use interface_defs::message::{
     Fault, Gauge, Hello, Measure, Plan, Progress, Ready, Statistics, Worse, capability,
@@ -48,7 +48,7 @@ const MOST_REMEMBERED: f64 = 2e5;
 const AT_END: f64 = 1e-9;
 /// Windows are halved that often before a run gives up.
 const HALVINGS: f64 = 64.0;
-/// What broke or yielded is named one by one up to so many.
+/// Most ruptures or yielding elements that are named one by one.
 const MOST_NAMED: usize = 20;
 /// Ranks of `max_reaction_1ms`, `max_cable_force`, `max_reaction`, `sag` and `max_reaction_10ms` among all measures of a run.
 const RANKS: [u16; 5] = [60, 70, 260, 270, 65];
@@ -62,14 +62,14 @@ pub struct FemSolver {
     model: Rc<Model>,
     probes: Probes,
     gauges: Vec<Gauge>,
-    /// Where the structure starts, if not as modelled.
+    /// State from which the structure starts, if not as modelled.
     inherited: Option<Inherited>,
     /// The state from which it is to go on.
     resume: Option<Box<Kept>>,
     prepared: Option<Prepared>,
 }
 
-/// What exists from the preparation on.
+/// Data that exist from the preparation on.
 struct Prepared {
     windows: WindowSolver,
     fields: Option<Fields>,
@@ -81,9 +81,9 @@ struct Prepared {
     /// End of the last window accepted, and of the run [s].
     accepted: f64,
     end_time: f64,
-    /// What the answer says of broken lines; none if nobody asks.
+    /// Lines whose rupture the answer reports; none if nobody asks.
     broken: Option<BrokenLines>,
-    /// What was torn before the run.
+    /// Ruptures before the run.
     torn: Vec<Event>,
     /// Whether something touches the structure from outside.
     touched: bool,
@@ -150,12 +150,6 @@ impl FemSolver {
         let mesh = self.model.interface_mesh(&start.form.displacement);
         let (loads, load_warnings) =
             Loads::new(Needs::of(Scheme::of(&self.config.fem)), plan, &mesh, self.model.dof_count())?;
-        if self.probes.has_groups() {
-            tracing::info!(
-                "gauges of several members: `_min` and `_max` are new, `_sum` and `_mean` say what they are; the old columns \
-                 (`_tension` and `_elongation`: the largest; `_fx` ...: the sum; `_ux`, `_vx` ...: the mean) are kept for one version"
-            );
-        }
         let step = start.time_step.min(plan.window);
         // Steps are that short for longer than 1 ms where hardly any run goes on.
         let shortest = [step / HALVINGS, 0.5 * step];
@@ -249,27 +243,34 @@ impl FemSolver {
     }
 }
 
-/// What broke: the first ones one by one.
+/// Warnings of one kind: the first ones one by one, and how many more `did` until the last one, at its time [s].
+fn named<T>(
+    code: Code,
+    all: &[T],
+    words: impl Fn(&T) -> String,
+    (did, time): (&str, impl Fn(&T) -> f64),
+) -> Vec<Diagnostic> {
+    let mut named: Vec<_> = all.iter().take(MOST_NAMED).map(words).collect();
+    if let Some(last) = all.get(MOST_NAMED..).and_then(|rest| rest.last()) {
+        named.push(format!("{} more {did} until t = {:.6} s", all.len() - MOST_NAMED, time(last)));
+    }
+    named.into_iter().map(|what| Diagnostic::warning(code.clone(), what)).collect()
+}
+
+/// Ruptures.
 fn ruptures(model: &Model, events: &[Event]) -> Vec<Diagnostic> {
-    let named = events.iter().take(MOST_NAMED).map(|event| {
+    let words = |event: &Event| {
         let (time, force) = (event.time, event.tension);
         let member = model.member_name(event.element as usize, None);
         format!("rupture at t = {time:.6} s: {member} broke under {force:.4e} N")
-    });
-    let mut named: Vec<_> = named.collect();
-    if let Some(last) = events.get(MOST_NAMED..).and_then(|rest| rest.last()) {
-        named.push(format!("{} more broke until t = {:.6} s", events.len() - MOST_NAMED, last.time));
-    }
-    named.into_iter().map(|what| Diagnostic::warning(code::RUPTURE, what)).collect()
+    };
+    named(code::RUPTURE, events, words, ("broke", |event: &Event| event.time))
 }
 
-/// What has yielded: the first ones one by one, with the largest plastic strain that each is left with.
+/// Elements that have yielded, with the largest plastic strain that each is left with.
 fn yields(model: &Model, committed: &State) -> (Option<Measure>, Vec<Diagnostic>) {
-    let mut histories = 0;
     let mut all: Vec<(usize, f64, f64)> = Vec::new();
-    for (number, element) in model.elements.iter().enumerate() {
-        let own = histories..histories + element.start_history().len();
-        histories = own.end;
+    for (number, (element, own)) in model.elements.iter().zip(model.histories()).enumerate() {
         let strain = element.constants().plastic.map_or(0.0, |at| committed.history[own][at]);
         if strain > 0.0 {
             let event = committed.yields.iter().find(|event| event.element as usize == number);
@@ -282,21 +283,17 @@ fn yields(model: &Model, committed: &State) -> (Option<Measure>, Vec<Diagnostic>
         measure.of_member(Some(member)).ranked(Measure::ORDINARY, Worse::Larger)
     });
     all.sort_by(|a, b| a.2.total_cmp(&b.2));
-    let named = all.iter().take(MOST_NAMED).map(|(number, strain, time)| {
+    let words = |(number, strain, time): &(usize, f64, f64)| {
         let member = model.member_name(*number, None);
         format!(
             "yield at t = {time:.6} s: {member}; its largest plastic strain is {:.2} % at the end",
             100.0 * strain
         )
-    });
-    let mut named: Vec<_> = named.collect();
-    if let Some(last) = all.get(MOST_NAMED..).and_then(|rest| rest.last()) {
-        named.push(format!("{} more yielded until t = {:.6} s", all.len() - MOST_NAMED, last.2));
-    }
-    (most, named.into_iter().map(|what| Diagnostic::warning(code::YIELD, what)).collect())
+    };
+    (most, named(code::YIELD, &all, words, ("yielded", |all: &(usize, f64, f64)| all.2)))
 }
 
-/// What has nearly broken, there and then: whether it does depends on small differences, and with it what breaks after it.
+/// The element that came closest to breaking: whether it does depends on small differences, and with it what breaks after it.
 fn near_ruptures(model: &Model, state: &State) -> Option<Diagnostic> {
     let near = state.close.iter().chain(&state.spared);
     let (element, share) = near.max_by(|a, b| a.1.total_cmp(&b.1))?;
@@ -312,14 +309,14 @@ fn near_ruptures(model: &Model, state: &State) -> Option<Diagnostic> {
     Some(Diagnostic::warning(code::NEAR_RUPTURE, what).try_instead(cure))
 }
 
-/// That something was torn before the run.
+/// A warning if something was torn before the run.
 fn torn_before(count: usize) -> Option<Diagnostic> {
     let were = if count == 1 { "1 element was".to_owned() } else { format!("{count} elements were") };
     let what = format!("{were} torn before, in the run that this one starts from");
     (count > 0).then(|| Diagnostic::warning(code::RUPTURE, what))
 }
 
-/// What tore of each part, in the order of its first rupture; `None` where nothing can.
+/// Ruptures of each part, in the order of its first one; `None` where nothing can break.
 fn torn(model: &Model, events: &[Event]) -> Option<Vec<Torn>> {
     if events.is_empty() {
         return model.elements.iter().any(|e| e.constants().can_break).then(Vec::new);
@@ -357,7 +354,7 @@ fn critical_loads(state: &State) -> Vec<Measure> {
     first.into_iter().chain(all).collect()
 }
 
-/// That a path goes on unstable, and from where.
+/// A warning if a path goes on unstable, and from where.
 fn unstable_path(state: &State) -> Option<Diagnostic> {
     let (time, factor) = state.along.unstable_from?;
     let (at, time, factor) = match state.critical.iter().find(|p| p.negative > 0) {

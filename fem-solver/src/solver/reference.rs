@@ -1,4 +1,4 @@
-//! What this program reads of a scene and writes as results, for `rockfall schema`.
+//! Schema of the tables and results of this program, for `rockfall schema`.
 
 use crate::config::{FemConfig, GaugeConfig, StructureConfig};
 use toolkit::schema::{Share, Tables};

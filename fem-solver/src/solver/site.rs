@@ -28,7 +28,7 @@ fn run(matches: &ArgMatches) -> Result<Exit, Diagnostic> {
     Ok(Exit::Done)
 }
 
-/// Where the structure of `scene` needs heights that it does not name.
+/// The area in which the structure of `scene` needs heights that it does not name.
 pub fn of(scene: &Scene) -> Result<Option<Area>, Diagnostic> {
     let Some(structure) = scene.read::<StructureConfig>("structure")? else { return Ok(None) };
     if let Some(Generator::Barrier(barrier)) = &structure.generator

@@ -1,6 +1,6 @@
 //! The state that a run leaves at its end, and a run that starts from it.
 //!
-//! What an element remembers lies in its history, so displacements, velocities and histories are all that a structure is
+//! Elements keep their memory in histories alone, so displacements, velocities and histories are all that a structure is
 //! at an instant. They mean something for the same model alone: the file says of which it is, part by part.
 
 use crate::config::Integrator;
@@ -21,19 +21,19 @@ use toolkit::state_file::{self, Unreadable};
 
 /// Version of [`End`], written and read.
 const VERSION: u32 = 1;
-/// What to do about a state that cannot be used.
+/// Hint for a state that cannot be used.
 const AGAIN: &str = "run that scene again with this version";
-/// What to do about a state that is not as it was written.
+/// Hint for a state that is not as it was written.
 const COPIED: &str = "run that scene again with this version; a file that was copied must be copied as it is";
 /// Difference of two places of a support [relative to the extent of the structure] that is one of rounding.
 const SAME_PLACE: f64 = 1e-9;
 
-/// What a run leaves.
+/// State at the end of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct End {
     /// The build by which it was computed: what the histories of the elements mean is its own.
     pub build: BuildId,
-    /// Which structure it is of.
+    /// Its structure.
     model: Fingerprint,
     /// Integrator.
     integrator: String,
@@ -47,13 +47,13 @@ pub struct End {
     pub acceleration: Vec<f64>,
     /// History of all elements.
     pub history: Vec<f64>,
-    /// What has torn so far, each when in its own run.
+    /// Ruptures so far, each at its time in its own run.
     pub torn: Vec<Event>,
     /// Energy dissipated by damping, work of the interface force, of moving supports, of loads with a history, since the first run began [J].
     pub booked: [f64; 4],
 }
 
-/// Which structure a state is of.
+/// Identity of the structure of a state.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Fingerprint {
     /// Places of the nodes as modelled [m].
@@ -184,16 +184,16 @@ impl End {
 /// A structure that starts from the end of another run.
 #[derive(Debug, Clone)]
 pub struct Inherited {
-    /// What that run has left.
+    /// The state at the end of that run.
     pub end: End,
-    /// What the user should know.
+    /// Remarks for the user.
     pub warnings: Vec<Diagnostic>,
-    /// How the structure starts, with the path as seen from anywhere.
+    /// The run and the way in which the structure starts from it, with an absolute path.
     pub origin: Origin,
 }
 
 impl Inherited {
-    /// What `scene` starts from, if anything; it must be of the same model.
+    /// The state that `scene` starts from, if any; it must be of the same model.
     pub fn of(scene: &Scene, model: &Model, integrator: Integrator) -> Result<Option<Self>, Diagnostic> {
         let Some(origin) = Origin::of(scene)? else { return Ok(None) };
         if origin.at == At::Motion && integrator == Integrator::Static {

@@ -3,7 +3,7 @@
 pub mod inherited;
 
 use crate::internal_force::assembly::Event;
-use crate::internal_force::line_contact::Touch;
+use crate::internal_force::line_contact::LineTouch;
 use crate::linear_algebra::lanes::dot;
 use crate::model::Model;
 use interface_defs::Utilisation;
@@ -29,16 +29,16 @@ pub struct State {
     /// History of all elements: plastic strains, slips, reference rotations, what is broken.
     pub history: Vec<f64>,
     /// Lines that touch each other and hold each other by friction, by their numbers.
-    pub touches: Vec<Touch>,
-    /// What has broken so far.
+    pub touches: Vec<LineTouch>,
+    /// Ruptures so far.
     pub events: Vec<Event>,
-    /// What has begun to yield so far.
+    /// Yieldings so far.
     pub yields: Vec<Event>,
     /// Factor of the loads that grow along a path of equilibrium, and that at the start of the last step.
     pub factor: f64,
     /// See `factor`.
     pub factor_before: f64,
-    /// Where the path has come to.
+    /// Progress of the path.
     pub along: Along,
     /// Limit points and branch points passed so far.
     pub critical: Vec<Critical>,
@@ -68,7 +68,7 @@ pub struct State {
     pub groups: Vec<Range>,
 }
 
-/// How a path of equilibrium goes on.
+/// Progress along a path of equilibrium.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Along {
     /// Length of the next step [m], of a load step [s]; 0 before the first.
@@ -87,7 +87,7 @@ pub struct Along {
     pub anew: bool,
     /// The step at hand ends at a branch point, and turns.
     pub turned: bool,
-    /// How many critical points are known and reported.
+    /// Number of critical points that are known and reported.
     pub critical: usize,
     /// Time [s] and load factor of the end of the first step that was unstable.
     pub unstable_from: Option<(f64, f64)>,
@@ -107,7 +107,7 @@ pub struct Critical {
 }
 
 interface_defs::worded! {
-    /// What happens at a critical point.
+    /// Kind of a critical point.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
     pub enum CriticalKind with name {
         /// The load turns back.
@@ -122,7 +122,7 @@ interface_defs::worded! {
 pub struct Extreme {
     /// Value.
     pub value: f64,
-    /// Which member.
+    /// Number of the member.
     pub member: u32,
     /// When [s].
     pub time: f64,

@@ -43,7 +43,7 @@ fn respond(beam: &Beam, u: &[f64], history: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let (mut force, mut after) = (vec![0.0; 12], history.to_vec());
     let mut answer =
         Answer { force: &mut force, tangent: None, slack: Slack::Exact, history: &mut after, tension: 0.0 };
-    beam.respond(u, history, &mut answer);
+    beam.respond(Pace::default(), u, history, &mut answer);
     (force, after)
 }
 

@@ -1,4 +1,4 @@
-//! What a law of rings answers over `N` nodes with `W` widths, for one ring or for each of several in wide registers.
+//! Laws of rings over `N` nodes with `W` widths, for one ring or for each of several in wide registers.
 //!
 //! Plain arrays, no branches, no fused products, every sum in one fixed order: the compiler works on several rings at a
 //! time, and each comes out to the same bytes as alone.
@@ -82,7 +82,7 @@ pub struct RingSides<const N: usize> {
     pub perimeter: f64,
 }
 
-/// What a ring answers.
+/// Answer of a ring.
 pub struct RingPull<const N: usize, const W: usize> {
     /// Internal force on each node [N].
     pub force: [Vector; N],

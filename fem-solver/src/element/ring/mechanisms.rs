@@ -327,8 +327,7 @@ impl PartSettings for RingPart {
         ] {
             if !(least..=most).contains(&value) {
                 let what = format!("a {name} of {value} is that of no ring net");
-                let about =
-                    Diagnostic::warning(code::LIKELY_UNIT, what).about(format!("{}.{name}", at.key.key));
+                let about = Diagnostic::warning(code::LIKELY_UNIT, what).about(at.key.at(name));
                 warnings.push(about.try_instead(cure));
             }
         }

@@ -324,7 +324,7 @@ fn it_unloads_steeper_than_it_loads_and_keeps_the_difference() {
             history: &mut after,
             tension: 0.0,
         };
-        ring.respond(&u, &history, &mut answer);
+        ring.respond(Pace::default(), &u, &history, &mut answer);
         history = after;
     }
     let energy = ring.energy(&grown(before.0), &history);

@@ -43,7 +43,7 @@ pub struct Tightening {
     bend: f64,
     /// Stretch of the strand under its tension, `pi D / E A` [m/N].
     stretch: f64,
-    /// What there is to draw out, `(pi D - l_0) (1 - t / D)` [m].
+    /// Length that can be drawn out, `(pi D - l_0) (1 - t / D)` [m].
     free: f64,
     /// Tension at which bending becomes plastic, `N_y` [N].
     yields: f64,
@@ -51,9 +51,9 @@ pub struct Tightening {
     pub late: f64,
 }
 
-/// What it answers.
+/// Tension at an extension.
 #[derive(Debug, Clone, Copy)]
-pub struct Pull {
+pub struct StrandPull {
     /// Tension [N].
     pub force: f64,
     /// Its slope [N/m].
@@ -160,14 +160,14 @@ impl Tightening {
 
     /// Its answer at the extension `e` after the largest extension `most` [m].
     #[inline(always)]
-    pub fn pull(&self, e: f64, most: f64) -> Pull {
+    pub fn pull(&self, e: f64, most: f64) -> StrandPull {
         let largest = self.yielded(most);
         let draws = e >= largest;
         let top = self.plastic(if draws { e } else { largest });
         let (back, steep) = self.back(top);
         let (share, slope, _) = self.unloading(1.0 - (largest - e) / back, steep);
         let drawn = 1.0 / (self.stretch + self.bend / (top * top));
-        Pull {
+        StrandPull {
             force: if draws { top } else { top * share },
             slope: if draws { drawn } else { top * slope / back },
             most: if draws { e } else { most },
@@ -234,7 +234,7 @@ impl Strength {
         Self::new(straight, [1.0, 1.0])
     }
 
-    /// Where a contact turns it by `angle` [rad].
+    /// The force that it bears where a contact turns it by `angle` [rad].
     pub fn at(&self, angle: f64) -> f64 {
         if self.loss == 0.0 {
             self.straight
@@ -243,7 +243,7 @@ impl Strength {
         }
     }
 
-    /// Where a contact turns it by 180 degrees: the least.
+    /// The least of these, where a contact turns it by 180 degrees.
     #[inline(always)]
     pub fn turned_back(&self) -> f64 {
         self.straight / (1.0 + self.loss)

@@ -30,7 +30,7 @@ use interface_defs::diagnostic::Diagnostic;
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::PI;
 
-/// What the wire and the bundle of a ring over `N` nodes say, and its sides.
+/// The law of a ring over `N` nodes by its wire and its bundle, with its sides.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wire<const N: usize> {
     /// From each node to the next as modelled [m].
@@ -126,7 +126,7 @@ impl<const N: usize> Wire<N> {
         sides
     }
 
-    /// How oval it is with these sides.
+    /// Its oval with these sides.
     #[inline(always)]
     pub fn oval(&self, sides: &RingSides<N>) -> Oval {
         let mut oval = Oval { chords: [[0.0; 3]; MOST_CHORDS], parts: [0.0; 2], root: 1.0 };
@@ -168,7 +168,7 @@ impl<const N: usize> Formula<N, 0> for Wire<N> {
         self.energy(&[[0.0; 3]; N], &(self.drawn(), []))
     }
 
-    /// How much longer its polygon is than that of the round ring.
+    /// Elongation of its polygon over that of the round ring.
     #[inline(always)]
     fn length(&self, u: &[Vector; N]) -> f64 {
         self.sides(u).perimeter - self.law.round

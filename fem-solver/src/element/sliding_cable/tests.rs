@@ -14,7 +14,7 @@ fn rope(points: &[Vector3<f64>], stretch: f64, friction: f64) -> SlidingCable {
         friction,
         radius: 0.0,
         rupture: Rupture::NEVER,
-        memory: Memory::default(),
+        memory: RopeMemory::default(),
     }
 }
 
@@ -117,7 +117,7 @@ fn what_it_was_asked_before_changes_no_answer() {
                     history: &mut after,
                     tension: 0.0,
                 };
-                rope.respond(u, history, &mut answer);
+                rope.respond(Pace::default(), u, history, &mut answer);
                 (force, k, after)
             };
             assert_eq!(with_tangent(&fresh.clone()), with_tangent(&asked));

@@ -2,7 +2,7 @@
 
 use crate::element::Slack;
 use crate::element::turn::{self, TURN};
-use crate::element::{Answer, Element};
+use crate::element::{Answer, Element, Pace};
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// Numbers between -1/2 and 1/2, the same each time.
@@ -55,7 +55,7 @@ impl<'a> Case<'a> {
             history: &mut after,
             tension: 0.0,
         };
-        self.element.respond(u, history, &mut answer);
+        self.element.respond(Pace::default(), u, history, &mut answer);
         (force, tangent)
     }
 
@@ -248,7 +248,7 @@ pub fn patch(elements: &[&dyn Element], u: &[f64], turns: &[UnitQuaternion<f64>]
             history: &mut after,
             tension: 0.0,
         };
-        element.respond(&own, &history, &mut answer);
+        element.respond(Pace::default(), &own, &history, &mut answer);
         largest = force.iter().fold(largest, |a, f| a.max(f.abs()));
         for (place, node) in nodes.iter().enumerate() {
             for c in 0..per_node {

@@ -4,7 +4,7 @@ use super::checks::patch;
 use crate::element::material::Law;
 use crate::element::material::Rupture;
 use crate::element::membrane::{Fabric, Membrane};
-use crate::element::sliding_cable::Memory;
+use crate::element::sliding_cable::RopeMemory;
 use crate::element::{Bar, Beam, Element, Shell, SlidingCable};
 use nalgebra::{Matrix3, UnitQuaternion, Vector2, Vector3};
 
@@ -73,7 +73,7 @@ fn nodes_on_a_straight_sliding_rope_feel_nothing_with_and_without_friction() {
             friction,
             radius: 0.0,
             rupture: Rupture::NEVER,
-            memory: Memory::default(),
+            memory: RopeMemory::default(),
         };
         assert!(patch(&[&rope], &stretched(), &[], &[1, 2]) < 100.0 * ROUNDING);
     }

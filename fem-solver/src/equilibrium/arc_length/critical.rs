@@ -48,7 +48,7 @@ impl PathPoint {
 }
 
 /// The search through one step of `length` [m].
-pub struct Search<'a> {
+pub struct CriticalSearch<'a> {
     /// A probe at a way from the start; none where Newton fails.
     pub probe: &'a mut dyn FnMut(f64) -> Option<PathPoint>,
     pub length: f64,
@@ -58,7 +58,7 @@ pub struct Search<'a> {
     pub found: &'a mut Vec<Critical>,
 }
 
-impl Search<'_> {
+impl CriticalSearch<'_> {
     /// Find what changes between `low` and `high`.
     pub fn between(&mut self, low: PathPoint, high: PathPoint) -> Result<(), Jump> {
         let change = low.negative.abs_diff(high.negative);

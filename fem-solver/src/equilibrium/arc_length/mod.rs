@@ -31,7 +31,7 @@ use crate::linear_algebra::lanes::{inner, norm, work};
 use crate::model::Model;
 use crate::state::{Along, Critical, CriticalKind, State};
 use corrector::Corrector;
-use critical::{Jump, PathPoint, Search};
+use critical::{CriticalSearch, Jump, PathPoint};
 
 /// Angle by which directions may turn in one step [rad].
 const TURN: f64 = 0.3;
@@ -351,7 +351,7 @@ impl Path {
         let mut probe = |way: f64| self.go(model, state, way, FEW).ok().map(|tried| tried.probe);
         // The start again, for the sake of its determinant.
         low.log_determinant = probe(0.0).map_or(high.log_determinant, |p| p.log_determinant);
-        let mut search = Search { probe: &mut probe, length: way, time, speed, found: &mut found };
+        let mut search = CriticalSearch { probe: &mut probe, length: way, time, speed, found: &mut found };
         let outcome = search.between(low, high);
         state.critical = found;
         if let Err(Jump(at)) = outcome

@@ -23,7 +23,7 @@ const TOLERANCE: f64 = 1e-6;
 /// range, which it does not where there are no rings.
 pub fn approach(search: &mut Search, u: &mut [f64], history: &mut [f64]) -> Result<bool, Failure> {
     let model = search.wanted.model;
-    if !model.elements.iter().any(|element| element.eased(0.0).is_some()) {
+    if !model.elements.iter().any(|element| element.regularised(0.0).is_some()) {
         return Ok(false);
     }
     let (mut soft, zero, pressures) = (model.clone(), vec![0.0; u.len()], model.pressures_at_start());
@@ -32,7 +32,7 @@ pub fn approach(search: &mut Search, u: &mut [f64], history: &mut [f64]) -> Resu
     let (mut range, mut at_rest) = (FIRST * load, false);
     while range > LAST * load {
         for element in &mut soft.elements {
-            if let Some(eased) = element.eased(range) {
+            if let Some(eased) = element.regularised(range) {
                 *element = eased;
             }
         }

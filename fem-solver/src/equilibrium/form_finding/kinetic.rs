@@ -9,7 +9,7 @@
 //! Rotations are committed after each step: those of a post that falls over are not small.
 //!
 //! Source: Barnes (1999), Form finding and analysis of tension structures by dynamic relaxation, Int. J. Space Structures
-//! 14(2), 89 (kinetic damping); handbook 2.8.
+//! 14(2), 89 (kinetic damping).
 
 use crate::equilibrium::form_finding::Search;
 use crate::equilibrium::newton::{Failure, Problem};

@@ -173,10 +173,11 @@ pub fn find_form(
     on_iteration: OnIteration,
 ) -> Result<(Form, Info), Failure> {
     let Wanted { model, most, basis, .. } = wanted;
-    if !model.elements.iter().any(|element| element.smooth().is_some()) {
+    if !model.elements.iter().any(|element| element.frictionless().is_some()) {
         return find(wanted, newton, on_iteration);
     }
-    let is_long = |element: &AnyElement| element.smooth().is_some() && element.nodes().len() > MOST_COUPLED;
+    let is_long =
+        |element: &AnyElement| element.frictionless().is_some() && element.nodes().len() > MOST_COUPLED;
     if !model.elements.iter().any(is_long) {
         let mut start = Approach::new(wanted, newton, on_iteration);
         if let Some(form) = start.by_newton(most.unwrap_or(MOST.2))? {
@@ -185,18 +186,18 @@ pub fn find_form(
     }
     let mut smooth = model.clone();
     for element in &mut smooth.elements {
-        if let Some(without) = element.smooth() {
+        if let Some(without) = element.frictionless() {
             *element = without;
         }
     }
-    let history = basis.map_or(Vec::new(), |basis| smooth_history(model, basis.history));
+    let history = basis.map_or(Vec::new(), |basis| frictionless_history(model, basis.history));
     let basis = basis.map(|basis| Basis { history: &history, ..basis });
     let wanted = Wanted { model: &smooth, basis, ..wanted };
     let (mut form, info) = find(wanted, &mut Newton::new(&smooth), on_iteration)?;
     let mut assembly = Assembly::new(&smooth);
     let histories = model.elements.iter().enumerate().map(|(i, element)| {
         let own = assembly.history(i, &form.history);
-        element.hung(assembly.gather(i, &form.displacement), own)
+        element.relaxed_history(assembly.gather(i, &form.displacement), own)
     });
     form.history = histories.flatten().collect();
     form.smoothed = true;
@@ -204,10 +205,10 @@ pub fn find_form(
 }
 
 /// What of `history` a structure has whose ropes are without friction.
-fn smooth_history(model: &Model, history: &[f64]) -> Vec<f64> {
+fn frictionless_history(model: &Model, history: &[f64]) -> Vec<f64> {
     let assembly = Assembly::new(model);
     let elements = model.elements.iter().enumerate();
-    let own = elements.map(|(i, element)| element.smooth_history(assembly.history(i, history)));
+    let own = elements.map(|(i, element)| element.frictionless_history(assembly.history(i, history)));
     own.flatten().copied().collect()
 }
 
@@ -377,7 +378,7 @@ fn film(
 /// Steps of length 1 with `m_a = sum_b |K_ab| / 2`, half of what Gershgorin's circles ask for at the structure's
 /// stiffness when all is taut; what stiffens beyond is noticed by forces that grow, and the masses are taken anew.
 ///
-/// Source: Cundall (1976), Explicit finite-difference methods in geomechanics; handbook 2.8.
+/// Source: Cundall (1976), Explicit finite-difference methods in geomechanics.
 fn relax(model: &Model, newton: &mut Newton, history: &mut [f64], u: &mut [f64]) {
     let pressures = model.pressures_at_start();
     let n = u.len();

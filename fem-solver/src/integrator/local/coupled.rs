@@ -1,4 +1,4 @@
-//! Which nodes of a selection the tangents of which elements couple.
+//! Pairs of selected nodes that the tangents of elements couple.
 
 use super::Sums;
 use crate::internal_force::assembly::{Assembly, Heading};
@@ -22,7 +22,7 @@ fn sort_once(numbers: &mut Vec<u32>) {
 
 /// Block of the tangent of an element: its nodes of row and column, and where it belongs.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Block {
+pub(super) struct TangentBlock {
     pub(super) row: u32,
     pub(super) column: u32,
     pub(super) pair: u32,
@@ -55,7 +55,7 @@ pub(super) struct Coupled {
     pub(super) pairs: Vec<[u32; 2]>,
     pub(super) near_wires: Vec<NearWire>,
     pub(super) near_elements: Vec<NearElement>,
-    pub(super) blocks: Vec<Block>,
+    pub(super) blocks: Vec<TangentBlock>,
     /// Places of the nodes of the near elements; that behind the last for a node that is not selected.
     pub(super) places: Vec<u32>,
 }
@@ -162,7 +162,7 @@ impl Coupled {
             for (row, a) in places.iter().enumerate() {
                 for (column, b) in places.iter().enumerate().filter(|(_, b)| a <= *b && **b < nowhere) {
                     let pair = self.pair(*a, *b);
-                    self.blocks.push(Block { row: row as u32, column: column as u32, pair });
+                    self.blocks.push(TangentBlock { row: row as u32, column: column as u32, pair });
                 }
             }
             self.near_elements.push(NearElement {
@@ -199,7 +199,7 @@ impl Coupled {
                     to.rate[*own as usize][c] -= along;
                 }
             }
-            for Block { row, column, pair } in &self.blocks[block..near.blocks_end as usize] {
+            for TangentBlock { row, column, pair } in &self.blocks[block..near.blocks_end as usize] {
                 let (row, column) = (*row as usize * per_node, *column as usize * per_node);
                 let sum = &mut to.tangent[*pair as usize];
                 for (i, entry) in sum.iter_mut().enumerate() {

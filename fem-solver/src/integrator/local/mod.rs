@@ -59,7 +59,7 @@ pub fn offered(model: &Model, fem: &FemConfig) -> Result<Vec<FieldSpec>, String>
     Ok(FIELDS.map(field).to_vec())
 }
 
-/// What is summed up at each selected node and for each pair. Behind the last there is one more, for what belongs nowhere.
+/// Sums at each selected node and for each pair. Behind the last there is one more, for what belongs nowhere.
 #[derive(Debug, Clone, Default)]
 struct Sums {
     force: Vec<[f64; 3]>,
@@ -95,7 +95,7 @@ pub struct Local {
     sums: Sums,
     /// Whether the sums are those of a structure at rest, which stay as they are while it is.
     at_rest: bool,
-    /// How far ahead tangents are taken [s].
+    /// Time ahead at which tangents are taken [s].
     ahead: f64,
 }
 

@@ -1,4 +1,4 @@
-//! Where the fields of an answer lie, and what is written there.
+//! The fields of an answer: their layout, and writing them.
 
 use crate::integrator::shown::Shown;
 use crate::linear_algebra::lanes::longest_displacement;
@@ -10,9 +10,9 @@ use num_integer::lcm;
 use std::ops::Range;
 
 /// The fields of an answer, for the whole interface mesh or for what is selected of it.
-pub(super) struct Answer {
+pub(super) struct WindowAnswer {
     pub(super) layout: Layout,
-    /// How many items the fields are laid out for, of the whole mesh.
+    /// Number of items of the whole mesh that the fields are laid out for.
     pub(super) whole: Items,
     /// The nodes that fields are laid out for.
     pub(super) shown: Shown,
@@ -20,7 +20,7 @@ pub(super) struct Answer {
     samples: [usize; 2],
 }
 
-impl Answer {
+impl WindowAnswer {
     /// The fields of `plan` on all of `mesh`.
     pub(super) fn new(plan: &Plan, mesh: &InterfaceMesh) -> Self {
         let samples = |field: &str| {
@@ -48,7 +48,7 @@ impl Answer {
         self.layout.resize(&selected.map_or(self.whole, |(_, items)| items));
     }
 
-    /// Where a field with one value for the window lies.
+    /// Range of a field with one value for the window.
     pub(super) fn place(&self, field: &str) -> Option<Range<usize>> {
         self.layout.sample(field, Sampling::Once, 0)
     }

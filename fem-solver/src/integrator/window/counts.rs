@@ -1,4 +1,4 @@
-//! What a run did.
+//! Counts of the work of a run.
 
 use crate::equilibrium::newton::Info;
 use crate::model::Model;
@@ -33,7 +33,7 @@ pub struct Counts {
 }
 
 impl Counts {
-    /// What Newton did in a step counts, too.
+    /// Add the work of Newton's iteration in a step.
     pub fn add(&mut self, info: &Info) {
         self.newton += info.iterations;
         self.factorisations += info.factorisations;
@@ -58,7 +58,7 @@ impl Counts {
         counts.into_iter().map(|(name, count)| (name.to_owned(), count)).collect()
     }
 
-    /// What the user should know of them; in `load_steps` of statics, or in steps of the scene.
+    /// Warnings that follow from them; in `load_steps` of statics, or in steps of the scene.
     pub fn warnings(&self, model: &Model, load_steps: bool) -> Vec<Diagnostic> {
         let mut warnings = Vec::new();
         if self.refined > 0 {

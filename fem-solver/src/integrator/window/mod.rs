@@ -23,7 +23,7 @@ use crate::results::energy::Energies;
 use crate::results::moving_mean::{MovingMean, Sample};
 use crate::results::record::{Recorder, Step};
 use crate::state::{Peak, Peaks, State};
-use answer::{Answer, travel};
+use answer::{WindowAnswer, travel};
 use interface_defs::Utilisation;
 use interface_defs::diagnostic::{Diagnostic, code};
 use interface_defs::field::name;
@@ -84,7 +84,7 @@ impl Engine {
     }
 }
 
-/// What is exchanged with whoever loads the structure, and recorded.
+/// Exchange with the solver that loads the structure, and records.
 pub struct Exchange<'a> {
     /// Reactions and gauges.
     pub recorder: Recorder,
@@ -98,7 +98,7 @@ pub struct Exchange<'a> {
     pub shortcuts: bool,
 }
 
-/// What load steps are controlled by.
+/// Load-step control.
 struct Control {
     settings: LoadSteps,
     /// Most iterations of a step.
@@ -116,7 +116,7 @@ impl Control {
         Some(Box::new(Self { settings, most, fallback }))
     }
 
-    /// How much longer the next step is than one of so many iterations.
+    /// Length of the next step over that of one of so many iterations.
     fn growth(&self, iterations: u64) -> f64 {
         match iterations as f64 / self.most {
             share if share <= FAST => 2.0,
@@ -126,7 +126,7 @@ impl Control {
     }
 }
 
-/// What an answer says of the way to its state.
+/// Numbers of an answer that its state does not hold: those of the way to it.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 struct Booked {
     /// Largest distance that an interface node has moved [m]; 0 where nobody asks.
@@ -168,10 +168,10 @@ pub struct WindowSolver {
     load_steps: Option<Box<Control>>,
     shortcuts: bool,
     skipped: bool,
-    answer: Answer,
+    answer: WindowAnswer,
     /// Whether the explicit scheme has had a load since the selection changed.
     loaded: bool,
-    /// What a contact solver needs to move nodes itself, if it asks for that.
+    /// Data for a contact solver that moves nodes itself, if it asks for that.
     local: Option<Box<Local>>,
     /// Travel of the interface nodes [m] and all numbers of the gauges, of the window solved last and of that accepted last.
     booked: [Booked; 2],
@@ -179,7 +179,7 @@ pub struct WindowSolver {
     energy_now: Vec<f64>,
     part_start: Vec<f64>,
     end_loads: Vec<f64>,
-    /// What was done so far.
+    /// Work done so far.
     pub counts: Counts,
 }
 
@@ -187,7 +187,7 @@ impl WindowSolver {
     /// For `model` from `start`, between the structure and whoever loads it.
     pub fn new(model: &Rc<Model>, config: &Config, start: Start, exchange: Exchange) -> Self {
         let Exchange { mut recorder, loads, plan, mesh, shortcuts } = exchange;
-        let answer = Answer::new(plan, mesh);
+        let answer = WindowAnswer::new(plan, mesh);
         let n = model.dof_count();
         let scheme = Scheme::of(&config.fem);
         recorder.at_end = scheme.is_some_and(|s| !s.inertia);
@@ -616,7 +616,7 @@ impl WindowSolver {
         }
     }
 
-    /// Where a field with one value for the window lies in an answer.
+    /// Range of a field with one value for the window in an answer.
     pub fn place(&self, field: &str) -> Option<Range<usize>> {
         self.answer.place(field)
     }
@@ -640,7 +640,7 @@ impl WindowSolver {
         [2, 3].map(|energy| gauges[3 * energy])
     }
 
-    /// What the next window follows from.
+    /// State from which the next window follows.
     pub fn kept(&self) -> KeptWindows {
         KeptWindows {
             committed: self.committed.clone(),
@@ -701,7 +701,7 @@ fn with_room(mut state: State, model: &Model) -> State {
     state
 }
 
-/// That what was kept is of another structure.
+/// The fault of a kept state that is of another structure.
 pub fn other_structure() -> Fault {
     let what = "the state that was kept is of another structure";
     Diagnostic::error(code::PROVENANCE, what).into()
@@ -745,9 +745,8 @@ fn first_state(model: &Model, config: &Config, start: &Start, recorder: &Recorde
         state.acceleration.copy_from_slice(own);
     }
     [state.dissipated, state.received, state.support_work, state.load_work] = start.booked;
-    let reaction = recorder.total_reaction(&start.force, &start.form);
     let at_start = |value| Peak { value, time: 0.0 };
-    let size = at_start(reaction.iter().map(|r| r * r).sum::<f64>().sqrt());
+    let size = at_start(recorder.at_rest.iter().map(|r| r * r).sum::<f64>().sqrt());
     let tension = at_start(start.cable_force);
     state.peaks = Peaks {
         reaction: size,

@@ -13,15 +13,15 @@ use interface_defs::{ShareOf, Utilisation};
 use nalgebra::Vector3;
 use std::ops::Range;
 
-/// Where an element finds its numbers.
+/// Places of an element's numbers in those of all.
 #[derive(Debug, Clone)]
-struct Place {
+struct ElementPlace {
     dofs: Range<usize>,
     history: Range<usize>,
     constants: Constants,
 }
 
-impl Place {
+impl ElementPlace {
     /// The axial force of its element, where it counts among those of cables, ropes, rings and brakes: a post or a support is none of
     /// them.
     fn counted(&self, tension: f64) -> f64 {
@@ -36,15 +36,15 @@ pub struct Heading<'a> {
     pub u: &'a [f64],
     /// Velocities [m/s].
     pub v: &'a [f64],
-    /// How far ahead [s].
+    /// Time ahead [s].
     pub ahead: f64,
 }
 
 /// The elements of a structure, with memory for one of them.
 #[derive(Debug, Clone, Default)]
 pub struct Assembly {
-    places: Vec<Place>,
-    /// How the displacements asked for come after the history: dashpots of elements ask.
+    places: Vec<ElementPlace>,
+    /// Time between the history and the displacements asked for, for the dashpots of elements.
     pub pace: Pace,
     /// Degrees of freedom of all elements, one after the other.
     dofs: Vec<usize>,
@@ -52,9 +52,9 @@ pub struct Assembly {
     force: Vec<f64>,
     tangent: Vec<f64>,
     history: Vec<f64>,
-    /// What broke as the history was last advanced.
+    /// Ruptures as the history was last advanced.
     pub broken: Vec<Broken>,
-    /// What began to yield as the history was last advanced, with its largest axial force [N].
+    /// Elements that began to yield as the history was last advanced, with their largest axial force [N].
     pub yielded: Vec<(u32, f64)>,
     /// Largest share of its strength that anything used in explicit steps since somebody set this to 0.
     pub used: f64,
@@ -67,12 +67,12 @@ pub struct Assembly {
     now: f64,
     /// Beams with fibres, whose sections are asked for at the ends of windows.
     sections: Vec<usize>,
-    /// What broke within the last explicit step, and the forces of that over the step, one after the other [N].
+    /// Ruptures within the last explicit step, and the forces of these elements over the step, one after the other [N].
     releases: Vec<Release>,
     released: Vec<f64>,
     /// History of one element that breaks.
     torn: Vec<f64>,
-    /// What is computed several at a time.
+    /// Rings that are computed several at a time.
     rings: Rings,
     /// Of each block in which of the readings its tensions were computed, and these [N]; and the number of the current reading.
     read: Vec<(u64, [f64; WIDTH])>,
@@ -83,8 +83,7 @@ impl Assembly {
     /// For the elements of `model`.
     pub fn new(model: &Model) -> Self {
         let mut assembly = Self::default();
-        let mut histories = 0;
-        for element in &model.elements {
+        for (element, history) in model.elements.iter().zip(model.histories()) {
             let (first, constants) = (assembly.dofs.len(), element.constants());
             for node in element.nodes() {
                 assembly.dofs.extend((0..3).map(|c| model.dof(*node, c)));
@@ -93,11 +92,9 @@ impl Assembly {
                 }
             }
             let dofs = first..assembly.dofs.len();
-            let history = histories..histories + element.start_history().len();
-            histories = history.end;
-            assembly.places.push(Place { dofs, history, constants });
+            assembly.places.push(ElementPlace { dofs, history, constants });
         }
-        let most = |of: fn(&Place) -> usize| assembly.places.iter().map(of).max().unwrap_or(0);
+        let most = |of: fn(&ElementPlace) -> usize| assembly.places.iter().map(of).max().unwrap_or(0);
         let (widest, longest) = (most(|place| place.dofs.len()), most(|place| place.history.len()));
         (assembly.u, assembly.force) = (vec![0.0; widest], vec![0.0; widest]);
         (assembly.tangent, assembly.history) = (vec![0.0; widest * widest], vec![0.0; longest]);
@@ -245,10 +242,10 @@ impl Assembly {
 
     /// The same by its axial force `tension` [N] in the answer at hand, and at `least`.
     fn note_force(&mut self, number: usize, element: &AnyElement, tension: f64, least: f64) {
-        let Place { dofs, history, constants } = &self.places[number];
+        let ElementPlace { dofs, history, constants } = &self.places[number];
         if constants.lines > 0 || constants.can_break {
             let own = &self.history[..history.len()];
-            let (share, of) = element.used_of(&self.u[..dofs.len()], tension, own);
+            let (share, of) = element.utilisation(&self.u[..dofs.len()], tension, own);
             self.note_used(number, (share.max(least), of));
         }
     }
@@ -278,7 +275,7 @@ impl Assembly {
 
     /// Whether the answer at hand, that of element number `element`, is the first in which it yields.
     fn note_yield(&mut self, element: usize, history: &[f64], tension: f64) {
-        let Place { history: own, constants, .. } = &self.places[element];
+        let ElementPlace { history: own, constants, .. } = &self.places[element];
         let begins = |at| history[own.start + at] == 0.0 && self.history[at] > 0.0;
         if constants.plastic.is_some_and(begins) {
             self.yielded.push((element as u32, tension));
@@ -296,7 +293,7 @@ impl Assembly {
             let own = self.take_history(i, history);
             let u = &self.u[..self.places[i].dofs.len()];
             if element.breaks(u, own) {
-                let share = element.utilisation(u, tension).max(element.strain_utilisation(u, own));
+                let share = element.force_utilisation(u, tension).max(element.strain_utilisation(u, own));
                 self.broken.push(Broken { element: i as u32, tension, part: 1.0, share });
             }
         }
@@ -310,7 +307,7 @@ impl Assembly {
             }
             self.respond(i, element, u, history, None);
             // What would yield on the way to a rest shape does not: plastic strains stand behind the rotations.
-            let Place { history: own, constants, .. } = &self.places[i];
+            let ElementPlace { history: own, constants, .. } = &self.places[i];
             if let Some(plastic) = constants.plastic {
                 self.history[plastic..own.len()].copy_from_slice(&history[own.start + plastic..own.end]);
             }
@@ -342,7 +339,7 @@ impl Assembly {
             history: &mut self.history[..m],
             tension: 0.0,
         };
-        element.respond_at(self.pace, &self.u[..n], &history[place.history.clone()], &mut answer);
+        element.respond(self.pace, &self.u[..n], &history[place.history.clone()], &mut answer);
         answer.tension
     }
 
@@ -370,7 +367,7 @@ impl Assembly {
         mut take: impl FnMut(&Piece),
     ) {
         self.gather(i, u);
-        let Place { dofs, history: own, .. } = &self.places[i];
+        let ElementPlace { dofs, history: own, .. } = &self.places[i];
         element.pieces(&self.u[..dofs.len()], &history[own.clone()], slack, &mut take);
     }
 
@@ -431,7 +428,7 @@ impl Assembly {
         self.reading += 1;
     }
 
-    /// What a ring that is computed with others and those that follow it there carry at `u` [N], 0 where one is broken; nothing
+    /// Tensions at `u` of a ring that is computed with others and of those that follow it there [N], 0 where one is broken; none
     /// of any other element.
     pub fn ring_tensions(&mut self, element: usize, u: &[f64], history: &[f64]) -> &[f64] {
         let Some(block) = self.rings.block_at(element).0 else { return &[] };

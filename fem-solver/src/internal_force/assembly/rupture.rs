@@ -1,4 +1,4 @@
-//! What breaks within an explicit step, located inside it.
+//! Ruptures within an explicit step, located inside it.
 //!
 //! From the displacements at the step's start the middle lies half a step ahead; twice as far is where the structure would
 //! be at the step's end without forces. Where an element does not bear that, the instant `t = x h` at which its strength is
@@ -8,7 +8,7 @@
 //! The kick changes velocities, so the work `f . du` that the element takes differs from that energy in the square of
 //! the step. [`Assembly::book_rupture`] returns the difference: with it the books say exactly what the scheme did.
 
-use super::{Assembly, Place};
+use super::{Assembly, ElementPlace};
 use crate::element::{AnyElement, CLOSE, FAR};
 use serde::{Deserialize, Serialize};
 
@@ -48,7 +48,7 @@ pub struct Broken {
 }
 
 impl Event {
-    /// That each of these elements, with its largest axial force [N], began to do something at `time` [s].
+    /// An event at `time` [s] for each of these elements, with its largest axial force [N].
     pub fn all(of: &[(u32, f64)], time: f64) -> impl Iterator<Item = Self> {
         of.iter().map(move |(element, tension)| Self { time, element: *element, tension: *tension })
     }
@@ -65,7 +65,7 @@ impl Broken {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Release {
     pub(super) element: usize,
-    /// Where its force begins in the memory.
+    /// Index at which its force begins in the memory.
     pub(super) first: usize,
     /// Its energy at the step's start, less `f . u_0` [J].
     pub(super) before: f64,
@@ -92,7 +92,7 @@ impl Assembly {
         self.torn = vec![0.0; self.history.len()];
     }
 
-    /// What was close to breaking and is far from it now was spared: what swings so may be torn by other steps.
+    /// Move elements that were close to breaking and are far from it now to those that were spared: other steps may tear what swings so.
     pub fn spare(
         &mut self,
         elements: &[AnyElement],
@@ -128,11 +128,11 @@ impl Assembly {
     /// Whether an element is broken at the part `x` of the step, by which its history in the memory says so.
     fn breaks_at(&mut self, of: &Stretch, history: &[f64], x: f64) -> bool {
         self.answer_at(of, history, x);
-        let Place { dofs, history, .. } = &self.places[of.number];
+        let ElementPlace { dofs, history, .. } = &self.places[of.number];
         of.element.breaks(&self.u[..dofs.len()], &mut self.history[..history.len()])
     }
 
-    /// Where an element breaks within the step: its force over the step, and its history behind it, are in the memory then.
+    /// Locate the rupture of an element within the step: its force over the step, and its history behind it, are in the memory then.
     pub(super) fn break_within(&mut self, of: &Stretch, history: &[f64]) -> Option<Broken> {
         let place = self.places[of.number].clone();
         let (n, own) = (place.dofs.len(), place.history.len());

@@ -13,7 +13,7 @@ mod pull;
 pub mod rings;
 mod scattered;
 
-use self::pull::{Constants, Pull, WIDEST};
+use self::pull::{CableConstants, Pull, WIDEST};
 use self::scattered::Scattered;
 use crate::element::Cable;
 use crate::linear_algebra::lanes::{add_to, subtract_from, sum_of, wide};
@@ -78,7 +78,7 @@ struct Slices<'a> {
     first: [&'a [f64]; 3],
     /// Displacements of the second nodes.
     second: [&'a [f64]; 3],
-    constants: Constants<'a>,
+    constants: CableConstants<'a>,
 }
 
 impl Kernel {

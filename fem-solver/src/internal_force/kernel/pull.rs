@@ -1,4 +1,4 @@
-//! What the cables of runs pull on their nodes, several at a time.
+//! Pull of the cables of runs on their nodes, several at a time.
 //!
 //! Registers as wide as the path of this process has them: every cable and every sum at a node is the same arithmetic in the same
 //! order whatever their width, so that every machine gives the same bytes.
@@ -10,14 +10,14 @@ use pulp::{Scalar, Simd, WithSimd};
 pub const WIDEST: usize = 8;
 
 /// Constants of all cables: `2 D` [m] by component, `D . D` [m2], `q_0` [N/m], `c` [N/m3].
-pub type Constants<'a> = [&'a [f64]; 6];
+pub type CableConstants<'a> = [&'a [f64]; 6];
 
 /// The runs of one tile and what they need. Gives the largest tension, squared [N2]; what is not a number is passed over.
 pub struct Pull<'a> {
     /// The runs.
     pub runs: &'a [Run],
     /// The constants of all cables.
-    pub constants: Constants<'a>,
+    pub constants: CableConstants<'a>,
     /// Displacements, component-major [m].
     pub u: &'a [f64],
     /// Forces that the pulls are added to, component-major [N].
@@ -29,12 +29,12 @@ pub struct Pull<'a> {
 }
 
 /// Some cables of a run, and their nodes: slices of one length, a multiple of what a register holds.
-struct Piece<'a> {
+struct RunPiece<'a> {
     first: [&'a [f64]; 3],
     second: [&'a [f64]; 3],
-    constants: Constants<'a>,
+    constants: CableConstants<'a>,
     floor: f64,
-    /// How many of them are there.
+    /// Number of them that are there.
     len: usize,
 }
 
@@ -80,7 +80,7 @@ impl<'a> Pull<'a> {
         let [sx, sy, sz, square, q0, slope] = self.constants;
         let own = |of: &'a [f64]| &of[cable..cable + up];
         let constants = [own(sx), own(sy), own(sz), own(square), own(q0), own(slope)];
-        let piece = Piece { first: nodes(a), second: nodes(b), constants, floor: run.floor, len };
+        let piece = RunPiece { first: nodes(a), second: nodes(b), constants, floor: run.floor, len };
         let (fx, rest) = self.force.split_at_mut(self.nodes);
         let (fy, fz) = rest.split_at_mut(self.nodes);
         let first = [&mut fx[a..a + up], &mut fy[a..a + up], &mut fz[a..a + up]];
@@ -94,7 +94,7 @@ impl<'a> Pull<'a> {
     }
 }
 
-impl Piece<'_> {
+impl RunPiece<'_> {
     /// Add the pulls to the forces on the first nodes, and write them to `pulls`. `ALIKE`: the constants are those of the
     /// first cable. Returns the largest of the squared tensions and `largest`.
     #[inline(always)]

@@ -20,7 +20,7 @@ pub fn barrier(table: &Barrier, site: Option<&Site>) -> Generated {
         mesh: Mesh::default(),
         parts: Vec::new(),
         post: Vector3::new(0.0, table.lean(), rise),
-        at: Nodes::default(),
+        at: BarrierNodes::default(),
     };
     match table.net {
         BarrierNet::Rings => work.rings(),
@@ -35,18 +35,18 @@ pub fn barrier(table: &Barrier, site: Option<&Site>) -> Generated {
 /// A barrier in the making.
 struct Work<'a> {
     table: &'a Barrier,
-    /// Where it stands; `None`: in axes of its own.
+    /// Its place; `None`: in axes of its own.
     site: Option<&'a Site>,
     mesh: Mesh,
     parts: Vec<MadeFor>,
     /// Up along a post, of the post's length [m].
     post: Vector3<f64>,
-    at: Nodes,
+    at: BarrierNodes,
 }
 
 /// Its nodes.
 #[derive(Default)]
-struct Nodes {
+struct BarrierNodes {
     feet: Vec<usize>,
     heads: Vec<usize>,
     side_anchors: Vec<usize>,
@@ -245,7 +245,7 @@ impl Work<'_> {
         let nodes = &self.mesh.nodes;
         let fields = (self.table.fields / 2) as f64 + 0.5;
         let middle = self.in_net(fields, self.table.spacing() * fields, 0.5);
-        let Nodes { feet, heads, side_anchors, upslope_anchors, net, .. } = &self.at;
+        let BarrierNodes { feet, heads, side_anchors, upslope_anchors, net, .. } = &self.at;
         let inside = net.iter().filter(|(_, along)| (along - fields).abs() < 0.5 * (1.0 - 1e-9));
         let all = net.iter().map(|(n, _)| *n);
         let free: Vec<usize> = all.filter(|n| !feet.contains(n) && !heads.contains(n)).collect();

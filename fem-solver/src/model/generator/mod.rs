@@ -6,7 +6,7 @@ mod site;
 
 pub use self::nets::{Generated, MadeFor};
 pub(super) use self::site::check_point;
-use self::site::{Line, Site};
+use self::site::{BarrierLine, Site};
 use crate::config::generator::{Barrier, Generator, Held};
 use crate::read::Key;
 use interface_defs::diagnostic::Diagnostic;
@@ -45,11 +45,11 @@ pub fn generate(scene: &Scene, generator: &Generator) -> Result<Generated, Diagn
     }
 }
 
-/// Where heights of the ground are needed for the barrier of `table`, whose `ground` is not named: nowhere if its line has its own.
+/// The area in which heights of the ground are needed for the barrier of `table`, whose `ground` is not named: none if its line has its own.
 /// Further around it where its net `touches` the ground: a block takes it along.
 pub fn area(scene: &Scene, table: &Barrier, touches: bool) -> Result<Option<Area>, Diagnostic> {
     check_barrier(&key(scene), table)?;
-    let line = Line::of(scene, table)?;
+    let line = BarrierLine::of(scene, table)?;
     // A cell more, between whose heights the furthest anchor lies.
     let stands = table.anchor_distance.max(table.side_distance) + 2.0 * CELL;
     let margin = if touches { stands.max(SWEPT * table.height) } else { stands };

@@ -12,7 +12,7 @@ pub struct Generated {
     pub mesh: Mesh,
     /// Nodes that are held in all directions.
     pub held: Vec<usize>,
-    /// What the elements of each group are made for.
+    /// Purpose of the elements of each group.
     pub parts: Vec<MadeFor>,
 }
 

@@ -35,7 +35,7 @@ pub fn check_point(
 
 /// The line as the scene states it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Line {
+pub struct BarrierLine {
     /// Its points [m]; heights are 0 where they are not stated.
     pub points: Vec<Vector3<f64>>,
     /// Whether heights are stated.
@@ -46,7 +46,7 @@ pub struct Line {
     pub key: &'static str,
 }
 
-impl Line {
+impl BarrierLine {
     /// That of `table`, which has one.
     pub fn of(scene: &Scene, table: &Barrier) -> Result<Self, Diagnostic> {
         match (&table.line, &table.position) {
@@ -136,7 +136,7 @@ impl Line {
         Ok(self)
     }
 
-    /// How many of `total` fields each piece has: one more where fields are longest, again and again.
+    /// Number of `total` fields that each piece has: one more where fields are longest, again and again.
     pub fn fields(&self, total: usize) -> Vec<usize> {
         let lengths: Vec<f64> = self.points.windows(2).map(|p| (p[1] - p[0]).xy().norm()).collect();
         let mut fields = vec![1_usize; lengths.len()];
@@ -151,7 +151,7 @@ impl Line {
         fields
     }
 
-    /// Where the posts stand [m], in order; heights as stated.
+    /// Feet of the posts [m], in order; heights as stated.
     pub fn posts(&self, total: usize) -> Vec<Vector3<f64>> {
         let pieces = self.points.windows(2).zip(self.fields(total));
         let inner = pieces.flat_map(|(ends, fields)| {
@@ -175,7 +175,7 @@ const LEAST_LEAN: f64 = 25.0;
 /// Looks at the ground below a field.
 const LOOKS: usize = 20;
 
-/// Where a barrier stands.
+/// The place of a barrier.
 #[derive(Debug, Clone)]
 pub struct Site {
     /// Feet of the posts [m].
@@ -186,16 +186,16 @@ pub struct Site {
     pub sides: [[Vector3<f64>; 2]; 2],
     /// Two anchors in the slope for each post [m].
     pub upslope: Vec<[Vector3<f64>; 2]>,
-    /// What the user should know.
+    /// Remarks for the user.
     pub warnings: Vec<Diagnostic>,
 }
 
 impl Site {
     /// That of a barrier with a line.
     pub fn of(scene: &Scene, table: &Barrier) -> Result<Self, Diagnostic> {
-        let line = Line::of(scene, table)?;
+        let line = BarrierLine::of(scene, table)?;
         let ground = ground(scene, table, &line)?;
-        let place = Place { scene, table, line: &line, ground: ground.as_ref() };
+        let place = SiteInput { scene, table, line: &line, ground: ground.as_ref() };
         place.site()
     }
 
@@ -209,7 +209,7 @@ impl Site {
 }
 
 /// The raster of the scene; required where the line has no heights.
-fn ground(scene: &Scene, table: &Barrier, line: &Line) -> Result<Option<Heights>, Diagnostic> {
+fn ground(scene: &Scene, table: &Barrier, line: &BarrierLine) -> Result<Option<Heights>, Diagnostic> {
     let key = "structure.generator.ground";
     let Some(path) = &table.ground else {
         if line.has_heights {
@@ -226,15 +226,15 @@ fn ground(scene: &Scene, table: &Barrier, line: &Line) -> Result<Option<Heights>
     Heights::read(scene, key, path).map(Some)
 }
 
-/// Everything that says where.
-struct Place<'a> {
+/// What a site is made from.
+struct SiteInput<'a> {
     scene: &'a Scene,
     table: &'a Barrier,
-    line: &'a Line,
+    line: &'a BarrierLine,
     ground: Option<&'a Heights>,
 }
 
-impl Place<'_> {
+impl SiteInput<'_> {
     fn site(&self) -> Result<Site, Diagnostic> {
         let mut feet = self.line.posts(self.table.fields);
         if let Some(ground) = self.ground {
@@ -287,7 +287,7 @@ impl Place<'_> {
         Ok(if mean > 0.0 { Side::Left } else { Side::Right })
     }
 
-    /// That the slope rises on the other side than the scene says.
+    /// A warning if the slope rises on the other side than the scene says.
     fn against(&self, ground: &Heights, feet: &[Vector3<f64>], stated: Side) -> Option<Diagnostic> {
         let (away, mean) = (self.table.anchor_distance, self.fall(ground, feet));
         let (side, other, higher) = match stated {
@@ -306,7 +306,7 @@ impl Place<'_> {
         })
     }
 
-    /// How much higher the ground lies an anchor's distance to the left of the line than to its right, on average [m].
+    /// Height by which the ground lies higher an anchor's distance to the left of the line than to its right, on average [m].
     fn fall(&self, ground: &Heights, feet: &[Vector3<f64>]) -> f64 {
         let rise = |k: usize, sign: f64| {
             let at = feet[k].xy() + left(along(feet, k)) * (sign * self.table.anchor_distance);
@@ -315,7 +315,7 @@ impl Place<'_> {
         (0..feet.len()).map(|k| rise(k, 1.0) - rise(k, -1.0)).sum::<f64>() / feet.len() as f64
     }
 
-    /// How far heads lie down the slope of the feet where the scene does not say [m]. The slope is that of the ground, or
+    /// Distance of the heads down the slope from the feet where the scene does not say [m]. The slope is that of the ground, or
     /// that in which the anchors lie.
     fn lean(&self, feet: &[Vector3<f64>]) -> f64 {
         let rise = self.ground.map_or(self.table.anchor_rise(), |ground| 0.5 * self.fall(ground, feet).abs());
@@ -402,9 +402,9 @@ fn off_ground(ground: &Heights, feet: &[Vector3<f64>]) -> Vec<Diagnostic> {
 mod tests {
     use super::*;
 
-    fn line(points: &[[f64; 2]]) -> Line {
+    fn line(points: &[[f64; 2]]) -> BarrierLine {
         let points = points.iter().map(|p| Vector3::new(p[0], p[1], 0.0)).collect();
-        Line { points, has_heights: false, system: None, key: "line" }
+        BarrierLine { points, has_heights: false, system: None, key: "line" }
     }
 
     #[test]
@@ -433,7 +433,7 @@ mod tests {
             length: Some(40.0),
             ..Barrier::default()
         };
-        let line = Line::of(&scene, &table).expect("a line");
+        let line = BarrierLine::of(&scene, &table).expect("a line");
         let half = Vector3::new(20.0 * 60.0_f64.to_radians().cos().hypot(0.0) * 3.0_f64.sqrt(), -10.0, 0.0);
         let middle = Vector3::new(100.0, 200.0, 7.0);
         assert!(

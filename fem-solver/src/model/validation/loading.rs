@@ -154,7 +154,7 @@ fn judge_motions(at: &mut Judge) -> Result<(), Diagnostic> {
     Ok(())
 }
 
-/// What is said of a table whose last row is far behind the end of the run.
+/// A warning about a table whose last row is far behind the end of the run.
 fn late(key: String, last: Option<f64>, end_time: f64, hint: &str) -> Option<Diagnostic> {
     let last = last.filter(|last| *last > LATER * end_time)?;
     let what = format!("it goes on until {last} s, and the run ends at end_time = {end_time} s");
@@ -216,7 +216,7 @@ fn histories(config: &Config) -> impl Iterator<Item = (String, &Vec<[f64; 2]>)> 
     all.map(|(name, i, history)| (format!("structure.{name}.{i}.history"), history))
 }
 
-/// What is said of rows of a history between which no step of `step` [s] ends, of a scheme that takes loads as they are at the
+/// Warnings about rows of a history between which no step of `step` [s] ends, of a scheme that takes loads as they are at the
 /// instants where it balances.
 pub fn unseen_rows(config: &Config, step: f64) -> Vec<Diagnostic> {
     if Scheme::of(&config.fem).is_none_or(|scheme| scheme.takes_mean_only()) {
@@ -278,7 +278,7 @@ fn judge_velocities(at: &mut Judge) -> Result<(), Diagnostic> {
     Ok(())
 }
 
-/// Whether there is weight; where there are rocks, who computes them judges gravity.
+/// Warn of missing weight or gravity that points up; where there are rocks, the contact solver judges gravity.
 fn judge_gravity(at: &mut Judge) {
     let Judge { scene, config, .. } = *at;
     if scene.has("rock") || !config.structure.dead_load {

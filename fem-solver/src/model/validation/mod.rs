@@ -107,7 +107,7 @@ pub fn judge(scene: &Scene, config: &Config, model: &mut Model) -> Result<(), Di
 
 /// Material and section as a table states them, SI units; `None` where it does not.
 #[derive(Debug, Default)]
-struct Section {
+struct StatedSection {
     /// Key of the table.
     key: String,
     young: Option<f64>,
@@ -124,7 +124,7 @@ struct Section {
     longest: f64,
 }
 
-impl Section {
+impl StatedSection {
     /// That of any table: these keys mean the same in all of them.
     fn of(table: &impl Serialize) -> Self {
         let table = serde_json::to_value(table).expect("a table of a scene is a value");
@@ -162,7 +162,7 @@ impl Section {
 }
 
 /// The sections of a scene: that of all cables, then one for each part.
-fn sections(config: &Config, model: &Model) -> Vec<Section> {
+fn sections(config: &Config, model: &Model) -> Vec<StatedSection> {
     let table = &config.structure;
     let span = |line: &[usize; 2]| (model.nodes[line[1]] - model.nodes[line[0]]).norm();
     // What every cable states for itself nothing uses of the common table.
@@ -175,8 +175,8 @@ fn sections(config: &Config, model: &Model) -> Vec<Section> {
     let all = model.lines().map(|(line, _)| span(&line)).fold(0.0, f64::max);
     let mut sections = Vec::new();
     if let Some(common) = &table.cable {
-        let own = Section::of(common);
-        sections.push(Section {
+        let own = StatedSection::of(common);
+        sections.push(StatedSection {
             key: "structure.cable".into(),
             young: own.young.filter(|_| used(|own| own.young.is_some())),
             density: own.density.filter(|_| used(|own| own.density.is_some())),
@@ -190,12 +190,12 @@ fn sections(config: &Config, model: &Model) -> Vec<Section> {
         let others = part.elements.iter().flat_map(|e| model.elements[*e].lines()).map(|l| span(&l));
         let longest = cables.chain(others).fold(0.0, f64::max);
         let key = format!("structure.parts.{i}");
-        sections.push(Section { key, longest, ..Section::of_part(config, table.cable.as_ref()) });
+        sections.push(StatedSection { key, longest, ..StatedSection::of_part(config, table.cable.as_ref()) });
     }
     sections
 }
 
-impl Section {
+impl StatedSection {
     fn error(&self, at: &Judge, name: &str, what: String, hint: &str) -> Diagnostic {
         at.scene.invalid(&format!("{}.{name}", self.key), what).try_instead(hint)
     }
@@ -424,7 +424,7 @@ fn judge_parts(at: &mut Judge) -> Result<(), Diagnostic> {
     check_rope_ends(scene, config, model)
 }
 
-/// What is to be said of posts of a section that bend more easily across the barrier, where the block comes from, than along it.
+/// A warning about posts of a section that bend more easily across the barrier, where the block comes from, than along it.
 fn weak_axis(config: &Config, model: &Model, part: usize) -> Option<Diagnostic> {
     let barrier = matches!(config.structure.generator, Some(Generator::Barrier(_)));
     let feet = &model.groups.iter().find(|group| barrier && group.name == "feet")?.nodes;
@@ -448,7 +448,7 @@ fn weak_axis(config: &Config, model: &Model, part: usize) -> Option<Diagnostic> 
     weak.then(|| warning(code::UNUSUAL_VALUE, key, what, &hint))
 }
 
-/// What is to be said of brakes that give way only under more than the weakest rope at them bears.
+/// A warning about brakes that give way only under more than the weakest rope at them bears.
 fn late_brake(config: &Config, model: &Model, part: usize) -> Option<Diagnostic> {
     let own = |element: &usize| match &model.elements[*element] {
         AnyElement::Bar(bar) if bar.is_brake() => Some((bar.law.hardening.first()?.1, bar.nodes)),
@@ -512,7 +512,7 @@ fn pulled<'a>(config: &'a Config, model: &Model, of: usize) -> Option<(&'a str, 
     let own = nodes(&model.parts[of]);
     let common = config.structure.cable.as_ref();
     let ropes = config.structure.parts.iter().zip(&model.parts).filter_map(|(part, built)| {
-        let section = Section::of_part(part, common);
+        let section = StatedSection::of_part(part, common);
         let (stress, area) = (section.prestress?, section.area?);
         let touches = nodes(built).iter().any(|node| own.contains(node));
         (touches && stress > 0.0).then(|| (part.head().name, stress * area))

@@ -24,7 +24,7 @@ pub struct BlockConstants<const N: usize, F> {
     pub law: F,
 }
 
-/// What the rings of a block are given, and what they answer.
+/// Input and answers of the rings of a block.
 #[derive(Debug, Clone)]
 pub struct BlockMemory<const N: usize, const W: usize> {
     pub u: NodeLanes<N>,
@@ -36,7 +36,7 @@ pub struct BlockMemory<const N: usize, const W: usize> {
     pub most: ([Lanes; W], Lanes),
     pub force: NodeLanes<N>,
     pub tension: Lanes,
-    /// What no perimeter exceeds by the end of an explicit step if nothing holds the nodes up.
+    /// Upper bound of each tension by the end of an explicit step if nothing holds the nodes up.
     pub bound: Lanes,
     pub stored: Lanes,
     pub dissipated: Lanes,
@@ -123,7 +123,7 @@ impl<const N: usize, const W: usize> BlockMemory<N, W> {
         );
     }
 
-    /// What no share of the first `count` rings exceeds by the end of the explicit step.
+    /// Upper bound of the shares of the first `count` rings by the end of the explicit step.
     pub fn share_bound<F: Formula<N, W>>(&self, constants: &BlockConstants<N, F>, count: usize) -> f64 {
         self.bound[..count].iter().copied().fold(0.0, f64::max) / constants.law.strength()
     }
@@ -158,7 +158,7 @@ impl<const N: usize, const W: usize> BlockMemory<N, W> {
         (0..count).map(share).fold(0.0, f64::max)
     }
 
-    /// What each perimeter carries at the displacements `u`, 0 where it is broken.
+    /// Tension of each perimeter at the displacements `u`, 0 where it is broken.
     pub fn tensions<F: Formula<N, W>>(&self, constants: &BlockConstants<N, F>, u: &NodeLanes<N>) -> Lanes {
         widely(
             #[inline(always)]

@@ -43,7 +43,7 @@ struct RingBlock {
     elements: Range<usize>,
     /// Number of all nodes.
     nodes: usize,
-    /// Where the history of the first begins; the others follow it.
+    /// Index at which the history of the first begins; the others follow it.
     history: usize,
     /// Energies as modelled [J], stored and dissipated.
     modelled: (Lanes, Lanes),
@@ -171,7 +171,7 @@ impl Rings {
         of_kind!(self, block, |places, _columns, memory| memory.hand_back(block, places, force, history))
     }
 
-    /// What the perimeters of a block carry at `u` [N], 0 where it is broken, in the order of its elements.
+    /// Tensions of the perimeters of a block at `u` [N], 0 where it is broken, in the order of its elements.
     pub fn tensions(&mut self, block: usize, u: &[f64], history: &[f64]) -> Lanes {
         let block = &self.blocks[block];
         of_kind!(self, block, |places, columns, memory| {
@@ -203,7 +203,7 @@ impl Rings {
     }
 }
 
-/// How many of these rings, the first and those that follow it, make a block.
+/// Number of these rings, the first and those that follow it, that make a block.
 fn together(rings: &[AnyElement]) -> usize {
     let first = rings[0].nodes();
     let in_row = |l: &usize| rings[*l].nodes().iter().zip(first).all(|(node, from)| *node == from + l);

@@ -3,7 +3,7 @@ use crate::element::ring::formula::Vector;
 use crate::element::ring::mechanisms::Mechanism;
 use crate::element::ring::tightening::{Bundle, Strength};
 use crate::element::tests::checks::random;
-use crate::element::{Answer, Ring, Slack};
+use crate::element::{Answer, Pace, Ring, Slack};
 use crate::linear_algebra::lanes::longest_displacement;
 use nalgebra::Vector3;
 
@@ -104,7 +104,7 @@ fn alone(element: &AnyElement, u: &[f64], history: &[f64]) -> (Vec<f64>, Vec<f64
     let (mut force, mut after) = (vec![0.0; u.len()], history.to_vec());
     let mut answer =
         Answer { force: &mut force, tangent: None, slack: Slack::Exact, history: &mut after, tension: 0.0 };
-    element.respond(u, history, &mut answer);
+    element.respond(Pace::default(), u, history, &mut answer);
     let tension = answer.tension;
     (force, after, tension)
 }
