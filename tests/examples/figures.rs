@@ -1,4 +1,4 @@
-//! Prints the tables of the README: runs the scenes and says what came out, one line per run.
+//! Prints the tables of docs/measured/drop-test.md and net-cost.md: runs the scenes and says what came out, one line per run.
 //!
 //! `cargo run --release -p tests --example figures -- cable-net|drop-test|cost`
 
@@ -114,7 +114,7 @@ fn drop_test() {
     }
 }
 
-/// Time loop for 0.5 s from just above the net: medians of five, interleaved. The rows of docs/coupling.md and docs/performance.md.
+/// Time loop for 0.5 s from just above the net: medians of five, interleaved. The rows of docs/measured/net-cost.md.
 fn cost() {
     let weak = |spheres: &str, step: &str| {
         let steps =

@@ -1,4 +1,4 @@
-//! What a yielding net costs and how far off it is: the table of `docs/coupling.md`, printed.
+//! What a yielding net costs and how far off it is: the table of `docs/measured/yielding-net.md`, printed.
 //!
 //! `cargo run --release -p tests --example yielding [SPHERES,... [KEY=VALUE]...]`: the drop test with the comparison contact, from just above the
 //! net to the end of the braking, for three contact moduli, with and without friction and a radius of the wires. The

@@ -56,8 +56,7 @@ pub fn worst(arguments: &EnsembleArguments, json: bool) -> Result<Exit, Stop> {
                 "--barrier {}: this is a study, and the scene of a barrier is asked for here",
                 barrier.display()
             );
-            Stop::input(code::ARGUMENT, what)
-                .hinted("a scene with [structure], docs/ensemble.md, From the line to the barrier")
+            Stop::input(code::ARGUMENT, what).hinted("a scene with [structure], docs/line-barrier.md")
         }
         false => prepared::study(barrier).unwrap_or_else(|| e.into()),
     })?;

@@ -11,13 +11,17 @@ const RUN: &[&str] = &[
     "docs/approval.md",
     "docs/barrier.md",
     "docs/calibrate.md",
+    "docs/clusters.md",
     "docs/ensemble.md",
+    "docs/line-barrier.md",
+    "docs/machines.md",
     "docs/own-rock.md",
     "docs/own-site.md",
     "docs/processes.md",
     "docs/report.md",
     "docs/rings.md",
     "docs/solvers.md",
+    "docs/statistics.md",
     "docs/structures.md",
     "docs/trade.md",
 ];
@@ -29,9 +33,14 @@ const ELSEWHERE: &[(&str, &str, &str)] = &[
     ("ARCHITECTURE.md", "", "a picture in text"),
     ("dem-solver/examples/README.md", "sh", "needs valgrind"),
     ("fem-solver/examples/README.md", "", "needs valgrind"),
+    ("docs/accuracy.md", "sh", "a second run of any scene; tests/tests/commands/refine.rs"),
     ("docs/calibrate.md", "", "docs/measured/calibrate.py"),
-    ("docs/measured-falls.md", "sh", "needs data of others and 20 minutes; manual.rs compares the options"),
-    ("docs/nightly.md", "sh", "hours; manual.rs compares the sections"),
+    ("docs/install.md", "sh", ".ci/run builds; the rest is of the shell"),
+    ("docs/measured-falls.md", "sh", "needs data of others and 20 minutes; pages.rs compares the options"),
+    ("docs/nightly.md", "sh", "hours; pages.rs compares the sections"),
+    ("docs/numbers.md", "sh", "writes pages anew"),
+    ("docs/performance.md", "sh", "any scene"),
+    ("docs/runs.md", "sh", "any scene"),
     ("docs/own-net.md", "geo", "needs Gmsh; readme.rs runs the scene beside it on a mesh of Gmsh"),
     ("docs/processes.md", "ini", "needs systemd"),
     (
@@ -158,14 +167,6 @@ fn with_mine(bench: &Bench) {
     std::fs::set_permissions(bench.path("my-solver"), mode).expect("may be started");
 }
 
-/// A layer with one feature in the coordinates of `launch/scenes/data/site.asc`.
-fn layer(bench: &Bench, name: &str, kind: &str, coordinates: &str) {
-    let text = format!(
-        r#"{{"type":"Feature","properties":{{}},"geometry":{{"type":"{kind}","coordinates":{coordinates}}}}}"#
-    );
-    write(bench, name, &text);
-}
-
 fn copy(bench: &Bench, from: &str, to: &str) {
     std::fs::copy(repository().join(from), bench.path(to)).expect("copied");
 }
@@ -174,18 +175,22 @@ fn copy(bench: &Bench, from: &str, to: &str) {
 #[ignore = "long"]
 fn own_site() {
     let bench = Bench::new();
-    copy(&bench, "launch/scenes/data/site.asc", "dtm.asc");
-    let square = |x: i32, y: i32, size: i32| {
-        let (a, b, c, d) = (x, y, x + size, y + size);
-        format!("[[[{a},{b}],[{c},{b}],[{c},{d}],[{a},{d}],[{a},{b}]]]")
-    };
-    layer(&bench, "cliff.geojson", "Polygon", &square(2_600_005, 1_200_045, 10));
-    layer(&bench, "meadow.geojson", "Polygon", &square(2_600_200, 1_200_000, 50));
-    layer(&bench, "road.geojson", "LineString", "[[2600120,1200065],[2600120,1200035]]");
+    with_repository(&bench);
+    for name in ["cliff.geojson", "meadow.geojson", "road.geojson"] {
+        copy(&bench, &format!("docs/example/{name}"), name);
+    }
+    copy(&bench, "launch/scenes/data/slope.asc", "dtm.asc");
     let small = "rockfall new site --spheres 20 --count 4 --volume 0.1 ";
-    let changes = [("dtm.tif", "dtm.asc"), ("rockfall new site ", small), ("--worst 10", "--worst 1")];
+    let changes = [
+        ("dtm.tif", "dtm.asc"),
+        ("rockfall new site ", small),
+        (
+            "study.toml --barrier site/barrier.toml --worst 10",
+            "study.toml --barrier site/barrier.toml --worst 1",
+        ),
+    ];
     runs("docs/own-site.md", &bench, &changes);
-    assert!(bench.path("out/study/report.html").exists());
+    assert!(bench.path("out/study/report.html").exists() && bench.path("mine/study.toml").exists());
 }
 
 /// A slope of 1 in 2 towards the east below survey coordinates: 260 m by 160 m, cells of 2 m.
@@ -212,15 +217,17 @@ fn many_releases() {
     write(&bench, "study.toml", &own[1].replace("count = 1000", "count = 4"));
     write(&bench, "valley.asc", &slope());
     write(&bench, "barrier.toml", &barrier());
-    let changes = [
+    runs(page, &bench, &[("--scene-of 17", "--scene-of 3")]);
+    let few = ("--until road_energy_q95:5% --at-most 5000", "--until road_energy_q95:90% --at-most 12");
+    runs("docs/statistics.md", &bench, &[("ensemble study.toml$", "ensemble study.toml --force$"), few]);
+    let one = [("barrier.toml --worst 20", "barrier.toml --worst 1 --list-worst --force")];
+    runs("docs/line-barrier.md", &bench, &one);
+    let parts = [
         ("ensemble study.toml$", "ensemble study.toml --force$"),
-        ("--until road_energy_q95:5% --at-most 5000", "--until road_energy_q95:90% --at-most 12"),
-        ("--scene-of 17", "--scene-of 3"),
-        ("barrier.toml --worst 20", "barrier.toml --worst 1 --list-worst --force"),
         ("study.toml --chunks 16", "study.toml --out out/parts --chunks 2"),
         ("--threads 1 --members", "--out out/parts --threads 1 --members"),
     ];
-    runs(page, &bench, &changes);
+    runs("docs/machines.md", &bench, &parts);
 }
 
 #[test]
@@ -277,6 +284,13 @@ fn processes() {
 }
 
 #[test]
+fn clusters() {
+    let bench = Bench::new();
+    runs("docs/clusters.md", &bench, &[("--spheres 300", "--spheres 20")]);
+    assert!(bench.path("rock.xyzr").exists());
+}
+
+#[test]
 fn structures() {
     let bench = Bench::new();
     with_repository(&bench);
@@ -288,22 +302,24 @@ fn structures() {
 fn approvals_and_barriers() {
     let bench = Bench::new();
     with_repository(&bench);
-    copy(&bench, "launch/kits/example-1000.toml", "KIT.toml");
+    write(&bench, "KIT.toml", &blocks_in("docs/approval.md", "toml")[0]);
     let checked = [("-1000.toml", "-1000.toml --dry-run"), ("--vary brake", "--dry-run --vary brake")];
     runs("docs/approval.md", &bench, &checked);
     copy(&bench, "launch/scenes/site.toml", "site.toml");
     std::os::unix::fs::symlink(repository().join("launch/scenes/data"), bench.path("data")).expect("linked");
-    let barrier = [("SCENE", "site.toml"), ("barrier-sel.toml", "barrier-sel.toml --set end_time=0.004")];
+    let short = " --set end_time=0.004";
+    let barrier = [
+        ("SCENE", "site.toml".to_owned()),
+        ("barrier-sel.toml", format!("barrier-sel.toml{short}")),
+        ("barrier-impact.toml", format!("barrier-impact.toml --force{short}")),
+    ];
+    let barrier = barrier.each_ref().map(|(from, to)| (*from, to.as_str()));
     runs("docs/barrier.md", &bench, &barrier);
     // Of the run before.
     runs(
         "docs/report.md",
         &bench,
-        &[
-            ("out/barrier-impact --pdf", "out/first"),
-            ("out/barrier-impact --png", "out/first"),
-            ("out/barrier-impact", "out/first"),
-        ],
+        &[("out/barrier-impact --pdf", "out/first"), ("out/barrier-impact", "out/first")],
     );
 }
 
@@ -362,7 +378,8 @@ fn rings() {
 fn what_accuracy_costs() {
     let bench = Bench::new();
     copy(&bench, "launch/scenes/sphere-on-cable.toml", "scene.toml");
-    let short = [("SCENE", "scene.toml --set end_time=0.02"), ("10m", "5s"), ("=0.49514", "=0.0367")];
+    let short =
+        [("SCENE", "scene.toml --set end_time=0.02"), ("--budget 10m", "--runs 8"), ("=0.49514", "=0.0367")];
     runs("docs/trade.md", &bench, &short);
     assert!(bench.path("out/windows/trade.md").exists());
 }

@@ -1,5 +1,5 @@
 //! Numbers of the manual that take minutes to compute: what the tables vary by `--set`, and what examples print, compared with the pages as in
-//! `manual_numbers.rs`. `.ci/nightly numbers`; with ROCKFALL_BLESS=1 the pages are written anew.
+//! `numbers.rs`. `.ci/nightly numbers`; with ROCKFALL_BLESS=1 the pages are written anew.
 
 use std::path::Path;
 use std::process::Command;
@@ -123,7 +123,7 @@ const VARIED: &[(&str, &[&[&str]])] = &[
 #[ignore = "long"]
 fn a_barrier_of_which_little_is_known() {
     let bench = Bench::new();
-    let page = "docs/barrier.md";
+    let page = "docs/measured/barrier-impact.md";
     for (what, cases) in VARIED {
         let mut unreliable = false;
         let runs: Vec<[f64; 6]> = (cases.iter())
@@ -193,13 +193,13 @@ fn a_barrier_in_weak_windows() {
         let values =
             [deflection, ended.measure("max_reaction_1ms") / 1e3, 100.0 * ended.measure("energy_error")];
         println!("{row} {values:?} {}", ended.summary()["status"]);
-        holds_about("docs/accuracy.md", &format!("| {row} | {{}} | {{}} | {{}} % |"), &values);
+        holds_about("docs/measured/defaults.md", &format!("| {row} | {{}} | {{}} | {{}} % |"), &values);
         let words = match window {
             "2.5e-5" => "friction of the block): {} m with weak coupling in windows of 2.5e-5 s",
             "" => "2.5e-5 s, {} m as shipped, in windows of 0.42 ms",
             _ => continue,
         };
-        holds_about("docs/coupling.md", words, &[deflection]);
+        holds_about("docs/measured/yielding-net.md", words, &[deflection]);
     }
 }
 
@@ -230,7 +230,7 @@ fn energy_of_weak_coupling() {
         let cells = "- | ".repeat(from) + &vec!["{} %"; 4 - from].join(" | ");
         let beyond = if from == 0 { "failed" } else { "-" };
         holds(
-            "docs/accuracy.md",
+            "docs/measured/schemes.md",
             &format!("| {row} | {cells} | {beyond} | {{}} |"),
             &[&errors[..], &[longest]].concat(),
         );
@@ -241,14 +241,18 @@ fn energy_of_weak_coupling() {
         assert_eq!(bench.run(&scene("walenstadt-exp1"), "out", &words).code, Some(1), "{own:?}");
     }
     let ended = run(&bench, "walenstadt-exp1", &[]);
-    holds("docs/accuracy.md", "`walenstadt-exp1` gains {} of the energy", &[ended.measure("energy_error")]);
+    holds(
+        "docs/measured/schemes.md",
+        "`walenstadt-exp1` gains {} of the energy",
+        &[ended.measure("energy_error")],
+    );
 }
 
 #[test]
 #[ignore = "long"]
 fn iterations_by_acceleration() {
     let bench = Bench::new();
-    let page = "docs/accuracy.md";
+    let page = "docs/measured/schemes.md";
     let of = |name: &str, window: &str, own: &[&str]| {
         let window = format!("coupling.time_window={window}e-3");
         let case: &[&str] = match name {
@@ -291,7 +295,7 @@ fn iterations_by_acceleration() {
 #[ignore = "long"]
 fn spheres_and_moduli_of_the_drop_test() {
     let bench = Bench::new();
-    let page = "docs/accuracy.md";
+    let page = "docs/measured/drop-test.md";
     let run = |spheres: &str, own: &[&str]| {
         let spheres = format!("rock.0.cluster.spheres={spheres}");
         run(&bench, "walenstadt-compare", &[&["end_time=0.78", &spheres], own].concat())
@@ -355,7 +359,7 @@ fn range(values: &[f64]) -> [f64; 2] {
 #[ignore = "long"]
 fn a_drape_net_by_rounding() {
     let bench = Bench::new();
-    let page = "docs/barrier.md";
+    let page = "docs/measured/drape.md";
     let held = "structure.supports=[{ group = \"y_min\", motion = [[0.0, 0.0, 1.149, 0.964]] }, { group = \"y_max\" }]";
     let four = [
         "rock.0.cluster.spheres=40",
@@ -433,7 +437,7 @@ fn a_net_comes_to_rest_by_damping() {
     let second = run_of(&bench, &path, "second", &sets);
     let heights = [1, 2, 3].map(|at| *second.column(&format!("left_height_{at}_m")).last().expect("a row"));
     println!("{heights:?}");
-    holds_about("docs/barrier.md", "comes to heights of {}, {} and {} m", &heights);
+    holds_about("docs/measured/barrier-sel.md", "comes to heights of {}, {} and {} m", &heights);
     let brakes = *second.column("rope_brakes_elongation_max_m").last().expect("a row");
     let found = run_of(
         &bench,
@@ -443,8 +447,12 @@ fn a_net_comes_to_rest_by_damping() {
     );
     let heights = [1, 2, 3].map(|at| found.column(&format!("left_height_{at}_m"))[0]);
     let rest = found.column("rope_brakes_elongation_max_m")[0];
-    holds_about("docs/barrier.md", "(form finding: {}, {}, {} m)", &heights);
-    holds_about("docs/barrier.md", "with a largest brake elongation of {} m ({} m)", &[brakes, rest]);
+    holds_about("docs/measured/barrier-sel.md", "(form finding: {}, {}, {} m)", &heights);
+    holds_about(
+        "docs/measured/barrier-sel.md",
+        "with a largest brake elongation of {} m ({} m)",
+        &[brakes, rest],
+    );
 }
 
 #[test]
@@ -452,7 +460,7 @@ fn a_net_comes_to_rest_by_damping() {
 fn a_yielding_net_beside_fine_weak_windows() {
     let table = printed("yielding", "");
     for row in table.lines().filter(|row| row.starts_with("| 64 ") || row.starts_with("| 512 ")) {
-        holds_row("docs/coupling.md", row, 4, 14);
+        holds_row("docs/measured/yielding-net.md", row, 4, 14);
     }
 }
 
@@ -468,7 +476,7 @@ fn a_yielding_net_in_short_windows() {
             run(&bench, "cable-net", &[&sets[..], &[&window_set, &mass]].concat()).measure("centre_uz_min")
         });
         println!("{window} {peaks:?}");
-        holds("docs/coupling.md", &format!("| {window} | {{}} | {{}} |"), &peaks);
+        holds("docs/measured/yielding-net.md", &format!("| {window} | {{}} | {{}} |"), &peaks);
     }
 }
 
@@ -525,7 +533,7 @@ fn presets_beside_fine_weak_windows() {
             .collect();
         println!("{row} {exact:?} {values:.3?}");
         let cells = ["{} % | {} % | {} %"; 3].join(" | ");
-        holds("docs/coupling.md", &format!("| {row} | {cells} |"), &values);
+        holds("docs/measured/yielding-net.md", &format!("| {row} | {cells} |"), &values);
     }
 }
 
@@ -563,7 +571,7 @@ fn small_and_large_masses() {
             of(&fine),
         ];
         println!("{row} {values:?}");
-        holds("docs/coupling.md", &format!("| {row} | {{}} % | {{}} % | {{}} % |"), &values);
+        holds("docs/measured/yielding-net.md", &format!("| {row} | {{}} % | {{}} % | {{}} % |"), &values);
     }
 }
 
@@ -571,7 +579,7 @@ fn small_and_large_masses() {
 #[test]
 #[ignore = "long"]
 fn rings_that_touch() {
-    let page = "docs/rings.md";
+    let page = "docs/measured/rings.md";
     let common = "panel across=7 friction=0.2 speed=3 mass=8";
     for (row, options, strands) in [
         (
@@ -625,5 +633,5 @@ fn sixty_combinations() {
         template.push(format!("| {cells} | {} |", words[4]));
     }
     assert_eq!(template.len(), 60);
-    holds("docs/accuracy.md", &template.join(" "), &values);
+    holds("docs/measured/combinations.md", &template.join(" "), &values);
 }

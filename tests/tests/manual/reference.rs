@@ -37,7 +37,10 @@ fn faults(value: &Value, schema: &Value, root: &Value, at: &str, found: &mut Vec
             "const" => {}
             "minimum" if value.as_f64() < rule.as_f64() => refuse(format!("{value} is below {rule}")),
             "maximum" if value.as_f64() > rule.as_f64() => refuse(format!("{value} is above {rule}")),
-            "minimum" | "maximum" => {}
+            "exclusiveMinimum" if value.as_f64() <= rule.as_f64() => {
+                refuse(format!("{value} is not above {rule}"))
+            }
+            "minimum" | "maximum" | "exclusiveMinimum" => {}
             "minItems" if value.as_array().map(Vec::len) < rule.as_u64().map(|n| n as usize) => {
                 refuse(format!("{value} is short"))
             }

@@ -66,7 +66,7 @@ fn compare(name: &str, common: &[&str], converged: &[&str], best: &[&str], measu
     );
     assert!(off[0] < 0.01 && off[1] < 0.01, "{name}: off by {off:?}");
     holds(
-        "docs/accuracy.md",
+        "docs/measured/defaults.md",
         &format!("| `{name}` | {{}} % | {{}} % | {{}} |"),
         &[100.0 * off[0], 100.0 * off[1], share],
     );

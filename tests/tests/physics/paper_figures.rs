@@ -50,7 +50,11 @@ fn the_drop_test_meets_the_independent_figures_weak_and_strong() {
         }
         let [weak, strong] = [row[0], row[1]];
         let values = [weak[0], strong[0], weak[1], strong[1], weak[2], strong[2]];
-        holds("docs/accuracy.md", &format!("| {count} | {{}} | {{}} | {{}} / {{}} | {{}} / {{}} |"), &values);
+        holds(
+            "docs/measured/drop-test.md",
+            &format!("| {count} | {{}} | {{}} | {{}} / {{}} | {{}} / {{}} |"),
+            &values,
+        );
     }
 }
 
@@ -74,7 +78,7 @@ fn by_hertz_rock_the_drop_test_does_not_depend_on_the_spheres() {
     for (row, values) in
         [("| 64 | 0.49514, 33 823", [deflection, reaction]), ("| 512 | 0.48433, 33 713", [other, also])]
     {
-        holds("docs/accuracy.md", &format!("{row} | {{}}, {{}} |"), &values);
+        holds("docs/measured/drop-test.md", &format!("{row} | {{}}, {{}} |"), &values);
     }
 }
 

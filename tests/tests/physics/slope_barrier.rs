@@ -47,8 +47,8 @@ fn travel_and_braking_are_those_along_the_impact_direction() {
     );
     assert!((1.6..1.8).contains(&given) && (0.27..0.3).contains(&braking), "{given} m, {braking} s");
     holds(
-        "README.md",
-        "terrain, block and barrier in one: {} m and {} s along the impact direction",
+        "docs/runs.md",
+        "terrain, block and barrier in one: stopped over {} m in {} s |",
         &[given, braking],
     );
     assert!(run.summary()["measures"]["max_deflection"].is_null(), "no depth, at 65 degrees from gravity");
