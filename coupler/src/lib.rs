@@ -2,9 +2,9 @@
 //!
 //! # Where to begin
 //!
-//! [`coupling`] is the loop: `Coupling::run` agrees with both solvers, `windows` goes from window to window. `window` is one of them,
+//! `windows` is the loop: `Coupling::run` agrees with both solvers and goes from window to window. `window` is one of them,
 //! in the order of its life: `predict`, `iterate` (`pass` is one exchange: motion to the contact solver, its force to the structure;
-//! `judge`; `accelerate`), then `commit` or `reject`. Everything else serves it:
+//! `judge`; `accelerate`), then `commit` or `reject`. [`coupling`] is what both work with, and the books. Everything else serves them:
 //!
 //! - before the loop: [`program`] (command line), [`settings`] (the table `[coupling]`: keys, defaults, checks), [`handshake`]
 //!   (who is there, which fields cross the interface, the interface mesh)
@@ -46,3 +46,4 @@ pub mod side;
 mod solver_slot;
 pub mod trust;
 mod window;
+mod windows;

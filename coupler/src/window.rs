@@ -4,7 +4,7 @@
 //! In the words of preCICE: an explicit (weak) or implicit (strong) serial coupling scheme of two participants.
 
 use crate::convergence::{Field, Measure, Residual, Tolerance, Trend};
-use crate::coupling::Coupling;
+use crate::coupling::{Coupling, Iterated};
 use crate::guard;
 use crate::handshake::Agreement;
 use crate::observer::{CouplingError, Iteration, Observer};
@@ -39,18 +39,6 @@ pub(crate) struct Window<'w, 'a> {
     /// Whether it may be given up for two of half its length.
     may_halve: bool,
     state: Iterated,
-}
-
-/// Where a window stands: what is reported of it once it is committed.
-#[derive(Clone, Copy)]
-pub(crate) struct Iterated {
-    pub span: Span,
-    /// Number of the iteration, from 1.
-    pub iteration: u32,
-    /// What that has left.
-    pub residual: Residual,
-    /// Whether it has passed; weak coupling does not ask.
-    pub converged: bool,
 }
 
 /// What has become of a window.
