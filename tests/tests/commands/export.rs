@@ -21,7 +21,7 @@ fn said(output: &Output) -> String {
 #[test]
 fn a_structure_is_a_document_and_from_it_a_file_of_another_program() {
     let bench = Bench::new();
-    let net = scene("cable-net.toml");
+    let net = scene("cable-net");
     for (to, path) in [("structure.json", Some("/nowhere")), ("net.inp", None), ("net.MSH", None)] {
         let output = export(&bench, &net, to, path);
         let text = said(&output);
@@ -42,7 +42,7 @@ fn a_structure_is_a_document_and_from_it_a_file_of_another_program() {
 #[test]
 fn without_python_the_cure_is_said_and_nothing_is_written() {
     let bench = Bench::new();
-    let output = export(&bench, &scene("cable-net.toml"), "net.mdpa", Some("/nowhere"));
+    let output = export(&bench, &scene("cable-net"), "net.mdpa", Some("/nowhere"));
     let text = said(&output);
     assert_eq!(output.status.code(), Some(2), "{text}");
     assert!(text.contains("python3 cannot be started") && text.contains("--to structure.json"), "{text}");
