@@ -4,8 +4,8 @@
 //! breaks, the knob is halved until a run holds. Bounds that only say what theory says are off for these runs. Like the plan of a
 //! study, a search is a function of the finished runs: it ends with what was found, or with the run that it needs next.
 
+use super::budget::{Budget, NextRun};
 use super::knobs::{Class, Knob, PRESET, Point, Space, with};
-use super::plan::{Budget, NextRun};
 use super::report;
 use super::result::{Purpose, RunOutcome, Status, deviation};
 use super::study::Study;

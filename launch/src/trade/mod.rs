@@ -7,6 +7,7 @@
 //! - [`report`]: the answer
 
 mod atlas;
+mod budget;
 mod knobs;
 mod plan;
 mod report;
@@ -26,10 +27,10 @@ use crate::run::progress::Progress;
 use crate::run::record;
 use crate::run::sweep;
 use atlas::{Atlas, StabilityLimit};
+use budget::{Budget, NextRun};
 use clap::Args;
 use interface_defs::diagnostic::code;
 use knobs::{Base, Knob, Point, Space, Start};
-use plan::{Budget, NextRun};
 use report::Facts;
 use result::Reference;
 use result::{Purpose, RunOutcome, Status};

@@ -1,7 +1,7 @@
 //! The study as a page (`trade.md`), as a table for programs (`trade.csv`), as a picture (`trade.svg`), and on the screen.
 
+use super::budget::Budget;
 use super::knobs::{Class, NET, Point, rung};
-use super::plan::Budget;
 use super::result::{CABLE_FORCE, Known, RunOutcome, Status, deviation};
 use super::study::{FINEST_ACCURACY, Finished, Recommended, Study};
 use crate::front::shell;

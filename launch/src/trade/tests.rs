@@ -1,7 +1,8 @@
 //! The strategy with a runner that computes nothing: values and costs follow formulas.
 
+use super::budget::Budget;
 use super::knobs::{Base, Point, Space, Start, of};
-use super::plan::{Budget, RUNS};
+use super::plan::RUNS;
 use super::result::tests::done;
 use super::result::{Purpose, RunOutcome, Status};
 use super::store::{Identity, Store};
