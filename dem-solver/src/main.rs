@@ -13,7 +13,7 @@ fn main() -> ExitCode {
         &[
             dem_solver::command::COMMAND,
             dem_solver::study::command::COMMAND,
-            dem_solver::study::settings::COMMAND,
+            dem_solver::study::reference::COMMAND,
             dem_solver::study::calibrate::command::COMMAND,
             dem_solver::study::calibrate::SCHEMA,
             dem_solver::terrain::ground::COMMAND,

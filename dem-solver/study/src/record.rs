@@ -334,7 +334,8 @@ impl Journal {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::track::{Crossing, PathPoint, Track, Visit};
+    use crate::path_quantity::PathPoint;
+    use crate::track::{Crossing, Track, Visit};
 
     #[test]
     fn a_record_is_read_as_it_was_written_and_half_of_one_is_none() {

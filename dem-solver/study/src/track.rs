@@ -5,7 +5,7 @@
 //! taken at both ends and in the middle.
 
 use super::base::Base;
-use super::quantity::{RASTERS, rasters};
+use super::path_quantity::{PathPoint, RASTERS, rasters};
 use dem_rocks::results::trajectory::Row;
 use dem_solid::geometry::plan::Point;
 use dem_terrain::Terrain;
@@ -19,27 +19,6 @@ pub struct Visit {
     pub cell: u32,
     /// Of the quantities that have [`rasters`], in their order.
     pub values: [f32; RASTERS],
-}
-
-/// A member at a place of its path; from it follow the [`PATH_QUANTITIES`](super::quantity::PATH_QUANTITIES).
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct PathPoint {
-    /// When [s].
-    pub time: f64,
-    /// Where its centre is, local [m].
-    pub position: [f64; 3],
-    /// Velocity [m/s].
-    pub velocity: [f64; 3],
-    /// Height of its centre above the ground [m]; not a number beside the terrain and over holes in it.
-    pub centre: f64,
-    /// The same of its lowest point [m].
-    pub height: f64,
-    /// Speed [m/s].
-    pub speed: f64,
-    /// Kinetic energy, rotation included [J].
-    pub energy: f64,
-    /// That of rotation [J].
-    pub rotation: f64,
 }
 
 /// Where a member crosses a line.

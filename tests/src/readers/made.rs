@@ -3,9 +3,10 @@
 use coupler::coupling::{Committed, Coupling, KeptRun, Observer};
 use coupler::settings::CouplingSettings;
 use coupler::side::Side;
+use dem_solver::study::path_quantity::PathPoint;
 use dem_solver::study::record::Journal;
 use dem_solver::study::record::{Outcome, Record};
-use dem_solver::study::track::{Crossing, PathPoint, Track, Visit};
+use dem_solver::study::track::{Crossing, Track, Visit};
 use in_process::{Any, InProcess};
 use interface_defs::Diagnostic;
 use interface_defs::message::{Fault, FromSolver, Hello, Measure, Plan, Ready, Statistics, ToSolver, encode};

@@ -1,6 +1,7 @@
 //! What can be observed of falls: the quantities of a study that have a name for it.
 
-use crate::quantity::{MEMBER_QUANTITIES, MemberQuantity, Observable, PATH_QUANTITIES, PathQuantity};
+use crate::path_quantity::{Observable, PATH_QUANTITIES, PathQuantity};
+use crate::quantity::{MEMBER_QUANTITIES, MemberQuantity};
 use schemars::generate::SchemaGenerator;
 use schemars::{JsonSchema, Schema, json_schema};
 use serde::de::Error;

@@ -5,7 +5,7 @@ use super::frequency::{PERIODS, Source, of_period, reaching, value_of};
 use crate::base::Base;
 use crate::bounds::{Part, of_frequency, of_quantile, of_share, quantile};
 use crate::capacity::{COUNTED, FATES, fate};
-use crate::quantity::{PathQuantity, in_order, statistics};
+use crate::path_quantity::{PathQuantity, in_order, statistics};
 use crate::record::All;
 use crate::settings::{BEHIND, ScreenLine, StudySettings};
 use crate::summary::{SHARES, quantile_of};

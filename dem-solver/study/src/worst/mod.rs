@@ -8,7 +8,7 @@ pub mod barrier;
 
 use super::base::Base;
 use super::member::Member;
-use super::quantity::{PATH_QUANTITIES, in_order};
+use super::path_quantity::{PATH_QUANTITIES, in_order};
 use super::record::Record;
 use super::runner::{Flight, Runner, flight_before};
 use super::track::{Crossing, Track};
